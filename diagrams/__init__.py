@@ -1,0 +1,1 @@
+"""Scenarios, diagrams, visuals and the command line."""

@@ -1,0 +1,1 @@
+"""The `sightfield` command line, one command to a file."""

@@ -1,0 +1,1 @@
+"""The tracking story: scenario, diagram, run and pictures."""

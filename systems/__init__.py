@@ -1,0 +1,1 @@
+"""Drake LeafSystems, one component to a file, grouped by story."""

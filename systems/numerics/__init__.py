@@ -1,0 +1,1 @@
+"""Plain functions and dataclasses behind the systems; nothing here imports pydrake."""

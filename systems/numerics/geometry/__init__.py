@@ -1,0 +1,1 @@
+"""Worlds of polygons: reading, cleaning, sight, clearance and motion in them."""

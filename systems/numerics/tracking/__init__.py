@@ -1,0 +1,1 @@
+"""The corner game, pursuit fields, risk, assignment and evader policies."""

@@ -1,0 +1,1 @@
+"""LeafSystems of the tracking story: agents, sight, assignment, pursuit, evasion."""
