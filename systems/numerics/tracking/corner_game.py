@@ -1,0 +1,112 @@
+"""The corner game: who wins, and how long sight holds, from two positions around one corner.
+
+All functions take polar coordinates in the corner's frame (`corner_frame`), with phi_p <= alpha,
+and the speed ratio a = v_e / v_p in (0, 1). Source: Zhang 2014, section 2.2.2, Table 2.1, worked
+out in one right-handed frame, its figures being lost.
+
+Lengths decide the game. D_p is how far the pursuer is from the star region, from which it sees
+round the corner; D_e how far the evader is from edge A, where it is out of sight of every
+pursuer short of the star region. The evader wins iff M1 = D_e - a D_p < 0.
+"""
+
+import math
+
+from numba import njit
+
+# Region codes. The numbers of the regions are those of Table 2.1.
+IN_STAR = 0
+REGION_1 = 1
+REGION_2 = 2
+REGION_3 = 3
+REGION_4 = 4
+REGION_5 = 5
+HIDDEN = 6
+
+REGION_NAMES = {
+    IN_STAR: "star",
+    REGION_1: "1",
+    REGION_2: "2",
+    REGION_3: "3",
+    REGION_4: "4",
+    REGION_5: "5",
+    HIDDEN: "hidden",
+}
+
+
+@njit(cache=True)
+def margins(
+    r_p: float, phi_p: float, r_e: float, phi_e: float, alpha: float, a: float
+) -> tuple[float, float, float, float, float]:
+    """Return the lengths that decide the game.
+
+    Args:
+        r_p, phi_p: Pursuer in the corner's frame [m], [rad].
+        r_e, phi_e: Evader in the corner's frame [m], [rad].
+        alpha: Interior angle of the obstacle [rad].
+        a: Speed ratio v_e / v_p, in (0, 1).
+
+    Returns:
+        (m1, m2, d_p, d_e, gap). m1 = d_e - a d_p [m], negative where the evader wins; m2, from
+        the evader to the sight ray [m]; d_p, from the pursuer to the star region, zero inside
+        it [m]; d_e, from the evader to edge A [m]; gap = pi + phi_p - phi_e, negative where the
+        evader is hidden [rad].
+    """
+    if r_e == 0.0:
+        phi_e = min(math.pi + phi_p, 0.5 * math.pi)
+    gap = math.pi + phi_p - phi_e
+    if phi_p >= 0.0:
+        d_p = 0.0
+    elif phi_p >= -0.5 * math.pi:
+        d_p = -r_p * math.sin(phi_p)
+    else:
+        d_p = r_p
+    d_e = r_e if phi_e <= 0.5 * math.pi else r_e * math.sin(phi_e)
+    m2 = r_e * math.sin(gap) if gap < 0.5 * math.pi else r_e
+    return d_e - a * d_p, m2, d_p, d_e, gap
+
+
+@njit(cache=True)
+def region(r_p: float, phi_p: float, r_e: float, phi_e: float, alpha: float, a: float) -> int:
+    """Return the region code of a state: IN_STAR, HIDDEN or REGION_1 to REGION_5.
+
+    The pursuer wins everywhere but in Region 1 and where the evader is hidden already. That the
+    regions cover all states is proved; where 2 ends and 4 begins, and 3 and 5, is our reading.
+    """
+    if r_p == 0.0 or phi_p >= 0.0:
+        return IN_STAR
+    m1, _, _, _, gap = margins(r_p, phi_p, r_e, phi_e, alpha, a)
+    if gap < 0.0:
+        return HIDDEN
+    if m1 < 0.0:
+        return REGION_1
+    if r_e < a * r_p:
+        return REGION_2 if phi_e <= 0.5 * math.pi else REGION_4
+    return REGION_5 if r_e >= a * r_p * (1.0 - phi_p) else REGION_3
+
+
+@njit(cache=True)
+def escape_time(
+    r_p: float, phi_p: float, r_e: float, phi_e: float, alpha: float, a: float, v_p: float
+) -> float:
+    """Return T*, how long sight holds when both play as well as they can [s].
+
+    Infinite where the pursuer wins, zero where the evader is hidden already.
+
+    Args:
+        r_p, phi_p, r_e, phi_e, alpha, a: As in `margins`.
+        v_p: Pursuer's top speed [m/s].
+    """
+    code = region(r_p, phi_p, r_e, phi_e, alpha, a)
+    if code == HIDDEN:
+        return 0.0
+    if code != REGION_1:
+        return math.inf
+    gap = math.pi + phi_p - phi_e
+    wx = r_e * math.cos(phi_e) + a * r_p * math.cos(phi_p)
+    wy = r_e * math.sin(phi_e) + a * r_p * math.sin(phi_p)
+    along = wx * math.cos(phi_e) + wy * math.sin(phi_e)
+    if r_e > 0.0 and gap < 0.5 * math.pi and along < 0.0:
+        # e + a p stays fixed while both run at right angles to it; sight goes when p, O and e
+        # are in line.
+        return r_p * r_e * math.sin(gap) / (v_p * math.hypot(wx, wy))
+    return r_e / (a * v_p)
