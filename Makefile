@@ -1,0 +1,97 @@
+# Everything a checkout needs: `make help` lists the targets. Each one makes the environment it
+# needs, in .venv, from nothing but Python 3.11+, git and make.
+
+VENV := .venv
+BIN := $(VENV)/bin
+OUT ?= out/demo
+
+# Test processes. Starting Drake and loading compiled kernels in each costs more than it saves
+# until the suite is long; 0 runs in this process.
+WORKERS ?= 0
+
+# The first Python that is new enough; `make PYTHON=/path/to/python3 ...` overrides.
+PYTHON ?= $(shell for name in python3 python3.14 python3.13 python3.12 python3.11; do \
+	$$name -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
+	&& echo $$name && break; done)
+
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+INSTALL := $(PIP) install --quiet --require-hashes
+
+# A shell set up for ROS, say, would put other packages before the pinned ones.
+unexport PYTHONPATH PYTHONHOME
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help demo test lint format bench tools venv lock clean
+
+help:  ## list the targets
+	@awk -F ':.*##  *' '/^[a-z]+:.*##/ { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+demo: $(VENV)/run.stamp  ## track evaders through the thesis's arena; watch it in a browser
+	$(BIN)/sightfield track thesis_3v4 --out $(OUT) --meshcat
+
+test: $(VENV)/dev.stamp  ## lint and run every test
+	@sh tests/install_tools.sh
+	@$(MAKE) --no-print-directory lint
+	$(BIN)/pytest -n $(WORKERS) $(ARGS)
+
+lint: $(VENV)/dev.stamp  ## check style, format and types
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/basedpyright --pythonpath $(BIN)/python
+
+format: $(VENV)/dev.stamp  ## rewrite the sources in the house format
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+bench: $(VENV)/dev.stamp  ## run the timings, printed as ratios
+	$(BIN)/pytest benchmarks -m benchmarks -s -q $(ARGS)
+
+tools:  ## install what the tests need beyond pip
+	@sh tests/install_tools.sh
+
+venv: $(VENV)/dev.stamp  ## make the environment for development
+
+clean:  ## remove the environment, caches and everything generated
+	rm -rf $(VENV) build dist out *.egg-info .pytest_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# The environment. A stamp is younger than the lock file it was installed from.
+
+$(VENV)/pyvenv.cfg:
+	@test -n "$(PYTHON)" || { \
+		echo "Sightfield needs Python 3.11 or newer, and finds none. On Debian or Ubuntu, type:"; \
+		echo "    sudo apt-get install python3 python3-venv"; \
+		echo "or name one: make PYTHON=/path/to/python3"; exit 1; } >&2
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+		echo "Sightfield needs Python 3.11 or newer; got $$($(PYTHON) --version 2>&1)"; \
+		echo "    from PYTHON=$(PYTHON)"; exit 1; } >&2
+	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || { \
+		echo "$(PYTHON) cannot make environments. On Debian or Ubuntu, type:"; \
+		echo "    sudo apt-get install python3-venv"; exit 1; } >&2
+	$(PYTHON) -m venv --clear $(VENV)
+
+$(VENV)/run.stamp: requirements/run.txt requirements/build.txt pyproject.toml | $(VENV)/pyvenv.cfg
+	@echo "Installing Sightfield's requirements into $(VENV): about 300 MB, some minutes at most"
+	$(INSTALL) -r requirements/run.txt -r requirements/build.txt
+	$(PIP) install --quiet --no-deps --no-build-isolation --editable .
+	@touch $@
+
+$(VENV)/dev.stamp: requirements/dev.txt $(VENV)/run.stamp
+	$(INSTALL) -r requirements/dev.txt
+	@touch $@
+
+# The lock: `make lock` follows pyproject.toml and keeps the pins that still fit;
+# `make lock UPGRADE=--upgrade` takes the newest. Every Python and platform gets the same versions.
+COMPILE := build/lock/bin/uv --no-config pip compile --quiet --universal --python-version 3.11 \
+	--fork-strategy fewest --generate-hashes --no-header --no-annotate \
+	--no-emit-index-url --no-emit-find-links $(UPGRADE)
+
+lock: $(VENV)/pyvenv.cfg  ## pin the requirements again after a change of pyproject.toml
+	$(BIN)/python -m venv build/lock
+	build/lock/bin/python -m pip install --quiet uv
+	$(COMPILE) --extra dev pyproject.toml -o requirements/dev.txt
+	$(COMPILE) --constraint requirements/dev.txt pyproject.toml -o requirements/run.txt
+	$(BIN)/python -c 'import tomllib; \
+		print(*tomllib.load(open("pyproject.toml", "rb"))["build-system"]["requires"], sep="\n")' \
+		| $(COMPILE) - -o requirements/build.txt

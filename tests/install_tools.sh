@@ -1,0 +1,42 @@
+#!/bin/sh
+# Install what the tests need beyond pip, where that takes no password; elsewhere print the one
+# line to type. The tests then skip with that reason, or fail where CI=true.
+set -u
+
+missing=""
+command -v dot >/dev/null || missing="$missing graphviz"
+command -v chromium >/dev/null || missing="$missing chromium"
+[ -n "$missing" ] || exit 0
+
+if [ "$(id -u)" = 0 ]; then
+    as_root="env"
+elif sudo -n true 2>/dev/null; then
+    as_root="sudo -n env"
+else
+    as_root=""
+fi
+
+if [ -n "$as_root" ] && command -v apt-get >/dev/null; then
+    echo "Installing for the tests:$missing"
+    apt="$as_root DEBIAN_FRONTEND=noninteractive apt-get -qq -o DPkg::Lock::Timeout=300"
+    log=$(mktemp)
+    # $apt and $missing are lists of words.
+    # shellcheck disable=SC2086
+    if $apt update >"$log" 2>&1 </dev/null &&
+        $apt install --yes --no-install-recommends $missing >>"$log" 2>&1 </dev/null; then
+        rm -f "$log"
+        exit 0
+    fi
+    cat "$log" >&2
+    rm -f "$log"
+fi
+
+if command -v apt-get >/dev/null; then
+    line="sudo apt-get install$missing"
+elif command -v brew >/dev/null; then
+    line="brew install$missing"
+else
+    line="your system's package manager, for:$missing"
+fi
+echo "The tests that need$missing cannot run here. To run them too: $line" >&2
+[ "${CI:-}" != true ]
