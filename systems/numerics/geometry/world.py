@@ -4,6 +4,7 @@ The free region is closed. Every ring is stored so that free space lies to the L
 its directed edges: the boundary runs counter-clockwise, obstacles run clockwise.
 """
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -21,9 +22,8 @@ RELATIVE_TOLERANCE = 1e-9
 class Corners:
     """Reflex vertices of a free region: the places behind which something can hide.
 
-    The frame of each corner is the one of the corner game: the obstacle's wedge of interior
-    angle `angles` lies between edge A, along the frame's negative x axis, and edge B, clockwise
-    of it seen from the free side.
+    The frame of each corner is the one of the corner game: edge A lies along the frame's
+    negative x axis, edge B at the polar angle `angles` - pi, and the obstacle between them.
 
     Attributes:
         points: Positions, shape (k, 2) [m].
@@ -67,9 +67,9 @@ class World:
         return np.concatenate([self.boundary.min(axis=0), self.boundary.max(axis=0)])
 
     @cached_property
-    def extent(self) -> float:
-        """Diagonal of the bounding box [m]."""
-        return float(np.hypot(*(self.bounds[2:] - self.bounds[:2])))
+    def size(self) -> float:
+        """Side of the square of the same area as the boundary encloses [m]."""
+        return math.sqrt(ring_area(self.boundary))
 
     @cached_property
     def tolerance(self) -> float:
@@ -79,7 +79,7 @@ class World:
         never below what rounding leaves of coordinates far from the origin.
         """
         rounding = 64 * np.finfo(float).eps * float(np.abs(self.bounds).max())
-        return max(RELATIVE_TOLERANCE * self.extent, rounding)
+        return max(RELATIVE_TOLERANCE * self.size, rounding)
 
     @cached_property
     def free_area(self) -> float:
@@ -99,7 +99,7 @@ class World:
             after = np.roll(ring, -1, axis=0) - ring
             before = np.roll(ring, 1, axis=0) - ring
             # Free space is swept counter-clockwise from `after` to `before`; the obstacle's
-            # wedge from `before` to `after`, so edge A is `before` seen in the corner's frame.
+            # wedge from `before`, which is edge A, to `after`, which is edge B.
             wedge = np.arctan2(
                 before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0],
                 np.einsum("ij,ij->i", before, after),

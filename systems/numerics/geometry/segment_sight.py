@@ -1,0 +1,178 @@
+"""Line of sight: is a segment clear?
+
+A segment is clear when the closed free region covers it. So a segment that grazes a vertex, runs
+along an edge, starts or ends on the boundary, or passes between two obstacles that touch it from
+either side is clear; a segment of zero length is clear when its point is free. Depths up to the
+world's tolerance count as touching, which keeps the answer the same when the scene is rotated,
+moved, mirrored or its vertices are listed in another order.
+
+The test is local. Coming from free space, a segment enters an obstacle either by crossing the
+inside of an edge, or at a vertex that it touches, when it leaves that vertex (or arrives there)
+through the obstacle's wedge.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from ..errors import InvalidInput
+from .edge_index import (
+    BEFORE,
+    CELL,
+    COLUMNS,
+    END,
+    ROWS,
+    START,
+    TOLERANCE,
+    X_MIN,
+    Y_MIN,
+    EdgeIndex,
+    point_is_free,
+)
+
+# What an edge does to a segment.
+APART, TOUCHES, BLOCKS = 0, 1, 2
+
+
+def are_clear(index: EdgeIndex, starts: object, ends: object) -> np.ndarray:
+    """Whether each segment is clear.
+
+    Args:
+        index: The world's edges, from `build_edge_index`.
+        starts: Shape (n, 2) [m]; points outside the free region see nothing.
+        ends: Shape (n, 2) [m].
+
+    Returns:
+        Shape (n,), bool.
+
+    Raises:
+        InvalidInput: The shapes differ, or a coordinate is not finite.
+    """
+    a = np.ascontiguousarray(starts, dtype=float)
+    b = np.ascontiguousarray(ends, dtype=float)
+    if a.ndim != 2 or a.shape[1] != 2 or a.shape != b.shape:
+        raise InvalidInput(f"`starts` and `ends` must both be (n, 2); got {a.shape}, {b.shape}")
+    if not (np.isfinite(a).all() and np.isfinite(b).all()):
+        raise InvalidInput("`starts` and `ends` must be finite; got NaN or infinity")
+    return _are_clear(index, a, b)
+
+
+@njit(cache=True)
+def _are_clear(index: EdgeIndex, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    clear = np.empty(len(starts), dtype=np.bool_)
+    for i in range(len(starts)):
+        clear[i] = segment_is_clear(index, starts[i, 0], starts[i, 1], ends[i, 0], ends[i, 1])
+    return clear
+
+
+@njit(cache=True)
+def segment_is_clear(index: EdgeIndex, ax: float, ay: float, bx: float, by: float) -> bool:
+    """Whether the closed free region covers the segment from a to b (kernel)."""
+    edges, frame, starts, items, _ = index
+    cell, tolerance = frame[CELL], frame[TOLERANCE]
+    columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
+    # Walk the cells under the segment (Amanatides & Woo, Eurographics 1987), in cell units.
+    x, y = (ax - frame[X_MIN]) / cell, (ay - frame[Y_MIN]) / cell
+    x_end, y_end = (bx - frame[X_MIN]) / cell, (by - frame[Y_MIN]) / cell
+    if min(x, x_end) < 0.0 or min(y, y_end) < 0.0:
+        return False
+    if max(x, x_end) >= columns or max(y, y_end) >= rows:
+        return False
+    i, j, i_end, j_end = int(x), int(y), int(x_end), int(y_end)
+    length = math.sqrt((bx - ax) * (bx - ax) + (by - ay) * (by - ay))
+    if length <= tolerance:
+        return point_is_free(index, ax, ay)
+    ux, uy = (bx - ax) / length, (by - ay) / length
+    dx, dy = x_end - x, y_end - y
+    i_step, j_step = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
+    i_next = (i + (dx > 0) - x) / dx if i != i_end else np.inf
+    j_next = (j + (dy > 0) - y) / dy if j != j_end else np.inf
+    touched = False
+    while True:
+        at = j * columns + i
+        for k in range(starts[at], starts[at + 1]):
+            e = items[k]
+            c_side = ux * (edges[e, START + 1] - ay) - uy * (edges[e, START] - ax)
+            d_side = ux * (edges[e, END + 1] - ay) - uy * (edges[e, END] - ax)
+            if min(c_side, d_side) > tolerance or max(c_side, d_side) < -tolerance:
+                continue  # on one side of the segment's line, as most edges are
+            contact = _contact(edges, e, ax, ay, bx, by, ux, uy, length, c_side, d_side, tolerance)
+            if contact == BLOCKS:
+                return False
+            if contact == TOUCHES:
+                touched = True
+        if i == i_end and j == j_end:
+            break
+        if i_next < j_next:
+            i += i_step
+            i_next = (i + (dx > 0) - x) / dx if i != i_end else np.inf
+        else:
+            j += j_step
+            j_next = (j + (dy > 0) - y) / dy if j != j_end else np.inf
+    # Where the boundary was touched the local tests have placed the segment in free space.
+    return touched or point_is_free(index, ax, ay)
+
+
+@njit(cache=True)
+def _contact(
+    edges: np.ndarray,
+    e: int,
+    ax: float,
+    ay: float,
+    bx: float,
+    by: float,
+    ux: float,
+    uy: float,
+    length: float,
+    c_side: float,
+    d_side: float,
+    tolerance: float,
+) -> int:
+    """What edge `e`, whose ends lie c_side and d_side left of the line a-b, does to a-b."""
+    cx, cy = edges[e, START] - ax, edges[e, START + 1] - ay
+    dx, dy = edges[e, END] - ax, edges[e, END + 1] - ay
+    if abs(c_side) > tolerance and abs(d_side) > tolerance:
+        # The edge crosses the segment's line; on which sides of the edge are a and b?
+        ex, ey = dx - cx, dy - cy
+        scale = 1.0 / math.sqrt(ex * ex + ey * ey)
+        a_side = (ey * cx - ex * cy) * scale
+        b_side = (ex * (by - ay - cy) - ey * (bx - ax - cx)) * scale
+        low, high = min(a_side, b_side), max(a_side, b_side)
+        if low > tolerance or high < -tolerance:
+            return APART
+        return BLOCKS if low < -tolerance else TOUCHES
+    # One end is on the segment's line. Each vertex is judged once, as the start of its edge.
+    along = ux * cx + uy * cy
+    if abs(c_side) > tolerance or along < -tolerance or along > length + tolerance:
+        return APART
+    if along < length - tolerance and leaves_through_obstacle(
+        edges, e, ux, uy, length - along, tolerance
+    ):
+        return BLOCKS
+    if along > tolerance and leaves_through_obstacle(edges, e, -ux, -uy, along, tolerance):
+        return BLOCKS
+    return TOUCHES
+
+
+@njit(cache=True)
+def leaves_through_obstacle(
+    edges: np.ndarray, e: int, ux: float, uy: float, reach: float, tolerance: float
+) -> bool:
+    """Whether direction u, from the start of edge `e`, points into the obstacle there.
+
+    Over the distance `reach`, a course within `tolerance` of one of the two edges follows it.
+    """
+    vx, vy = edges[e, START], edges[e, START + 1]
+    nx, ny = edges[e, END] - vx, edges[e, END + 1] - vy
+    px, py = edges[e, BEFORE] - vx, edges[e, BEFORE + 1] - vy
+    n_side = ux * ny - uy * nx
+    p_side = ux * py - uy * px
+    if ux * nx + uy * ny > 0.0 and abs(n_side) * min(1.0, reach / np.hypot(nx, ny)) <= tolerance:
+        return False
+    if ux * px + uy * py > 0.0 and abs(p_side) * min(1.0, reach / np.hypot(px, py)) <= tolerance:
+        return False
+    # The obstacle is swept counter-clockwise from `before` to the edge's end.
+    if px * ny - py * nx > 0.0:
+        return p_side < 0.0 and n_side > 0.0
+    return p_side < 0.0 or n_side > 0.0

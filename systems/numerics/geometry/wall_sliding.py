@@ -1,0 +1,170 @@
+"""Motion among walls: a step that would enter an obstacle slides along it instead.
+
+A step is straight. It ends at a small distance, the skin, from the first wall that it meets; what
+is left of it continues along that wall. The whole step is then replaced by its chord, and taken
+only if the chord is clear too, so that a point that starts in free space is never out of it, at
+any speed or step, not even between the samples.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from .edge_index import (
+    CELL,
+    COLUMNS,
+    END,
+    ROWS,
+    START,
+    TOLERANCE,
+    X_MIN,
+    Y_MIN,
+    EdgeIndex,
+    point_is_free,
+)
+from .segment_sight import segment_is_clear
+
+# Distance kept from walls, in tolerances of the world: well above rounding, far below any robot.
+SKIN = 1000.0
+
+# Walls met in one step before what is left of it is given up.
+MAX_CONTACTS = 4
+
+
+@njit(cache=True)
+def slide(index: EdgeIndex, x: float, y: float, dx: float, dy: float) -> tuple[float, float]:
+    """The admissible displacement nearest in spirit to (dx, dy) [m] from a point (kernel).
+
+    A point that is not free is led to the nearest wall instead, by at most the length asked for.
+    """
+    length = math.hypot(dx, dy)
+    if length == 0.0:
+        return 0.0, 0.0
+    if not point_is_free(index, x, y):
+        return _towards_free_space(index, x, y, length)
+    at_x, at_y, left_x, left_y = x, y, dx, dy
+    first_x, first_y = 0.0, 0.0
+    for contact in range(MAX_CONTACTS):
+        part, tx, ty = first_contact(index, at_x, at_y, left_x, left_y)
+        at_x += part * left_x
+        at_y += part * left_y
+        if contact == 0:
+            first_x, first_y = part * dx, part * dy
+        if part == 1.0:
+            break
+        along = (1.0 - part) * (left_x * tx + left_y * ty)
+        left_x, left_y = along * tx, along * ty
+    if segment_is_clear(index, x, y, at_x, at_y) and point_is_free(index, at_x, at_y):
+        return at_x - x, at_y - y
+    if segment_is_clear(index, x, y, x + first_x, y + first_y):
+        return first_x, first_y
+    return 0.0, 0.0
+
+
+@njit(cache=True)
+def first_contact(
+    index: EdgeIndex, x: float, y: float, dx: float, dy: float
+) -> tuple[float, float, float]:
+    """How far along a displacement the first wall is met, and that wall's direction (kernel).
+
+    Returns:
+        The fraction in [0, 1] of the displacement (1: no wall), and the unit tangent (0, 0: none).
+    """
+    edges, frame, starts, items, _ = index
+    skin = SKIN * frame[TOLERANCE]
+    cell, columns, rows = frame[CELL], int(frame[COLUMNS]), int(frame[ROWS])
+    x_low, x_high = min(x, x + dx) - 2.0 * skin, max(x, x + dx) + 2.0 * skin
+    y_low, y_high = min(y, y + dy) - 2.0 * skin, max(y, y + dy) + 2.0 * skin
+    # A course along a wall must not meet that wall again by rounding.
+    parallel = 1e-9 * math.hypot(dx, dy)
+    first, tangent_x, tangent_y = 1.0, 0.0, 0.0
+    for j in range(
+        max(0, int((y_low - frame[Y_MIN]) / cell)),
+        min(rows, int((y_high - frame[Y_MIN]) / cell) + 1),
+    ):
+        for i in range(
+            max(0, int((x_low - frame[X_MIN]) / cell)),
+            min(columns, int((x_high - frame[X_MIN]) / cell) + 1),
+        ):
+            at = j * columns + i
+            for k in range(starts[at], starts[at + 1]):
+                e = items[k]
+                cx, cy = edges[e, START] - x, edges[e, START + 1] - y
+                ex, ey = edges[e, END] - edges[e, START], edges[e, END + 1] - edges[e, START + 1]
+                size = math.sqrt(ex * ex + ey * ey)
+                tx, ty = ex / size, ey / size
+                approach = ty * dx - tx * dy
+                height = ty * cx - tx * cy
+                if approach <= parallel or height < 0.0 or height - approach >= skin:
+                    continue  # leaves or follows the wall, is behind it, or stops short of it
+                part = max(0.0, (height - skin) / approach)
+                along = tx * (part * dx - cx) + ty * (part * dy - cy)
+                if -skin <= along <= size + skin and part < first:
+                    first, tangent_x, tangent_y = part, tx, ty
+    return first, tangent_x, tangent_y
+
+
+@njit(cache=True)
+def _towards_free_space(index: EdgeIndex, x: float, y: float, length: float) -> tuple[float, float]:
+    """Displacement of at most `length` to just beyond the nearest wall, on its free side."""
+    edges = index.edges
+    nearest, best_x, best_y = np.inf, 0.0, 0.0
+    for e in range(len(edges)):
+        ex, ey = edges[e, END] - edges[e, START], edges[e, END + 1] - edges[e, START + 1]
+        px, py = x - edges[e, START], y - edges[e, START + 1]
+        t = min(1.0, max(0.0, (px * ex + py * ey) / (ex * ex + ey * ey)))
+        distance = math.hypot(px - t * ex, py - t * ey)
+        if distance < nearest:
+            skin = 2.0 * SKIN * index.frame[TOLERANCE] / math.hypot(ex, ey)
+            nearest = distance
+            best_x = t * ex - px - skin * ey
+            best_y = t * ey - py + skin * ex
+    scale = min(1.0, length / math.hypot(best_x, best_y))
+    return scale * best_x, scale * best_y
+
+
+@njit(cache=True)
+def slide_team(
+    index: EdgeIndex, positions: np.ndarray, velocities: np.ndarray, period: float
+) -> np.ndarray:
+    """Velocities that, held for a period, keep every member of a team out of the walls.
+
+    Args:
+        index: Edges of the region for the robots' centres.
+        positions: Shape (2 n,), x and y of each member [m].
+        velocities: Shape (2 n,) [m/s].
+        period: For how long the velocities are held [s].
+
+    Returns:
+        Shape (2 n,) [m/s].
+    """
+    safe = np.empty_like(velocities)
+    for i in range(0, len(velocities), 2):
+        x, y = positions[i], positions[i + 1]
+        dx, dy = slide(index, x, y, period * velocities[i], period * velocities[i + 1])
+        safe[i], safe[i + 1] = dx / period, dy / period
+    return safe
+
+
+@njit(cache=True)
+def stop_team(index: EdgeIndex, positions: np.ndarray, displacements: np.ndarray) -> np.ndarray:
+    """The fraction of each member's straight step that is clear of walls.
+
+    Args:
+        index: Edges of the region for the robots' centres.
+        positions: Shape (2 n,) [m].
+        displacements: Shape (2 n,) [m].
+
+    Returns:
+        Shape (n,), each in [0, 1]; 0 from a point that is not free.
+    """
+    parts = np.zeros(len(positions) // 2)
+    for i in range(len(parts)):
+        x, y = positions[2 * i], positions[2 * i + 1]
+        if point_is_free(index, x, y):
+            part = first_contact(index, x, y, displacements[2 * i], displacements[2 * i + 1])[0]
+            dx, dy = part * displacements[2 * i], part * displacements[2 * i + 1]
+            if segment_is_clear(index, x, y, x + dx, y + dy):
+                parts[i] = part
+    return parts
