@@ -63,7 +63,7 @@ $(VENV)/pyvenv.cfg:
 		echo "Sightfield needs Python 3.11 or newer, and finds none. On Debian or Ubuntu, type:"; \
 		echo "    sudo apt-get install python3 python3-venv"; \
 		echo "or name one: make PYTHON=/path/to/python3"; exit 1; } >&2
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 		echo "Sightfield needs Python 3.11 or newer; got $$($(PYTHON) --version 2>&1)"; \
 		echo "    from PYTHON=$(PYTHON)"; exit 1; } >&2
 	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || { \

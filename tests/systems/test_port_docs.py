@@ -201,19 +201,20 @@ def test_a_system_with_other_ports_than_it_says_fails(arguments):
     [
         ("name: Documented", "name: Other"),
         ("- position", "- place"),
-        ("- speed\n        - picture", "- picture\n        - speed"),
-        ("    position  2 N ", "    place     2 N "),
+        ("- speed\n    - picture", "- picture\n    - speed"),
+        ("position  2 N ", "place     2 N "),
         ("2 N    m  ", "2 N       "),
-        ("    speed     1      m/s", "    speed            m/s"),
-        ("    speed     1      m/s", "    speed     2      m/s"),
-        ("    picture   Image", "    picture   3    "),
-        ("    picture   Image  -     camera\n", ""),
+        ("speed     1      m/s", "speed            m/s"),
+        ("speed     1      m/s", "speed     2      m/s"),
+        ("picture   Image", "picture   3    "),
+        ("picture   Image  -     camera\n", ""),
         (".. pydrake_system::", "Ports:"),
         ("port      size", "gate      size"),
     ],
 )
 def test_a_docstring_that_says_otherwise_fails(old, new):
-    assert Documented.__doc__ is not None
-    assert Documented.__doc__.count(old) == 1
+    # From Python 3.13 on, the compiler takes the indentation off docstrings.
+    doc = inspect.cleandoc(str(Documented.__doc__))
+    assert doc.count(old) == 1
     with pytest.raises(AssertionError):
-        check_ports_are_as_documented(with_docstring(Documented.__doc__.replace(old, new)))
+        check_ports_are_as_documented(with_docstring(doc.replace(old, new)))
