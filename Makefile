@@ -72,12 +72,13 @@ $(VENV)/pyvenv.cfg:
 	$(PYTHON) -m venv --clear $(VENV)
 
 $(VENV)/run.stamp: requirements/run.txt requirements/build.txt pyproject.toml | $(VENV)/pyvenv.cfg
-	@echo "Installing Sightfield's requirements into $(VENV): about 300 MB, some minutes at most"
+	@echo "Installing Sightfield into $(VENV): a download of about 260 MB"
 	$(INSTALL) -r requirements/run.txt -r requirements/build.txt
 	$(PIP) install --quiet --no-deps --no-build-isolation --editable .
 	@touch $@
 
 $(VENV)/dev.stamp: requirements/dev.txt $(VENV)/run.stamp
+	@echo "Installing what the tests need into $(VENV): a download of about 140 MB"
 	$(INSTALL) -r requirements/dev.txt
 	@touch $@
 

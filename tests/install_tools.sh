@@ -6,6 +6,10 @@ set -u
 missing=""
 command -v dot >/dev/null || missing="$missing graphviz"
 command -v chromium >/dev/null || missing="$missing chromium"
+# Playwright's driver links to it, and Debian's base and chromium come without.
+if command -v apt-get >/dev/null && ! /sbin/ldconfig -p | grep -q libatomic.so.1; then
+    missing="$missing libatomic1"
+fi
 [ -n "$missing" ] || exit 0
 
 if [ "$(id -u)" = 0 ]; then
