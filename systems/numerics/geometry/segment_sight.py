@@ -168,9 +168,16 @@ def leaves_through_obstacle(
     px, py = edges[e, BEFORE] - vx, edges[e, BEFORE + 1] - vy
     n_side = ux * ny - uy * nx
     p_side = ux * py - uy * px
-    if ux * nx + uy * ny > 0.0 and abs(n_side) * min(1.0, reach / np.hypot(nx, ny)) <= tolerance:
+    # |n_side| * min(1, reach / |n|) <= tolerance, without roots.
+    square = tolerance * tolerance
+    near = square * reach * reach
+    if ux * nx + uy * ny > 0.0 and n_side * n_side * reach * reach <= max(
+        near, square * (nx * nx + ny * ny)
+    ):
         return False
-    if ux * px + uy * py > 0.0 and abs(p_side) * min(1.0, reach / np.hypot(px, py)) <= tolerance:
+    if ux * px + uy * py > 0.0 and p_side * p_side * reach * reach <= max(
+        near, square * (px * px + py * py)
+    ):
         return False
     # The obstacle is swept counter-clockwise from `before` to the edge's end.
     if px * ny - py * nx > 0.0:

@@ -19,7 +19,6 @@ from .segment_sight import segment_is_clear
 SHORTEST_PIECE = 1e-12
 
 
-@njit(cache=True)
 def first_loss(
     index: EdgeIndex,
     viewers: np.ndarray,
@@ -38,6 +37,23 @@ def first_loss(
         The fraction of the interval in [0, 1] at which sight is lost, and the target's number;
         (inf, -1) when every target stays in someone's sight.
     """
+    return _first_loss(*index, viewers, viewers_after, targets, targets_after)
+
+
+# Numba takes the arrays one by one in a fraction of the time that it takes a named tuple.
+@njit(cache=True)
+def _first_loss(
+    edges: np.ndarray,
+    frame: np.ndarray,
+    starts: np.ndarray,
+    items: np.ndarray,
+    probes: np.ndarray,
+    viewers: np.ndarray,
+    viewers_after: np.ndarray,
+    targets: np.ndarray,
+    targets_after: np.ndarray,
+) -> tuple[float, int]:
+    index = EdgeIndex(edges, frame, starts, items, probes)
     first, lost = np.inf, -1
     for j in range(0, len(targets), 2):
         loss = _loss_of(index, viewers, viewers_after, targets, targets_after, j)

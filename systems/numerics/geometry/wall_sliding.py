@@ -38,7 +38,7 @@ def slide(index: EdgeIndex, x: float, y: float, dx: float, dy: float) -> tuple[f
 
     A point that is not free is led to the nearest wall instead, by at most the length asked for.
     """
-    length = math.hypot(dx, dy)
+    length = math.sqrt(dx * dx + dy * dy)
     if length == 0.0:
         return 0.0, 0.0
     if not point_is_free(index, x, y):
@@ -77,7 +77,7 @@ def first_contact(
     x_low, x_high = min(x, x + dx) - 2.0 * skin, max(x, x + dx) + 2.0 * skin
     y_low, y_high = min(y, y + dy) - 2.0 * skin, max(y, y + dy) + 2.0 * skin
     # A course along a wall must not meet that wall again by rounding.
-    parallel = 1e-9 * math.hypot(dx, dy)
+    parallel = 1e-9 * math.sqrt(dx * dx + dy * dy)
     first, tangent_x, tangent_y = 1.0, 0.0, 0.0
     for j in range(
         max(0, int((y_low - frame[Y_MIN]) / cell)),
@@ -124,7 +124,6 @@ def _towards_free_space(index: EdgeIndex, x: float, y: float, length: float) -> 
     return scale * best_x, scale * best_y
 
 
-@njit(cache=True)
 def slide_team(
     index: EdgeIndex, positions: np.ndarray, velocities: np.ndarray, period: float
 ) -> np.ndarray:
@@ -139,6 +138,22 @@ def slide_team(
     Returns:
         Shape (2 n,) [m/s].
     """
+    return _slide_team(*index, positions, velocities, period)
+
+
+# Numba takes the arrays one by one in a fraction of the time that it takes a named tuple.
+@njit(cache=True)
+def _slide_team(
+    edges: np.ndarray,
+    frame: np.ndarray,
+    starts: np.ndarray,
+    items: np.ndarray,
+    probes: np.ndarray,
+    positions: np.ndarray,
+    velocities: np.ndarray,
+    period: float,
+) -> np.ndarray:
+    index = EdgeIndex(edges, frame, starts, items, probes)
     safe = np.empty_like(velocities)
     for i in range(0, len(velocities), 2):
         x, y = positions[i], positions[i + 1]

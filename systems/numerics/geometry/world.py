@@ -59,7 +59,7 @@ class World:
     @cached_property
     def polygon(self) -> shapely.Polygon:
         """The free region as a Shapely polygon."""
-        return shapely.Polygon(self.boundary, [ring for ring in self.obstacles])
+        return shapely.Polygon(self.boundary, list(self.obstacles))
 
     @cached_property
     def bounds(self) -> np.ndarray:

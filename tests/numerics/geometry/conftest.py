@@ -22,9 +22,9 @@ def _random_obstacles(rng: np.random.Generator, count: int) -> list[np.ndarray]:
         outline = shapely.Polygon(
             centre + np.column_stack([radii * np.cos(angles), radii * np.sin(angles)])
         )
-        if outline.is_valid and outline.area > 0.003:
-            if all(outline.distance(other) > 0.01 for other in placed):
-                placed.append(outline)
+        apart = all(outline.distance(other) > 0.01 for other in placed)
+        if outline.is_valid and outline.area > 0.003 and apart:
+            placed.append(outline)
     return [np.array(outline.exterior.coords) for outline in placed]
 
 

@@ -1,0 +1,133 @@
+"""Evaders that play to escape, each round the corner that it can reach best.
+
+For each corner in sight an evader computes the margin M1 = D_e - a D_p of the corner game against
+every pursuer that sees both the evader and the corner. The worst of these is the corner's; the
+evader makes for the corner where it is smallest, by the best play of the game against the pursuer
+that defends that corner best.
+
+A robot has a width: it can come no nearer to a corner than the corner of its grown obstacle. So
+the evader's position is taken relative to that point, and the pursuer's relative to the true
+corner, which is the one that blocks sight.
+
+Source: Zhang 2014, Table 2.1 (policy A), extended to many corners and pursuers.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from .corner_frame import from_corner_frame, to_corner_frame
+from .corner_game import margins
+from .corner_policies import evader_policy
+
+
+@njit(cache=True)
+def corner_stance(
+    x: float, y: float, heading: float, angle: float, standoff: float
+) -> tuple[float, float]:
+    """Offset of the grown obstacle's corner from the true one [m], at most two standoffs long."""
+    reach = standoff / max(math.sin(0.5 * angle), 0.5)
+    # The obstacle's bisector lies at angle/2 - pi in the corner's frame; the offset is opposite.
+    out = heading + 0.5 * angle
+    return reach * math.cos(out), reach * math.sin(out)
+
+
+@njit(cache=True)
+def escape_velocity(
+    j: int,
+    pursuers: np.ndarray,
+    evaders: np.ndarray,
+    visibility: np.ndarray,
+    pursuer_corners: np.ndarray,
+    evader_corners: np.ndarray,
+    corners: np.ndarray,
+    ratio: float,
+    speed: float,
+    standoff: float,
+) -> tuple[float, float]:
+    """Velocity of evader j (kernel); arguments as in `adversarial_velocities`."""
+    k, m = len(corners), len(evaders) // 2
+    best, best_x, best_y = np.inf, 0.0, 0.0
+    for c in range(k):
+        if evader_corners[j * k + c] < 0.5:
+            continue
+        x, y, heading, angle = corners[c, 0], corners[c, 1], corners[c, 2], corners[c, 3]
+        offset_x, offset_y = corner_stance(x, y, heading, angle, standoff)
+        ex, ey = evaders[2 * j] - offset_x, evaders[2 * j + 1] - offset_y
+        worst, ux, uy = -np.inf, 0.0, 0.0
+        for i in range(len(pursuers) // 2):
+            if visibility[i * m + j] < 0.5 or pursuer_corners[i * k + c] < 0.5:
+                continue
+            r_p, phi_p, r_e, phi_e, mirrored = to_corner_frame(
+                pursuers[2 * i], pursuers[2 * i + 1], ex, ey, x, y, heading, angle
+            )
+            margin = margins(r_p, phi_p, r_e, phi_e, angle, ratio)[0]
+            if margin > worst:
+                worst = margin
+                ux, uy = evader_policy(r_p, phi_p, r_e, phi_e, angle, ratio)
+                ux, uy = from_corner_frame(ux, uy, heading, angle, mirrored)
+        if -np.inf < worst < best:
+            best, best_x, best_y = worst, ux, uy
+    if best < np.inf:
+        return speed * best_x, speed * best_y
+    return _away_from_nearest(j, pursuers, evaders, visibility, speed)
+
+
+@njit(cache=True)
+def _away_from_nearest(
+    j: int, pursuers: np.ndarray, evaders: np.ndarray, visibility: np.ndarray, speed: float
+) -> tuple[float, float]:
+    """Straight away from the nearest pursuer that sees the evader; at rest when none does."""
+    m = len(evaders) // 2
+    nearest, vx, vy = np.inf, 0.0, 0.0
+    for i in range(len(pursuers) // 2):
+        dx, dy = evaders[2 * j] - pursuers[2 * i], evaders[2 * j + 1] - pursuers[2 * i + 1]
+        distance = math.hypot(dx, dy)
+        if visibility[i * m + j] > 0.5 and 0.0 < distance < nearest:
+            nearest, vx, vy = distance, speed * dx / distance, speed * dy / distance
+    return vx, vy
+
+
+@njit(cache=True)
+def adversarial_velocities(
+    pursuers: np.ndarray,
+    evaders: np.ndarray,
+    visibility: np.ndarray,
+    pursuer_corners: np.ndarray,
+    evader_corners: np.ndarray,
+    corners: np.ndarray,
+    ratio: float,
+    speed: float,
+    standoff: float,
+) -> np.ndarray:
+    """Velocities of a team of evaders.
+
+    Args:
+        pursuers, evaders: Positions, shapes (2 n,), (2 m,) [m].
+        visibility: 1 where a pursuer sees an evader, shape (n m,), row by row of pursuers.
+        pursuer_corners, evader_corners: 1 where a member sees a corner, (n k,), (m k,).
+        corners: Shape (k, 4): x, y [m], heading, angle [rad].
+        ratio: Speed ratio a = v_e / v_p.
+        speed: Evaders' top speed [m/s].
+        standoff: How near an evader's centre comes to a wall [m].
+
+    Returns:
+        Shape (2 m,) [m/s]. An evader that nobody sees waits; one that is seen where no corner
+        can hide it runs away from the nearest pursuer that sees it.
+    """
+    velocities = np.zeros(len(evaders))
+    for j in range(len(evaders) // 2):
+        velocities[2 * j], velocities[2 * j + 1] = escape_velocity(
+            j,
+            pursuers,
+            evaders,
+            visibility,
+            pursuer_corners,
+            evader_corners,
+            corners,
+            ratio,
+            speed,
+            standoff,
+        )
+    return velocities

@@ -1,0 +1,25 @@
+"""The registry of assignment rules: to add one, write a function and add a line here."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from .baselines import nearest, own_riskiest, random_visible, stay
+from .borda import borda_max, borda_min, borda_printed
+from .matching import hungarian, hungarian_max
+from .team_view import TeamView
+
+# A rule gives each pursuer an evader that it sees, or -1: shape (n,) of int.
+AssignmentRule = Callable[[TeamView], np.ndarray]
+
+RULES: dict[str, AssignmentRule] = {
+    "hungarian": hungarian,
+    "hungarian_max": hungarian_max,
+    "borda_min": borda_min,
+    "borda_max": borda_max,
+    "borda_printed": borda_printed,
+    "random_visible": random_visible,
+    "own_riskiest": own_riskiest,
+    "nearest": nearest,
+    "stay": stay,
+}

@@ -1,0 +1,31 @@
+"""What an assignment rule may look at."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+# What pursuers do that a matching leaves over: wait, or go after the riskiest evader they see.
+EXTRA_PURSUERS = ("stay", "riskiest")
+
+
+class TeamView(NamedTuple):
+    """A moment of the game, as the assignment rules see it.
+
+    Attributes:
+        visible: Whether pursuer i sees evader j, shape (n, m), bool.
+        risk: Risk of pair (i, j), shape (n, m) [1/m].
+        pursuers: Positions, shape (n, 2) [m].
+        evaders: Positions, shape (m, 2) [m].
+        extra: One of EXTRA_PURSUERS.
+        seed: For rules that draw lots.
+    """
+
+    visible: np.ndarray
+    risk: np.ndarray
+    pursuers: np.ndarray
+    evaders: np.ndarray
+    extra: str = "stay"
+    seed: int = 0
+
+
+UNASSIGNED = -1

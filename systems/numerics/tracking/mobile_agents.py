@@ -1,0 +1,82 @@
+"""Equations of motion of the agents, for NumPy arrays and for Drake's scalars alike.
+
+Limits are written with absolute values instead of branches, so that automatic differentiation and
+symbolic evaluation go through them.
+
+Source: Zhang 2014, (2.1) for point agents; the unicycle is the usual model of the testbed's
+differential-drive robots (2.2.8).
+"""
+
+import numpy as np
+
+
+def clip_symmetric(value, limit):
+    """Clip to [-limit, limit], elementwise."""
+    return (np.abs(value + limit) - np.abs(value - limit)) / 2
+
+
+def limit_speed(velocities, top_speed: float):
+    """Shorten velocities that exceed the top speed, keeping their direction.
+
+    Args:
+        velocities: Shape (n, 2) [m/s].
+        top_speed: [m/s].
+
+    Returns:
+        Shape (n, 2) [m/s].
+    """
+    square = (velocities[:, 0] ** 2 + velocities[:, 1] ** 2) / top_speed**2
+    # max(1, square) without a branch; its root is never taken at zero, where it has no slope.
+    excess = (1 + square + np.abs(square - 1)) / 2
+    return velocities / np.sqrt(excess)[:, None]
+
+
+def unicycle_rates(headings, commands):
+    """Rates of (x, y, theta) of unicycles.
+
+    Args:
+        headings: Shape (n,) [rad].
+        commands: Speed and turn rate, shape (n, 2) [m/s], [rad/s].
+
+    Returns:
+        Shape (n, 3) [m/s], [m/s], [rad/s].
+    """
+    speed, turn_rate = commands[:, 0], commands[:, 1]
+    return np.stack([speed * np.cos(headings), speed * np.sin(headings), turn_rate], axis=1)
+
+
+def unicycle_step(poses, commands, step: float):
+    """Poses after commands held for a step: a straight chord at the mean heading.
+
+    Second-order accurate; between two samples the robot is on the chord.
+
+    Args:
+        poses: Shape (n, 3) [m], [m], [rad].
+        commands: Shape (n, 2) [m/s], [rad/s].
+        step: [s].
+
+    Returns:
+        Shape (n, 3).
+    """
+    middle = poses[:, 2] + commands[:, 1] * (step / 2)
+    return poses + step * unicycle_rates(middle, commands)
+
+
+def heading_command(headings, velocities, gain: float):
+    """Speed and turn rate with which a unicycle follows a desired velocity.
+
+    The speed is the part of the velocity along the robot, backwards too; the turn rate is
+    proportional to the heading error.
+
+    Args:
+        headings: Shape (n,) [rad].
+        velocities: Shape (n, 2) [m/s].
+        gain: Turn rate per heading error [1/s].
+
+    Returns:
+        Shape (n, 2) [m/s], [rad/s].
+    """
+    c, s = np.cos(headings), np.sin(headings)
+    ahead = c * velocities[:, 0] + s * velocities[:, 1]
+    left = c * velocities[:, 1] - s * velocities[:, 0]
+    return np.stack([ahead, gain * np.arctan2(left, ahead)], axis=1)

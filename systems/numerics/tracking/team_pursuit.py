@@ -1,0 +1,122 @@
+"""Where each pursuer runs: the weighted sum of the pursuit fields of the corners it shares.
+
+Source: Zhang 2014, (2.2). The sum gives the direction; the speed is the pursuer's, except that
+a step never overshoots the farthest of the star regions that it makes for.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from .corner_fields import corner_field
+from .risk import risk_weights
+
+# A weighted sum shorter than this is a balance of threats: the pursuer waits.
+BALANCE = 1e-9
+
+
+@njit(cache=True)
+def pursuit_velocity(
+    field: int,
+    weighting: int,
+    px: float,
+    py: float,
+    ex: float,
+    ey: float,
+    shared: np.ndarray,
+    corners: np.ndarray,
+    ratio: float,
+    speed: float,
+    period: float,
+) -> tuple[float, float]:
+    """Velocity of one pursuer after one evader (kernel).
+
+    Args:
+        field: Code of the pursuit field (`FIELDS`).
+        weighting: Code of the risk vector (`RISK_VECTORS`).
+        px, py, ex, ey: Positions of pursuer and evader [m].
+        shared: 1 for each corner that both see, shape (k,).
+        corners: Shape (k, 4): x, y [m], heading, angle [rad].
+        ratio: Speed ratio a = v_e / v_p.
+        speed: Pursuer's top speed [m/s].
+        period: For how long the velocity is held [s]; 0 when it changes continuously.
+
+    Returns:
+        (vx, vy) [m/s]; zero where no corner threatens.
+    """
+    count = 0
+    directions = np.empty((len(corners), 3))
+    distances = np.empty(len(corners))
+    for c in range(len(corners)):
+        if shared[c] < 0.5:
+            continue
+        x, y, heading, angle = corners[c, 0], corners[c, 1], corners[c, 2], corners[c, 3]
+        ux, uy, reach = corner_field(field, px, py, ex, ey, x, y, heading, angle, ratio)
+        if reach == 0.0:
+            continue  # seen from the star region: nothing can hide behind this corner
+        directions[count, 0], directions[count, 1], directions[count, 2] = ux, uy, reach
+        distances[count] = math.hypot(ex - x, ey - y)
+        count += 1
+    weights = risk_weights(weighting, distances[:count])
+    vx, vy, reach = 0.0, 0.0, 0.0
+    for c in range(count):
+        if weights[c] > 0.0:
+            vx += weights[c] * directions[c, 0]
+            vy += weights[c] * directions[c, 1]
+            reach = max(reach, directions[c, 2])
+    length = math.hypot(vx, vy)
+    if length <= BALANCE:
+        return 0.0, 0.0
+    pace = min(speed, reach / period) if period > 0.0 else speed
+    return pace * vx / length, pace * vy / length
+
+
+@njit(cache=True)
+def team_pursuit(
+    field: int,
+    weightings: np.ndarray,
+    pursuers: np.ndarray,
+    evaders: np.ndarray,
+    pursuer_corners: np.ndarray,
+    evader_corners: np.ndarray,
+    assignment: np.ndarray,
+    corners: np.ndarray,
+    ratio: float,
+    speed: float,
+    period: float,
+) -> np.ndarray:
+    """Velocities of a team, each member after its own evader.
+
+    Args:
+        field: Code of the pursuit field.
+        weightings: Code of each pursuer's risk vector, shape (n,).
+        pursuers, evaders: Positions, shapes (2 n,), (2 m,) [m].
+        pursuer_corners, evader_corners: 1 where a member sees a corner, (n k,), (m k,).
+        assignment: Each pursuer's evader, -1 for none, shape (n,).
+        corners, ratio, speed, period: As in `pursuit_velocity`.
+
+    Returns:
+        Shape (2 n,) [m/s]; zero for pursuers without an evader.
+    """
+    k = len(corners)
+    velocities = np.zeros(len(pursuers))
+    for i in range(len(assignment)):
+        j = int(assignment[i])
+        if j < 0:
+            continue
+        shared = pursuer_corners[i * k : (i + 1) * k] * evader_corners[j * k : (j + 1) * k]
+        velocities[2 * i], velocities[2 * i + 1] = pursuit_velocity(
+            field,
+            weightings[i],
+            pursuers[2 * i],
+            pursuers[2 * i + 1],
+            evaders[2 * j],
+            evaders[2 * j + 1],
+            shared,
+            corners,
+            ratio,
+            speed,
+            period,
+        )
+    return velocities

@@ -1,0 +1,93 @@
+"""Evaders that play to break the line of sight."""
+
+from pydrake.systems.framework import LeafSystem
+
+from ..numerics.errors import require, require_non_negative, require_positive
+from ..numerics.geometry.wall_sliding import SKIN
+from ..numerics.geometry.world import World
+from ..numerics.tracking.adversarial_evasion import adversarial_velocities
+from ..numerics.tracking.corner_table import corner_table
+
+
+class AdversarialEvaders(LeafSystem):
+    """Each evader makes for the corner that it can reach best, as the corner game tells it to.
+
+    Evaders know where every pursuer is, and who sees what. One that nobody sees waits; one that
+    no corner can hide runs from the nearest pursuer that sees it.
+
+    .. pydrake_system::
+
+        name: AdversarialEvaders
+        input_ports:
+        - pursuer_position
+        - evader_position
+        - visibility
+        - pursuer_corners
+        - evader_corners
+        output_ports:
+        - velocity
+
+    ================  =====  ====  =====
+    port              size   unit  frame
+    ================  =====  ====  =====
+    pursuer_position  2 Np   m     world
+    evader_position   2 Ne   m     world
+    visibility        Np Ne  -     -
+    pursuer_corners   Np K   -     -
+    evader_corners    Ne K   -     -
+    velocity          2 Ne   m/s   world
+    ================  =====  ====  =====
+
+    Source: Zhang 2014, Table 2.1 (policy A).
+
+    Args:
+        world: Whose corners hide.
+        pursuers: Number of pursuers Np.
+        evaders: Number of evaders Ne.
+        top_speed: Of the evaders [m/s].
+        speed_ratio: a = v_e / v_p, in (0, 1).
+        radius: Of an evader: how near its centre comes to a wall [m].
+
+    Raises:
+        InvalidInput: A number is out of its range.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        *,
+        pursuers: int,
+        evaders: int,
+        top_speed: float,
+        speed_ratio: float,
+        radius: float = 0.0,
+    ):
+        super().__init__()
+        require_positive("top_speed", top_speed)
+        require(0 < speed_ratio < 1, "speed_ratio", "lie in (0, 1)", speed_ratio)
+        require_non_negative("radius", radius)
+        self._corners = corner_table(world)
+        self._ratio, self._speed = float(speed_ratio), float(top_speed)
+        # Wall sliding stops a skin short of the wall; a little more is "at the wall".
+        self._standoff = float(radius) + 10.0 * SKIN * world.tolerance
+        corners = len(self._corners)
+        self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
+        self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
+        self._visibility = self.DeclareVectorInputPort("visibility", pursuers * evaders)
+        self._pursuer_corners = self.DeclareVectorInputPort("pursuer_corners", pursuers * corners)
+        self._evader_corners = self.DeclareVectorInputPort("evader_corners", evaders * corners)
+        self.DeclareVectorOutputPort("velocity", 2 * evaders, self._calc_velocity)
+
+    def _calc_velocity(self, context, output):
+        velocity = adversarial_velocities(
+            self._pursuers.Eval(context),
+            self._evaders.Eval(context),
+            self._visibility.Eval(context),
+            self._pursuer_corners.Eval(context),
+            self._evader_corners.Eval(context),
+            self._corners,
+            self._ratio,
+            self._speed,
+            self._standoff,
+        )
+        output.set_value(velocity)

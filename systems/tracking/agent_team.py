@@ -1,0 +1,113 @@
+"""A team of point agents, (2.1)."""
+
+import numpy as np
+from numba import njit
+from pydrake.systems.framework import BasicVector_, LeafSystem_
+from pydrake.systems.scalar_conversion import TemplateSystem
+
+from ..numerics.errors import require, require_non_negative, require_positive
+from ..numerics.tracking.mobile_agents import limit_speed
+
+# The same equation, compiled: in the 20 Hz loop of a team the interpreter would dominate.
+_limit_speed_compiled = njit(cache=True)(limit_speed)
+
+
+@TemplateSystem.define("AgentTeam_")
+def AgentTeam_(T):
+    class Impl(LeafSystem_[T]):
+        """N point agents that follow velocity commands up to their top speed.
+
+        x' = u cos(theta), y' = u sin(theta), with u <= top_speed; the command is the velocity
+        (u cos(theta), u sin(theta)), shortened where it is too fast. With a positive time step
+        the team is a discrete-time system, x[n+1] = x[n] + h x', exact for commands held over a
+        step; with time step 0 it is continuous.
+
+        .. pydrake_system::
+
+            name: AgentTeam
+            input_ports:
+            - velocity
+            output_ports:
+            - position
+
+        ========  ====  ====  =====
+        port      size  unit  frame
+        ========  ====  ====  =====
+        velocity  2 N   m/s   world
+        position  2 N   m     world
+        ========  ====  ====  =====
+
+        Vectors hold x_0, y_0, x_1, y_1, ... Defined for double, AutoDiffXd and Expression.
+
+        Source: Zhang 2014, (2.1).
+
+        Args:
+            initial_positions: Shape (N, 2) [m].
+            top_speed: [m/s].
+            time_step: Update period, or 0 for continuous time [s].
+
+        Raises:
+            InvalidInput: A parameter is out of its range.
+        """
+
+        def _construct(
+            self, initial_positions, *, top_speed: float, time_step: float = 0.0, converter=None
+        ):
+            LeafSystem_[T].__init__(self, converter=converter)
+            initial = np.asarray(initial_positions, dtype=float)
+            require(
+                initial.ndim == 2 and initial.shape[1] == 2 and len(initial) > 0,
+                "initial_positions",
+                "have shape (N, 2)",
+                initial.shape,
+            )
+            require(bool(np.isfinite(initial).all()), "initial_positions", "be finite", initial)
+            require_positive("top_speed", top_speed)
+            require_non_negative("time_step", time_step)
+            self.initial_positions = initial
+            self.top_speed = float(top_speed)
+            self.time_step = float(time_step)
+            size = initial.size
+            self._velocity = self.DeclareVectorInputPort("velocity", size)
+            model = BasicVector_[T](initial.ravel())
+            if time_step > 0:
+                state = self.DeclareDiscreteState(model)
+                self.DeclarePeriodicDiscreteUpdateEvent(time_step, 0.0, self._step)
+            else:
+                state = self.DeclareContinuousState(model)
+            self.DeclareStateOutputPort("position", state)
+
+        def _construct_copy(self, other, converter=None):
+            Impl._construct(
+                self,
+                other.initial_positions,
+                top_speed=other.top_speed,
+                time_step=other.time_step,
+                converter=converter,
+            )
+
+        def get_velocity_input_port(self):
+            """Commanded velocities, size 2 N [m/s]."""
+            return self._velocity
+
+        def get_position_output_port(self):
+            """Positions, size 2 N [m]."""
+            return self.GetOutputPort("position")
+
+        def _rates(self, context):
+            command = self._velocity.Eval(context).reshape(-1, 2)
+            limit = _limit_speed_compiled if T is float else limit_speed
+            return limit(command, self.top_speed).ravel()
+
+        def _step(self, context, discrete_state):
+            position = context.get_discrete_state_vector().value()
+            discrete_state.set_value(position + self.time_step * self._rates(context))
+
+        def DoCalcTimeDerivatives(self, context, derivatives):
+            if self.time_step == 0:
+                derivatives.get_mutable_vector().SetFromVector(self._rates(context))
+
+    return Impl
+
+
+AgentTeam = AgentTeam_[None]

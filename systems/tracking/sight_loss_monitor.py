@@ -1,0 +1,83 @@
+"""When is an evader first seen by nobody?"""
+
+import numpy as np
+from pydrake.common.containers import namedview
+from pydrake.systems.framework import LeafSystem
+
+from ..numerics.errors import require_positive
+from ..numerics.geometry.edge_index import build_edge_index
+from ..numerics.geometry.sight_loss import first_loss
+from ..numerics.geometry.world import World
+
+
+class SightLossMonitor(LeafSystem):
+    """Locates the moment at which some evader is first seen by no pursuer.
+
+    It samples positions, takes the motion between samples as straight, and solves for the moment
+    exactly: nothing depends on the period but how early the loss is reported, at the first
+    sample after it. The first loss is kept.
+
+    .. pydrake_system::
+
+        name: SightLossMonitor
+        input_ports:
+        - pursuer_position
+        - evader_position
+        output_ports:
+        - loss
+
+    ================  ====  ====  =====
+    port              size  unit  frame
+    ================  ====  ====  =====
+    pursuer_position  2 Np  m     world
+    evader_position   2 Ne  m     world
+    loss              2     s, -  -
+    ================  ====  ====  =====
+
+    `loss` holds the time of loss, infinite while there is none, and the evader's number, or -1.
+
+    Source: Zhang 2014, 2.2.1 (tracking time).
+
+    Args:
+        world: Whose obstacles block sight.
+        pursuers: Number of pursuers Np.
+        evaders: Number of evaders Ne.
+        period: Sampling period [s].
+
+    Raises:
+        InvalidInput: The period is not positive.
+    """
+
+    def __init__(self, world: World, *, pursuers: int, evaders: int, period: float):
+        super().__init__()
+        require_positive("period", period)
+        self._index = build_edge_index(world)
+        self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
+        self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
+        self._loss = self.DeclareDiscreteState(LossState(np.array([np.inf, -1.0]))[:])
+        size = 2 * (pursuers + evaders)
+        self._last_time = self.DeclareDiscreteState(np.array([np.nan]))
+        self._last_position = self.DeclareDiscreteState(np.zeros(size))
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
+        self.DeclareStateOutputPort("loss", self._loss)
+
+    def _sample(self, context, discrete_state):
+        pursuers, evaders = self._pursuers.Eval(context), self._evaders.Eval(context)
+        time = context.get_time()
+        loss = LossState(context.get_discrete_state(self._loss).value())
+        last_time = context.get_discrete_state(self._last_time).value()[0]
+        if np.isinf(loss.time):
+            if np.isnan(last_time):
+                last_time, before = time, (pursuers, evaders)
+            else:
+                last = context.get_discrete_state(self._last_position).value()
+                before = (last[: len(pursuers)], last[len(pursuers) :])
+            fraction, evader = first_loss(self._index, before[0], pursuers, before[1], evaders)
+            if evader >= 0:
+                found = np.array([last_time + fraction * (time - last_time), evader])
+                discrete_state.set_value(self._loss, found)
+        discrete_state.set_value(self._last_time, np.array([time]))
+        discrete_state.set_value(self._last_position, np.concatenate([pursuers, evaders]))
+
+
+LossState = namedview("LossState", ["time", "evader"])

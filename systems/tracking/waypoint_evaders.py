@@ -1,0 +1,82 @@
+"""Evaders that follow waypoints, whatever the pursuers do."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem
+
+from ..numerics.errors import require, require_positive
+
+
+class WaypointEvaders(LeafSystem):
+    """Each evader runs straight from waypoint to waypoint, and round again.
+
+    A waypoint is reached within the distance of one period's run; the last run before it is
+    shortened so that it ends there. An evader without waypoints rests.
+
+    .. pydrake_system::
+
+        name: WaypointEvaders
+        input_ports:
+        - evader_position
+        output_ports:
+        - velocity
+
+    ===============  ====  ====  =====
+    port             size  unit  frame
+    ===============  ====  ====  =====
+    evader_position  2 Ne  m     world
+    velocity         2 Ne  m/s   world
+    ===============  ====  ====  =====
+
+    Source: the fixed evader trajectory of Zhang 2014, Figure 2.6.
+
+    Args:
+        waypoints: Of each evader, shape (k, 2), k >= 0 [m].
+        top_speed: [m/s].
+        period: For how long a velocity is held [s].
+
+    Raises:
+        InvalidInput: A number is out of its range, or waypoints are no points.
+    """
+
+    def __init__(self, waypoints: Sequence[object], *, top_speed: float, period: float):
+        super().__init__()
+        require_positive("top_speed", top_speed)
+        require_positive("period", period)
+        self._paths = []
+        for j, each in enumerate(waypoints):
+            path = np.asarray(each, dtype=float).reshape(-1, 2)
+            require(bool(np.isfinite(path).all()), f"waypoints[{j}]", "be finite", path.tolist())
+            self._paths.append(path)
+        require(len(self._paths) > 0, "waypoints", "name at least one evader", "none")
+        self._speed, self._period = float(top_speed), float(period)
+        count = len(self._paths)
+        self._position = self.DeclareVectorInputPort("evader_position", 2 * count)
+        self._next = self.DeclareDiscreteState(np.zeros(count))
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._advance)
+        self.DeclareVectorOutputPort("velocity", 2 * count, self._calc_velocity)
+
+    def _offsets(self, context) -> np.ndarray:
+        """From each evader to its waypoint, shape (Ne, 2) [m]."""
+        positions = self._position.Eval(context).reshape(-1, 2)
+        following = context.get_discrete_state(self._next).value()
+        offsets = np.zeros_like(positions)
+        for j, path in enumerate(self._paths):
+            if len(path):
+                offsets[j] = path[int(following[j])] - positions[j]
+        return offsets
+
+    def _calc_velocity(self, context, output):
+        offsets = self._offsets(context)
+        distances = np.hypot(offsets[:, 0], offsets[:, 1])
+        pace = np.minimum(self._speed, distances / self._period)
+        scale = np.divide(pace, distances, out=np.zeros_like(pace), where=distances > 0)
+        output.set_value((scale[:, None] * offsets).ravel())
+
+    def _advance(self, context, discrete_state):
+        offsets = self._offsets(context)
+        reached = np.hypot(offsets[:, 0], offsets[:, 1]) <= self._speed * self._period
+        counts = np.array([max(len(path), 1) for path in self._paths])
+        following = context.get_discrete_state(self._next).value()
+        discrete_state.set_value(self._next, (following + reached) % counts)
