@@ -1,0 +1,123 @@
+"""Sliders and buttons of the live page, and how a simulation obeys them."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from pydrake.geometry import Meshcat
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, EventStatus
+
+from ...systems.numerics.errors import require
+from .scene import View
+
+# Names as they stand on the page; Meshcat's panel has room for about a dozen letters.
+RATE_SLIDER = "speed"
+PURSUER_SLIDER = "pursuer"
+POLYGON_BUTTON = "visible area on / off (V)"
+FIELD_BUTTON = "pursuit field on / off (F)"
+PAUSE_BUTTON = "pause / resume (Space)"
+STOP_BUTTON = "stop (Esc)"
+_KEYS = {
+    PAUSE_BUTTON: "Space",
+    STOP_BUTTON: "Escape",
+    POLYGON_BUTTON: "KeyV",
+    FIELD_BUTTON: "KeyF",
+}
+_FASTEST = 20.0
+# How often a paused run looks whether it may go on [s of the wall clock].
+_PATIENCE = 0.02
+
+
+@dataclass(frozen=True, kw_only=True)
+class Controls:
+    """What the sliders and buttons of the live page say.
+
+    Attributes:
+        realtime_rate: Simulated seconds per second; 0 for as fast as possible.
+        paused: The run waits.
+        stopped: The run shall end.
+        view: Whose view is shown, and how much of it.
+    """
+
+    realtime_rate: float
+    paused: bool
+    stopped: bool
+    view: View
+
+
+def add_controls(meshcat: Meshcat, *, pursuers: int, realtime_rate: float = 1.0) -> None:
+    """Put the controls on the page, in place of those of an earlier run.
+
+    Args:
+        meshcat: The page.
+        pursuers: Number of pursuers to choose from.
+        realtime_rate: Where the speed slider starts, from 0 (as fast as possible) to 20.
+    """
+    require(pursuers > 0, "pursuers", "be at least 1", pursuers)
+    require(0 <= realtime_rate <= _FASTEST, "realtime_rate", "be from 0 to 20", realtime_rate)
+    remove_controls(meshcat)
+    for name, keycode in _KEYS.items():
+        meshcat.AddButton(name, keycode)
+    meshcat.AddSlider(RATE_SLIDER, 0.0, _FASTEST, 0.25, realtime_rate, "Minus", "Equal")
+    # A slider needs two ends, so a lone pursuer shares it with nobody (-1), like every team.
+    meshcat.AddSlider(PURSUER_SLIDER, -1, pursuers - 1, 1, 0, "BracketLeft", "BracketRight")
+
+
+def remove_controls(meshcat: Meshcat) -> None:
+    """Take the controls off the page, if they are there."""
+    for name in _KEYS:
+        meshcat.DeleteButton(name, strict=False)
+    for name in (RATE_SLIDER, PURSUER_SLIDER):
+        meshcat.DeleteSlider(name, strict=False)
+
+
+def read_controls(meshcat: Meshcat) -> Controls:
+    """Read the controls that `add_controls` put on the page.
+
+    A button that switches something has switched it after an odd number of clicks.
+    """
+    return Controls(
+        realtime_rate=meshcat.GetSliderValue(RATE_SLIDER),
+        paused=_switched(meshcat, PAUSE_BUTTON),
+        stopped=meshcat.GetButtonClicks(STOP_BUTTON) > 0,
+        view=read_view(meshcat),
+    )
+
+
+def read_view(meshcat: Meshcat) -> View:
+    """Read whose view the page asks for."""
+    return View(
+        chosen_pursuer=round(meshcat.GetSliderValue(PURSUER_SLIDER)),
+        polygon_shown=not _switched(meshcat, POLYGON_BUTTON),
+        field_shown=not _switched(meshcat, FIELD_BUTTON),
+    )
+
+
+def make_monitor(simulator: Simulator, meshcat: Meshcat) -> Callable[[Context], EventStatus]:
+    """Make a monitor, for `simulator.set_monitor`, that obeys the controls at each step.
+
+    It keeps the simulator at the speed of the slider, holds it while the page says pause, and
+    ends `AdvanceTo` early when the page says stop.
+    """
+
+    def obey(context: Context) -> EventStatus:
+        controls = read_controls(meshcat)
+        if controls.realtime_rate != simulator.get_target_realtime_rate():
+            simulator.set_target_realtime_rate(controls.realtime_rate)
+            # Otherwise the simulator would catch up with where the new rate should have led.
+            simulator.ResetStatistics()
+        if controls.paused and not controls.stopped:
+            while controls.paused and not controls.stopped:
+                time.sleep(_PATIENCE)
+                controls = read_controls(meshcat)
+            simulator.ResetStatistics()
+        if controls.stopped:
+            return EventStatus.ReachedTermination(simulator.get_system(), "stopped on the page")
+        return EventStatus.DidNothing()
+
+    return obey
+
+
+def _switched(meshcat: Meshcat, button: str) -> bool:
+    return meshcat.GetButtonClicks(button) % 2 == 1

@@ -1,0 +1,6 @@
+"""What the tracking story looks like in Meshcat: the map, the robots, who sees whom, the clock."""
+
+from .tracking_scene import TrackingScene
+from .view import View
+
+__all__ = ["TrackingScene", "View"]

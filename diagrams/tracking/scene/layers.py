@@ -1,0 +1,94 @@
+"""All layers of the tracking scene together, and what they draw at one time."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ....systems.numerics.geometry.world import World
+from ...visuals.stage import Stage
+from .field_layer import FieldLayer, PursuitField
+from .layout import Layout, set_camera
+from .palette import EVADER, PURSUER
+from .panel import Panel
+from .robots import Team
+from .sight_lines import SightLines
+from .static_scene import draw_world
+from .trails import Trails
+from .view import View
+from .visibility_layer import VisibilityLayer
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Snapshot:
+    """The game at one time.
+
+    Attributes:
+        time: Since the start of the run [s].
+        pursuers: Positions, shape (Np, 2) [m].
+        evaders: Positions, shape (Ne, 2) [m].
+        pursuer_directions: Vectors along the headings, shape (Np, 2); zero where unknown.
+        evader_directions: The same of the evaders, shape (Ne, 2).
+        visibility: True where pursuer i sees evader j, shape (Np, Ne).
+        assignment: The evader that each pursuer chases, or -1, shape (Np,).
+    """
+
+    time: float
+    pursuers: np.ndarray
+    evaders: np.ndarray
+    pursuer_directions: np.ndarray
+    evader_directions: np.ndarray
+    visibility: np.ndarray
+    assignment: np.ndarray
+
+
+class Layers:
+    """The drawn scene: still parts at once, moving parts with every snapshot."""
+
+    def __init__(
+        self,
+        stage: Stage,
+        layout: Layout,
+        world: World,
+        grown: Sequence[World],
+        *,
+        pursuers: int,
+        evaders: int,
+        visibility_polygon: Callable[[np.ndarray], np.ndarray],
+        pursuit_field: PursuitField,
+    ) -> None:
+        self._stage = stage
+        set_camera(stage.meshcat, layout)
+        draw_world(stage, layout, world, grown)
+        self._pursuers = Team(stage, layout, "pursuers", pursuers)
+        self._evaders = Team(stage, layout, "evaders", evaders)
+        self._pursuer_trails = Trails(stage, layout, "pursuers", PURSUER)
+        self._evader_trails = Trails(stage, layout, "evaders", EVADER)
+        self._lines = SightLines(stage, layout)
+        self._polygon = VisibilityLayer(stage, layout, visibility_polygon)
+        self._field = FieldLayer(stage, layout, grown, pursuit_field)
+        self._panel = Panel(stage, layout, pursuers=pursuers, evaders=evaders)
+
+    def draw(self, now: Snapshot, view: View) -> None:
+        """Draw the game as it is now, from the view that was chosen."""
+        chosen = view.chosen_pursuer if 0 <= view.chosen_pursuer < len(now.pursuers) else None
+        unseen = np.logical_not(np.any(now.visibility, axis=0, keepdims=True))[0]
+
+        self._stage.begin(now.time)
+        self._pursuers.move(now.pursuers, now.pursuer_directions)
+        self._evaders.move(now.evaders, now.evader_directions)
+        self._pursuers.mark_chosen(chosen)
+        self._evaders.mark_unseen(unseen)
+        self._pursuer_trails.update(now.time, now.pursuers)
+        self._evader_trails.update(now.time, now.evaders)
+        self._lines.update(now.pursuers, now.evaders, now.visibility, now.assignment)
+        self._panel.update(now.time, now.visibility, now.assignment)
+
+        looking = None if chosen is None or not view.polygon_shown else now.pursuers[chosen]
+        self._polygon.update(now.time, looking)
+        steering = chosen if view.field_shown else None
+        self._field.update(now.time, steering, now.pursuers, now.evaders, now.assignment)
+
+    def finish_recording(self) -> None:
+        """End the recording with what was drawn last."""
+        self._stage.finish_recording()

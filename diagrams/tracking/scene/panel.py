@@ -1,0 +1,120 @@
+"""The panel beside the map: the clock, the state of the game, who sees whom, and a legend."""
+
+import numpy as np
+import shapely
+
+from ...visuals.digits import Digits
+from ...visuals.meshes import flat_mesh
+from ...visuals.stage import Stage
+from ...visuals.text import advance, text_mesh
+from .layout import Layout
+from .legend import draw_legend
+from .palette import EVADER, FAINT_INK, IN_SIGHT, INK, LOST, PAPER, PURSUER
+from .sight_graph import SightGraph
+
+# Heights of letters and places of rows below the panel's top, relative to the view's height.
+_PAD = 0.025
+_LETTER = 0.019
+_CLOCK_ROW, _CLOCK_LETTER = 0.070, 0.044
+_COUNT_ROW = 0.122
+_BANNER_ROW, _BANNER_HEIGHT = 0.192, 0.046
+_HEADING_ROW = 0.245
+_LEGEND_HEIGHT = 0.155
+
+
+class Panel:
+    """Shows at a glance what the map shows in place.
+
+    The clock's digits are at `clock/PLACE/DIGIT`, the number of evaders in sight at
+    `in_sight/PLACE/DIGIT`; of `state/in_sight` and `state/lost` one is visible.
+    """
+
+    def __init__(self, stage: Stage, layout: Layout, *, pursuers: int, evaders: int) -> None:
+        self._stage = stage
+        span = layout.span
+        self._left, bottom, self._right, self._top = layout.panel_bounds
+        self._pad, self._letter = _PAD * span, _LETTER * span
+        self._span = span
+        sheet = shapely.box(self._left, bottom, self._right, self._top)
+        stage.mesh("panel/sheet", flat_mesh(sheet), PAPER)
+        for folder in ("panel", "clock", "in_sight", "state", "legend"):
+            stage.raise_to(folder, layout.level("ink"))
+        stage.raise_to("panel/sheet", -layout.level("ink"))
+        self._clock = self._draw_clock()
+        self._count = self._draw_count(evaders)
+        self._draw_banner("in_sight", "ALL EVADERS IN SIGHT" if evaders > 1 else "EVADER IN SIGHT")
+        self._draw_banner("lost", "OUT OF SIGHT")
+        heading = self._row(_HEADING_ROW)
+        width = advance("evaders") * self._letter
+        self._write("panel/pursuers", "pursuers", self._left + self._pad, heading, PURSUER)
+        self._write("panel/evaders", "evaders", self._right - self._pad - width, heading, EVADER)
+        legend_top = bottom + _LEGEND_HEIGHT * span
+        self._graph = SightGraph(
+            stage,
+            layout,
+            (
+                self._left + self._pad,
+                legend_top + 0.5 * self._pad,
+                self._right - self._pad,
+                heading - 0.5 * self._pad,
+            ),
+            pursuers=pursuers,
+            evaders=evaders,
+        )
+        draw_legend(
+            stage,
+            layout,
+            (self._left + self._pad, bottom + 0.8 * self._pad, self._right - 0.5 * self._pad),
+            legend_top,
+        )
+
+    def update(self, time: float, visibility: np.ndarray, assignment: np.ndarray) -> None:
+        """Show a time [s], who sees whom, shape (Np, Ne), and who chases whom, shape (Np,)."""
+        in_sight = visibility.any(axis=0)
+        self._clock.show(time)
+        self._count.show(int(in_sight.sum()))
+        self._stage.show("state/in_sight", bool(in_sight.all()))
+        self._stage.show("state/lost", not in_sight.all())
+        self._graph.update(visibility, assignment)
+
+    def _draw_clock(self) -> Digits:
+        height = _CLOCK_LETTER * self._span
+        row = self._row(_CLOCK_ROW)
+        unit = self._right - self._pad - advance("s") * self._letter
+        self._write("panel/time", "time", self._left + self._pad, row, FAINT_INK)
+        self._write("panel/seconds", "s", unit, row, FAINT_INK)
+        clock = Digits(self._stage, "clock/digits", height, INK, places=5, decimals=1)
+        self._stage.place("clock/digits", unit - 0.4 * self._letter - clock.width, row)
+        return clock
+
+    def _draw_count(self, evaders: int) -> Digits:
+        row = self._row(_COUNT_ROW)
+        total = f"of {evaders}"
+        right = self._right - self._pad - advance(total) * self._letter
+        self._write("panel/count", "evaders in sight", self._left + self._pad, row, FAINT_INK)
+        self._write("panel/total", total, right, row, FAINT_INK)
+        count = Digits(self._stage, "in_sight/digits", 1.15 * self._letter, INK, places=2)
+        self._stage.place("in_sight/digits", right - 0.5 * self._letter - count.width, row)
+        return count
+
+    def _draw_banner(self, state: str, words: str) -> None:
+        height = _BANNER_HEIGHT * self._span
+        left, right, row = self._left + self._pad, self._right - self._pad, self._row(_BANNER_ROW)
+        core = shapely.box(left, row, right, row + height).buffer(-0.25 * height)
+        colour = IN_SIGHT if state == "in_sight" else LOST
+        self._stage.mesh(
+            f"state/{state}/pill", flat_mesh(core.buffer(0.25 * height, quad_segs=6)), colour
+        )
+        self._stage.raise_to(f"state/{state}/pill", -0.0003 * self._span)
+        words_path = f"state/{state}/words"
+        self._stage.mesh(
+            words_path, text_mesh(words, self._letter, bold=True, align="centre"), PAPER
+        )
+        self._stage.place(words_path, 0.5 * (left + right), row + 0.5 * height)
+
+    def _row(self, share: float) -> float:
+        return self._top - share * self._span
+
+    def _write(self, path: str, words: str, x: float, y: float, colour=INK) -> None:
+        self._stage.mesh(path, text_mesh(words, self._letter), colour)
+        self._stage.place(path, x, y)

@@ -1,0 +1,186 @@
+"""The tracking story in Meshcat, as a system that draws what its input ports say."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from pydrake.geometry import Meshcat
+from pydrake.systems.framework import Context, EventStatus, InputPort, LeafSystem
+
+from ....systems.numerics.errors import require, require_positive
+from ....systems.numerics.geometry.world import World
+from ...visuals.stage import Stage
+from .field_layer import PursuitField
+from .layers import Layers, Snapshot
+from .layout import make_layout
+from .view import View
+
+# Where everything is, in Meshcat's tree.
+ROOT = "/tracking"
+
+
+class TrackingScene(LeafSystem):
+    """Draws pursuers, evaders, sights, chases and fields over a world at each publish event.
+
+    .. pydrake_system::
+
+        name: TrackingScene
+        input_ports:
+        - pursuer_position
+        - evader_position
+        - pursuer_direction
+        - evader_direction
+        - visibility
+        - assignment
+        output_ports: []
+
+    =================  =====  ====  =====
+    port               size   unit  frame
+    =================  =====  ====  =====
+    pursuer_position   2 Np   m     world
+    evader_position    2 Ne   m     world
+    pursuer_direction  2 Np   -     world
+    evader_direction   2 Ne   -     world
+    visibility         Np Ne  -     -
+    assignment         Np     -     -
+    =================  =====  ====  =====
+
+    Positions and directions are x0, y0, x1, y1, ...; a direction of any length, and zero leaves
+    the heading that was drawn. Visibility is 1 where a pursuer sees an evader, else 0, row-major
+    by pursuer. An assignment is an evader's number, or -1. The system has no state; it remembers
+    only what Meshcat was told last.
+
+    Source: Zhang 2014, section 2.2.8 and Figure 2.24.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        grown: Sequence[World],
+        meshcat: Meshcat,
+        *,
+        pursuers: int,
+        evaders: int,
+        robot_radius: float,
+        publish_period: float,
+        visibility_polygon: Callable[[np.ndarray], np.ndarray],
+        pursuit_field: PursuitField,
+        recording: bool,
+        view: Callable[[], View] = View,
+    ) -> None:
+        """Draw the still parts; the rest follows at each publish event.
+
+        Args:
+            world: The free region.
+            grown: The free region shrunk by the robots' radius, in one or more pieces.
+            meshcat: Where to draw; its folder "/tracking" and its camera are taken.
+            pursuers: Number Np of pursuers.
+            evaders: Number Ne of evaders.
+            robot_radius: Radius of a robot [m]; one too small to see is drawn larger.
+            publish_period: Time between pictures [s].
+            visibility_polygon: Maps a point, shape (2,) [m], to what it sees, shape (n, 2) [m].
+            pursuit_field: Maps (pursuer, points (m, 2) [m], evaders (Ne, 2) [m],
+                assignment (Np,)) to the pursuer's directions there, shape (m, 2).
+            recording: Record the run from its start, for `write_replay`. Its size grows with
+                time, so an endless session is better drawn without.
+            view: Called at each publish event; says whose view to show.
+        """
+        super().__init__()
+        require(pursuers > 0, "pursuers", "be at least 1", pursuers)
+        require(evaders > 0, "evaders", "be at least 1", evaders)
+        require_positive("robot_radius", robot_radius)
+        require_positive("publish_period", publish_period)
+        self.meshcat = meshcat
+        self._evader_count = evaders
+        self._recording = recording
+        self._view = view
+        layout = make_layout(world.bounds, robot_radius)
+
+        def make_layers() -> Layers:
+            return Layers(
+                Stage(meshcat, ROOT, recording=recording, period=publish_period),
+                layout,
+                world,
+                grown,
+                pursuers=pursuers,
+                evaders=evaders,
+                visibility_polygon=visibility_polygon,
+                pursuit_field=pursuit_field,
+            )
+
+        self._make_layers = make_layers
+        self._layers = make_layers()
+        self._drawn = False
+        for name, size in (
+            ("pursuer_position", 2 * pursuers),
+            ("evader_position", 2 * evaders),
+            ("pursuer_direction", 2 * pursuers),
+            ("evader_direction", 2 * evaders),
+            ("visibility", pursuers * evaders),
+            ("assignment", pursuers),
+        ):
+            self.DeclareVectorInputPort(name, size)
+        self.DeclareInitializationPublishEvent(self._begin)
+        self.DeclarePeriodicPublishEvent(publish_period, 0.0, self._publish)
+        self.DeclareForcedPublishEvent(self._publish)
+
+    def get_pursuer_position_input_port(self) -> InputPort:
+        """Positions of the pursuers."""
+        return self.GetInputPort("pursuer_position")
+
+    def get_evader_position_input_port(self) -> InputPort:
+        """Positions of the evaders."""
+        return self.GetInputPort("evader_position")
+
+    def get_pursuer_direction_input_port(self) -> InputPort:
+        """Vectors along the pursuers' headings."""
+        return self.GetInputPort("pursuer_direction")
+
+    def get_evader_direction_input_port(self) -> InputPort:
+        """Vectors along the evaders' headings."""
+        return self.GetInputPort("evader_direction")
+
+    def get_visibility_input_port(self) -> InputPort:
+        """Which pursuer sees which evader."""
+        return self.GetInputPort("visibility")
+
+    def get_assignment_input_port(self) -> InputPort:
+        """Which pursuer chases which evader."""
+        return self.GetInputPort("assignment")
+
+    def finish_recording(self) -> None:
+        """End the recording with the last picture, so that a replay can be written.
+
+        Raises:
+            InvalidInput: The scene was made without `recording`.
+        """
+        require(self._recording, "recording", "be on to write a replay", self._recording)
+        self._layers.finish_recording()
+
+    def _begin(self, context: Context) -> EventStatus:
+        """Start from a clean sheet when a diagram is run again."""
+        if self._drawn:
+            self._layers = self._make_layers()
+            self._drawn = False
+        return EventStatus.Succeeded()
+
+    def _publish(self, context: Context) -> EventStatus:
+        def read(name: str, columns: int = 2) -> np.ndarray:
+            # A copy: the port's memory changes with the context.
+            return np.array(self.GetInputPort(name).Eval(context)).reshape(-1, columns)
+
+        time = context.get_time()
+        self._layers.draw(
+            Snapshot(
+                time=time,
+                pursuers=read("pursuer_position"),
+                evaders=read("evader_position"),
+                pursuer_directions=read("pursuer_direction"),
+                evader_directions=read("evader_direction"),
+                visibility=read("visibility", self._evader_count) > 0.5,
+                assignment=np.rint(read("assignment", 1)[:, 0]).astype(int),
+            ),
+            self._view(),
+        )
+        self._drawn = True
+        self.meshcat.SetSimulationTime(time)
+        return EventStatus.Succeeded()
