@@ -5,8 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= out/demo
 
-# Test processes. Starting Drake and loading compiled kernels in each costs more than it saves
-# until the suite is long; 0 runs in this process.
+# Test processes; 0 runs the tests in this one.
 WORKERS ?= 0
 
 # The first Python that is new enough; `make PYTHON=/path/to/python3 ...` overrides.
