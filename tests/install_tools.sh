@@ -3,11 +3,18 @@
 # line to type. The tests then skip with that reason, or fail where CI=true.
 set -u
 
+have() {
+    for name in "$@"; do
+        command -v "$name" >/dev/null && return
+    done
+    return 1
+}
+
 missing=""
-command -v dot >/dev/null || missing="$missing graphviz"
-command -v chromium >/dev/null || missing="$missing chromium"
+have dot || missing="$missing graphviz"
+have chromium chromium-browser google-chrome || missing="$missing chromium"
 # Playwright's driver links to it, and Debian's base and chromium come without.
-if command -v apt-get >/dev/null && ! /sbin/ldconfig -p | grep -q libatomic.so.1; then
+if have apt-get && ! /sbin/ldconfig -p | grep -q libatomic.so.1; then
     missing="$missing libatomic1"
 fi
 [ -n "$missing" ] || exit 0
@@ -20,7 +27,7 @@ else
     as_root=""
 fi
 
-if [ -n "$as_root" ] && command -v apt-get >/dev/null; then
+if [ -n "$as_root" ] && have apt-get; then
     echo "Installing for the tests:$missing"
     apt="$as_root DEBIAN_FRONTEND=noninteractive apt-get -qq -o DPkg::Lock::Timeout=300"
     log=$(mktemp)
@@ -35,9 +42,9 @@ if [ -n "$as_root" ] && command -v apt-get >/dev/null; then
     rm -f "$log"
 fi
 
-if command -v apt-get >/dev/null; then
+if have apt-get; then
     line="sudo apt-get install$missing"
-elif command -v brew >/dev/null; then
+elif have brew; then
     line="brew install$missing"
 else
     line="your system's package manager, for:$missing"
