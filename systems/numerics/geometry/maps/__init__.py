@@ -1,0 +1,1 @@
+"""From the cells of an occupancy map to polygons: images, free cells, outlines, simplification."""

@@ -1,0 +1,189 @@
+"""Worlds from files: WKT, GeoJSON and ROS occupancy maps."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from ..errors import InvalidInput, require, require_one_of
+from .maps.local_plane import local_plane
+from .occupancy_map import read_occupancy_map
+from .occupancy_outline import OutlineOptions, outline_occupancy_map
+from .world import World, make_world, world_from_polygon
+
+SUFFIXES = {
+    ".wkt": "wkt",
+    ".geojson": "geojson",
+    ".json": "geojson",
+    ".yaml": "map_server",
+    ".yml": "map_server",
+}
+
+# Coordinates within the globe that span less than this are taken for degrees, not metres.
+DEGREE_SPAN = 0.1
+
+# Larger places are not flat enough for one local plane [degrees].
+WIDEST_SPAN = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedWorld:
+    """A world, where it came from and what loading has changed.
+
+    Attributes:
+        world: The free region.
+        source: What the file was: "wkt", "geojson" or "map_server".
+        simplification_error: Hausdorff distance between the outline of the world and that in the
+            file [m]; 0 for polygons, which are taken as they are.
+        speckle_area: Area of dropped speckle [m^2].
+        unreachable_area: Area that the file has as free, but that cannot be reached from the
+            world's free region [m^2].
+        geographic_origin: Longitude and latitude of the world's origin [degrees]; None if the
+            file was in metres.
+    """
+
+    world: World
+    source: str
+    simplification_error: float
+    speckle_area: float
+    unreachable_area: float
+    geographic_origin: tuple[float, float] | None
+
+
+def load_world(
+    path: str | Path,
+    *,
+    options: OutlineOptions | None = None,
+    coordinates: str = "metres",
+) -> LoadedWorld:
+    """Load a world; the suffix says from what: .wkt, .geojson, .json, .yaml or .yml.
+
+    A polygon's exterior is the boundary, its interiors are obstacles. Of several polygons in a
+    file the one that contains all others is the boundary and the others are obstacles; a hole in
+    one of those cannot be reached, and is filled.
+
+    Args:
+        path: The file.
+        options: How an occupancy map becomes polygons; None: the defaults.
+        coordinates: Of WKT and GeoJSON, "metres" or "wgs84". The latter is longitude and latitude
+            in degrees; the world is then in metres east and north of the boundary's centroid.
+
+    Raises:
+        InvalidInput: The file is missing or malformed, or holds no world.
+    """
+    path = Path(path)
+    require_one_of("coordinates", coordinates, ("metres", "wgs84"))
+    require(
+        path.suffix.lower() in SUFFIXES, "world file", f"end in {', '.join(SUFFIXES)}", path.name
+    )
+    require(path.exists(), "world file", "exist", path)
+    require(path.is_file(), "world file", "be a file", path)
+    source = SUFFIXES[path.suffix.lower()]
+    if source == "map_server":
+        require(coordinates == "metres", "coordinates", "be metres for a map", coordinates)
+        outline = outline_occupancy_map(read_occupancy_map(path), options)
+        return LoadedWorld(
+            outline.world,
+            "map_server",
+            outline.simplification_error,
+            outline.speckle_area,
+            outline.unreachable_area,
+            None,
+        )
+    polygons = _polygons(_read_geometry(path, source))
+    rim = _outermost(polygons)
+    origin = None
+    if coordinates == "wgs84":
+        polygons, origin = _in_metres(polygons, rim)
+    else:
+        _refuse_degrees(polygons)
+    others = polygons[:rim] + polygons[rim + 1 :]
+    if others:
+        holes = [ring.coords for ring in polygons[rim].interiors]
+        holes += [other.exterior.coords for other in others]
+        world = make_world(polygons[rim].exterior.coords, holes)
+    else:
+        world = world_from_polygon(polygons[rim])
+    pockets = sum(shapely.Polygon(ring).area for other in others for ring in other.interiors)
+    return LoadedWorld(world, source, 0.0, 0.0, float(pockets), origin)
+
+
+def _read_geometry(path: Path, source: str) -> BaseGeometry:
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        # A coordinate that is not a number is reported below, not warned of.
+        with np.errstate(invalid="ignore"):
+            geometry = shapely.from_wkt(text) if source == "wkt" else shapely.from_geojson(text)
+    except (OSError, ValueError, shapely.errors.GEOSException) as error:
+        reason = " ".join(str(getattr(error, "strerror", None) or error).split())[:200]
+        raise InvalidInput(
+            f"`world file` must be readable {'WKT' if source == 'wkt' else 'GeoJSON'}; "
+            f"got {path} ({reason})"
+        ) from None
+    require(geometry is not None, "world file", "hold a polygon", f"nothing in {path}")
+    return shapely.force_2d(geometry)
+
+
+def _polygons(geometry: BaseGeometry) -> list[shapely.Polygon]:
+    """The polygons of a geometry, out of however many collections."""
+    if isinstance(geometry, shapely.GeometryCollection | shapely.MultiPolygon):
+        found = [polygon for part in geometry.geoms for polygon in _polygons(part)]
+        require(len(found) > 0, "world file", "hold a polygon", f"an empty {geometry.geom_type}")
+        return found
+    if not isinstance(geometry, shapely.Polygon) or geometry.is_empty:
+        empty = "an empty " if geometry.is_empty else "a "
+        raise InvalidInput(f"`world file` must hold polygons only; got {empty}{geometry.geom_type}")
+    if not geometry.is_valid:
+        raise InvalidInput(
+            f"`world file` must hold valid polygons; got {shapely.is_valid_reason(geometry)}"
+        )
+    return [geometry]
+
+
+def _outermost(polygons: list[shapely.Polygon]) -> int:
+    """Which polygon's exterior contains all the others."""
+    filled = [shapely.Polygon(polygon.exterior) for polygon in polygons]
+    largest = int(np.argmax([polygon.area for polygon in filled]))
+    for i, polygon in enumerate(filled):
+        if not filled[largest].covers(polygon):
+            raise InvalidInput(
+                "`world file` must have one polygon that contains all the others; got polygon "
+                f"{i + 1} of {len(filled)} partly or all outside of the largest, "
+                f"polygon {largest + 1}"
+            )
+    return largest
+
+
+def _span(polygons: list[shapely.Polygon]) -> tuple[bool, float]:
+    """Whether all coordinates could be longitudes and latitudes, and the widest extent."""
+    x_low, y_low, x_high, y_high = shapely.total_bounds(polygons).tolist()
+    on_globe = x_low >= -180 and x_high <= 180 and y_low >= -90 and y_high <= 90
+    return on_globe, max(x_high - x_low, y_high - y_low)
+
+
+def _refuse_degrees(polygons: list[shapely.Polygon]) -> None:
+    on_globe, span = _span(polygons)
+    if on_globe and span < DEGREE_SPAN:
+        raise InvalidInput(
+            f"`coordinates` must be wgs84 for longitudes and latitudes; got metres, but the file "
+            f"spans only {span:.6f} within +-180 and +-90, which looks like degrees"
+        )
+
+
+def _in_metres(
+    polygons: list[shapely.Polygon], rim: int
+) -> tuple[list[shapely.Polygon], tuple[float, float]]:
+    """Project polygons of longitude and latitude onto the local plane of the rim's centroid."""
+    on_globe, span = _span(polygons)
+    bounds = np.round(shapely.total_bounds(polygons), 6).tolist()
+    require(on_globe, "world file", "be within +-180, +-90 degrees", f"bounds {bounds}")
+    require(span <= WIDEST_SPAN, "world file", f"span at most {WIDEST_SPAN} degree", span)
+    centre = shapely.Polygon(polygons[rim].exterior).centroid
+    origin = np.array([centre.x, centre.y])
+    projected = [
+        shapely.transform(polygon, lambda points: local_plane(points, origin))
+        for polygon in polygons
+    ]
+    return projected, (float(centre.x), float(centre.y))
