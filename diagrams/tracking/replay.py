@@ -1,12 +1,27 @@
 """A run as one web page that plays back without a server or a network."""
 
 import os
+import re
 import tempfile
 from pathlib import Path
 
 from .scene import TrackingScene
 
 _TITLE = "Sightfield: tracking"
+
+# Meshcat's page fetches each of its commands from a data address, without waiting for the one
+# before, so a colour may arrive before the shape that it belongs to. Here they come in order.
+_FETCH = re.compile(
+    r'fetch\("data:application/octet-binary;base64,([A-Za-z0-9+/=]*)"\)\s*'
+    r"\.then\(res => res\.arrayBuffer\(\)\)\s*"
+    r"\.then\(buffer => viewer\.handle_command_bytearray\(new Uint8Array\(buffer\)\)\);"
+)
+_OBEY = """
+    function obey(command) {
+      const bytes = Uint8Array.from(atob(command), letter => letter.charCodeAt(0));
+      viewer.handle_command_bytearray(bytes);
+    }
+"""
 
 
 def write_replay(scene: TrackingScene, path: str | os.PathLike[str]) -> Path:
@@ -28,9 +43,8 @@ def write_replay(scene: TrackingScene, path: str | os.PathLike[str]) -> Path:
     """
     scene.finish_recording()
     scene.meshcat.PublishRecording()
-    page = scene.meshcat.StaticHtml().replace(
-        "<title>Drake MeshCat</title>", f"<title>{_TITLE}</title>", 1
-    )
+    page = _in_order(scene.meshcat.StaticHtml())
+    page = page.replace("<title>Drake MeshCat</title>", f"<title>{_TITLE}</title>", 1)
     target = Path(path)
     handle, draft = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     try:
@@ -43,3 +57,12 @@ def write_replay(scene: TrackingScene, path: str | os.PathLike[str]) -> Path:
         Path(draft).unlink(missing_ok=True)
         raise
     return target
+
+
+def _in_order(page: str) -> str:
+    """Let a static page of Meshcat obey its commands one after the other, without fetching."""
+    first = _FETCH.search(page)
+    if first is None:
+        return page
+    head, commands = page[: first.start()], page[first.start() :]
+    return head + _OBEY + _FETCH.sub(r'obey("\1");', commands)

@@ -13,12 +13,13 @@ import numpy as np
 from pydrake.geometry import Meshcat, Rgba
 
 # Light from everywhere, and from a lamp in the north-west that leaves the south sides of obstacles
-# and robots, which a camera leaning back sees, darker than their tops.
-_AMBIENT = 11.0
-_LAMP = 14.0
-_LAMP_DIRECTION = np.array([-0.6, 0.9, 1.0])
+# and robots, which a camera leaning back sees, darker than their tops. It stands low, so that level
+# surfaces do not gleam.
+_AMBIENT = 12.0
+_LAMP = 20.0
+_LAMP_DIRECTION = np.array([-0.54, 0.73, 0.42])
 # What a white level surface sends back.
-_LEVEL_LIGHT = (_AMBIENT + _LAMP / float(np.linalg.norm(_LAMP_DIRECTION))) / pi
+_LEVEL_LIGHT = (_AMBIENT + _LAMP * _LAMP_DIRECTION[2] / np.linalg.norm(_LAMP_DIRECTION)) / pi
 
 _TO_CURVE = np.array(
     [[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]]
@@ -30,7 +31,10 @@ _EXPOSURE = 1 / 0.6
 
 
 def paint(red: float, green: float, blue: float, opacity: float = 1.0) -> Rgba:
-    """Mix the paint that shows as an sRGB colour, each part from 0 to 1, on a level surface."""
+    """Mix the paint that shows as an sRGB colour, each part from 0 to 1, on a level surface.
+
+    The purest hues are beyond the curve: they come out a little paler.
+    """
     shown = _FROM_CURVE_INVERSE @ _linear(np.array([red, green, blue]))
     # The curve is (v^2 + p v - q) / (r v^2 + s v + t): solve it for v.
     a = 1 - 0.983729 * shown

@@ -100,7 +100,7 @@ def AgentTeam_(T):
             return limit(command, self.top_speed).ravel()
 
         def _step(self, context, discrete_state):
-            position = context.get_discrete_state_vector().value()
+            position = context.get_discrete_state_vector().CopyToVector()
             discrete_state.set_value(position + self.time_step * self._rates(context))
 
         def DoCalcTimeDerivatives(self, context, derivatives):

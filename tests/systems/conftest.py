@@ -2,8 +2,27 @@
 
 from collections.abc import Callable
 
+import numpy as np
 import pytest
+from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.systems.framework import LeafSystem
+
+from sightfield.diagrams.tracking.meshcat_velocity import MeshcatVelocity
+from sightfield.diagrams.tracking.scene import TrackingScene
+from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.tracking.adversarial_evaders import AdversarialEvaders
+from sightfield.systems.tracking.agent_team import AgentTeam
+from sightfield.systems.tracking.assignment import Assignment
+from sightfield.systems.tracking.differential_drive_team import DifferentialDriveTeam
+from sightfield.systems.tracking.heading_controller import HeadingController
+from sightfield.systems.tracking.line_of_sight import LineOfSight
+from sightfield.systems.tracking.pursuit_field_controller import PursuitFieldController
+from sightfield.systems.tracking.random_walk_evaders import RandomWalkEvaders
+from sightfield.systems.tracking.sight_loss_monitor import SightLossMonitor
+from sightfield.systems.tracking.velocity_selector import VelocitySelector
+from sightfield.systems.tracking.wall_sliding import WallSliding
+from sightfield.systems.tracking.wall_stop import WallStop
+from sightfield.systems.tracking.waypoint_evaders import WaypointEvaders
 
 
 @pytest.fixture(scope="session")
@@ -13,4 +32,39 @@ def system_examples() -> dict[str, Callable[[], LeafSystem]]:
     Choose sizes that differ from each other (2 pursuers, 3 evaders), so that a test which mixes
     them up fails.
     """
-    return {}
+    boundary = [[0, 0], [5, 0], [5, 4], [0, 4]]
+    world = make_world(boundary, [[[1, 1], [2, 1], [2, 2], [1, 2]], [[3, 1], [4, 1], [3.5, 2]]])
+    teams = {"pursuers": 2, "evaders": 3}
+    speeds = {"top_speed": 0.3, "speed_ratio": 0.3}
+    limits = {"top_speed": 0.3, "top_turn_rate": 2.0}
+
+    def page() -> Meshcat:
+        return Meshcat(MeshcatParams(port=0))
+
+    return {
+        "AdversarialEvaders": lambda: AdversarialEvaders(world, **teams, **speeds),
+        "AgentTeam": lambda: AgentTeam([[0, 0], [1, 1]], top_speed=0.3),
+        "Assignment": lambda: Assignment(world, **teams),
+        "DifferentialDriveTeam": lambda: DifferentialDriveTeam(np.zeros((2, 3)), **limits),
+        "HeadingController": lambda: HeadingController(2),
+        "LineOfSight": lambda: LineOfSight(world, **teams),
+        "MeshcatVelocity": lambda: MeshcatVelocity(page(), 0.3),
+        "PursuitFieldController": lambda: PursuitFieldController(world, **teams, **speeds),
+        "RandomWalkEvaders": lambda: RandomWalkEvaders(3, top_speed=0.3),
+        "SightLossMonitor": lambda: SightLossMonitor(world, **teams, period=0.1),
+        "TrackingScene": lambda: TrackingScene(
+            world,
+            [world],
+            page(),
+            **teams,
+            robot_radius=0.1,
+            publish_period=0.1,
+            visibility_polygon=lambda point: world.boundary,
+            pursuit_field=lambda pursuer, points, evaders, assignment: np.zeros_like(points),
+            recording=False,
+        ),
+        "VelocitySelector": lambda: VelocitySelector([0, 1, 1], sources=2),
+        "WallSliding": lambda: WallSliding([world], count=2, period=0.1),
+        "WallStop": lambda: WallStop([world], count=2, period=0.1, **limits),
+        "WaypointEvaders": lambda: WaypointEvaders([[[1, 1]], []], top_speed=0.3, period=0.1),
+    }

@@ -49,8 +49,10 @@ class FieldLayer:
             self._keyframes.clear()
         elif self._keyframes.due(time):
             points = self.lattice(pursuers[pursuer])
-            vectors = self._pursuit_field(pursuer, points, evaders, assignment)
-            if np.any(vectors):
+            vectors = (
+                self._pursuit_field(pursuer, points, evaders, assignment) if len(points) else points
+            )
+            if vectors.any():
                 self._keyframes.draw(arrow_mesh(points, vectors, 0.85 * self._spacing))
             else:
                 self._keyframes.clear()

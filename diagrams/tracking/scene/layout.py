@@ -12,8 +12,8 @@ from .palette import BACKGROUND
 # Shares of the height of the view.
 _MARGIN = 0.035
 _PANEL_WIDTH = 0.46
-# Meshcat's own controls unfold over the right edge of the page.
-_CONTROLS_WIDTH = 0.25
+# Meshcat's own controls unfold over the right edge of the page: 245 pixels, here of 720.
+_CONTROLS_WIDTH = 0.345
 _ASPECT = 16 / 9
 # Thickness of the wall drawn around a world.
 _WALL = 0.012

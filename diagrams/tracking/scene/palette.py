@@ -9,17 +9,17 @@ INK = paint(0.11, 0.13, 0.17)
 FAINT_INK = paint(0.40, 0.44, 0.50)
 
 OBSTACLE = paint(0.30, 0.66, 0.37)
-GROWN_BOUNDARY = paint(0.95, 0.55, 0.10)
+GROWN_BOUNDARY = paint(0.95, 0.55, 0.13)
 
 PURSUER = paint(0.13, 0.37, 0.80)
 PURSUER_NOSE = paint(0.06, 0.20, 0.50)
 EVADER = paint(0.85, 0.18, 0.20)
 EVADER_NOSE = paint(0.52, 0.06, 0.09)
-CHOSEN = paint(0.96, 0.74, 0.10)
+CHOSEN = paint(0.96, 0.74, 0.25)
 
 LINE_OF_SIGHT = paint(0.06, 0.06, 0.08)
 CHASE = paint(0.58, 0.22, 0.84)
-POLYGON = paint(0.98, 0.86, 0.40, 0.45)
+POLYGON = paint(0.98, 0.86, 0.42, 0.45)
 FIELD = paint(0.05, 0.52, 0.58)
 
 IN_SIGHT = paint(0.16, 0.60, 0.30)

@@ -1,0 +1,121 @@
+"""Scenarios from YAML files: built-in ones by name, others by path, with values set from outside.
+
+Checked by pydantic against the scenario's dataclasses: unknown keys are errors, and every message
+names the key from the root, as in `pursuers.top_speed`.
+"""
+
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Any, TypeVar
+
+import yaml
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from ..systems.numerics.errors import InvalidInput, require
+
+Schema = TypeVar("Schema")
+
+# Every dataclass of a scenario says `__pydantic_config__ = NO_OTHER_KEYS`.
+NO_OTHER_KEYS = ConfigDict(extra="forbid")
+
+
+def builtin_scenarios() -> list[str]:
+    """Names of the scenarios that come with the package."""
+    folder = resources.files(__package__).joinpath("scenarios")
+    return sorted(Path(each.name).stem for each in folder.iterdir() if each.name.endswith(".yaml"))
+
+
+def find_scenario(name: str) -> Path:
+    """The file of a built-in scenario, or the path itself.
+
+    Raises:
+        InvalidInput: Neither a built-in name nor a file.
+    """
+    if name in builtin_scenarios():
+        return Path(str(resources.files(__package__).joinpath("scenarios", f"{name}.yaml")))
+    path = Path(name)
+    known = ", ".join(builtin_scenarios())
+    require(path.is_file(), "scenario", f"be a YAML file or one of {known}", name)
+    return path
+
+
+def load_scenario(schema: type[Schema], path: Path, overrides: Sequence[str] = ()) -> Schema:
+    """Read a scenario.
+
+    Args:
+        schema: Its dataclass.
+        path: Its file.
+        overrides: `key=value` settings, the key dotted from the root, the value in YAML.
+
+    Raises:
+        InvalidInput: The file is no YAML mapping; a key is unknown; a value has the wrong type or
+            breaks a rule of the dataclass.
+    """
+    try:
+        tree = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError, OSError) as error:
+        raise InvalidInput(
+            f"`scenario` must be readable YAML; got {path}: {' '.join(str(error).split())}"
+        ) from None
+    require(isinstance(tree, dict), "scenario", "be a YAML mapping of keys to values", path)
+    for override in overrides:
+        _set(tree, override)
+    return build(schema, tree)
+
+
+def build(schema: type[Schema], tree: Any) -> Schema:
+    """Make a dataclass from nested mappings and lists, with errors that name the key.
+
+    Raises:
+        InvalidInput: See `load_scenario`.
+    """
+    try:
+        return TypeAdapter(schema).validate_python(tree)
+    except ValidationError as invalid:
+        raise InvalidInput(_describe(invalid)) from None
+
+
+def _set(tree: dict[str, Any], override: str) -> None:
+    """Apply one `key=value` to nested mappings and lists."""
+    key, equals, value = override.partition("=")
+    require(bool(equals and key), "--set", "have the form key=value", override)
+    *parents, last = key.split(".")
+    node: Any = tree
+    for parent in parents:
+        if isinstance(node, list):
+            node = node[_position(node, parent, key)]
+        else:
+            node = node.setdefault(parent, {})
+        if not isinstance(node, (dict, list)):
+            raise InvalidInput(f"`--set` must name a key of the scenario; got {key}")
+    try:
+        parsed = yaml.safe_load(value)
+    except yaml.YAMLError:
+        raise InvalidInput(f"`--set` must give `{key}` a YAML value; got {value}") from None
+    if isinstance(node, list):
+        node[_position(node, last, key)] = parsed
+    else:
+        node[last] = parsed
+
+
+def _position(node: list[Any], index: str, key: str) -> int:
+    """The place in a list that a part of a dotted key names."""
+    if not (index.isdigit() and int(index) < len(node)):
+        raise InvalidInput(f"`--set` must name an entry below {len(node)} in {key}; got {index}")
+    return int(index)
+
+
+def _describe(invalid: ValidationError) -> str:
+    """The first error, as one line that names the key and the value."""
+    first = invalid.errors()[0]
+    key = ".".join(str(part) for part in first["loc"])
+    rule = first.get("ctx", {}).get("error")
+    if isinstance(rule, InvalidInput):
+        # The dataclass has named its own field: put the path before it.
+        message = str(rule)
+        return f"`{key}.{message[1:]}" if key and message.startswith("`") else message
+    if first["type"] == "unexpected_keyword_argument":
+        return f"`{key}` must be a key of the scenario; got {first['input']!r}"
+    wanted = first["msg"].removeprefix("Input should be ")
+    return f"`{key}` must be {wanted[0].lower()}{wanted[1:]}; got {first['input']!r}"

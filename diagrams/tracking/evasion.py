@@ -1,0 +1,98 @@
+"""The evaders' policies, each evader with its own."""
+
+import numpy as np
+from pydrake.geometry import Meshcat
+from pydrake.systems.framework import DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import MatrixGain
+
+from ...systems.numerics.errors import InvalidInput
+from ...systems.tracking.adversarial_evaders import AdversarialEvaders
+from ...systems.tracking.random_walk_evaders import RandomWalkEvaders
+from ...systems.tracking.velocity_selector import VelocitySelector
+from ...systems.tracking.waypoint_evaders import WaypointEvaders
+from .game import TrackingGame
+from .meshcat_velocity import MeshcatVelocity
+
+
+def AddEvasion(
+    builder: DiagramBuilder,
+    game: TrackingGame,
+    senses: dict[str, OutputPort],
+    meshcat: Meshcat | None,
+) -> OutputPort:
+    """Add what moves the evaders; return their desired velocities, size 2 Ne [m/s].
+
+    Args:
+        builder: Of the diagram.
+        game: Whose evaders.
+        senses: Outputs that a policy may look at, by the name of its input port.
+        meshcat: The page on which you drive the evader whose policy is "you".
+
+    Raises:
+        InvalidInput: An evader is yours and there is no page.
+    """
+    choices = game.scenario.evaders.policy_of_each
+    policies = sorted(set(choices))
+    outputs = []
+    for policy in policies:
+        output = _add_policy(builder, policy, game, meshcat)
+        system = output.get_system()
+        for k in range(system.num_input_ports()):
+            port = system.get_input_port(k)
+            if port.get_name() in senses:
+                builder.Connect(senses[port.get_name()], port)
+        outputs.append(output)
+    if len(outputs) == 1:
+        return outputs[0]
+    numbers = [policies.index(choice) for choice in choices]
+    selector = VelocitySelector(numbers, sources=len(outputs))
+    selector = builder.AddNamedSystem("evader_policies", selector)
+    for k, output in enumerate(outputs):
+        builder.Connect(output, selector.GetInputPort(f"source_{k}"))
+    return selector.GetOutputPort("velocity")
+
+
+def _add_policy(
+    builder: DiagramBuilder, policy: str, game: TrackingGame, meshcat: Meshcat | None
+) -> OutputPort:
+    """Add one policy for all evaders."""
+    scenario, evaders = game.scenario, game.scenario.evaders
+    if policy == "you":
+        return _add_driver(builder, game, meshcat)
+    system: System
+    if policy == "waypoints":
+        system = WaypointEvaders(
+            evaders.waypoints, top_speed=evaders.top_speed, period=scenario.period
+        )
+    elif policy == "random_walk":
+        system = RandomWalkEvaders(
+            evaders.size,
+            top_speed=evaders.top_speed,
+            turn_period=evaders.turn_period,
+            seed=scenario.seed,
+        )
+    else:
+        system = AdversarialEvaders(
+            game.world,
+            pursuers=scenario.pursuers.size,
+            evaders=evaders.size,
+            top_speed=evaders.top_speed,
+            speed_ratio=scenario.speed_ratio,
+            radius=evaders.radius,
+        )
+    return builder.AddNamedSystem(f"{policy}_evaders", system).GetOutputPort("velocity")
+
+
+def _add_driver(builder: DiagramBuilder, game: TrackingGame, meshcat: Meshcat | None) -> OutputPort:
+    """Add the sliders and keys with which you drive your evader, among zeros for the others."""
+    scenario, evaders = game.scenario, game.scenario.evaders
+    if meshcat is None:
+        raise InvalidInput("`evaders.policies` must not be you without a page; got no Meshcat")
+    driver = MeshcatVelocity(meshcat, evaders.top_speed, period=scenario.period)
+    driver = builder.AddNamedSystem("your_velocity", driver)
+    place = np.zeros((2 * evaders.size, 2))
+    yours = 2 * evaders.policy_of_each.index("you")
+    place[yours, 0] = place[yours + 1, 1] = 1.0
+    spread = builder.AddNamedSystem("your_evader", MatrixGain(place))
+    builder.Connect(driver.GetOutputPort("velocity"), spread.get_input_port())
+    return spread.get_output_port()

@@ -1,0 +1,168 @@
+"""The tracking diagram: agents, line of sight, assignment, pursuit field, walls, and back."""
+
+from collections.abc import Callable
+
+import numpy as np
+from pydrake.geometry import Meshcat
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+
+from ...systems.numerics.geometry.edge_index import build_edge_index
+from ...systems.numerics.geometry.visibility_polygon import visibility_polygon
+from ...systems.numerics.tracking.corner_fields import FIELDS
+from ...systems.numerics.tracking.corner_table import corner_table
+from ...systems.numerics.tracking.field_sampling import sample_field
+from ...systems.numerics.tracking.risk import RISK_VECTORS
+from ...systems.tracking.assignment import Assignment, codes_of
+from ...systems.tracking.line_of_sight import LineOfSight
+from ...systems.tracking.pursuit_field_controller import PursuitFieldController
+from ...systems.tracking.sight_loss_monitor import SightLossMonitor
+from .evasion import AddEvasion
+from .game import TrackingGame, set_up_game
+from .scenario import TrackingScenario
+from .scene import TrackingScene, View
+from .team_ports import AddTeam
+
+# Drawn where robots are points; the scene enlarges what is too small to see [m].
+SMALLEST_BODY = 1e-3
+
+
+def MakeTracking(
+    scenario: TrackingScenario | TrackingGame,
+    meshcat: Meshcat | None = None,
+    *,
+    publish_period: float = 1 / 32,
+    recording: bool = False,
+    view: Callable[[], View] = View,
+) -> Diagram:
+    """Make the diagram of a tracking game.
+
+    Output ports, in the order in which data flows: `pursuer_position` (2 Np) [m],
+    `evader_position` (2 Ne) [m], `visibility` (Np Ne), `assignment` (Np),
+    `pursuer_velocity` (2 Np) and `evader_velocity` (2 Ne), as desired [m/s],
+    `pursuer_direction` (2 Np), `evader_direction` (2 Ne), and `loss` (2): the time at which an
+    evader is first seen by nobody [s], or infinity, and its number, or -1.
+
+    Args:
+        scenario: What is played, or a game already set up.
+        meshcat: Where to draw it; None draws nothing.
+        publish_period: Time between pictures [s].
+        recording: Record the pictures, for `write_replay` on the subsystem "scene".
+        view: Whose view to show at each picture.
+
+    Raises:
+        InvalidInput: See `set_up_game` and `AddEvasion`.
+    """
+    game = set_up_game(scenario) if isinstance(scenario, TrackingScenario) else scenario
+    builder = DiagramBuilder()
+    outputs = AddTracking(builder, game, meshcat)
+    if meshcat is not None:
+        scene = TrackingScene(
+            game.world,
+            game.pursuer_regions,
+            meshcat,
+            pursuers=game.scenario.pursuers.size,
+            evaders=game.scenario.evaders.size,
+            robot_radius=max(game.scenario.pursuers.radius, SMALLEST_BODY),
+            publish_period=publish_period,
+            visibility_polygon=_view_from(game),
+            pursuit_field=_field_of(game),
+            recording=recording,
+            view=view,
+        )
+        builder.AddNamedSystem("scene", scene)
+        for k in range(scene.num_input_ports()):
+            port = scene.get_input_port(k)
+            builder.Connect(outputs[port.get_name()], port)
+    for name, output in outputs.items():
+        builder.ExportOutput(output, name)
+    diagram = builder.Build()
+    diagram.set_name("tracking")
+    return diagram
+
+
+def AddTracking(
+    builder: DiagramBuilder, game: TrackingGame, meshcat: Meshcat | None = None
+) -> dict[str, OutputPort]:
+    """Wire a tracking game into a diagram; return its outputs by name (see `MakeTracking`)."""
+    scenario, world, period = game.scenario, game.world, game.scenario.period
+    pursuers, evaders = scenario.pursuers, scenario.evaders
+    sizes = {"pursuers": pursuers.size, "evaders": evaders.size}
+    pursuing = AddTeam(
+        builder, "pursuer", pursuers, game.pursuer_starts, game.pursuer_regions, period
+    )
+    evading = AddTeam(builder, "evader", evaders, game.evader_starts, game.evader_regions, period)
+    senses = {"pursuer_position": pursuing.position, "evader_position": evading.position}
+
+    def add(name, system):
+        """Add a system and connect those of its inputs that something senses already."""
+        builder.AddNamedSystem(name, system)
+        for k in range(system.num_input_ports()):
+            port = system.get_input_port(k)
+            builder.Connect(senses[port.get_name()], port)
+        for k in range(system.num_output_ports()):
+            output = system.get_output_port(k)
+            senses.setdefault(output.get_name(), output)
+        return system
+
+    add("line_of_sight", LineOfSight(world, **sizes))
+    add(
+        "assignment",
+        Assignment(
+            world,
+            **sizes,
+            rule=pursuers.assignment,
+            risk_functions=pursuers.risk_functions,
+            extra=pursuers.extra,
+            seed=scenario.seed,
+        ),
+    )
+    pursuit = add(
+        "pursuit_field",
+        PursuitFieldController(
+            world,
+            **sizes,
+            top_speed=pursuers.top_speed,
+            speed_ratio=scenario.speed_ratio,
+            field=pursuers.field,
+            risk_vectors=pursuers.risk_vectors,
+            period=period,
+        ),
+    )
+    monitor = add("sight_loss", SightLossMonitor(world, **sizes, period=period))
+    pursuer_velocity = pursuit.GetOutputPort("velocity")
+    evader_velocity = AddEvasion(builder, game, senses, meshcat)
+    builder.Connect(pursuer_velocity, pursuing.velocity)
+    builder.Connect(evader_velocity, evading.velocity)
+    return {
+        "pursuer_position": pursuing.position,
+        "evader_position": evading.position,
+        "visibility": senses["visibility"],
+        "assignment": senses["assignment"],
+        "pursuer_velocity": pursuer_velocity,
+        "evader_velocity": evader_velocity,
+        "pursuer_direction": pursuing.direction,
+        "evader_direction": evading.direction,
+        "loss": monitor.GetOutputPort("loss"),
+    }
+
+
+def _view_from(game: TrackingGame) -> Callable[[np.ndarray], np.ndarray]:
+    index = build_edge_index(game.world)
+    return lambda point: visibility_polygon(index, point)
+
+
+def _field_of(game: TrackingGame) -> Callable[..., np.ndarray]:
+    """The pursuit field of the evader that a pursuer is assigned to, for the scene."""
+    index, corners = build_edge_index(game.world), corner_table(game.world)
+    pursuers, ratio = game.scenario.pursuers, game.scenario.speed_ratio
+    field = FIELDS[pursuers.field]
+    weightings = codes_of("risk_vectors", pursuers.risk_vectors, RISK_VECTORS, pursuers.size)
+
+    def directions(pursuer, points, evaders, assignment):
+        target = assignment[pursuer]
+        if target < 0:
+            return np.zeros_like(points)
+        ex, ey = evaders[target]
+        return sample_field(index, points, ex, ey, corners, field, int(weightings[pursuer]), ratio)
+
+    return directions

@@ -1,0 +1,141 @@
+"""Playing a tracking game from start to loss of sight, or to the horizon."""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.geometry import Meshcat
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import LogVectorOutput
+
+from .controls import add_controls, make_monitor, read_view, remove_controls
+from .game import TrackingGame
+from .make_tracking import MakeTracking
+from .scene import TrackingScene, View
+
+# What is logged: exported port, and the shape of one sample after the number of members.
+LOGGED = (
+    "pursuer_position",
+    "evader_position",
+    "visibility",
+    "assignment",
+    "pursuer_velocity",
+    "evader_velocity",
+)
+
+# Without a page, the run looks this often whether sight has been lost [s].
+_STRIDE = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class TrackingRun:
+    """What happened in a game.
+
+    Attributes:
+        game: What was played.
+        times: Samples, shape (T,) [s].
+        log: Samples of each port in LOGGED by name: positions and velocities shape (T, N, 2)
+            [m], [m/s], visibility (T, Np, Ne) bool, assignment (T, Np) int.
+        tracking_time: Until some evader is seen by nobody; the end of the run if never [s].
+        lost_evader: Its number, or None.
+        wall_time: How long it took [s].
+        scene: Where it was drawn, or None.
+    """
+
+    game: TrackingGame
+    times: np.ndarray
+    log: dict[str, np.ndarray]
+    tracking_time: float
+    lost_evader: int | None
+    wall_time: float
+    scene: TrackingScene | None
+
+
+def run_tracking(
+    game: TrackingGame,
+    meshcat: Meshcat | None = None,
+    *,
+    recording: bool = False,
+    live: bool = False,
+    realtime_rate: float = 0.0,
+    progress: Callable[[float], None] = lambda seconds: None,
+) -> TrackingRun:
+    """Play a game.
+
+    Args:
+        game: What is played.
+        meshcat: Where to draw it.
+        recording: Record the pictures for a replay.
+        live: Obey the page's controls (pause, stop, speed, whose view).
+        realtime_rate: Simulated seconds per second, 0 for as fast as possible.
+        progress: Told the simulated time now and then [s].
+
+    Raises:
+        InvalidInput: An evader is yours to drive and there is no page.
+    """
+    scenario = game.scenario
+    builder = DiagramBuilder()
+    if live and meshcat is not None:
+        add_controls(meshcat, pursuers=scenario.pursuers.size, realtime_rate=realtime_rate)
+    view = (lambda: read_view(meshcat)) if live and meshcat is not None else View
+    tracking = MakeTracking(game, meshcat, recording=recording, view=view)
+    builder.AddSystem(tracking)
+    sinks = {
+        name: LogVectorOutput(tracking.GetOutputPort(name), builder, scenario.period)
+        for name in LOGGED
+    }
+    diagram = builder.Build()
+    diagram.set_name("tracking_run")
+    simulator = Simulator(diagram)
+    simulator.set_target_realtime_rate(realtime_rate)
+    if live and meshcat is not None:
+        simulator.set_monitor(make_monitor(simulator, meshcat))
+    # Whole periods: the last one may reach beyond the horizon, and is cut off below.
+    horizon = scenario.period * math.ceil(scenario.seconds / scenario.period - 1e-9)
+    stride = scenario.period if live or meshcat is not None else max(_STRIDE, scenario.period)
+    context = simulator.get_context()
+    loss = tracking.GetOutputPort("loss")
+    tracking_context = tracking.GetMyContextFromRoot(context)
+    began = time.perf_counter()
+    simulator.Initialize()
+    lost_at, reached = math.inf, 0.0
+    while reached < horizon and lost_at > reached:
+        goal = min(reached + stride, horizon)
+        simulator.AdvanceTo(goal)
+        if context.get_time() < goal - 1e-9:
+            break  # stopped on the page
+        reached = goal
+        if reached == horizon:
+            # The sample at the horizon itself is otherwise taken in the step that would follow.
+            simulator.AdvancePendingEvents()
+        lost_at = float(loss.Eval(tracking_context)[0])
+        progress(reached)
+    wall_time = time.perf_counter() - began
+    if live and meshcat is not None:
+        remove_controls(meshcat)
+    end = min(context.get_time(), scenario.seconds)
+    lost = lost_at <= end
+    log = {name: sinks[name].FindLog(context) for name in LOGGED}
+    times = log["assignment"].sample_times()
+    kept = times < (lost_at if lost else end) + scenario.period - 1e-9
+    return TrackingRun(
+        game=game,
+        times=times[kept],
+        log=_shaped({name: each.data().T[kept] for name, each in log.items()}, game),
+        tracking_time=lost_at if lost else end,
+        lost_evader=int(loss.Eval(tracking_context)[1]) if lost else None,
+        wall_time=wall_time,
+        scene=tracking.GetSubsystemByName("scene") if meshcat is not None else None,
+    )
+
+
+def _shaped(log: dict[str, np.ndarray], game: TrackingGame) -> dict[str, np.ndarray]:
+    """Samples in the shapes and types that `TrackingRun` promises."""
+    pursuers = game.scenario.pursuers.size
+    shaped = {name: each.reshape(len(each), -1, 2) for name, each in log.items() if "_" in name}
+    shaped["visibility"] = log["visibility"].reshape(len(log["visibility"]), pursuers, -1) > 0.5
+    shaped["assignment"] = np.rint(log["assignment"]).astype(int)
+    return {name: shaped[name] for name in LOGGED}

@@ -1,0 +1,199 @@
+"""What a tracking run is made of: world, teams, strategy, clock."""
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from pydantic import ConfigDict
+
+from ...systems.numerics.errors import (
+    require,
+    require_finite,
+    require_non_negative,
+    require_one_of,
+    require_positive,
+)
+from ...systems.numerics.tracking.assignment.rules import RULES
+from ...systems.numerics.tracking.assignment.team_view import EXTRA_PURSUERS
+from ...systems.numerics.tracking.corner_fields import FIELDS
+from ...systems.numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS
+from ..scenario_files import NO_OTHER_KEYS
+from ..world_source import WorldSource
+
+MODELS = ("point", "differential_drive")
+POLICIES = ("adversarial", "waypoints", "random_walk", "you")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Team:
+    """A team of equal robots."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+    # "point" (2.1) or "differential_drive".
+    model: str = "point"
+    # Speed limit [m/s].
+    top_speed: float
+    # Turn-rate limit of differential drives [rad/s].
+    top_turn_rate: float = 3.0
+    # Turn rate per heading error of differential drives [1/s].
+    heading_gain: float = 4.0
+    # Radius of the robot's body: its centre keeps this distance from obstacles [m].
+    radius: float = 0.0
+    # Where each member starts, [x, y] [m]; empty: drawn at random by the seed.
+    positions: list[list[float]] = field(default_factory=list)
+    # Number of members, where positions are drawn at random.
+    count: int = 0
+    # Where each differential drive looks at the start [rad]; empty: east.
+    headings: list[float] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        require_one_of("model", self.model, MODELS)
+        require_positive("top_speed", self.top_speed)
+        require_positive("top_turn_rate", self.top_turn_rate)
+        require_positive("heading_gain", self.heading_gain)
+        require_non_negative("radius", self.radius)
+        for i, point in enumerate(self.positions):
+            require(len(point) == 2, f"positions.{i}", "be [x, y]", point)
+            for value in point:
+                require_finite(f"positions.{i}", value)
+        for i, heading in enumerate(self.headings):
+            require_finite(f"headings.{i}", heading)
+        require(
+            bool(self.positions) != (self.count > 0) or self.count == len(self.positions) > 0,
+            "positions",
+            "name at least one member, or be empty with a positive `count`",
+            f"{len(self.positions)} positions and count {self.count}",
+        )
+        require(
+            len(self.headings) in (0, self.size),
+            "headings",
+            f"have {self.size} entries or none",
+            self.headings,
+        )
+
+    @property
+    def size(self) -> int:
+        """Number of members."""
+        return len(self.positions) or self.count
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pursuers(Team):
+    """The team that keeps sight, and its strategy."""
+
+    # Who tracks whom: a name in RULES.
+    assignment: str = "hungarian"
+    # What pursuers beyond a matching do: "stay" or "riskiest".
+    extra: str = "stay"
+    # Risk functions for the assignment, one for all or one each (2.13).
+    risk_functions: list[str] = field(default_factory=lambda: ["total"])
+    # Risk vectors for the pursuit field, one for all or one each (2.2).
+    risk_vectors: list[str] = field(default_factory=lambda: ["proportional"])
+    # Pursuit field of a corner: "margin", "table" or "table_up".
+    field: str = "margin"
+    # Allow several pursuers on one spot: alternatives that run side by side, as in Figure 2.6.
+    alternatives: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_one_of("assignment", self.assignment, RULES)
+        require_one_of("extra", self.extra, EXTRA_PURSUERS)
+        require_one_of("field", self.field, FIELDS)
+        for name, chosen, known in (
+            ("risk_functions", self.risk_functions, RISK_FUNCTIONS),
+            ("risk_vectors", self.risk_vectors, RISK_VECTORS),
+        ):
+            require(len(chosen) in (1, self.size), name, f"have 1 or {self.size} entries", chosen)
+            for each in chosen:
+                require_one_of(name, each, known)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evaders(Team):
+    """The team that is watched."""
+
+    # One policy for all or one each: "adversarial", "waypoints", "random_walk" or "you".
+    policies: list[str] = field(default_factory=lambda: ["adversarial"])
+    # Waypoints of each evader, [[x, y], ...] each [m]; only those with that policy use them.
+    waypoints: list[list[list[float]]] = field(default_factory=list)
+    # Time between the turns of a random walk [s].
+    turn_period: float = 2.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_positive("turn_period", self.turn_period)
+        require(
+            len(self.policies) in (1, self.size),
+            "policies",
+            f"have 1 or {self.size} entries",
+            self.policies,
+        )
+        for each in self.policies:
+            require_one_of("policies", each, POLICIES)
+        require(
+            len(self.waypoints) in (0, self.size),
+            "waypoints",
+            f"have {self.size} entries or none",
+            len(self.waypoints),
+        )
+        for j, path in enumerate(self.waypoints):
+            for point in path:
+                require(len(point) == 2, f"waypoints.{j}", "hold [x, y] points", point)
+                for value in point:
+                    require_finite(f"waypoints.{j}", value)
+        for j, policy in enumerate(self.policy_of_each):
+            has_path = bool(self.waypoints and self.waypoints[j])
+            require(policy != "waypoints" or has_path, f"waypoints.{j}", "have a point", "none")
+        require(
+            self.policy_of_each.count("you") <= 1,
+            "policies",
+            "have you drive one evader at most",
+            self.policies,
+        )
+
+    @property
+    def policy_of_each(self) -> list[str]:
+        """The policy of each evader."""
+        return self.policies if len(self.policies) == self.size else self.policies * self.size
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackingScenario:
+    """A game of sight: pursuers keep evaders in view among obstacles."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+    # Where it takes place.
+    world: WorldSource
+    # The team that keeps sight.
+    pursuers: Pursuers
+    # The team that is watched.
+    evaders: Evaders
+    # Horizon [s].
+    seconds: float = 60.0
+    # Control period and time step [s].
+    period: float = 0.05
+    # Of everything random: starts, lots, walks.
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        require_positive("seconds", self.seconds)
+        require_positive("period", self.period)
+        require(
+            self.period <= self.seconds,
+            "period",
+            f"be at most `seconds`, which is {self.seconds}",
+            self.period,
+        )
+        require(self.seed >= 0, "seed", "be zero or positive", self.seed)
+        require(
+            self.speed_ratio < 1,
+            "evaders.top_speed",
+            f"be below pursuers.top_speed, which is {self.pursuers.top_speed}",
+            self.evaders.top_speed,
+        )
+
+    @property
+    def speed_ratio(self) -> float:
+        """a = v_e / v_p."""
+        return self.evaders.top_speed / self.pursuers.top_speed

@@ -1,0 +1,60 @@
+"""A tracking run in a few numbers, and in arrays for whoever wants to look closer."""
+
+import numpy as np
+
+from ...systems.numerics.geometry.clearance import clearances
+from ...systems.numerics.geometry.edge_index import build_edge_index
+from .run import TrackingRun
+
+# Units of the arrays in the log; "1" for numbers without one.
+UNITS = {
+    "time": "s",
+    "pursuer_position": "m",
+    "evader_position": "m",
+    "visibility": "1",
+    "assignment": "1",
+    "pursuer_velocity": "m/s",
+    "evader_velocity": "m/s",
+}
+
+
+def summarise(run: TrackingRun, scenario: str) -> dict[str, object]:
+    """The run in numbers, ready for JSON.
+
+    Args:
+        run: A finished run.
+        scenario: What to call it.
+
+    Returns:
+        scenario, seed, pursuers, evaders (team sizes), seconds (horizon) [s], period [s],
+        tracking_time (until some evader is seen by nobody; the end of the run if never) [s],
+        censored (whether the run ended first), lost_evader (number or None), assignment_changes
+        (a pursuer's change of evader from one sample to the next), min_clearance (least distance
+        of a robot's centre from a true obstacle) [m], robot_radius (of the pursuers) [m],
+        wall_time [s], realtime_factor.
+    """
+    game, log = run.game, run.log
+    centres = np.concatenate([log["pursuer_position"], log["evader_position"]], axis=1)
+    gaps = clearances(build_edge_index(game.world), centres.reshape(-1, 2))
+    return {
+        "scenario": scenario,
+        "seed": game.scenario.seed,
+        "pursuers": game.scenario.pursuers.size,
+        "evaders": game.scenario.evaders.size,
+        "seconds": game.scenario.seconds,
+        "period": game.scenario.period,
+        "tracking_time": run.tracking_time,
+        "censored": run.lost_evader is None,
+        "lost_evader": run.lost_evader,
+        "assignment_changes": int((np.diff(log["assignment"], axis=0) != 0).sum()),
+        "min_clearance": float(gaps.min()),
+        "robot_radius": game.scenario.pursuers.radius,
+        "evader_radius": game.scenario.evaders.radius,
+        "wall_time": run.wall_time,
+        "realtime_factor": float(run.times[-1]) / run.wall_time,
+    }
+
+
+def log_arrays(run: TrackingRun) -> dict[str, np.ndarray]:
+    """The run's samples by the names in UNITS, time first along every array's first axis."""
+    return {"time": run.times, **run.log}
