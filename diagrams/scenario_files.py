@@ -13,6 +13,7 @@ import yaml
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from ..systems.numerics.errors import InvalidInput, require
+from . import scenarios
 
 Schema = TypeVar("Schema")
 
@@ -22,7 +23,7 @@ NO_OTHER_KEYS = ConfigDict(extra="forbid")
 
 def builtin_scenarios() -> list[str]:
     """Names of the scenarios that come with the package."""
-    folder = resources.files(__package__).joinpath("scenarios")
+    folder = resources.files(scenarios)
     return sorted(Path(each.name).stem for each in folder.iterdir() if each.name.endswith(".yaml"))
 
 
@@ -33,7 +34,7 @@ def find_scenario(name: str) -> Path:
         InvalidInput: Neither a built-in name nor a file.
     """
     if name in builtin_scenarios():
-        return Path(str(resources.files(__package__).joinpath("scenarios", f"{name}.yaml")))
+        return Path(str(resources.files(scenarios).joinpath(f"{name}.yaml")))
     path = Path(name)
     known = ", ".join(builtin_scenarios())
     require(path.is_file(), "scenario", f"be a YAML file or one of {known}", name)

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from pydantic import ConfigDict
 
-from ..systems.numerics.errors import require, require_non_negative, require_one_of
+from ..systems.numerics.errors import require, require_one_of
 from ..systems.numerics.geometry.occupancy_outline import OutlineOptions
 from ..systems.numerics.geometry.world import World, make_world
 from ..systems.numerics.geometry.world_files import load_world
@@ -31,8 +31,10 @@ class WorldSource:
     unknown: str = "occupied"
     # Of a ROS map: smaller obstacles are speckle and dropped [m^2].
     min_obstacle_area: float = OutlineOptions().min_obstacle_area
-    # Of a ROS map: how far simplified outlines may be from the cells' [m]; 0: about a cell.
-    tolerance: float = 0.0
+    # Of a ROS map: a slender obstacle at least this long is a wall, and kept [m].
+    min_wall_length: float = OutlineOptions().min_wall_length
+    # Of a ROS map: how far simplified outlines may be from the cells' [m]; null: a cell.
+    tolerance: float | None = OutlineOptions().tolerance
 
     def __post_init__(self) -> None:
         require(
@@ -42,9 +44,7 @@ class WorldSource:
             "both" if self.file else "neither",
         )
         require_one_of("coordinates", self.coordinates, ("metres", "wgs84"))
-        require_one_of("unknown", self.unknown, ("occupied", "free"))
-        require_non_negative("min_obstacle_area", self.min_obstacle_area)
-        require_non_negative("tolerance", self.tolerance)
+        self.outline_options()
 
     def beside(self, folder: Path) -> "WorldSource":
         """The same source, its file looked up relative to a folder."""
@@ -58,7 +58,14 @@ class WorldSource:
         """
         if not self.file:
             return make_world(self.boundary, self.obstacles)
-        options = OutlineOptions(unknown=self.unknown, min_obstacle_area=self.min_obstacle_area)
-        if self.tolerance:
-            options = replace(options, tolerance=self.tolerance)
+        options = self.outline_options()
         return load_world(Path(self.file), options=options, coordinates=self.coordinates).world
+
+    def outline_options(self) -> OutlineOptions:
+        """How the cells of a ROS map become outlines."""
+        return OutlineOptions(
+            unknown=self.unknown,
+            min_obstacle_area=self.min_obstacle_area,
+            min_wall_length=self.min_wall_length,
+            tolerance=self.tolerance,
+        )

@@ -36,7 +36,7 @@ def AddEvasion(
     outputs = []
     for policy in policies:
         output = _add_policy(builder, policy, game, meshcat)
-        system = output.get_system()
+        system: System = output.get_system()  # type: ignore[assignment]  # stubs say object
         for k in range(system.num_input_ports()):
             port = system.get_input_port(k)
             if port.get_name() in senses:
@@ -93,6 +93,7 @@ def _add_driver(builder: DiagramBuilder, game: TrackingGame, meshcat: Meshcat | 
     place = np.zeros((2 * evaders.size, 2))
     yours = 2 * evaders.policy_of_each.index("you")
     place[yours, 0] = place[yours + 1, 1] = 1.0
-    spread = builder.AddNamedSystem("your_evader", MatrixGain(place))
+    spread = MatrixGain(D=place)  # type: ignore[arg-type]  # the stubs lag behind NumPy's
+    builder.AddNamedSystem("your_evader", spread)
     builder.Connect(driver.GetOutputPort("velocity"), spread.get_input_port())
     return spread.get_output_port()

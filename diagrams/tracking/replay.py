@@ -18,7 +18,9 @@ _FETCH = re.compile(
 )
 _OBEY = """
     function obey(command) {
-      const bytes = Uint8Array.from(atob(command), letter => letter.charCodeAt(0));
+      const text = atob(command);
+      const bytes = new Uint8Array(text.length);
+      for (let k = 0; k < text.length; ++k) bytes[k] = text.charCodeAt(k);
       viewer.handle_command_bytearray(bytes);
     }
 """

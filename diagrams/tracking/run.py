@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
+from ...systems.drake_types import read
 from .controls import add_controls, make_monitor, read_view, remove_controls
 from .game import TrackingGame
 from .make_tracking import MakeTracking
@@ -111,7 +112,7 @@ def run_tracking(
         if reached == horizon:
             # The sample at the horizon itself is otherwise taken in the step that would follow.
             simulator.AdvancePendingEvents()
-        lost_at = float(loss.Eval(tracking_context)[0])
+        lost_at = float(read(loss, tracking_context)[0])
         progress(reached)
     wall_time = time.perf_counter() - began
     if live and meshcat is not None:
@@ -119,17 +120,23 @@ def run_tracking(
     end = min(context.get_time(), scenario.seconds)
     lost = lost_at <= end
     log = {name: sinks[name].FindLog(context) for name in LOGGED}
-    times = log["assignment"].sample_times()
+    times = np.asarray(log["assignment"].sample_times())
     kept = times < (lost_at if lost else end) + scenario.period - 1e-9
     return TrackingRun(
         game=game,
         times=times[kept],
         log=_shaped({name: each.data().T[kept] for name, each in log.items()}, game),
         tracking_time=lost_at if lost else end,
-        lost_evader=int(loss.Eval(tracking_context)[1]) if lost else None,
+        lost_evader=int(read(loss, tracking_context)[1]) if lost else None,
         wall_time=wall_time,
-        scene=tracking.GetSubsystemByName("scene") if meshcat is not None else None,
+        scene=_scene_of(tracking) if meshcat is not None else None,
     )
+
+
+def _scene_of(tracking: Diagram) -> TrackingScene:
+    scene = tracking.GetSubsystemByName("scene")
+    assert isinstance(scene, TrackingScene)
+    return scene
 
 
 def _shaped(log: dict[str, np.ndarray], game: TrackingGame) -> dict[str, np.ndarray]:

@@ -2,6 +2,7 @@
 
 from pydrake.systems.framework import LeafSystem
 
+from ..drake_types import read
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.geometry.wall_sliding import SKIN
 from ..numerics.geometry.world import World
@@ -80,11 +81,11 @@ class AdversarialEvaders(LeafSystem):
 
     def _calc_velocity(self, context, output):
         velocity = adversarial_velocities(
-            self._pursuers.Eval(context),
-            self._evaders.Eval(context),
-            self._visibility.Eval(context),
-            self._pursuer_corners.Eval(context),
-            self._evader_corners.Eval(context),
+            read(self._pursuers, context),
+            read(self._evaders, context),
+            read(self._visibility, context),
+            read(self._pursuer_corners, context),
+            read(self._evader_corners, context),
             self._corners,
             self._ratio,
             self._speed,

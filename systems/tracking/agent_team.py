@@ -1,10 +1,12 @@
 """A team of point agents, (2.1)."""
 
+from typing import Any
+
 import numpy as np
 from numba import njit
-from pydrake.systems.framework import BasicVector_, LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
+from ..drake_types import BasicVector_, LeafSystem_, read
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.tracking.mobile_agents import limit_speed
 
@@ -95,7 +97,7 @@ def AgentTeam_(T):
             return self.GetOutputPort("position")
 
         def _rates(self, context):
-            command = self._velocity.Eval(context).reshape(-1, 2)
+            command = read(self._velocity, context).reshape(-1, 2)
             limit = _limit_speed_compiled if T is float else limit_speed
             return limit(command, self.top_speed).ravel()
 
@@ -110,4 +112,5 @@ def AgentTeam_(T):
     return Impl
 
 
-AgentTeam = AgentTeam_[None]
+# Any: the class is made at run time.
+AgentTeam: Any = AgentTeam_[None]

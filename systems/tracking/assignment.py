@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
+from ..drake_types import read
 from ..numerics.errors import require, require_one_of
 from ..numerics.geometry.world import World
 from ..numerics.tracking.assignment.rules import RULES, AssignmentRule
@@ -84,18 +85,18 @@ class Assignment(LeafSystem):
         self.DeclareVectorOutputPort("assignment", pursuers, self._calc_assignment)
 
     def _calc_assignment(self, context, output):
-        evaders = self._evaders.Eval(context)
+        evaders = read(self._evaders, context)
         risk = team_risk(
             self._kinds,
             evaders,
-            self._pursuer_corners.Eval(context),
-            self._evader_corners.Eval(context),
+            read(self._pursuer_corners, context),
+            read(self._evader_corners, context),
             self._corners,
         )
         view = TeamView(
-            visible=self._visibility.Eval(context).reshape(self._shape) > 0.5,
+            visible=read(self._visibility, context).reshape(self._shape) > 0.5,
             risk=risk,
-            pursuers=self._pursuers.Eval(context).reshape(-1, 2),
+            pursuers=read(self._pursuers, context).reshape(-1, 2),
             evaders=evaders.reshape(-1, 2),
             extra=self._extra,
             seed=self._seed,

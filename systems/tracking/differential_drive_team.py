@@ -1,9 +1,11 @@
 """A team of differential-drive robots."""
 
+from typing import Any
+
 import numpy as np
-from pydrake.systems.framework import BasicVector_, LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
+from ..drake_types import BasicVector_, LeafSystem_, read
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.tracking.mobile_agents import clip_symmetric, unicycle_rates, unicycle_step
 
@@ -122,7 +124,7 @@ def DifferentialDriveTeam_(T):
 
         def _commands(self, context):
             limits = np.array([self.top_speed, self.top_turn_rate])
-            return clip_symmetric(self._command.Eval(context).reshape(-1, 2), limits)
+            return clip_symmetric(read(self._command, context).reshape(-1, 2), limits)
 
         def _step(self, context, discrete_state):
             poses = unicycle_step(self._poses(context), self._commands(context), self.time_step)
@@ -143,4 +145,5 @@ def DifferentialDriveTeam_(T):
     return Impl
 
 
-DifferentialDriveTeam = DifferentialDriveTeam_[None]
+# Any: the class is made at run time.
+DifferentialDriveTeam: Any = DifferentialDriveTeam_[None]

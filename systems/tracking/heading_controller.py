@@ -1,8 +1,10 @@
 """How a differential-drive robot follows a velocity meant for a point."""
 
-from pydrake.systems.framework import LeafSystem_
+from typing import Any
+
 from pydrake.systems.scalar_conversion import TemplateSystem
 
+from ..drake_types import LeafSystem_, read
 from ..numerics.errors import require, require_positive
 from ..numerics.tracking.mobile_agents import heading_command
 
@@ -59,11 +61,12 @@ def HeadingController_(T):
             Impl._construct(self, other.count, gain=other.gain, converter=converter)
 
         def _calc_command(self, context, output):
-            headings = self._pose.Eval(context).reshape(-1, 3)[:, 2]
-            velocities = self._velocity.Eval(context).reshape(-1, 2)
+            headings = read(self._pose, context).reshape(-1, 3)[:, 2]
+            velocities = read(self._velocity, context).reshape(-1, 2)
             output.SetFromVector(heading_command(headings, velocities, self.gain).ravel())
 
     return Impl
 
 
-HeadingController = HeadingController_[None]
+# Any: the class is made at run time.
+HeadingController: Any = HeadingController_[None]

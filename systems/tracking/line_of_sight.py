@@ -3,6 +3,7 @@
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
+from ..drake_types import read
 from ..numerics.errors import require
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.team_sight import corner_sight, edges_at, sight_matrix
@@ -71,14 +72,14 @@ class LineOfSight(LeafSystem):
         )
 
     def _calc_visibility(self, context, output):
-        pursuers, evaders = self._pursuers.Eval(context), self._evaders.Eval(context)
+        pursuers, evaders = read(self._pursuers, context), read(self._evaders, context)
         output.set_value(sight_matrix(self._index, pursuers, evaders))
 
     def _calc_pursuer_corners(self, context, output):
-        output.set_value(self._see_corners(self._pursuers.Eval(context)))
+        output.set_value(self._see_corners(read(self._pursuers, context)))
 
     def _calc_evader_corners(self, context, output):
-        output.set_value(self._see_corners(self._evaders.Eval(context)))
+        output.set_value(self._see_corners(read(self._evaders, context)))
 
     def _see_corners(self, positions: np.ndarray) -> np.ndarray:
         return corner_sight(self._index, positions, self._corners, self._at_corners)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from pydrake.systems.framework import LeafSystem
 
+from ..drake_types import read
 from ..numerics.errors import require, require_non_negative, require_one_of, require_positive
 from ..numerics.geometry.world import World
 from ..numerics.tracking.corner_fields import FIELDS
@@ -93,11 +94,11 @@ class PursuitFieldController(LeafSystem):
         velocity = team_pursuit(
             self._field,
             self._weightings,
-            self._pursuers.Eval(context),
-            self._evaders.Eval(context),
-            self._pursuer_corners.Eval(context),
-            self._evader_corners.Eval(context),
-            self._assignment.Eval(context),
+            read(self._pursuers, context),
+            read(self._evaders, context),
+            read(self._pursuer_corners, context),
+            read(self._evader_corners, context),
+            read(self._assignment, context),
             self._corners,
             self._ratio,
             self._speed,

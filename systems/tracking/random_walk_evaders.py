@@ -3,6 +3,7 @@
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
+from ..drake_types import state_vector
 from ..numerics.errors import require, require_positive
 
 
@@ -44,8 +45,8 @@ class RandomWalkEvaders(LeafSystem):
         require(seed >= 0, "seed", "be zero or positive", seed)
         self._count, self._speed, self._seed = count, float(top_speed), seed
         # The number of the turn, then the velocities until the next one.
-        self._turn = self.DeclareDiscreteState(np.zeros(1))
-        self._velocity = self.DeclareDiscreteState(self._draw(0))
+        self._turn = self.DeclareDiscreteState(state_vector(np.zeros(1)))
+        self._velocity = self.DeclareDiscreteState(state_vector(self._draw(0)))
         self.DeclarePeriodicDiscreteUpdateEvent(turn_period, turn_period, self._change)
         self.DeclareStateOutputPort("velocity", self._velocity)
 

@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.common.containers import namedview
 from pydrake.systems.framework import LeafSystem
 
+from ..drake_types import read, state_vector
 from ..numerics.errors import require_positive
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.sight_loss import first_loss
@@ -54,15 +55,15 @@ class SightLossMonitor(LeafSystem):
         self._index = build_edge_index(world)
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
         self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
-        self._loss = self.DeclareDiscreteState(LossState(np.array([np.inf, -1.0]))[:])
+        self._loss = self.DeclareDiscreteState(state_vector(np.array([np.inf, -1.0])))
         size = 2 * (pursuers + evaders)
-        self._last_time = self.DeclareDiscreteState(np.array([np.nan]))
-        self._last_position = self.DeclareDiscreteState(np.zeros(size))
+        self._last_time = self.DeclareDiscreteState(state_vector(np.array([np.nan])))
+        self._last_position = self.DeclareDiscreteState(state_vector(np.zeros(size)))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
         self.DeclareStateOutputPort("loss", self._loss)
 
     def _sample(self, context, discrete_state):
-        pursuers, evaders = self._pursuers.Eval(context), self._evaders.Eval(context)
+        pursuers, evaders = read(self._pursuers, context), read(self._evaders, context)
         time = context.get_time()
         loss = LossState(context.get_discrete_state(self._loss).value())
         last_time = context.get_discrete_state(self._last_time).value()[0]

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
+from ..drake_types import read
 from ..numerics.errors import require
 
 
@@ -51,6 +52,6 @@ class VelocitySelector(LeafSystem):
         self.DeclareVectorOutputPort("velocity", size, self._calc_velocity)
 
     def _calc_velocity(self, context, output):
-        velocities = np.stack([port.Eval(context).reshape(-1, 2) for port in self._sources])
+        velocities = np.stack([read(port, context).reshape(-1, 2) for port in self._sources])
         chosen = velocities[self._choices, np.arange(len(self._choices))]
         output.set_value(chosen.ravel())

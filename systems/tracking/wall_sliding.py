@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from pydrake.systems.framework import LeafSystem
 
+from ..drake_types import read
 from ..numerics.errors import require, require_positive
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.wall_sliding import slide_team
@@ -55,5 +56,5 @@ class WallSliding(LeafSystem):
         self.DeclareVectorOutputPort("safe_velocity", 2 * count, self._calc_safe_velocity)
 
     def _calc_safe_velocity(self, context, output):
-        position, velocity = self._position.Eval(context), self._velocity.Eval(context)
+        position, velocity = read(self._position, context), read(self._velocity, context)
         output.set_value(slide_team(self._index, position, velocity, self._period))

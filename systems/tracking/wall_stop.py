@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
+from ..drake_types import read
 from ..numerics.errors import require, require_positive
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.wall_sliding import stop_team
@@ -71,9 +72,9 @@ class WallStop(LeafSystem):
         self.DeclareVectorOutputPort("safe_command", 2 * count, self._calc_safe_command)
 
     def _calc_safe_command(self, context, output):
-        poses = self._pose.Eval(context).reshape(-1, 3)
+        poses = read(self._pose, context).reshape(-1, 3)
         # The plant's own limits first: the step that it will take is the step to check.
-        commands = clip_symmetric(self._command.Eval(context).reshape(-1, 2), self._limits)
+        commands = clip_symmetric(read(self._command, context).reshape(-1, 2), self._limits)
         steps = unicycle_step(poses, commands, self._period) - poses
         clear = stop_team(self._index, poses[:, :2].ravel(), steps[:, :2].ravel())
         commands[:, 0] *= clear

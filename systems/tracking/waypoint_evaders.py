@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
+from ..drake_types import read, state_vector
 from ..numerics.errors import require, require_positive
 
 
@@ -53,13 +54,13 @@ class WaypointEvaders(LeafSystem):
         self._speed, self._period = float(top_speed), float(period)
         count = len(self._paths)
         self._position = self.DeclareVectorInputPort("evader_position", 2 * count)
-        self._next = self.DeclareDiscreteState(np.zeros(count))
+        self._next = self.DeclareDiscreteState(state_vector(np.zeros(count)))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._advance)
         self.DeclareVectorOutputPort("velocity", 2 * count, self._calc_velocity)
 
     def _offsets(self, context) -> np.ndarray:
         """From each evader to its waypoint, shape (Ne, 2) [m]."""
-        positions = self._position.Eval(context).reshape(-1, 2)
+        positions = read(self._position, context).reshape(-1, 2)
         following = context.get_discrete_state(self._next).value()
         offsets = np.zeros_like(positions)
         for j, path in enumerate(self._paths):

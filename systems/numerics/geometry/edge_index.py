@@ -141,6 +141,7 @@ def _fill_cells(
     half = 0.5 * cell + margin
     starts = np.zeros(columns * rows + 1, dtype=np.uint32)
     items = np.zeros(0, dtype=np.uint32)
+    fill = starts[:-1].copy()
     for listing in range(2):
         if listing:
             starts = np.cumsum(starts).astype(np.uint32)

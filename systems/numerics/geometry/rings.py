@@ -27,7 +27,7 @@ def clean_ring(name: str, ring: object) -> np.ndarray:
         InvalidInput: Not an array of points, not finite, without area, or crossing itself.
     """
     try:
-        points = np.array([list(p) for p in ring], dtype=float)  # type: ignore[union-attr]
+        points = np.array([list(p) for p in ring], dtype=float)  # type: ignore[union-attr]  # what cannot be iterated is refused below
     except (TypeError, ValueError):
         raise InvalidInput(f"`{name}` must be a list of [x, y] points; got {ring!r}") from None
     require(

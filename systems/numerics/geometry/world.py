@@ -5,6 +5,7 @@ its directed edges: the boundary runs counter-clockwise, obstacles run clockwise
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -111,7 +112,7 @@ class World:
         return Corners(np.concatenate(points), np.concatenate(angles), np.concatenate(headings))
 
 
-def make_world(boundary: object, obstacles: object = ()) -> World:
+def make_world(boundary: object, obstacles: Iterable[object] = ()) -> World:
     """Make a world from rings in any vertex order, checking that they bound one free region.
 
     Repeated and collinear vertices are dropped.
@@ -126,7 +127,7 @@ def make_world(boundary: object, obstacles: object = ()) -> World:
             connected.
     """
     outer = clean_ring("boundary", boundary)
-    holes = [clean_ring(f"obstacles[{i}]", ring) for i, ring in enumerate(obstacles)]  # type: ignore[arg-type]
+    holes = [clean_ring(f"obstacles[{i}]", ring) for i, ring in enumerate(obstacles)]
     outline = shapely.Polygon(outer)
     for i, hole in enumerate(holes):
         area = shapely.Polygon(hole)

@@ -48,7 +48,7 @@ def draw_starts(
         point = _draw(rng, pursuer_region, taken, pursuer_radius, None, index)
         if point is None:
             raise InvalidInput(f"`pursuers` must fit into the world; no room for number {i}")
-        taken = np.vstack([taken, [*point, pursuer_radius]])
+        taken = np.vstack([taken, np.array([*point, pursuer_radius])])
     viewers = taken[:, :2].copy()
     for j in range(evaders):
         point = _draw(rng, evader_region, taken, evader_radius, viewers, index)
@@ -56,7 +56,7 @@ def draw_starts(
             raise InvalidInput(
                 f"`evaders` must fit where a pursuer sees them; no room for number {j}"
             )
-        taken = np.vstack([taken, [*point, evader_radius]])
+        taken = np.vstack([taken, np.array([*point, evader_radius])])
     return viewers, taken[pursuers:, :2].copy()
 
 

@@ -1,0 +1,34 @@
+"""The command `sightfield`: its subcommands, and what errors look like."""
+
+import logging
+import sys
+
+import typer
+
+from ...systems.numerics.errors import SightfieldError
+
+# from .corner import corner
+from .track import track
+from .world import world
+
+app = typer.Typer(
+    name="sightfield",
+    help="Line-of-sight tracking and field logistics for teams of autonomous vehicles.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+app.command()(track)
+app.command()(world)
+# app.command()(corner)
+
+
+def main() -> None:
+    """Run the command line: exit code 0 done, 2 bad input in one line, 1 anything else."""
+    # The commands say themselves where to watch.
+    logging.getLogger("drake").setLevel(logging.WARNING)
+    try:
+        app()
+    except SightfieldError as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(2)

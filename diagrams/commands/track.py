@@ -1,0 +1,126 @@
+"""`sightfield track`: play a tracking game, watch it, keep what happened."""
+
+import json
+import sys
+from contextlib import nullcontext
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import Progress, TimeRemainingColumn
+from rich.table import Table
+
+from ...systems.numerics.errors import require_non_negative
+from ..outputs import output_folder
+from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
+from ..tracking.game import TrackingGame, set_up_game, with_random_starts
+from ..tracking.live_page import open_live_page
+from ..tracking.report import write_report
+from ..tracking.run import TrackingRun, run_tracking
+from ..tracking.scenario import TrackingScenario
+from ..tracking.summary import summarise
+from ..world_source import WorldSource
+
+
+def track(
+    scenario: Annotated[
+        str, typer.Argument(help=f"YAML file, or one of: {', '.join(builtin_scenarios())}.")
+    ] = "thesis_3v4",
+    setting: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Set a key, as pursuers.top_speed=0.4."),
+    ] = None,
+    seconds: Annotated[float | None, typer.Option(help="Horizon [s].")] = None,
+    seed: Annotated[int | None, typer.Option(help="Of everything random.")] = None,
+    world: Annotated[
+        Path | None,
+        typer.Option(help="Play in this world (WKT, GeoJSON or ROS map), from random starts."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for summary, log and replay.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
+    meshcat: Annotated[
+        bool | None, typer.Option(help="Watch it live [default: in a terminal].")
+    ] = None,
+    replay: Annotated[bool, typer.Option(help="With --out: write replay.html.")] = True,
+    realtime: Annotated[
+        float | None,
+        typer.Option(
+            help="Simulated seconds per second, 0: as fast as possible [default: 1 live]."
+        ),
+    ] = None,
+) -> None:
+    """Pursuers keep evaders in sight among polygons, until one is lost or time is up."""
+    game = set_up_game(_load(scenario, setting or [], seconds, seed, world))
+    require_non_negative("--realtime", realtime or 0.0)
+    attended = sys.stdout.isatty() and sys.stdin.isatty() and not as_json
+    live = attended if meshcat is None else meshcat
+    rate = realtime if realtime is not None else float(live and attended)
+    console = Console(stderr=as_json)
+    # A folder that cannot be written is found out before the run, not after it.
+    with output_folder(out) if out is not None else nullcontext() as folder:
+        recording = folder is not None and replay
+        page = open_live_page() if live or recording or "you" in _policies(game) else None
+        if live and page is not None:
+            console.print(f"Watch it at [bold]{page.web_url()}[/]")
+        with Progress(
+            *Progress.get_default_columns()[:-1],
+            TimeRemainingColumn(),
+            console=console,
+            transient=True,
+            disable=not attended,
+        ) as bar:
+            task = bar.add_task("simulated", total=game.scenario.seconds)
+            run = run_tracking(
+                game,
+                page,
+                recording=recording,
+                live=live,
+                realtime_rate=rate,
+                progress=lambda time: bar.update(task, completed=time),
+            )
+        name = Path(scenario).stem if world is None else f"{Path(scenario).stem} in {world.stem}"
+        summary = summarise(run, name)
+        written = write_report(run, summary, folder) if folder is not None else []
+    if as_json:
+        print(json.dumps(summary, indent=2))
+    else:
+        _show(console, run, summary)
+        if out is not None:
+            console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
+    if live and attended and page is not None:
+        console.input("The page stays open until you press Enter.")
+
+
+def _load(
+    name: str, settings: list[str], seconds: float | None, seed: int | None, world: Path | None
+) -> TrackingScenario:
+    """The scenario with everything that the command line changes in it."""
+    path = find_scenario(name)
+    if seconds is not None:
+        settings = [*settings, f"seconds={seconds}"]
+    if seed is not None:
+        settings = [*settings, f"seed={seed}"]
+    scenario = load_scenario(TrackingScenario, path, settings)
+    if world is None:
+        return replace(scenario, world=scenario.world.beside(path.parent))
+    elsewhere = with_random_starts(scenario)
+    return replace(elsewhere, world=WorldSource(file=str(world)))
+
+
+def _policies(game: TrackingGame) -> list[str]:
+    return game.scenario.evaders.policy_of_each
+
+
+def _show(console: Console, run: TrackingRun, summary: dict[str, object]) -> None:
+    """Print the summary as a table."""
+    table = Table(show_header=False, box=None, padding=(0, 2))
+    for key, value in summary.items():
+        text = f"{value:.4g}" if isinstance(value, float) else str(value)
+        table.add_row(key.replace("_", " "), text)
+    console.print(table)
+    if run.lost_evader is None:
+        console.print(f"Every evader was in sight for {run.tracking_time:.2f} s.")
+    else:
+        console.print(f"Evader {run.lost_evader} was out of sight at {run.tracking_time:.2f} s.")
