@@ -11,6 +11,11 @@ LeafSystem_: Any = framework.LeafSystem_
 BasicVector_: Any = framework.BasicVector_
 
 
+# NumPy looks at the floating-point flags after arithmetic on objects, and Drake's symbolic scalars
+# leave them set without a NaN in sight: a decorator for what computes with any scalar.
+any_scalar = np.errstate(invalid="ignore")
+
+
 def read(port: InputPort | OutputPort, context: Context) -> np.ndarray:
     """The value of a vector port, shape (size,), as a copy.
 

@@ -17,6 +17,8 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    # Units are written [m], which Rich would take for markup.
+    rich_markup_mode=None,
 )
 app.command()(track)
 app.command()(world)

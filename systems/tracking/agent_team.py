@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from ..drake_types import BasicVector_, LeafSystem_, read
+from ..drake_types import BasicVector_, LeafSystem_, any_scalar, read
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.tracking.mobile_agents import limit_speed
 
@@ -16,6 +16,8 @@ _limit_speed_compiled = njit(cache=True)(limit_speed)
 
 @TemplateSystem.define("AgentTeam_")
 def AgentTeam_(T):
+    limit = _limit_speed_compiled if T is float else limit_speed
+
     class Impl(LeafSystem_[T]):
         """N point agents that follow velocity commands up to their top speed.
 
@@ -98,13 +100,14 @@ def AgentTeam_(T):
 
         def _rates(self, context):
             command = read(self._velocity, context).reshape(-1, 2)
-            limit = _limit_speed_compiled if T is float else limit_speed
             return limit(command, self.top_speed).ravel()
 
+        @any_scalar
         def _step(self, context, discrete_state):
             position = context.get_discrete_state_vector().CopyToVector()
             discrete_state.set_value(position + self.time_step * self._rates(context))
 
+        @any_scalar
         def DoCalcTimeDerivatives(self, context, derivatives):
             if self.time_step == 0:
                 derivatives.get_mutable_vector().SetFromVector(self._rates(context))

@@ -4,7 +4,7 @@ from typing import Any
 
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from ..drake_types import LeafSystem_, read
+from ..drake_types import LeafSystem_, any_scalar, read
 from ..numerics.errors import require, require_positive
 from ..numerics.tracking.mobile_agents import heading_command
 
@@ -60,6 +60,7 @@ def HeadingController_(T):
         def _construct_copy(self, other, converter=None):
             Impl._construct(self, other.count, gain=other.gain, converter=converter)
 
+        @any_scalar
         def _calc_command(self, context, output):
             headings = read(self._pose, context).reshape(-1, 3)[:, 2]
             velocities = read(self._velocity, context).reshape(-1, 2)

@@ -11,10 +11,6 @@ from sightfield.systems.tracking.agent_team import AgentTeam
 from sightfield.systems.tracking.differential_drive_team import DifferentialDriveTeam
 from sightfield.systems.tracking.heading_controller import HeadingController
 
-# NumPy looks at the floating-point flags after arithmetic on objects, where Drake's symbolic
-# scalars leave them set without a NaN in sight.
-pytestmark = pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")
-
 POINTS = np.array([[0.5, 1.0], [-1.0, 2.0]])
 POSES = np.array([[0.5, 1.0, 0.3], [-1.0, 2.0, -2.0]])
 LIMITS = {"top_speed": 0.5, "top_turn_rate": 2.0}

@@ -1,0 +1,115 @@
+"""Scenarios are read from YAML, and every mistake is named by its key."""
+
+from dataclasses import dataclass, field
+
+import pytest
+
+from sightfield.diagrams.scenario_files import (
+    NO_OTHER_KEYS,
+    build,
+    builtin_scenarios,
+    find_scenario,
+    load_scenario,
+)
+from sightfield.systems.numerics.errors import InvalidInput, require_positive
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """A part of a scenario."""
+
+    __pydantic_config__ = NO_OTHER_KEYS
+    speed: float
+    points: list[list[float]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        require_positive("speed", self.speed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Whole:
+    """A scenario."""
+
+    __pydantic_config__ = NO_OTHER_KEYS
+    part: Part
+    count: int = 3
+
+
+@pytest.fixture
+def file(tmp_path):
+    """A function that writes text to a file."""
+
+    def write(text):
+        path = tmp_path / "scenario.yaml"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+def test_values_and_defaults(file):
+    whole = load_scenario(Whole, file("part: {speed: 2, points: [[1, 2.5]]}"))
+    assert whole == Whole(part=Part(speed=2.0, points=[[1.0, 2.5]]), count=3)
+
+
+def test_settings_override_the_file(file):
+    path = file("part: {speed: 2, points: [[1, 2], [3, 4]]}")
+    whole = load_scenario(
+        Whole, path, ["count=7", "part.speed=1e-1", "part.points.1=[5, 6]", "part.points.0.0=9"]
+    )
+    assert whole == Whole(part=Part(speed=0.1, points=[[9.0, 2.0], [5.0, 6.0]]), count=7)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("part: {speed: -1.0}", "`part.speed` must be positive; got -1.0"),
+        ("part: {speed: .nan}", "`part.speed` must be a finite number; got nan"),
+        ("part: {speed: fast}", "`part.speed` must be a valid number.*got 'fast'"),
+        ("part: {speed: 1, sped: 2}", "`part.sped` must be a key of the scenario; got 2"),
+        ("part: {speed: 1}\nx: 1", "`x` must be a key of the scenario; got 1"),
+        ("part: 3", "`part` must be a dictionary.*got 3"),
+        ("part: {speed: 1, points: [[1, a]]}", r"`part.points.0.1` must be a valid number"),
+        ("count: 2", "`part`.*required"),
+        ("count: 2.5\npart: {speed: 1}", "`count` must be a valid integer.*got 2.5"),
+        ("- 1", "`scenario` must be a YAML mapping"),
+        ("", "`scenario` must be a YAML mapping"),
+        ("part: [", "`scenario` must be readable YAML"),
+        ("\x00", "`scenario` must be readable YAML"),
+    ],
+)
+def test_mistakes_are_named_in_one_line(file, text, message):
+    with pytest.raises(InvalidInput, match=message) as caught:
+        load_scenario(Whole, file(text))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("count", "`--set` must have the form key=value; got count"),
+        ("=3", "form key=value"),
+        ("part.points.5=[1, 2]", "below 0 in part.points.5; got 5"),
+        ("part.speed.deep=1", "must name a key of the scenario; got part.speed.deep"),
+        ("count=[", "must give `count` a YAML value"),
+        ("cuont=1", "`cuont` must be a key of the scenario; got 1"),
+    ],
+)
+def test_bad_settings_are_named(file, setting, message):
+    with pytest.raises(InvalidInput, match=message):
+        load_scenario(Whole, file("part: {speed: 1, points: []}"), [setting])
+
+
+def test_python_gets_the_same_rules():
+    with pytest.raises(InvalidInput, match="`speed` must be positive"):
+        Part(speed=0.0)
+    with pytest.raises(InvalidInput, match="`part.speed`"):
+        build(Whole, {"part": {"speed": 0}})
+
+
+def test_built_in_scenarios_are_found_by_name():
+    expected = {"thesis_3v4", "thesis_3v3", "thesis_4v3", "thesis_borda_4v3", "corner_1v1"}
+    assert expected | {"risk_vectors"} <= set(builtin_scenarios())
+    assert find_scenario("corner_1v1").is_file()
+    with pytest.raises(InvalidInput, match="or one of corner_1v1.*got nowhere"):
+        find_scenario("nowhere")
