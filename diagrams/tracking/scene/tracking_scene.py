@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, EventStatus, InputPort, LeafSystem
 
+from ....systems.drake_types import read
 from ....systems.numerics.errors import require, require_positive
 from ....systems.numerics.geometry.world import World
 from ...visuals.stage import Stage
@@ -164,20 +165,19 @@ class TrackingScene(LeafSystem):
         return EventStatus.Succeeded()
 
     def _publish(self, context: Context) -> EventStatus:
-        def read(name: str, columns: int = 2) -> np.ndarray:
-            # A copy: the port's memory changes with the context.
-            return np.array(self.GetInputPort(name).Eval(context)).reshape(-1, columns)
+        def rows(name: str, columns: int = 2) -> np.ndarray:
+            return read(self.GetInputPort(name), context).reshape(-1, columns)
 
         time = context.get_time()
         self._layers.draw(
             Snapshot(
                 time=time,
-                pursuers=read("pursuer_position"),
-                evaders=read("evader_position"),
-                pursuer_directions=read("pursuer_direction"),
-                evader_directions=read("evader_direction"),
-                visibility=read("visibility", self._evader_count) > 0.5,
-                assignment=np.rint(read("assignment", 1)[:, 0]).astype(int),
+                pursuers=rows("pursuer_position"),
+                evaders=rows("evader_position"),
+                pursuer_directions=rows("pursuer_direction"),
+                evader_directions=rows("evader_direction"),
+                visibility=rows("visibility", self._evader_count) > 0.5,
+                assignment=np.rint(rows("assignment", 1)[:, 0]).astype(int),
             ),
             self._view(),
         )

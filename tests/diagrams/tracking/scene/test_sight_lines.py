@@ -1,0 +1,66 @@
+"""A recording hears of a line of sight only while there is one."""
+
+import numpy as np
+import pytest
+
+from sightfield.diagrams.tracking.scene.layout import make_layout
+from sightfield.diagrams.tracking.scene.sight_lines import SightLines
+from sightfield.diagrams.visuals.stage import Stage
+
+PURSUERS = np.array([[0.0, 0.0], [4.0, 0.0]])
+EVADERS = np.array([[3.0, 4.0], [4.0, 2.0], [0.0, 1.0]])
+NOBODY = np.array([-1, -1])
+
+
+def sees(*pairs: tuple[int, int]) -> np.ndarray:
+    matrix = np.zeros((2, 3), dtype=bool)
+    for pair in pairs:
+        matrix[pair] = True
+    return matrix
+
+
+def make_lines(meshcat_log, *, recording: bool) -> SightLines:
+    stage = Stage(meshcat_log, "/root", recording=recording, period=0.1)
+    return SightLines(stage, make_layout((0, 0, 4, 4), 0.1))
+
+
+def test_a_recorded_line_is_a_unit_bar_turned_and_stretched(meshcat_log):
+    make_lines(meshcat_log, recording=True).update(PURSUERS, EVADERS, sees((0, 0)), NOBODY)
+    pose = meshcat_log.keys["/root/sight/0_0", "pose"][0]
+    np.testing.assert_allclose(pose.rotation().matrix()[:2, 0], [0.6, 0.8])
+    np.testing.assert_allclose(pose.translation(), 0.0)
+    assert meshcat_log.keys["/root/sight/0_0/bar", "scale"] == {0: [5.0, 1.0, 1.0]}
+
+
+def test_pairs_that_never_see_each_other_cost_nothing(meshcat_log):
+    make_lines(meshcat_log, recording=True).update(PURSUERS, EVADERS, sees((1, 2)), NOBODY)
+    assert list(meshcat_log.meshes) == ["/root/sight/1_2/bar"]
+
+
+def test_a_line_that_breaks_is_hidden_and_comes_back(meshcat_log):
+    lines = make_lines(meshcat_log, recording=True)
+    for visible in (sees((0, 0), (1, 1)), sees((1, 1)), sees((0, 0), (1, 1))):
+        lines.update(PURSUERS, EVADERS, visible, NOBODY)
+    sent = [path for path, name in meshcat_log.sent if name == "visible"]
+    assert sent.count("/root/sight/0_0") == 3
+    assert sent.count("/root/sight/1_1") == 1
+
+
+def test_a_chase_goes_over_to_another_evader(meshcat_log):
+    lines = make_lines(meshcat_log, recording=True)
+    for target, length in ((1, 2.0), (2, np.hypot(4, 1))):
+        lines.update(PURSUERS, EVADERS, sees(), np.array([-1, target]))
+        scale = meshcat_log.keys["/root/chases/1/bar", "scale"][0]
+        assert scale == [pytest.approx(length), 1.0, 1.0]
+
+
+def test_a_live_page_gets_all_lines_in_one_message_and_only_if_something_moved(meshcat_log):
+    lines = make_lines(meshcat_log, recording=False)
+    everyone = np.ones((2, 3), dtype=bool)
+    for _ in range(3):
+        lines.update(PURSUERS, EVADERS, everyone, NOBODY)
+    assert meshcat_log.sent.count(("/root/sight", "mesh")) == 1
+    lines.update(PURSUERS + 0.1, EVADERS, everyone, NOBODY)
+    assert meshcat_log.sent.count(("/root/sight", "mesh")) == 2
+    vertices, faces = meshcat_log.meshes["/root/sight"]
+    assert (vertices.shape, faces.shape) == ((3, 4 * 6), (3, 2 * 6))
