@@ -9,12 +9,12 @@ PERIOD = 0.1
 
 @pytest.fixture
 def live(meshcat_log) -> Stage:
-    return Stage(meshcat_log, "/root", recording=False, period=PERIOD)
+    return Stage(meshcat_log, "/stage", recording=False, period=PERIOD)
 
 
 @pytest.fixture
 def recorded(meshcat_log) -> Stage:
-    return Stage(meshcat_log, "/root", recording=True, period=PERIOD)
+    return Stage(meshcat_log, "/stage", recording=True, period=PERIOD)
 
 
 def place_at(stage: Stage, frame: int, x: float) -> None:
@@ -31,18 +31,18 @@ def test_what_has_not_changed_is_not_sent(live, meshcat_log):
         live.show("lamp", True)
         live.fade("trail", 0.5)
     assert sorted(meshcat_log.sent) == [
-        ("/root/bar", "scale"),
-        ("/root/lamp", "visible"),
-        ("/root/robot", "position"),
-        ("/root/robot/body", "pose"),
-        ("/root/trail/<object>", "material.opacity"),
+        ("/stage/bar", "scale"),
+        ("/stage/lamp", "visible"),
+        ("/stage/robot", "position"),
+        ("/stage/robot/body", "pose"),
+        ("/stage/trail/<object>", "material.opacity"),
     ]
 
 
 def test_what_has_changed_is_sent(live, meshcat_log):
     for frame, x in enumerate([1.0, 1.0, 2.0, 1.0]):
         place_at(live, frame, x)
-    assert meshcat_log.sent == [("/root/robot", "position")] * 3
+    assert meshcat_log.sent == [("/stage/robot", "position")] * 3
 
 
 def test_nothing_is_recorded_on_a_live_page(live, meshcat_log):
@@ -54,7 +54,7 @@ def test_nothing_is_recorded_on_a_live_page(live, meshcat_log):
 def test_a_steady_motion_is_keyed_once_in_a_period(recorded, meshcat_log):
     for frame in range(4):
         place_at(recorded, frame, float(frame))
-    keys = meshcat_log.keys["/root/robot", "position"]
+    keys = meshcat_log.keys["/stage/robot", "position"]
     assert keys == {frame: [float(frame), 0.0, 0.0] for frame in range(4)}
 
 
@@ -62,7 +62,7 @@ def test_a_robot_that_stood_is_held_until_it_starts(recorded, meshcat_log):
     for frame, x in enumerate([0.0, 0.0, 0.0, 0.0, 1.0]):
         place_at(recorded, frame, x)
     # Without the key at 3 a player would let it creep from frame 0 on.
-    keys = meshcat_log.keys["/root/robot", "position"]
+    keys = meshcat_log.keys["/stage/robot", "position"]
     assert keys == {0: [0.0, 0.0, 0.0], 3: [0.0, 0.0, 0.0], 4: [1.0, 0.0, 0.0]}
 
 
@@ -70,13 +70,13 @@ def test_a_lamp_needs_no_key_before_it_changes(recorded, meshcat_log):
     for frame, lit in enumerate([True, True, True, False]):
         recorded.begin(frame * PERIOD)
         recorded.show("lamp", lit)
-    assert meshcat_log.keys["/root/lamp", "visible"] == {0: True, 3: False}
+    assert meshcat_log.keys["/stage/lamp", "visible"] == {0: True, 3: False}
 
 
 def test_what_appears_late_was_hidden_before(recorded, meshcat_log):
     recorded.begin(7 * PERIOD)
     recorded.show("trail", True)
-    assert meshcat_log.keys["/root/trail", "visible"] == {0: False, 7: True}
+    assert meshcat_log.keys["/stage/trail", "visible"] == {0: False, 7: True}
 
 
 def test_every_path_is_recorded_to_the_end(recorded, meshcat_log):
@@ -92,11 +92,11 @@ def test_a_frame_is_the_nearest_multiple_of_the_period(recorded, meshcat_log):
     for frame in range(1, 200):
         recorded.begin(frame * PERIOD * (1 - 1e-12))
         recorded.place("robot", float(frame), 0.0)
-    keys = meshcat_log.keys["/root/robot", "position"]
+    keys = meshcat_log.keys["/stage/robot", "position"]
     assert keys == {frame: [float(frame), 0.0, 0.0] for frame in range(1, 200)}
 
 
 def test_a_new_stage_clears_the_folder_and_the_recording(recorded, meshcat_log):
     place_at(recorded, 1, 1.0)
-    Stage(meshcat_log, "/root", recording=True, period=PERIOD)
+    Stage(meshcat_log, "/stage", recording=True, period=PERIOD)
     assert meshcat_log.keys == {}

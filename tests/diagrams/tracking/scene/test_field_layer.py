@@ -20,7 +20,7 @@ def grown(arena):
 
 @pytest.fixture
 def layer(arena, grown, meshcat_log):
-    stage = Stage(meshcat_log, "/root", recording=False, period=0.05)
+    stage = Stage(meshcat_log, "/stage", recording=False, period=0.05)
 
     def toward(pursuer, points, evaders, assignment):
         return evaders[assignment[pursuer]] - points
@@ -53,7 +53,7 @@ def test_outside_of_the_free_region_there_are_none(layer):
 
 def test_arrows_point_along_the_field(layer, meshcat_log):
     layer.update(0.0, 0, np.array([[1.0, 0.8]]), EVADERS, CHASE)
-    vertices, _ = meshcat_log.meshes["/root/field/0"]
+    vertices, _ = meshcat_log.meshes["/stage/field/0"]
     tip, _, waist, _ = vertices[:2].T.reshape(-1, 4, 2).swapaxes(0, 1)
     along, wanted = tip - waist, EVADERS[0] - waist
     cross = along[:, 0] * wanted[:, 1] - along[:, 1] * wanted[:, 0]

@@ -20,21 +20,21 @@ def sees(*pairs: tuple[int, int]) -> np.ndarray:
 
 
 def make_lines(meshcat_log, *, recording: bool) -> SightLines:
-    stage = Stage(meshcat_log, "/root", recording=recording, period=0.1)
+    stage = Stage(meshcat_log, "/stage", recording=recording, period=0.1)
     return SightLines(stage, make_layout((0, 0, 4, 4), 0.1))
 
 
 def test_a_recorded_line_is_a_unit_bar_turned_and_stretched(meshcat_log):
     make_lines(meshcat_log, recording=True).update(PURSUERS, EVADERS, sees((0, 0)), NOBODY)
-    pose = meshcat_log.keys["/root/sight/0_0", "pose"][0]
+    pose = meshcat_log.keys["/stage/sight/0_0", "pose"][0]
     np.testing.assert_allclose(pose.rotation().matrix()[:2, 0], [0.6, 0.8])
     np.testing.assert_allclose(pose.translation(), 0.0)
-    assert meshcat_log.keys["/root/sight/0_0/bar", "scale"] == {0: [5.0, 1.0, 1.0]}
+    assert meshcat_log.keys["/stage/sight/0_0/bar", "scale"] == {0: [5.0, 1.0, 1.0]}
 
 
 def test_pairs_that_never_see_each_other_cost_nothing(meshcat_log):
     make_lines(meshcat_log, recording=True).update(PURSUERS, EVADERS, sees((1, 2)), NOBODY)
-    assert list(meshcat_log.meshes) == ["/root/sight/1_2/bar"]
+    assert list(meshcat_log.meshes) == ["/stage/sight/1_2/bar"]
 
 
 def test_a_line_that_breaks_is_hidden_and_comes_back(meshcat_log):
@@ -42,15 +42,15 @@ def test_a_line_that_breaks_is_hidden_and_comes_back(meshcat_log):
     for visible in (sees((0, 0), (1, 1)), sees((1, 1)), sees((0, 0), (1, 1))):
         lines.update(PURSUERS, EVADERS, visible, NOBODY)
     sent = [path for path, name in meshcat_log.sent if name == "visible"]
-    assert sent.count("/root/sight/0_0") == 3
-    assert sent.count("/root/sight/1_1") == 1
+    assert sent.count("/stage/sight/0_0") == 3
+    assert sent.count("/stage/sight/1_1") == 1
 
 
 def test_a_chase_goes_over_to_another_evader(meshcat_log):
     lines = make_lines(meshcat_log, recording=True)
     for target, length in ((1, 2.0), (2, np.hypot(4, 1))):
         lines.update(PURSUERS, EVADERS, sees(), np.array([-1, target]))
-        scale = meshcat_log.keys["/root/chases/1/bar", "scale"][0]
+        scale = meshcat_log.keys["/stage/chases/1/bar", "scale"][0]
         assert scale == [pytest.approx(length), 1.0, 1.0]
 
 
@@ -59,8 +59,8 @@ def test_a_live_page_gets_all_lines_in_one_message_and_only_if_something_moved(m
     everyone = np.ones((2, 3), dtype=bool)
     for _ in range(3):
         lines.update(PURSUERS, EVADERS, everyone, NOBODY)
-    assert meshcat_log.sent.count(("/root/sight", "mesh")) == 1
+    assert meshcat_log.sent.count(("/stage/sight", "mesh")) == 1
     lines.update(PURSUERS + 0.1, EVADERS, everyone, NOBODY)
-    assert meshcat_log.sent.count(("/root/sight", "mesh")) == 2
-    vertices, faces = meshcat_log.meshes["/root/sight"]
+    assert meshcat_log.sent.count(("/stage/sight", "mesh")) == 2
+    vertices, faces = meshcat_log.meshes["/stage/sight"]
     assert (vertices.shape, faces.shape) == ((3, 4 * 6), (3, 2 * 6))

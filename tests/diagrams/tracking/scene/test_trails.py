@@ -18,7 +18,7 @@ def spiral(time: float) -> np.ndarray:
 
 
 def run(meshcat_log, end: float, *, recording: bool = False, motion=spiral) -> None:
-    stage = Stage(meshcat_log, "/root", recording=recording, period=PERIOD)
+    stage = Stage(meshcat_log, "/stage", recording=recording, period=PERIOD)
     layout = make_layout((0, 0, 4, 4), 0.1)
     trails = Trails(stage, layout, "pursuers", Rgba(0, 0, 1))
     for time in np.arange(0, end + 1e-9, PERIOD):
@@ -53,10 +53,10 @@ def test_a_live_page_keeps_no_more_than_the_last_seconds(meshcat_log):
 
 def test_in_a_recording_each_piece_appears_fades_and_goes(meshcat_log):
     run(meshcat_log, 15.0, recording=True)
-    visible = meshcat_log.keys["/root/trails/pursuers/2", "visible"]
+    visible = meshcat_log.keys["/stage/trails/pursuers/2", "visible"]
     born, gone = 2 * PIECE_DURATION / PERIOD, (2 * PIECE_DURATION + TRAIL_DURATION) / PERIOD
     assert visible == {0: False, born: True, gone: False}
-    opacity = meshcat_log.keys["/root/trails/pursuers/2/<object>", "material.opacity"]
+    opacity = meshcat_log.keys["/stage/trails/pursuers/2/<object>", "material.opacity"]
     values = [opacity[frame] for frame in sorted(opacity)]
     assert values == sorted(values, reverse=True)
     assert values[-1] == 0.0
