@@ -1,0 +1,97 @@
+"""A folder of results is complete, or as it was before."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from sightfield.diagrams.outputs import output_folder
+from sightfield.systems.numerics.errors import InvalidInput
+
+
+def contents(folder: Path) -> dict[str, str]:
+    """Text of every file below a folder."""
+    return {
+        str(file.relative_to(folder)): file.read_text(encoding="utf-8")
+        for file in folder.rglob("*")
+        if file.is_file()
+    }
+
+
+def test_files_arrive_together_at_the_end(tmp_path):
+    out = tmp_path / "results"
+    with output_folder(out) as folder:
+        (folder / "a.txt").write_text("a", encoding="utf-8")
+        (folder / "plots").mkdir()
+        (folder / "plots" / "b.txt").write_text("b", encoding="utf-8")
+        assert not out.exists()
+    assert contents(tmp_path) == {"results/a.txt": "a", "results/plots/b.txt": "b"}
+    assert os.listdir(tmp_path) == ["results"]
+
+
+def test_missing_parents_are_made(tmp_path):
+    with output_folder(tmp_path / "one" / "two") as folder:
+        (folder / "a.txt").write_text("a", encoding="utf-8")
+    assert contents(tmp_path) == {"one/two/a.txt": "a"}
+
+
+def test_a_relative_path_is_meant_from_where_one_is(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with output_folder("results") as folder:
+        (folder / "a.txt").write_text("a", encoding="utf-8")
+    assert contents(tmp_path) == {"results/a.txt": "a"}
+
+
+def test_files_of_the_same_name_are_replaced_and_others_left(tmp_path):
+    (tmp_path / "a.txt").write_text("old", encoding="utf-8")
+    (tmp_path / "b.txt").write_text("old", encoding="utf-8")
+    with output_folder(tmp_path) as folder:
+        (folder / "a.txt").write_text("new", encoding="utf-8")
+        assert (tmp_path / "a.txt").read_text(encoding="utf-8") == "old"
+    assert contents(tmp_path) == {"a.txt": "new", "b.txt": "old"}
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_after_a_failure_nothing_has_changed(tmp_path, there):
+    out = tmp_path / "one" / "two" if not there else tmp_path
+    (tmp_path / "a.txt").write_text("old", encoding="utf-8")
+
+    def fail():
+        with output_folder(out) as folder:
+            (folder / "a.txt").write_text("new", encoding="utf-8")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fail()
+    assert contents(tmp_path) == {"a.txt": "old"}
+    assert os.listdir(tmp_path) == ["a.txt"]
+
+
+def test_a_file_is_no_folder_and_that_is_said_before_the_work_begins(tmp_path):
+    (tmp_path / "file").write_text("kept", encoding="utf-8")
+    for out in (tmp_path / "file", tmp_path / "file" / "below"):
+        with pytest.raises(InvalidInput, match=r"`out` must be a writable folder; got .*file"):
+            output_folder(out).__enter__()
+    assert contents(tmp_path) == {"file": "kept"}
+
+
+def test_a_folder_in_the_way_of_a_file_stops_the_move_before_it_begins(tmp_path):
+    (tmp_path / "b.txt").mkdir()
+
+    def write():
+        with output_folder(tmp_path) as folder:
+            (folder / "a.txt").write_text("new", encoding="utf-8")
+            (folder / "b.txt").write_text("new", encoding="utf-8")
+
+    with pytest.raises(InvalidInput, match=r"`out` must not have a folder named b\.txt"):
+        write()
+    assert os.listdir(tmp_path) == ["b.txt"]
+
+
+def test_others_may_read_the_results_as_far_as_the_user_lets_them(tmp_path):
+    with output_folder(tmp_path / "results") as folder:
+        (folder / "a.txt").write_text("a", encoding="utf-8")
+    plain = tmp_path / "plain"
+    plain.mkdir()
+    # The temporary folder is private; the results are not.
+    assert (tmp_path / "results").stat().st_mode == plain.stat().st_mode
