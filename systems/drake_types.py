@@ -1,28 +1,30 @@
 """Parts of pydrake with the types that its stubs lack."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from pydrake.systems import framework
-from pydrake.systems.framework import BasicVector, Context, InputPort, OutputPort
+from pydrake.systems.framework import BasicVector, Context, InputPort
 
 # Templates are made at run time; the stubs do not list them.
 LeafSystem_: Any = framework.LeafSystem_
 BasicVector_: Any = framework.BasicVector_
 
 
-# NumPy looks at the floating-point flags after arithmetic on objects, and Drake's symbolic scalars
-# leave them set without a NaN in sight: a decorator for what computes with any scalar.
-any_scalar = np.errstate(invalid="ignore")
+def any_scalar(scalar: type) -> Callable[[Callable], Callable]:
+    """A decorator for methods of a template that compute with its scalar.
 
-
-def read(port: InputPort | OutputPort, context: Context) -> np.ndarray:
-    """The value of a vector port, shape (size,), as a copy.
-
-    Raises:
-        RuntimeError: An input port is not connected.
+    NumPy looks at the floating-point flags after arithmetic on objects, and Drake's symbolic
+    scalars leave them set without a NaN in sight: that is no reason for a warning.
     """
-    return port.Eval(context)  # type: ignore[return-value]  # the stubs say object
+    return (lambda method: method) if scalar is float else np.errstate(invalid="ignore")
+
+
+# read(port, context): the value of an input port, shape (size,), as a copy. Bound here without a
+# wrapper, because a team reads some thirty ports in each step.
+read: Callable[[InputPort, Context], np.ndarray]
+read = InputPort.Eval  # type: ignore[assignment]  # the stubs say object
 
 
 def state_vector(values: np.ndarray) -> BasicVector:

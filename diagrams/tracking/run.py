@@ -11,7 +11,6 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
-from ...systems.drake_types import read
 from .controls import add_controls, make_monitor, read_view, remove_controls
 from .game import TrackingGame
 from .make_tracking import MakeTracking
@@ -112,7 +111,7 @@ def run_tracking(
         if reached == horizon:
             # The sample at the horizon itself is otherwise taken in the step that would follow.
             simulator.AdvancePendingEvents()
-        lost_at = float(read(loss, tracking_context)[0])
+        lost_at = float(np.asarray(loss.Eval(tracking_context))[0])
         progress(reached)
     wall_time = time.perf_counter() - began
     if live and meshcat is not None:
@@ -127,7 +126,7 @@ def run_tracking(
         times=times[kept],
         log=_shaped({name: each.data().T[kept] for name, each in log.items()}, game),
         tracking_time=lost_at if lost else end,
-        lost_evader=int(read(loss, tracking_context)[1]) if lost else None,
+        lost_evader=int(np.asarray(loss.Eval(tracking_context))[1]) if lost else None,
         wall_time=wall_time,
         scene=_scene_of(tracking) if meshcat is not None else None,
     )

@@ -102,12 +102,12 @@ def AgentTeam_(T):
             command = read(self._velocity, context).reshape(-1, 2)
             return limit(command, self.top_speed).ravel()
 
-        @any_scalar
+        @any_scalar(T)
         def _step(self, context, discrete_state):
             position = context.get_discrete_state_vector().CopyToVector()
             discrete_state.set_value(position + self.time_step * self._rates(context))
 
-        @any_scalar
+        @any_scalar(T)
         def DoCalcTimeDerivatives(self, context, derivatives):
             if self.time_step == 0:
                 derivatives.get_mutable_vector().SetFromVector(self._rates(context))

@@ -126,12 +126,12 @@ def DifferentialDriveTeam_(T):
             limits = np.array([self.top_speed, self.top_turn_rate])
             return clip_symmetric(read(self._command, context).reshape(-1, 2), limits)
 
-        @any_scalar
+        @any_scalar(T)
         def _step(self, context, discrete_state):
             poses = unicycle_step(self._poses(context), self._commands(context), self.time_step)
             discrete_state.set_value(poses.ravel())
 
-        @any_scalar
+        @any_scalar(T)
         def DoCalcTimeDerivatives(self, context, derivatives):
             if self.time_step == 0:
                 rates = unicycle_rates(self._poses(context)[:, 2], self._commands(context))
@@ -140,7 +140,7 @@ def DifferentialDriveTeam_(T):
         def _calc_position(self, context, output):
             output.SetFromVector(self._poses(context)[:, :2].ravel())
 
-        @any_scalar
+        @any_scalar(T)
         def _calc_direction(self, context, output):
             headings = self._poses(context)[:, 2]
             output.SetFromVector(np.stack([np.cos(headings), np.sin(headings)], axis=1).ravel())

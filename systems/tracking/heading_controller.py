@@ -60,7 +60,7 @@ def HeadingController_(T):
         def _construct_copy(self, other, converter=None):
             Impl._construct(self, other.count, gain=other.gain, converter=converter)
 
-        @any_scalar
+        @any_scalar(T)
         def _calc_command(self, context, output):
             headings = read(self._pose, context).reshape(-1, 3)[:, 2]
             velocities = read(self._velocity, context).reshape(-1, 2)

@@ -56,9 +56,10 @@ class SightLossMonitor(LeafSystem):
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
         self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
         self._loss = self.DeclareDiscreteState(state_vector(np.array([np.inf, -1.0])))
-        size = 2 * (pursuers + evaders)
-        self._last_time = self.DeclareDiscreteState(state_vector(np.array([np.nan])))
-        self._last_position = self.DeclareDiscreteState(state_vector(np.zeros(size)))
+        # The last sample: its time (NaN before the first), pursuers, evaders.
+        last = np.zeros(1 + 2 * (pursuers + evaders))
+        last[0] = np.nan
+        self._last = self.DeclareDiscreteState(state_vector(last))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
         self.DeclareStateOutputPort("loss", self._loss)
 
@@ -66,19 +67,18 @@ class SightLossMonitor(LeafSystem):
         pursuers, evaders = read(self._pursuers, context), read(self._evaders, context)
         time = context.get_time()
         loss = LossState(context.get_discrete_state(self._loss).value())
-        last_time = context.get_discrete_state(self._last_time).value()[0]
         if np.isinf(loss.time):
-            if np.isnan(last_time):
-                last_time, before = time, (pursuers, evaders)
-            else:
-                last = context.get_discrete_state(self._last_position).value()
-                before = (last[: len(pursuers)], last[len(pursuers) :])
-            fraction, evader = first_loss(self._index, before[0], pursuers, before[1], evaders)
+            last = context.get_discrete_state(self._last).value()
+            if np.isnan(last[0]):
+                last = np.concatenate([[time], pursuers, evaders])
+            split = 1 + len(pursuers)
+            fraction, evader = first_loss(
+                self._index, last[1:split], pursuers, last[split:], evaders
+            )
             if evader >= 0:
-                found = np.array([last_time + fraction * (time - last_time), evader])
+                found = np.array([last[0] + fraction * (time - last[0]), evader])
                 discrete_state.set_value(self._loss, found)
-        discrete_state.set_value(self._last_time, np.array([time]))
-        discrete_state.set_value(self._last_position, np.concatenate([pursuers, evaders]))
+        discrete_state.set_value(self._last, np.concatenate([[time], pursuers, evaders]))
 
 
 LossState = namedview("LossState", ["time", "evader"])

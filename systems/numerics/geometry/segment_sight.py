@@ -88,6 +88,7 @@ def segment_is_clear(index: EdgeIndex, ax: float, ay: float, bx: float, by: floa
     i_step, j_step = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
     i_next = (i + (dx > 0) - x) / dx if i != i_end else np.inf
     j_next = (j + (dy > 0) - y) / dy if j != j_end else np.inf
+    beyond = length + tolerance
     touched = False
     while True:
         at = j * columns + i
@@ -97,6 +98,10 @@ def segment_is_clear(index: EdgeIndex, ax: float, ay: float, bx: float, by: floa
             d_side = ux * (edges[e, END + 1] - ay) - uy * (edges[e, END] - ax)
             if min(c_side, d_side) > tolerance or max(c_side, d_side) < -tolerance:
                 continue  # on one side of the segment's line, as most edges are
+            c_along = ux * (edges[e, START] - ax) + uy * (edges[e, START + 1] - ay)
+            d_along = ux * (edges[e, END] - ax) + uy * (edges[e, END + 1] - ay)
+            if max(c_along, d_along) < -tolerance or min(c_along, d_along) > beyond:
+                continue  # before its start or after its end
             contact = _contact(edges, e, ax, ay, bx, by, ux, uy, length, c_side, d_side, tolerance)
             if contact == BLOCKS:
                 return False

@@ -48,30 +48,48 @@ def escape_velocity(
 ) -> tuple[float, float]:
     """Velocity of evader j (kernel); arguments as in `adversarial_velocities`."""
     k, m = len(corners), len(evaders) // 2
-    best, best_x, best_y = np.inf, 0.0, 0.0
+    best, best_c, best_i = np.inf, -1, -1
     for c in range(k):
         if evader_corners[j * k + c] < 0.5:
             continue
-        x, y, heading, angle = corners[c, 0], corners[c, 1], corners[c, 2], corners[c, 3]
-        offset_x, offset_y = corner_stance(x, y, heading, angle, standoff)
-        ex, ey = evaders[2 * j] - offset_x, evaders[2 * j + 1] - offset_y
-        worst, ux, uy = -np.inf, 0.0, 0.0
+        worst, worst_i = -np.inf, -1
         for i in range(len(pursuers) // 2):
             if visibility[i * m + j] < 0.5 or pursuer_corners[i * k + c] < 0.5:
                 continue
-            r_p, phi_p, r_e, phi_e, mirrored = to_corner_frame(
-                pursuers[2 * i], pursuers[2 * i + 1], ex, ey, x, y, heading, angle
-            )
-            margin = margins(r_p, phi_p, r_e, phi_e, angle, ratio)[0]
+            r_p, phi_p, r_e, phi_e, _ = _meet(i, j, c, pursuers, evaders, corners, standoff)
+            margin = margins(r_p, phi_p, r_e, phi_e, corners[c, 3], ratio)[0]
             if margin > worst:
-                worst = margin
-                ux, uy = evader_policy(r_p, phi_p, r_e, phi_e, angle, ratio)
-                ux, uy = from_corner_frame(ux, uy, heading, angle, mirrored)
-        if -np.inf < worst < best:
-            best, best_x, best_y = worst, ux, uy
-    if best < np.inf:
-        return speed * best_x, speed * best_y
-    return _away_from_nearest(j, pursuers, evaders, visibility, speed)
+                worst, worst_i = margin, i
+                if worst >= best:
+                    break  # some corner is better than this one can still become
+        if worst_i >= 0 and worst < best:
+            best, best_c, best_i = worst, c, worst_i
+    if best_c < 0:
+        return _away_from_nearest(j, pursuers, evaders, visibility, speed)
+    r_p, phi_p, r_e, phi_e, mirrored = _meet(
+        best_i, j, best_c, pursuers, evaders, corners, standoff
+    )
+    heading, angle = corners[best_c, 2], corners[best_c, 3]
+    ux, uy = evader_policy(r_p, phi_p, r_e, phi_e, angle, ratio)
+    ux, uy = from_corner_frame(ux, uy, heading, angle, mirrored)
+    return speed * ux, speed * uy
+
+
+@njit(cache=True)
+def _meet(
+    i: int,
+    j: int,
+    c: int,
+    pursuers: np.ndarray,
+    evaders: np.ndarray,
+    corners: np.ndarray,
+    standoff: float,
+) -> tuple[float, float, float, float, bool]:
+    """Pursuer i and evader j in the frame of corner c, the evader as seen from its stance."""
+    x, y, heading, angle = corners[c, 0], corners[c, 1], corners[c, 2], corners[c, 3]
+    offset_x, offset_y = corner_stance(x, y, heading, angle, standoff)
+    ex, ey = evaders[2 * j] - offset_x, evaders[2 * j + 1] - offset_y
+    return to_corner_frame(pursuers[2 * i], pursuers[2 * i + 1], ex, ey, x, y, heading, angle)
 
 
 @njit(cache=True)

@@ -5,6 +5,7 @@ SciPy on a matrix in which pairs out of sight have a large finite cost and are d
 """
 
 import numpy as np
+from numba import njit
 from scipy.optimize import linear_sum_assignment
 
 from .team_view import UNASSIGNED, TeamView
@@ -21,14 +22,34 @@ def match(cost: np.ndarray, visible: np.ndarray, *, maximise: bool = False) -> n
     Returns:
         Column of each row, -1 for none, shape (n,).
     """
-    signed = -cost if maximise else cost
+    rows, columns = linear_sum_assignment(_padded(cost, visible, maximise))
+    return _kept(rows, columns, visible)
+
+
+@njit(cache=True)
+def _padded(cost: np.ndarray, visible: np.ndarray, maximise: bool) -> np.ndarray:
+    """The cost to minimise, with a large finite one for pairs out of sight."""
+    n, m = cost.shape
     # Larger than any saving that a pair out of sight could bring to the others.
-    span = float(np.abs(signed).max(initial=0.0)) + 1.0
-    padded = np.where(visible, signed, 2.0 * span * min(cost.shape))
-    rows, columns = linear_sum_assignment(padded)
-    targets = np.full(len(cost), UNASSIGNED)
-    kept = visible[rows, columns]
-    targets[rows[kept]] = columns[kept]
+    span = 1.0
+    for i in range(n):
+        for j in range(m):
+            span = max(span, abs(cost[i, j]) + 1.0)
+    padded = np.empty((n, m))
+    for i in range(n):
+        for j in range(m):
+            signed = -cost[i, j] if maximise else cost[i, j]
+            padded[i, j] = signed if visible[i, j] else 2.0 * span * min(n, m)
+    return padded
+
+
+@njit(cache=True)
+def _kept(rows: np.ndarray, columns: np.ndarray, visible: np.ndarray) -> np.ndarray:
+    """Column of each row where the pair is in sight, else -1."""
+    targets = np.full(len(visible), UNASSIGNED)
+    for k in range(len(rows)):
+        if visible[rows[k], columns[k]]:
+            targets[rows[k]] = columns[k]
     return targets
 
 

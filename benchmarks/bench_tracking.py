@@ -1,0 +1,64 @@
+"""How fast the tracking diagram runs."""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+
+from sightfield.diagrams.scenario_files import find_scenario, load_scenario
+from sightfield.diagrams.tracking.game import set_up_game, with_random_starts
+from sightfield.diagrams.tracking.live_page import open_live_page
+from sightfield.diagrams.tracking.make_tracking import MakeTracking
+from sightfield.diagrams.tracking.scenario import TrackingScenario
+from sightfield.diagrams.world_source import WorldSource
+
+pytestmark = pytest.mark.benchmarks
+
+
+def rate(diagram, seconds, rounds):
+    """Simulated seconds per second, the median over the rounds of one simulation."""
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(1.0)
+    rates = []
+    for k in range(rounds):
+        began = time.perf_counter()
+        simulator.AdvanceTo(1.0 + (k + 1) * seconds)
+        rates.append(seconds / (time.perf_counter() - began))
+    return float(np.median(rates))
+
+
+@pytest.mark.parametrize("model", ["point", "differential_drive"])
+def test_four_against_four_in_the_thesis_arena(model):
+    settings = [f"{team}.model={model}" for team in ("pursuers", "evaders")]
+    scenario = load_scenario(TrackingScenario, find_scenario("thesis_4v3"), settings)
+    scenario = replace(
+        scenario, evaders=replace(scenario.evaders, positions=[], headings=[], count=4)
+    )
+    diagram = MakeTracking(with_random_starts(scenario))
+    print(f"\n4 against 4, {model}: {rate(diagram, 20.0, 9):.0f} simulated seconds per second")
+
+
+def test_twenty_against_twenty_with_a_page_open(polygon_world):
+    world = polygon_world(200)
+    scenario = load_scenario(TrackingScenario, find_scenario("thesis_4v3"))
+    scenario = replace(
+        scenario,
+        world=WorldSource(
+            boundary=world.boundary.tolist(), obstacles=[ring.tolist() for ring in world.obstacles]
+        ),
+        pursuers=replace(
+            scenario.pursuers, positions=[], headings=[], count=20, radius=0.05, model="point"
+        ),
+        evaders=replace(
+            scenario.evaders, positions=[], headings=[], count=20, radius=0.05, model="point"
+        ),
+    )
+    game = set_up_game(scenario)
+    bare = rate(MakeTracking(game), 5.0, 5)
+    drawn = rate(MakeTracking(game, open_live_page()), 5.0, 5)
+    print(
+        f"\n20 against 20, {world.vertex_count} vertices: {bare:.1f} simulated seconds per "
+        f"second, {drawn:.1f} with Meshcat open"
+    )
