@@ -1,21 +1,14 @@
 """A Meshcat folder that is told only of changes, and records them so that they play back right."""
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 from pydrake.geometry import Meshcat, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
+from .glide import Glide, Values
 from .meshes import Mesh
 
-
-@dataclass
-class _Track:
-    """The last value of one property of one path, and the frame at which it was recorded."""
-
-    value: Any
-    frame: int
+# Opacities closer than this look the same.
+_OPACITY_TOLERANCE = 0.01
 
 
 class Stage:
@@ -23,19 +16,34 @@ class Stage:
 
     Meshcat records transforms and properties, not shapes, and its player interpolates between
     keys, holds the first key backwards in time, and pauses each path at its own last key. So
-    here a value that was constant is keyed once more just before it changes; a path that appears
-    late is keyed hidden at the start; and `finish_recording` gives every path a key at the end, so
-    that all of them last equally long and the player's time slider moves them together.
+    here a path that stood still is keyed once more just before it moves; a motion is keyed only
+    where it leaves the straight line; a path that appears late is keyed hidden at the start; and
+    `finish_recording` gives every path a key at the end, so that all of them last equally long
+    and the player's time slider moves them together.
 
     Paths are relative to `root`. Lengths are in metres and angles in radians.
     """
 
-    def __init__(self, meshcat: Meshcat, root: str, *, recording: bool, period: float) -> None:
+    def __init__(
+        self, meshcat: Meshcat, root: str, *, recording: bool, period: float, tolerance: float
+    ) -> None:
+        """Clear the folder, and start a new recording if there is to be one.
+
+        Args:
+            meshcat: Where to draw.
+            root: The folder.
+            recording: Record what is drawn.
+            period: Between frames [s].
+            tolerance: How far a replay may pass from where things were [m].
+        """
         self.meshcat = meshcat
         self.root = root
         self.recording = recording
         self.period = period
-        self._tracks: dict[tuple[str, str], _Track] = {}
+        self._tolerance = tolerance
+        self._shown: dict[str, bool] = {}
+        self._values: dict[tuple[str, str], Values] = {}
+        self._glides: dict[tuple[str, str], Glide] = {}
         self._frame = 0
         self._previous_frame = 0
         meshcat.Delete(root)
@@ -59,68 +67,108 @@ class Stage:
         """Lift a folder above the floor, once and for all; what is placed must be below it."""
         self.meshcat.SetTransform(f"{self.root}/{path}", _transform((0.0, 0.0, 0.0), height))
 
+    def show(self, path: str, visible: bool) -> None:
+        """Show or hide a path and all below it."""
+        if self._shown.get(path) == visible:
+            return
+        full_path = f"{self.root}/{path}"
+        self.meshcat.SetProperty(full_path, "visible", visible)
+        if self.recording:
+            recording = self.meshcat.get_mutable_recording()
+            if path not in self._shown and self._frame > 0:
+                recording.SetProperty(0, full_path, "visible", False)
+            recording.SetProperty(self._frame, full_path, "visible", visible)
+        self._shown[path] = visible
+
     def place(self, path: str, x: float, y: float) -> None:
         """Move a path, which neither turns nor stretches."""
-        self._set(path, "position", (x, y, 0.0))
+        near = self._tolerance
+        self._glide(path, "position", (x, y, 0.0), near, near, near)
 
-    def pose(self, path: str, x: float, y: float, angle: float) -> None:
-        """Move and turn a path. Meshcat undoes its scale: stretch a child of it instead."""
-        self._set(path, "pose", (x, y, angle))
+    def pose(self, path: str, x: float, y: float, angle: float, *, reach: float) -> None:
+        """Move and turn a path below which things are drawn up to `reach` from its origin.
+
+        Meshcat undoes its scale: stretch a child of it instead.
+        """
+        near = self._tolerance
+        self._glide(path, "pose", (x, y, angle), near, near, near / max(reach, near))
 
     def stretch(self, path: str, length: float) -> None:
         """Scale a path along its x axis."""
-        self._set(path, "scale", (length, 1.0, 1.0))
-
-    def show(self, path: str, visible: bool) -> None:
-        """Show or hide a path and all below it."""
-        self._set(path, "visible", visible)
+        near = self._tolerance
+        self._glide(path, "scale", (length, 1.0, 1.0), near, near, near)
 
     def fade(self, path: str, opacity: float) -> None:
-        """Set the opacity of a mesh that was made with an opacity below 1."""
-        self._set(f"{path}/<object>", "material.opacity", opacity)
+        """Set the opacity of a mesh made with one below 1; a replay fades on between calls."""
+        name = "material.opacity"
+        self._glide(f"{path}/<object>", name, (opacity,), _OPACITY_TOLERANCE, stands=False)
 
     def finish_recording(self) -> None:
         """Key every recorded value at the present frame and stop recording."""
-        for (path, name), track in self._tracks.items():
-            if track.frame < self._frame:
-                self._key(self._frame, path, name, track.value)
-                track.frame = self._frame
+        recording = self.meshcat.get_mutable_recording()
+        for (path, name), glide in self._glides.items():
+            for frame, values in (*glide.finish(), (self._frame, glide.values)):
+                self._key(path, name, frame, values)
+        for path, visible in self._shown.items():
+            recording.SetProperty(self._frame, f"{self.root}/{path}", "visible", visible)
         self.meshcat.StopRecording()
 
-    def _set(self, path: str, name: str, value: Any) -> None:
-        track = self._tracks.get((path, name))
-        if track is not None and track.value == value:
+    def _glide(
+        self, path: str, name: str, values: Values, *tolerance: float, stands: bool = True
+    ) -> None:
+        """Send values if they are new, and record them.
+
+        Args:
+            path: What has changed.
+            name: A property, or "pose".
+            values: Its components.
+            tolerance: Of each component.
+            stands: Values that were not sent since did not change; else they went on changing.
+        """
+        if self._values.get((path, name)) == values:
             return
-        if self.recording:
-            if track is None:
-                if name == "visible" and self._frame > 0:
-                    self._key(0, path, name, False)
-            elif name != "visible" and track.frame < self._previous_frame:
-                self._key(self._previous_frame, path, name, track.value)
-        self._tracks[path, name] = _Track(value, self._frame)
-        # The middle of the frame, so that rounding cannot move it to another one.
-        time = (self._frame + 0.5) * self.period if self.recording else None
+        self._values[path, name] = values
+        self._send(path, name, values)
+        if not self.recording:
+            return
+        glide = self._glides.get((path, name))
+        if glide is None:
+            self._glides[path, name] = Glide(self._frame, values, tolerance)
+            return
+        if stands and glide.frame < self._previous_frame:
+            self._add(path, name, glide, self._previous_frame, glide.values, tolerance)
+        self._add(path, name, glide, self._frame, values, tolerance)
+
+    def _add(
+        self, path: str, name: str, glide: Glide, frame: int, values: Values, tolerance: Values
+    ) -> None:
+        key = glide.add(frame, values, tolerance)
+        if key is not None:
+            self._key(path, name, *key)
+
+    def _send(self, path: str, name: str, values: Values) -> None:
         full_path = f"{self.root}/{path}"
         if name == "pose":
-            self.meshcat.SetTransform(full_path, _transform(value), time)
-        elif isinstance(value, tuple):
-            self.meshcat.SetProperty(full_path, name, list(value), time)
+            self.meshcat.SetTransform(full_path, _transform(values))
         else:
-            self.meshcat.SetProperty(full_path, name, value, time)
+            self.meshcat.SetProperty(full_path, name, _property(values))
 
-    def _key(self, frame: int, path: str, name: str, value: Any) -> None:
-        """Write a key of the recording without touching what is on show."""
+    def _key(self, path: str, name: str, frame: int, values: Values) -> None:
         recording = self.meshcat.get_mutable_recording()
         full_path = f"{self.root}/{path}"
         if name == "pose":
-            recording.SetTransform(frame, full_path, _transform(value))
-        elif isinstance(value, tuple):
-            recording.SetProperty(frame, full_path, name, list(value))
+            recording.SetTransform(frame, full_path, _transform(values))
         else:
-            recording.SetProperty(frame, full_path, name, value)
+            recording.SetProperty(frame, full_path, name, _property(values))
 
 
-def _transform(pose: tuple[float, float, float], height: float = 0.0) -> RigidTransform:
+def _property(values: Values) -> list[float] | float:
+    """Values as Meshcat takes a property: a vector, or one number."""
+    return values[0] if len(values) == 1 else list(values)
+
+
+def _transform(pose: Values, height: float = 0.0) -> RigidTransform:
+    """The transform of x, y and an angle."""
     x, y, angle = pose
     place = np.array([x, y, height])
     # Drake's stubs put the dtype of an array where its shape belongs.

@@ -14,9 +14,10 @@ from .palette import FIELD
 
 # How often the arrows are drawn afresh [s].
 FIELD_PERIOD = 0.5
-# Distance between arrows and radius of the disc that they fill, relative to the view's height.
-_SPACING = 0.034
-_RADIUS = 0.20
+# Least and greatest distance between arrows, relative to the view's height; in between, a robot's
+# radius. And the radius of the disc that they fill, in such distances.
+_SPACING = (0.02, 0.034)
+_RADIUS = 6.0
 
 # (pursuer, points (m, 2) [m], evaders (Ne, 2) [m], assignment (Np,)) -> vectors (m, 2).
 PursuitField = Callable[[int, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
@@ -29,8 +30,9 @@ class FieldLayer:
         self, stage: Stage, layout: Layout, grown: Sequence[World], pursuit_field: PursuitField
     ) -> None:
         self._pursuit_field = pursuit_field
-        self._spacing = _SPACING * layout.span
-        self._radius = _RADIUS * layout.span
+        least, greatest = (share * layout.span for share in _SPACING)
+        self._spacing = min(max(layout.robot_radius, least), greatest)
+        self._radius = _RADIUS * self._spacing
         self._free = shapely.union_all([piece.polygon for piece in grown])
         shapely.prepare(self._free)
         self._keyframes = Keyframes(stage, "field", FIELD, period=FIELD_PERIOD)

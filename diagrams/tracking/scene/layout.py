@@ -47,13 +47,27 @@ class Layout:
         """Thickness of the wall around the map."""
         return _WALL * self.span
 
+    @property
+    def obstacle_height(self) -> float:
+        """Height of obstacles: low, for the camera sees little behind them."""
+        return 0.4 * self.robot_radius
+
+    @property
+    def robot_height(self) -> float:
+        """Height of robots: the highest of all, so that lines end under them."""
+        return 0.5 * self.robot_radius
+
     def level(self, layer: str) -> float:
-        """Height of a layer above the floor; the order of `_LAYERS` decides what covers what."""
-        return 0.0006 * self.span * _LAYERS.index(layer)
+        """Height of a layer; the order of the layers decides what covers what."""
+        if layer in _ABOVE:
+            return self.obstacle_height + 0.0004 * self.span * (1 + _ABOVE.index(layer))
+        return 0.0006 * self.span * _FLOOR.index(layer)
 
 
-# From the floor upwards. Robots and obstacles stand on the floor and rise above all of these.
-_LAYERS = ("paper", "polygon", "field", "trails", "boundaries", "sight", "chases", "ink")
+# What lies on the floor, from below; and above the obstacles, where lines that graze one are not
+# hidden by it.
+_FLOOR = ("paper", "polygon", "field", "trails", "boundaries", "ink")
+_ABOVE = ("sight", "chases")
 
 
 def make_layout(world_bounds: Iterable[float], robot_radius: float) -> Layout:

@@ -43,7 +43,7 @@ class Panel:
         self._clock = self._draw_clock()
         self._count = self._draw_count(evaders)
         self._draw_banner("in_sight", "ALL EVADERS IN SIGHT" if evaders > 1 else "EVADER IN SIGHT")
-        self._draw_banner("lost", "OUT OF SIGHT")
+        self._draw_banner("lost", "EVADER OUT OF SIGHT")
         heading = self._row(_HEADING_ROW)
         width = advance("evaders") * self._letter
         self._write("panel/pursuers", "pursuers", self._left + self._pad, heading, PURSUER)

@@ -14,6 +14,8 @@ from .layout import Layout
 from .palette import CHOSEN, EVADER, EVADER_NOSE, PAPER, PURSUER, PURSUER_NOSE
 
 _COLOURS = {"pursuers": (PURSUER, PURSUER_NOSE), "evaders": (EVADER, EVADER_NOSE)}
+# How far the nose reaches from the centre, in radii.
+_NOSE_TIP = 1.75
 
 
 class Team:
@@ -27,9 +29,10 @@ class Team:
         self._stage = stage
         self._name = name
         self._count = count
+        self._reach = _NOSE_TIP * layout.robot_radius
         colour, nose_colour = _COLOURS[name]
         radius = layout.robot_radius
-        top = 0.5 * radius
+        top = layout.robot_height
         body = extruded_mesh(shapely.Point(0, 0).buffer(radius, quad_segs=12), 0.0, top)
         nose = extruded_mesh(_nose(radius), 0.0, 0.8 * top)
         ring = disc_mesh(1.62 * radius, hole=1.30 * radius)
@@ -56,7 +59,8 @@ class Team:
         ):
             self._stage.place(f"{self._name}/{k}", x, y)
             if dx or dy:
-                self._stage.pose(f"{self._name}/{k}/body", 0.0, 0.0, atan2(dy, dx))
+                heading = atan2(dy, dx)
+                self._stage.pose(f"{self._name}/{k}/body", 0.0, 0.0, heading, reach=self._reach)
 
     def mark_unseen(self, unseen: np.ndarray) -> None:
         """Show as ghosts the robots that nobody sees: True in an array of shape (n,)."""
@@ -84,5 +88,5 @@ def numeral(number: int, radius: float) -> Mesh:
 
 def _nose(radius: float) -> BaseGeometry:
     """A wedge that sticks out of the disc along the x axis."""
-    wedge = shapely.Polygon(radius * np.array([[0.30, -0.92], [1.75, 0.0], [0.30, 0.92]]))
+    wedge = shapely.Polygon(radius * np.array([[0.30, -0.92], [_NOSE_TIP, 0.0], [0.30, 0.92]]))
     return wedge.difference(shapely.Point(0, 0).buffer(0.9 * radius, quad_segs=12))

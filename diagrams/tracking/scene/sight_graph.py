@@ -39,7 +39,7 @@ class SightGraph:
             "evaders": _column(x_max - inset, y_min, y_max, row, evaders),
         }
         for k, folder in enumerate(("sight", "chases", "nodes", "numerals", "ghosts")):
-            stage.raise_to(f"graph/{folder}", layout.level("sight") + 0.0006 * k * layout.span)
+            stage.raise_to(f"graph/{folder}", layout.level("ink") + 0.0006 * k * layout.span)
         for team, colour in (("pursuers", PURSUER), ("evaders", EVADER)):
             for k, (x, y) in enumerate(self._nodes[team].tolist()):
                 for folder, mesh, paint in (

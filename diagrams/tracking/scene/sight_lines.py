@@ -76,6 +76,7 @@ class SightLines:
             if path not in self._made:
                 self._made.add(path)
                 stage.mesh(f"{path}/bar", unit_bar_mesh(self._widths[kind]), self._colours[kind])
-            stage.pose(path, x, y, atan2(dy, dx))
-            stage.stretch(f"{path}/bar", hypot(dx, dy))
+            length = hypot(dx, dy)
+            stage.pose(path, x, y, atan2(dy, dx), reach=length)
+            stage.stretch(f"{path}/bar", length)
             stage.show(path, True)

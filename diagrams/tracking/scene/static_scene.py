@@ -24,8 +24,7 @@ def draw_world(stage: Stage, layout: Layout, world: World, grown: Sequence[World
     stage.mesh("world/floor", flat_mesh(outline), PAPER)
     wall = outline.buffer(layout.wall, join_style="mitre").difference(outline)
     solid = [shapely.Polygon(ring) for ring in world.obstacles]
-    # Low, so that little is hidden behind them from a camera that leans back.
-    height = 0.9 * layout.robot_radius
+    height = layout.obstacle_height
     stage.mesh("world/wall", extruded_mesh(wall, 0.0, height), OBSTACLE)
     for k, obstacle in enumerate(solid):
         stage.mesh(f"world/obstacles/{k}", extruded_mesh(obstacle, 0.0, height), OBSTACLE)

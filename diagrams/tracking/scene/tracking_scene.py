@@ -17,6 +17,8 @@ from .view import View
 
 # Where everything is, in Meshcat's tree.
 ROOT = "/tracking"
+# How far a replay may pass from where things were, relative to the view: a twentieth of a pixel.
+_TOLERANCE = 5e-5
 
 
 class TrackingScene(LeafSystem):
@@ -98,7 +100,13 @@ class TrackingScene(LeafSystem):
 
         def make_layers() -> Layers:
             return Layers(
-                Stage(meshcat, ROOT, recording=recording, period=publish_period),
+                Stage(
+                    meshcat,
+                    ROOT,
+                    recording=recording,
+                    period=publish_period,
+                    tolerance=_TOLERANCE * layout.span,
+                ),
                 layout,
                 world,
                 grown,

@@ -11,7 +11,7 @@ class ShownLog(Stage):
     """A stage that knows what is shown on it."""
 
     def __init__(self, meshcat) -> None:
-        super().__init__(meshcat, "/stage", recording=False, period=1.0)
+        super().__init__(meshcat, "/stage", recording=False, period=1.0, tolerance=1e-3)
         self.shown: dict[str, bool] = {}
 
     def show(self, path: str, visible: bool) -> None:

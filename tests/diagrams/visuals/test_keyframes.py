@@ -10,7 +10,7 @@ from sightfield.diagrams.visuals.stage import Stage
 
 
 def draw(meshcat_log, *, recording: bool, times) -> Keyframes:
-    stage = Stage(meshcat_log, "/stage", recording=recording, period=0.05)
+    stage = Stage(meshcat_log, "/stage", recording=recording, period=0.05, tolerance=1e-3)
     keyframes = Keyframes(stage, "shape", Rgba(), period=0.2)
     for time in times:
         stage.begin(time)

@@ -9,12 +9,12 @@ PERIOD = 0.1
 
 @pytest.fixture
 def live(meshcat_log) -> Stage:
-    return Stage(meshcat_log, "/stage", recording=False, period=PERIOD)
+    return Stage(meshcat_log, "/stage", recording=False, period=PERIOD, tolerance=1e-3)
 
 
 @pytest.fixture
 def recorded(meshcat_log) -> Stage:
-    return Stage(meshcat_log, "/stage", recording=True, period=PERIOD)
+    return Stage(meshcat_log, "/stage", recording=True, period=PERIOD, tolerance=1e-3)
 
 
 def place_at(stage: Stage, frame: int, x: float) -> None:
@@ -26,7 +26,7 @@ def test_what_has_not_changed_is_not_sent(live, meshcat_log):
     for frame in range(5):
         live.begin(frame * PERIOD)
         live.place("robot", 1.0, 2.0)
-        live.pose("robot/body", 0.0, 0.0, 0.5)
+        live.pose("robot/body", 0.0, 0.0, 0.5, reach=0.2)
         live.stretch("bar", 3.0)
         live.show("lamp", True)
         live.fade("trail", 0.5)
@@ -51,16 +51,18 @@ def test_nothing_is_recorded_on_a_live_page(live, meshcat_log):
     assert not meshcat_log.recording
 
 
-def test_a_steady_motion_is_keyed_once_in_a_period(recorded, meshcat_log):
-    for frame in range(4):
-        place_at(recorded, frame, float(frame))
+def test_a_steady_motion_is_keyed_where_it_begins_bends_and_ends(recorded, meshcat_log):
+    for frame, x in enumerate([0.0, 1.0, 2.0, 3.0, 5.0, 7.0]):
+        place_at(recorded, frame, x)
+    recorded.finish_recording()
     keys = meshcat_log.keys["/stage/robot", "position"]
-    assert keys == {frame: [float(frame), 0.0, 0.0] for frame in range(4)}
+    assert keys == {0: [0.0, 0.0, 0.0], 3: [3.0, 0.0, 0.0], 5: [7.0, 0.0, 0.0]}
 
 
 def test_a_robot_that_stood_is_held_until_it_starts(recorded, meshcat_log):
     for frame, x in enumerate([0.0, 0.0, 0.0, 0.0, 1.0]):
         place_at(recorded, frame, x)
+    recorded.finish_recording()
     # Without the key at 3 a player would let it creep from frame 0 on.
     keys = meshcat_log.keys["/stage/robot", "position"]
     assert keys == {0: [0.0, 0.0, 0.0], 3: [0.0, 0.0, 0.0], 4: [1.0, 0.0, 0.0]}
@@ -81,7 +83,8 @@ def test_what_appears_late_was_hidden_before(recorded, meshcat_log):
 
 def test_every_path_is_recorded_to_the_end(recorded, meshcat_log):
     recorded.show("early", True)
-    recorded.pose("early", 0.0, 0.0, 1.0)
+    recorded.pose("early", 0.0, 0.0, 1.0, reach=1.0)
+    recorded.fade("early", 0.5)
     place_at(recorded, 9, 1.0)
     recorded.finish_recording()
     assert {max(keys) for keys in meshcat_log.keys.values()} == {9}
@@ -91,12 +94,29 @@ def test_every_path_is_recorded_to_the_end(recorded, meshcat_log):
 def test_a_frame_is_the_nearest_multiple_of_the_period(recorded, meshcat_log):
     for frame in range(1, 200):
         recorded.begin(frame * PERIOD * (1 - 1e-12))
-        recorded.place("robot", float(frame), 0.0)
-    keys = meshcat_log.keys["/stage/robot", "position"]
-    assert keys == {frame: [float(frame), 0.0, 0.0] for frame in range(1, 200)}
+        recorded.show("lamp", frame % 2 == 1)
+    keys = meshcat_log.keys["/stage/lamp", "visible"]
+    assert keys == {0: False} | {frame: frame % 2 == 1 for frame in range(1, 200)}
+
+
+def test_a_replayed_line_ends_within_the_tolerance_however_long_it_is(recorded, meshcat_log):
+    angles = {frame: 0.01 * (frame % 3) for frame in range(60)}
+    for reach, exact in ((0.01, False), (10.0, True)):
+        for frame, angle in angles.items():
+            recorded.begin(frame * PERIOD)
+            recorded.pose(f"line{reach}", 0.0, 0.0, angle, reach=reach)
+        assert (len(meshcat_log.keys[f"/stage/line{reach}", "pose"]) > 30) == exact
+
+
+def test_a_trail_fades_on_between_calls(recorded, meshcat_log):
+    for frame, opacity in ((0, 1.0), (10, 0.5), (20, 0.0)):
+        recorded.begin(frame * PERIOD)
+        recorded.fade("trail", opacity)
+    recorded.finish_recording()
+    assert meshcat_log.keys["/stage/trail/<object>", "material.opacity"] == {0: 1.0, 20: 0.0}
 
 
 def test_a_new_stage_clears_the_folder_and_the_recording(recorded, meshcat_log):
     place_at(recorded, 1, 1.0)
-    Stage(meshcat_log, "/stage", recording=True, period=PERIOD)
+    Stage(meshcat_log, "/stage", recording=True, period=PERIOD, tolerance=1e-3)
     assert meshcat_log.keys == {}

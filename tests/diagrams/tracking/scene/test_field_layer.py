@@ -20,7 +20,7 @@ def grown(arena):
 
 @pytest.fixture
 def layer(arena, grown, meshcat_log):
-    stage = Stage(meshcat_log, "/stage", recording=False, period=0.05)
+    stage = Stage(meshcat_log, "/stage", recording=False, period=0.05, tolerance=1e-3)
 
     def toward(pursuer, points, evaders, assignment):
         return evaders[assignment[pursuer]] - points

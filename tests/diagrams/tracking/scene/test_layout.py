@@ -43,10 +43,11 @@ def test_robots_have_their_own_size_where_it_can_be_seen():
     assert layout.robot_radius / layout.span * 720 > 7
 
 
-def test_layers_lie_on_one_another_below_the_robots():
-    layout = make_layout((0, 0, 4, 4), 0.1)
-    order = ["paper", "polygon", "field", "trails", "boundaries", "sight", "chases", "ink"]
-    heights = [layout.level(layer) for layer in order]
+@pytest.mark.parametrize("width", [2.0, 4.0, 100.0])
+def test_floor_obstacles_lines_and_robots_rise_above_one_another(width):
+    layout = make_layout((0, 0, width, 4), 0.1)
+    floor = [layout.level(k) for k in ("paper", "polygon", "field", "trails", "boundaries", "ink")]
+    lines = [layout.level(k) for k in ("sight", "chases")]
+    heights = [*floor, layout.obstacle_height, *lines, layout.robot_height]
     assert heights == sorted(set(heights))
     assert heights[0] == 0
-    assert layout.level("chases") < 0.5 * layout.robot_radius

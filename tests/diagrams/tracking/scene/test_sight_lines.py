@@ -19,13 +19,18 @@ def sees(*pairs: tuple[int, int]) -> np.ndarray:
     return matrix
 
 
-def make_lines(meshcat_log, *, recording: bool) -> SightLines:
-    stage = Stage(meshcat_log, "/stage", recording=recording, period=0.1)
+def make_stage(meshcat_log, *, recording: bool) -> Stage:
+    return Stage(meshcat_log, "/stage", recording=recording, period=0.1, tolerance=1e-3)
+
+
+def make_lines(stage: Stage) -> SightLines:
     return SightLines(stage, make_layout((0, 0, 4, 4), 0.1))
 
 
 def test_a_recorded_line_is_a_unit_bar_turned_and_stretched(meshcat_log):
-    make_lines(meshcat_log, recording=True).update(PURSUERS, EVADERS, sees((0, 0)), NOBODY)
+    stage = make_stage(meshcat_log, recording=True)
+    make_lines(stage).update(PURSUERS, EVADERS, sees((0, 0)), NOBODY)
+    stage.finish_recording()
     pose = meshcat_log.keys["/stage/sight/0_0", "pose"][0]
     np.testing.assert_allclose(pose.rotation().matrix()[:2, 0], [0.6, 0.8])
     np.testing.assert_allclose(pose.translation(), 0.0)
@@ -33,12 +38,14 @@ def test_a_recorded_line_is_a_unit_bar_turned_and_stretched(meshcat_log):
 
 
 def test_pairs_that_never_see_each_other_cost_nothing(meshcat_log):
-    make_lines(meshcat_log, recording=True).update(PURSUERS, EVADERS, sees((1, 2)), NOBODY)
+    make_lines(make_stage(meshcat_log, recording=True)).update(
+        PURSUERS, EVADERS, sees((1, 2)), NOBODY
+    )
     assert list(meshcat_log.meshes) == ["/stage/sight/1_2/bar"]
 
 
 def test_a_line_that_breaks_is_hidden_and_comes_back(meshcat_log):
-    lines = make_lines(meshcat_log, recording=True)
+    lines = make_lines(make_stage(meshcat_log, recording=True))
     for visible in (sees((0, 0), (1, 1)), sees((1, 1)), sees((0, 0), (1, 1))):
         lines.update(PURSUERS, EVADERS, visible, NOBODY)
     sent = [path for path, name in meshcat_log.sent if name == "visible"]
@@ -47,15 +54,19 @@ def test_a_line_that_breaks_is_hidden_and_comes_back(meshcat_log):
 
 
 def test_a_chase_goes_over_to_another_evader(meshcat_log):
-    lines = make_lines(meshcat_log, recording=True)
-    for target, length in ((1, 2.0), (2, np.hypot(4, 1))):
+    stage = make_stage(meshcat_log, recording=True)
+    lines = make_lines(stage)
+    for time, target in enumerate((1, 1, 2)):
+        stage.begin(float(time))
         lines.update(PURSUERS, EVADERS, sees(), np.array([-1, target]))
-        scale = meshcat_log.keys["/stage/chases/1/bar", "scale"][0]
-        assert scale == [pytest.approx(length), 1.0, 1.0]
+    stage.finish_recording()
+    # It does not slide from one evader to the other, but jumps within a period.
+    scales = meshcat_log.keys["/stage/chases/1/bar", "scale"]
+    assert [scales[frame][0] for frame in (0, 10, 20)] == pytest.approx([2.0, 2.0, 17**0.5])
 
 
 def test_a_live_page_gets_all_lines_in_one_message_and_only_if_something_moved(meshcat_log):
-    lines = make_lines(meshcat_log, recording=False)
+    lines = make_lines(make_stage(meshcat_log, recording=False))
     everyone = np.ones((2, 3), dtype=bool)
     for _ in range(3):
         lines.update(PURSUERS, EVADERS, everyone, NOBODY)

@@ -18,12 +18,14 @@ def spiral(time: float) -> np.ndarray:
 
 
 def run(meshcat_log, end: float, *, recording: bool = False, motion=spiral) -> None:
-    stage = Stage(meshcat_log, "/stage", recording=recording, period=PERIOD)
+    stage = Stage(meshcat_log, "/stage", recording=recording, period=PERIOD, tolerance=1e-3)
     layout = make_layout((0, 0, 4, 4), 0.1)
     trails = Trails(stage, layout, "pursuers", Rgba(0, 0, 1))
     for time in np.arange(0, end + 1e-9, PERIOD):
         stage.begin(time)
         trails.update(time, motion(time))
+    if recording:
+        stage.finish_recording()
 
 
 def drawn(meshcat_log) -> shapely.Geometry:
@@ -55,7 +57,7 @@ def test_in_a_recording_each_piece_appears_fades_and_goes(meshcat_log):
     run(meshcat_log, 15.0, recording=True)
     visible = meshcat_log.keys["/stage/trails/pursuers/2", "visible"]
     born, gone = 2 * PIECE_DURATION / PERIOD, (2 * PIECE_DURATION + TRAIL_DURATION) / PERIOD
-    assert visible == {0: False, born: True, gone: False}
+    assert visible == {0: False, born: True, gone: False, 15.0 / PERIOD: False}
     opacity = meshcat_log.keys["/stage/trails/pursuers/2/<object>", "material.opacity"]
     values = [opacity[frame] for frame in sorted(opacity)]
     assert values == sorted(values, reverse=True)
