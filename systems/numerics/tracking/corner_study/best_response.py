@@ -1,0 +1,173 @@
+"""The evader's best response to a pursuer whose rule is fixed, by dynamic programming on a grid.
+
+The same two values as in `game_solution`, but with one player left to choose. Both move at once:
+the evader knows what the pursuer is about to do.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from ...errors import require, require_one_of
+from .grid import CornerGrid, CornerValues, corner_grid
+from .landings import Landings, evader_landings
+from .moves import edge_distance, evader_move, look_up, pursuer_move, round_corner
+from .pursuers import PURSUERS, pursuer_direction
+
+# What `time` is where the evader never gets out of sight [r_p / v_p].
+NEVER = 8.0
+
+
+def solve_best_response(
+    pursuer: str,
+    alpha: float,
+    a: float = 0.5,
+    nodes: int = 21,
+    directions: int = 32,
+    tolerance: float = 1e-3,
+) -> CornerValues:
+    """Solve for the evader that plays best against one pursuer.
+
+    Args:
+        pursuer: A name out of PURSUERS.
+        alpha: Interior angle of the obstacle, in (0, pi) [rad].
+        a: Speed ratio v_e / v_p, in (0, 1).
+        nodes: Number of pursuer angles, odd.
+        directions: Number of directions the evader may take.
+        tolerance: Largest change of a value in the last sweep, in units of the step.
+
+    Returns:
+        The values: `lead` is negative where the evader gets out of sight, `time` how long that
+        takes it, NEVER where it does not.
+
+    Raises:
+        InvalidInput: An argument is out of range.
+    """
+    require_one_of("pursuer", pursuer, PURSUERS)
+    require(0 < a < 1, "a", "lie in (0, 1)", a)
+    grid = corner_grid(alpha, nodes)
+    evader = evader_landings(grid, 2 * math.pi * np.arange(directions) / directions)
+    moved = _pursuer_steps(PURSUERS[pursuer], a, alpha, grid.phi_p, grid.phi_e, grid.rho, grid.step)
+    gap = grid.gap[:, :, None]
+    limit = np.broadcast_to(gap, grid.shape).copy()
+    limit[:, :, 0] = grid.phi_p[:, None]
+    star = np.array([[edge_distance(phi, rho) for rho in grid.rho] for phi in grid.phi_e])
+    lead, n_lead, r_lead = _iterate(grid, moved, evader, limit, star, False, tolerance)
+    limit = np.where(gap > 0, NEVER, 0.0) * np.ones(grid.shape)
+    limit[:, :, 0] = 0.0
+    never = np.full_like(star, NEVER)
+    time, n_time, r_time = _iterate(grid, moved, evader, limit, never, True, tolerance)
+    residual = max(r_lead, r_time)
+    return CornerValues(grid, lead, time, (n_lead, n_time), residual, residual < tolerance)
+
+
+def _iterate(
+    grid: CornerGrid,
+    moved: tuple[np.ndarray, np.ndarray, np.ndarray],
+    evader: Landings,
+    limit: np.ndarray,
+    star: np.ndarray,
+    timed: bool,
+    tolerance: float,
+) -> tuple[np.ndarray, int, float]:
+    """Sweep until nothing changes; returns the value, the number of sweeps, the last change."""
+    value = np.zeros(grid.shape) if timed else limit.copy()
+    value[-1] = star
+    new = value.copy()
+    sweeps, change = 0, math.inf
+    # `time` climbs to NEVER by a step in each sweep.
+    while change >= tolerance and sweeps < 2 * NEVER / grid.step:
+        _sweep(
+            value,
+            new,
+            *moved,
+            evader.cell,
+            evader.share,
+            evader.distance,
+            star,
+            grid.phi_p,
+            grid.phi_e,
+            grid.rho,
+            grid.step,
+            timed,
+        )
+        np.minimum(new, limit, out=new)
+        new[-1] = star
+        change = float(np.abs(new - value).max()) / grid.step
+        value, new = new, value
+        sweeps += 1
+    return value, sweeps, change
+
+
+@njit(cache=True)
+def _pursuer_steps(kind, a, alpha, phi_p, phi_e, rho, step):
+    """(phi, r, spare) after the pursuer's step from every node, shapes (p, e, r)."""
+    shape = (len(phi_p), len(phi_e), len(rho))
+    phi, r, spare = np.zeros(shape), np.ones(shape), np.zeros(shape)
+    for i in range(shape[0] - 1):
+        for j in range(shape[1]):
+            psi = max(phi_e[j], alpha - math.pi)
+            for k in range(shape[2]):
+                ux, uy = pursuer_direction(kind, 1.0, phi_p[i], a * rho[k], psi, alpha, a)
+                phi[i, j, k], r[i, j, k], spare[i, j, k] = pursuer_move(
+                    phi_p[i], ux, uy, step, alpha
+                )
+    return phi, r, spare
+
+
+@njit(cache=True)
+def _sweep(value, out, phi, r, spare, cell, share, distance, star, phi_p, phi_e, rho, step, timed):
+    """out = the smallest value that one step of the evader leads to while the pursuer moves."""
+    n_p, n_e, n_r = value.shape
+    n = cell.shape[2]
+    spacing = phi_p[1] - phi_p[0]
+    for i in range(n_p - 1):
+        for j in range(n_e):
+            gap = math.pi + phi_p[i] - phi_e[j]
+            for k in range(1, n_r):
+                best = math.inf
+                scale = r[i, j, k]
+                ray = math.pi + phi[i, j, k]
+                seen = phi[i, j, k] == 0.0
+                for d in range(n):
+                    psi = phi_e[0] + spacing * (cell[j, k, d] + share[j, k, d])
+                    q = distance[j, k, d] * rho[1]
+                    if timed and ray < psi and gap > 0.0:
+                        x = rho[k] if d == n - 1 else step * gap / (gap + psi - ray)
+                    elif seen:
+                        x = NEVER if timed else edge_distance(psi, q) + spare[i, j, k]
+                    else:
+                        x = scale * look_up(value, phi[i, j, k], psi, q / scale, spacing, rho[1])
+                        if timed:
+                            x = min(x + step, NEVER)
+                    best = min(best, x)
+                out[i, j, k] = best
+
+
+@njit(cache=True)
+def response_value(
+    value, phi_p, phi_e, rho, ux, uy, d, directions, step, alpha, spacing_rho, timed
+):
+    """Value after one step: the pursuer's along (ux, uy), the evader's in direction d.
+
+    d = -1 is the way round the corner, d = -2 standing still.
+    """
+    phi, r, spare = pursuer_move(phi_p, ux, uy, step, alpha)
+    if d == -2:
+        psi, q = phi_e, rho
+    elif d == -1:
+        psi, q = round_corner(phi_e, rho, step)
+    else:
+        angle = 2.0 * math.pi * d / directions
+        psi, q = evader_move(phi_e, rho, math.cos(angle), math.sin(angle), step, alpha)
+    if timed:
+        before = math.pi + phi_p - phi_e
+        after = math.pi + phi - psi
+        if after < 0.0 <= before:
+            return rho if d == -1 else step * before / (before - after)
+    if r == 0.0 or phi == 0.0:
+        return NEVER if timed else edge_distance(psi, q) + spare
+    spacing = (math.pi - alpha) / (value.shape[0] - 1)
+    x = r * look_up(value, phi, psi, q / r, spacing, spacing_rho)
+    return min(x + step, NEVER) if timed else x
