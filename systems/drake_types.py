@@ -21,8 +21,8 @@ def any_scalar(scalar: type) -> Callable[[Callable], Callable]:
     return (lambda method: method) if scalar is float else np.errstate(invalid="ignore")
 
 
-# read(port, context): the value of an input port, shape (size,), as a copy. Bound here without a
-# wrapper, because a team reads some thirty ports in each step.
+# read(port, context): the value of an input port of a float system, shape (size,), as a copy.
+# Bound here without a wrapper, because a team reads some thirty ports in each step.
 read: Callable[[InputPort, Context], np.ndarray]
 read = InputPort.Eval  # type: ignore[assignment]  # the stubs say object
 

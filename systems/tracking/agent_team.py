@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from ..drake_types import BasicVector_, LeafSystem_, any_scalar, read
+from ..drake_types import BasicVector_, LeafSystem_, any_scalar
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.tracking.mobile_agents import limit_speed
 
@@ -99,7 +99,7 @@ def AgentTeam_(T):
             return self.GetOutputPort("position")
 
         def _rates(self, context):
-            command = read(self._velocity, context).reshape(-1, 2)
+            command = self._velocity.Eval(context).reshape(-1, 2)
             return limit(command, self.top_speed).ravel()
 
         @any_scalar(T)

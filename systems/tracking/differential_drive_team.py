@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from ..drake_types import BasicVector_, LeafSystem_, any_scalar, read
+from ..drake_types import BasicVector_, LeafSystem_, any_scalar
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.tracking.mobile_agents import clip_symmetric, unicycle_rates, unicycle_step
 
@@ -124,7 +124,7 @@ def DifferentialDriveTeam_(T):
 
         def _commands(self, context):
             limits = np.array([self.top_speed, self.top_turn_rate])
-            return clip_symmetric(read(self._command, context).reshape(-1, 2), limits)
+            return clip_symmetric(self._command.Eval(context).reshape(-1, 2), limits)
 
         @any_scalar(T)
         def _step(self, context, discrete_state):

@@ -4,7 +4,7 @@ from typing import Any
 
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from ..drake_types import LeafSystem_, any_scalar, read
+from ..drake_types import LeafSystem_, any_scalar
 from ..numerics.errors import require, require_positive
 from ..numerics.tracking.mobile_agents import heading_command
 
@@ -62,8 +62,8 @@ def HeadingController_(T):
 
         @any_scalar(T)
         def _calc_command(self, context, output):
-            headings = read(self._pose, context).reshape(-1, 3)[:, 2]
-            velocities = read(self._velocity, context).reshape(-1, 2)
+            headings = self._pose.Eval(context).reshape(-1, 3)[:, 2]
+            velocities = self._velocity.Eval(context).reshape(-1, 2)
             output.SetFromVector(heading_command(headings, velocities, self.gain).ravel())
 
     return Impl
