@@ -15,7 +15,8 @@ class SightLines:
 
     A live page gets all lines of a kind as one mesh, the cheapest message there is. A recording
     holds no shapes, so there each line is a bar of length 1 that is moved, turned and stretched:
-    `sight/I_J` from pursuer I to evader J, and `chases/I` from pursuer I to its evader.
+    `sight/I_J` and `chases/I_J` from pursuer I to evader J. A chase that goes over to another
+    evader is another bar, for a player would let one and the same sweep across.
     """
 
     def __init__(self, stage: Stage, layout: Layout) -> None:
@@ -48,9 +49,8 @@ class SightLines:
         chasing = np.flatnonzero(assignment >= 0)
         chased = assignment[chasing]
         if self._stage.recording:
-            names = [f"{i}_{j}" for i, j in zip(seeing.tolist(), seen.tolist(), strict=True)]
-            self._move("sight", names, pursuers[seeing], evaders[seen])
-            self._move("chases", [str(i) for i in chasing], pursuers[chasing], evaders[chased])
+            self._move("sight", _names(seeing, seen), pursuers[seeing], evaders[seen])
+            self._move("chases", _names(chasing, chased), pursuers[chasing], evaders[chased])
         else:
             self._redraw("sight", pursuers[seeing], evaders[seen])
             self._redraw("chases", pursuers[chasing], evaders[chased])
@@ -80,3 +80,7 @@ class SightLines:
             stage.pose(path, x, y, atan2(dy, dx), reach=length)
             stage.stretch(f"{path}/bar", length)
             stage.show(path, True)
+
+
+def _names(pursuers: np.ndarray, evaders: np.ndarray) -> list[str]:
+    return [f"{i}_{j}" for i, j in zip(pursuers.tolist(), evaders.tolist(), strict=True)]

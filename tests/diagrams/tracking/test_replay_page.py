@@ -65,12 +65,19 @@ def test_lines_join_those_who_saw_and_chased_each_other(page, game):
         page.seek(time)
         pursuers, evaders = (game.positions(team, time) for team in ("pursuers", "evaders"))
         sight = {f"{i}_{j}": (i, j) for i, j in np.argwhere(game.visibility(time))}
-        chases = {str(i): (i, j) for i, j in enumerate(game.assignment(time)) if j >= 0}
+        chases = {f"{i}_{j}": (i, j) for i, j in enumerate(game.assignment(time)) if j >= 0}
         for kind, lines in (("sight", sight), ("chases", chases)):
             assert page.shown_below(kind) == set(lines), (kind, time)
             for name, (i, j) in lines.items():
                 expected = np.hstack([pursuers[i], evaders[j]])
                 np.testing.assert_allclose(line(page, f"{kind}/{name}"), expected, atol=2e-3)
+
+
+def test_a_chase_does_not_sweep_from_one_evader_to_the_next(page, game):
+    page.seek(2.5 - 0.4 * STEP)
+    assert page.shown_below("chases") == {"0_0"}
+    end = line(page, "chases/0_0")[2:]
+    np.testing.assert_allclose(end, game.positions("evaders", 2.5)[0], atol=2e-3)
 
 
 def test_the_graph_has_the_edges_of_sight_and_chase(page, game):
