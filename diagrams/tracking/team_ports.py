@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 
 from ...systems.numerics.geometry.world import World
@@ -34,7 +35,7 @@ def AddTeam(
     builder: DiagramBuilder,
     name: str,
     team: Team,
-    starts: np.ndarray,
+    starts: ArrayLike,
     regions: Sequence[World],
     period: float,
 ) -> TeamPorts:
@@ -48,6 +49,7 @@ def AddTeam(
         regions: Where centres may be.
         period: Time step [s].
     """
+    starts = np.asarray(starts, dtype=float)
     add, connect, count = builder.AddNamedSystem, builder.Connect, len(starts)
     walls = add(f"{name}_wall_sliding", WallSliding(regions, count=count, period=period))
     velocity = walls.GetInputPort("velocity")

@@ -129,23 +129,26 @@ def make_world(boundary: object, obstacles: Iterable[object] = ()) -> World:
     outer = clean_ring("boundary", boundary)
     holes = [clean_ring(f"obstacles[{i}]", ring) for i, ring in enumerate(obstacles)]
     outline = shapely.Polygon(outer)
-    for i, hole in enumerate(holes):
-        area = shapely.Polygon(hole)
-        scale = 1e-12 * outline.area
+    areas = np.array([shapely.Polygon(hole) for hole in holes], dtype=object)
+    negligible = 1e-12 * outline.area
+    for i, area in enumerate(areas):
         require(
-            area.difference(outline).area <= scale,
+            area.difference(outline).area <= negligible,
             f"obstacles[{i}]",
             "lie inside the boundary",
-            np.round(hole, 6).tolist(),
+            _show(holes[i]),
         )
-        for j in range(i):
-            if area.intersection(shapely.Polygon(holes[j])).area > scale:
-                raise InvalidInput(
-                    f"`obstacles[{i}]` must not overlap obstacles[{j}]; "
-                    f"got {np.round(hole, 6).tolist()} over {np.round(holes[j], 6).tolist()}"
-                )
-    free = outline.difference(shapely.union_all([shapely.Polygon(hole) for hole in holes]))
-    return world_from_polygon(free)
+    for i, j in shapely.STRtree(areas).query(areas, predicate="intersects").T:
+        if i > j and areas[i].intersection(areas[j]).area > negligible:
+            raise InvalidInput(
+                f"`obstacles[{i}]` must not overlap obstacles[{j}]; "
+                f"got {_show(holes[i])} over {_show(holes[j])}"
+            )
+    return world_from_polygon(outline.difference(shapely.union_all(areas)))
+
+
+def _show(ring: np.ndarray) -> str:
+    return str(np.round(ring, 6).tolist())
 
 
 def world_from_polygon(polygon: object) -> World:

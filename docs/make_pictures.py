@@ -1,0 +1,54 @@
+"""Makes the pictures of the README: plays the scenarios, opens their replays, takes screenshots.
+
+Run by `make pictures`; needs Chromium.
+"""
+
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from playwright.sync_api import sync_playwright
+
+HERE = Path(__file__).parent
+SIGHTFIELD = Path(sys.executable).with_name("sightfield")
+
+# Picture, scenario, moment of its replay [s].
+REPLAYS = [("thesis_3v4", "thesis_3v4", 20.0)]
+
+# Picture, command that draws it in its folder, name of the drawing.
+DRAWINGS = [
+    ("risk_vectors", ["track", "risk_vectors", "--no-replay"], "tracks.png"),
+    ("corner", ["corner"], "corner.png"),
+]
+
+CHROMIUM = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+
+
+def main() -> None:
+    """Make every picture in docs/pictures."""
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which("chromium"), args=CHROMIUM
+        )
+        for name, scenario, moment in REPLAYS:
+            out = Path(folder) / name
+            subprocess.run(
+                [SIGHTFIELD, "track", scenario, "--no-meshcat", "--out", out], check=True
+            )
+            page = browser.new_page(viewport={"width": 1280, "height": 720})
+            page.goto((out / "replay.html").as_uri())
+            page.wait_for_function("typeof viewer !== 'undefined' && viewer.animator.duration > 0")
+            page.evaluate("viewer.animator.pause()")
+            page.evaluate(f"viewer.animator.seek({moment})")
+            page.wait_for_timeout(1000)
+            page.screenshot(path=HERE / "pictures" / f"{name}.png")
+        browser.close()
+        for name, command, drawing in DRAWINGS:
+            out = Path(folder) / name
+            subprocess.run([SIGHTFIELD, *command, "--out", out], check=True)
+            shutil.copy(out / drawing, HERE / "pictures" / f"{name}.png")
+
+
+main()

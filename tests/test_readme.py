@@ -1,0 +1,60 @@
+"""What the README says can be typed, can be typed."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+LINES = [
+    line.split("#")[0].strip()
+    for kind, block in BLOCKS
+    if kind == "sh"
+    for line in block.split("\n")
+]
+COMMANDS = [line for line in LINES if line.startswith("sightfield")]
+MAP = "POLYGON ((0 0, 9 0, 9 7, 0 7, 0 0), (3 3, 5 3, 5 5, 3 5, 3 3))"
+
+
+def test_there_are_commands():
+    assert len(COMMANDS) >= 5
+
+
+@pytest.mark.parametrize("line", COMMANDS)
+def test_commands_run(line, tmp_path):
+    (tmp_path / "map.wkt").write_text(MAP)
+    words = shlex.split(line.replace("map.yaml", "map.wkt"))
+    words[0] = str(Path(sys.executable).with_name("sightfield"))
+    done = subprocess.run(
+        words, cwd=tmp_path, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_make_targets_exist():
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    targets = [line.split()[1] for line in LINES if line.startswith("make ")]
+    assert targets
+    assert all(re.search(rf"^{target}:", makefile, re.MULTILINE) for target in targets)
+
+
+def test_the_diagram_of_ones_own_runs(tmp_path):
+    ((_, code),) = [block for block in BLOCKS if block[0] == "python"]
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert re.fullmatch(r"sight lost at \d+\.\d\d s\n", done.stdout)
+
+
+def test_pictures_and_links_exist():
+    links = re.findall(r"\]\(([^)#]+)\)", README)
+    local = [link for link in links if not link.startswith("http")]
+    assert local
+    missing = [link for link in local if not (ROOT / link).exists()]
+    assert not missing
