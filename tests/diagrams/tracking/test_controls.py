@@ -17,6 +17,8 @@ from sightfield.diagrams.tracking.meshcat_velocity import MeshcatVelocity
 from sightfield.diagrams.tracking.scene import View
 from sightfield.systems.numerics.errors import InvalidInput
 
+pytestmark = pytest.mark.browser
+
 SPEED = 0.4
 
 
