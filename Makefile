@@ -21,7 +21,7 @@ unexport PYTHONPATH PYTHONHOME
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint format bench tools venv lock clean
+.PHONY: help demo test lint format bench peers pictures tools venv lock clean
 
 help:  ## list the targets
 	@awk -F ':.*##  *' '/^[a-z]+:.*##/ { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -45,6 +45,13 @@ format: $(VENV)/dev.stamp  ## rewrite the sources in the house format
 
 bench: $(VENV)/dev.stamp  ## run the timings, printed as ratios
 	$(BIN)/pytest benchmarks -m benchmarks -s -q $(ARGS)
+
+peers: $(VENV)/dev.stamp  ## install what benchmarks compare with, apart (needs swig and a C++ compiler)
+	$(BIN)/python -m venv build/peers/visilibity
+	build/peers/visilibity/bin/python -m pip install --quiet -r benchmarks/peers/visilibity.txt
+
+pictures: $(VENV)/dev.stamp  ## make the README's pictures again (needs Chromium)
+	$(BIN)/python docs/make_pictures.py
 
 tools:  ## install what the tests need beyond pip
 	@sh tests/install_tools.sh

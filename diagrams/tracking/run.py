@@ -113,6 +113,10 @@ def run_tracking(
             simulator.AdvancePendingEvents()
         lost_at = float(np.asarray(loss.Eval(tracking_context))[0])
         progress(reached)
+    if meshcat is not None:
+        # The last picture shows how it ended, however long before the end it was due.
+        scene = _scene_of(tracking)
+        scene.ForcedPublish(scene.GetMyContextFromRoot(context))
     wall_time = time.perf_counter() - began
     if live and meshcat is not None:
         remove_controls(meshcat)
