@@ -83,13 +83,15 @@ def outline_occupancy_map(
     outline = trace_cells(cells.inside)
     simplified = simplify_outline(outline, wall_guards(cells.inside, tolerance), tolerance)
     error = hausdorff_distance(outline.rings, simplified, ERROR_ACCURACY)
+    if error < tolerance * (1.0 + 1e-9):
+        error = min(error, tolerance)  # a distance of one cell may round to a little more
     # One cell of frame lies around the map.
     rings = [occupancy.to_world(ring - 1.0) for ring in simplified]
     rim = int(np.argmax([ring_area(ring) for ring in simplified]))
     holes = rings[:rim] + rings[rim + 1 :]
     return OccupancyOutline(
         world=world_from_polygon(shapely.Polygon(rings[rim], holes)),
-        simplification_error=min(error, tolerance) * side,
+        simplification_error=error * side,
         cell_area=float(cells.inside.sum()) * side**2,
         speckle_area=cells.speckle_area * side**2,
         unreachable_area=cells.unreachable_area * side**2,

@@ -10,7 +10,7 @@ from .fewest_chords import fewest_chords
 # Side of a bucket of marks; 4 to 16 are equally fast [cells].
 BUCKET = 4.0
 
-# Rings of up to so many points are searched from every one of them.
+# Rings of up to so many points are searched from several of them.
 SMALL_RING = 100
 
 
@@ -74,9 +74,9 @@ def _shortest_ring(
 ) -> np.ndarray:
     """The ring of fewest vertices, and of those the one that sweeps the least area.
 
-    The search needs one vertex to start from. Around a small ring all are tried. Around a large
-    one the first gives a ring; a vertex of that one, half a turn away, is the start of a second,
-    which has at most one vertex too many.
+    The search needs a vertex to start from, and the best ring through one may have one vertex
+    more than the best of all. So what the first corner gives is only taken for a choice of
+    starts: around a small ring every vertex of it, around a large one that half a turn away.
     """
     first, last = span
 
@@ -84,12 +84,13 @@ def _shortest_ring(
         keep, swept = fewest_chords(points, on_ring, first, last, start, marks, tolerance)
         return keep, float(swept)
 
-    places = np.flatnonzero(on_ring[first:last])
+    start = int(np.argmax(on_ring[first:last]))
+    keep, _ = search(start)
+    starts = np.flatnonzero(keep)
     if last - first > SMALL_RING:
-        start = int(places[0])
-        onwards = np.flatnonzero(np.roll(search(start)[0], -start))
-        places = (onwards[[len(onwards) // 2]] + start) % (last - first)
-    rings = [search(int(place)) for place in places]
+        onwards = np.flatnonzero(np.roll(keep, -start))
+        starts = (onwards[[len(onwards) // 2]] + start) % (last - first)
+    rings = [search(int(place)) for place in starts]
     keep, _ = min(rings, key=lambda ring: (ring[0].sum(), ring[1]))
     return points[first:last][keep]
 
