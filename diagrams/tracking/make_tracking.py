@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.primitives import Demultiplexer
 
 from ...systems.numerics.geometry.edge_index import build_edge_index
 from ...systems.numerics.geometry.visibility_polygon import visibility_polygon
@@ -104,7 +105,12 @@ def AddTracking(
             senses.setdefault(output.get_name(), output)
         return system
 
-    add("line_of_sight", LineOfSight(world, **sizes))
+    sight = add("line_of_sight", LineOfSight(world, **sizes)).GetOutputPort("sight")
+    # The block that says who sees whom, for whoever watches.
+    whom = pursuers.size * evaders.size
+    blocks = Demultiplexer([whom, sight.size() - whom] if sight.size() > whom else [whom])
+    builder.AddNamedSystem("sight_blocks", blocks)
+    builder.Connect(sight, blocks.get_input_port())
     add(
         "assignment",
         Assignment(
@@ -136,7 +142,7 @@ def AddTracking(
     return {
         "pursuer_position": pursuing.position,
         "evader_position": evading.position,
-        "visibility": senses["visibility"],
+        "visibility": blocks.get_output_port(0),
         "assignment": senses["assignment"],
         "pursuer_velocity": pursuer_velocity,
         "evader_velocity": evader_velocity,

@@ -8,6 +8,7 @@ from ..numerics.geometry.wall_sliding import SKIN
 from ..numerics.geometry.world import World
 from ..numerics.tracking.adversarial_evasion import adversarial_velocities
 from ..numerics.tracking.corner_table import corner_table
+from ..numerics.tracking.sight_state import sight_size
 
 
 class AdversarialEvaders(LeafSystem):
@@ -22,22 +23,18 @@ class AdversarialEvaders(LeafSystem):
         input_ports:
         - pursuer_position
         - evader_position
-        - visibility
-        - pursuer_corners
-        - evader_corners
+        - sight
         output_ports:
         - velocity
 
-    ================  =====  ====  =====
-    port              size   unit  frame
-    ================  =====  ====  =====
-    pursuer_position  2 Np   m     world
-    evader_position   2 Ne   m     world
-    visibility        Np Ne  -     -
-    pursuer_corners   Np K   -     -
-    evader_corners    Ne K   -     -
-    velocity          2 Ne   m/s   world
-    ================  =====  ====  =====
+    ================  ===================  ====  =====
+    port              size                 unit  frame
+    ================  ===================  ====  =====
+    pursuer_position  2 Np                 m     world
+    evader_position   2 Ne                 m     world
+    sight             Np Ne + Np K + Ne K  -     -
+    velocity          2 Ne                 m/s   world
+    ================  ===================  ====  =====
 
     Source: Zhang 2014, Table 2.1 (policy A).
 
@@ -71,21 +68,17 @@ class AdversarialEvaders(LeafSystem):
         self._ratio, self._speed = float(speed_ratio), float(top_speed)
         # Wall sliding stops a skin short of the wall; a little more is "at the wall".
         self._standoff = float(radius) + 10.0 * SKIN * world.tolerance
-        corners = len(self._corners)
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
         self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
-        self._visibility = self.DeclareVectorInputPort("visibility", pursuers * evaders)
-        self._pursuer_corners = self.DeclareVectorInputPort("pursuer_corners", pursuers * corners)
-        self._evader_corners = self.DeclareVectorInputPort("evader_corners", evaders * corners)
+        size = sight_size(pursuers, evaders, len(self._corners))
+        self._sight = self.DeclareVectorInputPort("sight", size)
         self.DeclareVectorOutputPort("velocity", 2 * evaders, self._calc_velocity)
 
     def _calc_velocity(self, context, output):
         velocity = adversarial_velocities(
             read(self._pursuers, context),
             read(self._evaders, context),
-            read(self._visibility, context),
-            read(self._pursuer_corners, context),
-            read(self._evader_corners, context),
+            read(self._sight, context),
             self._corners,
             self._ratio,
             self._speed,

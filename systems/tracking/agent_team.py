@@ -3,20 +3,20 @@
 from typing import Any
 
 import numpy as np
-from numba import njit
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from ..drake_types import BasicVector_, LeafSystem_, any_scalar
+from ..numerics.compiled import compiled
 from ..numerics.errors import require, require_non_negative, require_positive
-from ..numerics.tracking.mobile_agents import limit_speed
+from ..numerics.tracking.mobile_agents import point_rates, point_step
 
 # The same equation, compiled: in the 20 Hz loop of a team the interpreter would dominate.
-_limit_speed_compiled = njit(cache=True)(limit_speed)
+_compiled_step = compiled(point_step)
 
 
 @TemplateSystem.define("AgentTeam_")
 def AgentTeam_(T):
-    limit = _limit_speed_compiled if T is float else limit_speed
+    step = _compiled_step if T is float else point_step
 
     class Impl(LeafSystem_[T]):
         """N point agents that follow velocity commands up to their top speed.
@@ -98,19 +98,17 @@ def AgentTeam_(T):
             """Positions, size 2 N [m]."""
             return self.GetOutputPort("position")
 
-        def _rates(self, context):
-            command = self._velocity.Eval(context).reshape(-1, 2)
-            return limit(command, self.top_speed).ravel()
-
         @any_scalar(T)
         def _step(self, context, discrete_state):
             position = context.get_discrete_state_vector().CopyToVector()
-            discrete_state.set_value(position + self.time_step * self._rates(context))
+            velocity = self._velocity.Eval(context)
+            discrete_state.set_value(step(position, velocity, self.top_speed, self.time_step))
 
         @any_scalar(T)
         def DoCalcTimeDerivatives(self, context, derivatives):
             if self.time_step == 0:
-                derivatives.get_mutable_vector().SetFromVector(self._rates(context))
+                rates = point_rates(self._velocity.Eval(context), self.top_speed)
+                derivatives.get_mutable_vector().SetFromVector(rates)
 
     return Impl
 

@@ -12,6 +12,7 @@ from ..numerics.tracking.assignment.rules import RULES, AssignmentRule
 from ..numerics.tracking.assignment.team_view import EXTRA_PURSUERS, TeamView
 from ..numerics.tracking.corner_table import corner_table
 from ..numerics.tracking.risk import RISK_FUNCTIONS, team_risk
+from ..numerics.tracking.sight_state import sight_size
 
 
 class Assignment(LeafSystem):
@@ -23,22 +24,18 @@ class Assignment(LeafSystem):
         input_ports:
         - pursuer_position
         - evader_position
-        - visibility
-        - pursuer_corners
-        - evader_corners
+        - sight
         output_ports:
         - assignment
 
-    ================  =====  ====  =====
-    port              size   unit  frame
-    ================  =====  ====  =====
-    pursuer_position  2 Np   m     world
-    evader_position   2 Ne   m     world
-    visibility        Np Ne  -     -
-    pursuer_corners   Np K   -     -
-    evader_corners    Ne K   -     -
-    assignment        Np     -     -
-    ================  =====  ====  =====
+    ================  ===================  ====  =====
+    port              size                 unit  frame
+    ================  ===================  ====  =====
+    pursuer_position  2 Np                 m     world
+    evader_position   2 Ne                 m     world
+    sight             Np Ne + Np K + Ne K  -     -
+    assignment        Np                   -     -
+    ================  ===================  ====  =====
 
     Source: Zhang 2014, 2.2.3.2, (2.3), (2.13), Algorithm 1.
 
@@ -76,28 +73,20 @@ class Assignment(LeafSystem):
         self._extra, self._seed = extra, seed
         self._corners = corner_table(world)
         self._shape = (pursuers, evaders)
-        corners = len(self._corners)
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
         self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
-        self._visibility = self.DeclareVectorInputPort("visibility", pursuers * evaders)
-        self._pursuer_corners = self.DeclareVectorInputPort("pursuer_corners", pursuers * corners)
-        self._evader_corners = self.DeclareVectorInputPort("evader_corners", evaders * corners)
+        size = sight_size(pursuers, evaders, len(self._corners))
+        self._sight = self.DeclareVectorInputPort("sight", size)
         self.DeclareVectorOutputPort("assignment", pursuers, self._calc_assignment)
 
     def _calc_assignment(self, context, output):
-        evaders = read(self._evaders, context)
-        risk = team_risk(
-            self._kinds,
-            evaders,
-            read(self._pursuer_corners, context),
-            read(self._evader_corners, context),
-            self._corners,
-        )
+        evaders, sight = read(self._evaders, context), read(self._sight, context)
+        n, m = self._shape
         view = TeamView(
-            visible=read(self._visibility, context).reshape(self._shape) > 0.5,
-            risk=risk,
-            pursuers=read(self._pursuers, context).reshape(-1, 2),
-            evaders=evaders.reshape(-1, 2),
+            visible=sight[: n * m].reshape(n, m) > 0.5,
+            risk=team_risk(self._kinds, evaders, sight, self._corners),
+            pursuers=read(self._pursuers, context).reshape(n, 2),
+            evaders=evaders.reshape(m, 2),
             extra=self._extra,
             seed=self._seed,
         )

@@ -10,6 +10,7 @@ from ..numerics.geometry.world import World
 from ..numerics.tracking.corner_fields import FIELDS
 from ..numerics.tracking.corner_table import corner_table
 from ..numerics.tracking.risk import RISK_VECTORS
+from ..numerics.tracking.sight_state import sight_size
 from ..numerics.tracking.team_pursuit import team_pursuit
 from .assignment import codes_of
 
@@ -27,22 +28,20 @@ class PursuitFieldController(LeafSystem):
         input_ports:
         - pursuer_position
         - evader_position
-        - pursuer_corners
-        - evader_corners
+        - sight
         - assignment
         output_ports:
         - velocity
 
-    ================  ====  ====  =====
-    port              size  unit  frame
-    ================  ====  ====  =====
-    pursuer_position  2 Np  m     world
-    evader_position   2 Ne  m     world
-    pursuer_corners   Np K  -     -
-    evader_corners    Ne K  -     -
-    assignment        Np    -     -
-    velocity          2 Np  m/s   world
-    ================  ====  ====  =====
+    ================  ===================  ====  =====
+    port              size                 unit  frame
+    ================  ===================  ====  =====
+    pursuer_position  2 Np                 m     world
+    evader_position   2 Ne                 m     world
+    sight             Np Ne + Np K + Ne K  -     -
+    assignment        Np                   -     -
+    velocity          2 Np                 m/s   world
+    ================  ===================  ====  =====
 
     Source: Zhang 2014, (2.2), Table 2.2; field "margin": ours.
 
@@ -82,11 +81,10 @@ class PursuitFieldController(LeafSystem):
         self._weightings = codes_of("risk_vectors", risk_vectors, RISK_VECTORS, pursuers)
         self._corners = corner_table(world)
         self._ratio, self._speed, self._period = float(speed_ratio), float(top_speed), float(period)
-        corners = len(self._corners)
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
         self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
-        self._pursuer_corners = self.DeclareVectorInputPort("pursuer_corners", pursuers * corners)
-        self._evader_corners = self.DeclareVectorInputPort("evader_corners", evaders * corners)
+        size = sight_size(pursuers, evaders, len(self._corners))
+        self._sight = self.DeclareVectorInputPort("sight", size)
         self._assignment = self.DeclareVectorInputPort("assignment", pursuers)
         self.DeclareVectorOutputPort("velocity", 2 * pursuers, self._calc_velocity)
 
@@ -96,8 +94,7 @@ class PursuitFieldController(LeafSystem):
             self._weightings,
             read(self._pursuers, context),
             read(self._evaders, context),
-            read(self._pursuer_corners, context),
-            read(self._evader_corners, context),
+            read(self._sight, context),
             read(self._assignment, context),
             self._corners,
             self._ratio,

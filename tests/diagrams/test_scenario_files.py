@@ -103,7 +103,7 @@ def test_bad_settings_are_named(file, setting, message):
 def test_python_gets_the_same_rules():
     with pytest.raises(InvalidInput, match="`speed` must be positive"):
         Part(speed=0.0)
-    with pytest.raises(InvalidInput, match="`part.speed`"):
+    with pytest.raises(InvalidInput, match=r"`part\.speed`"):
         build(Whole, {"part": {"speed": 0}})
 
 
@@ -111,5 +111,5 @@ def test_built_in_scenarios_are_found_by_name():
     expected = {"thesis_3v4", "thesis_3v3", "thesis_4v3", "thesis_borda_4v3", "corner_1v1"}
     assert expected | {"risk_vectors"} <= set(builtin_scenarios())
     assert find_scenario("corner_1v1").is_file()
-    with pytest.raises(InvalidInput, match="or one of corner_1v1.*got nowhere"):
+    with pytest.raises(InvalidInput, match=r"or one of corner_1v1.*got nowhere"):
         find_scenario("nowhere")

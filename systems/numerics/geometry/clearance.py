@@ -1,12 +1,12 @@
 """Distance from points to the nearest wall."""
 
 import numpy as np
-from numba import njit
 
+from ..compiled import compiled
 from .edge_index import EdgeIndex, edge_distance
 
 
-@njit(cache=True)
+@compiled
 def clearances(index: EdgeIndex, points: np.ndarray) -> np.ndarray:
     """Distance from each point to the nearest edge, shape (n, 2) [m] -> (n,) [m]."""
     edges = index.edges

@@ -8,8 +8,8 @@ status then follows from the edges of its cell alone.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ..compiled import compiled, kernel
 from .world import World
 
 # Columns of `EdgeIndex.edges`: an edge runs from START to END with free space on its left.
@@ -62,7 +62,7 @@ def build_edge_index(*worlds: World) -> EdgeIndex:
     return EdgeIndex(edges, frame, starts, items, probes)
 
 
-@njit(cache=True)
+@kernel
 def cell_of(frame: np.ndarray, x: float, y: float) -> int:
     """Number of the cell that holds a point, or -1 outside the grid."""
     i = int(np.floor((x - frame[X_MIN]) / frame[CELL]))
@@ -72,7 +72,7 @@ def cell_of(frame: np.ndarray, x: float, y: float) -> int:
     return j * int(frame[COLUMNS]) + i
 
 
-@njit(cache=True)
+@kernel
 def edge_distance(edges: np.ndarray, e: int, x: float, y: float) -> float:
     """Distance from a point to an edge [m]."""
     dx = edges[e, END] - edges[e, START]
@@ -83,7 +83,7 @@ def edge_distance(edges: np.ndarray, e: int, x: float, y: float) -> float:
     return np.hypot(px - t * dx, py - t * dy)
 
 
-@njit(cache=True)
+@kernel
 def point_is_free(index: EdgeIndex, x: float, y: float) -> bool:
     """Whether a point is in the closed free region, the tolerance included."""
     edges, frame, starts, items, probes = index
@@ -107,7 +107,7 @@ def point_is_free(index: EdgeIndex, x: float, y: float) -> bool:
     return free
 
 
-@njit(cache=True)
+@kernel
 def _separates(edges: np.ndarray, e: int, ax: float, ay: float, bx: float, by: float) -> bool:
     """Whether an edge crosses the segment a-b, each vertex counted on one side only."""
     cx, cy, dx, dy = edges[e, START], edges[e, START + 1], edges[e, END], edges[e, END + 1]
@@ -120,7 +120,7 @@ def _separates(edges: np.ndarray, e: int, ax: float, ay: float, bx: float, by: f
     return side_a != side_b
 
 
-@njit(cache=True)
+@kernel
 def _near_cell(edges: np.ndarray, e: int, x: float, y: float, half: float) -> bool:
     """Whether an edge comes into the square of half-width `half` around a point."""
     cx, cy = edges[e, START] - x, edges[e, START + 1] - y
@@ -132,7 +132,7 @@ def _near_cell(edges: np.ndarray, e: int, x: float, y: float, half: float) -> bo
     return abs(cx * nx + cy * ny) <= half * (abs(nx) + abs(ny))
 
 
-@njit(cache=True)
+@compiled
 def _fill_cells(
     edges: np.ndarray, frame: np.ndarray, margin: float
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -166,7 +166,7 @@ def _fill_cells(
     return starts, items
 
 
-@njit(cache=True)
+@compiled
 def _probe_cells(
     edges: np.ndarray, frame: np.ndarray, starts: np.ndarray, items: np.ndarray
 ) -> np.ndarray:

@@ -14,8 +14,8 @@ through the obstacle's wedge.
 import math
 
 import numpy as np
-from numba import njit
 
+from ..compiled import compiled, kernel
 from ..errors import InvalidInput
 from .edge_index import (
     BEFORE,
@@ -58,7 +58,7 @@ def are_clear(index: EdgeIndex, starts: object, ends: object) -> np.ndarray:
     return _are_clear(index, a, b)
 
 
-@njit(cache=True)
+@compiled
 def _are_clear(index: EdgeIndex, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
     clear = np.empty(len(starts), dtype=np.bool_)
     for i in range(len(starts)):
@@ -66,7 +66,7 @@ def _are_clear(index: EdgeIndex, starts: np.ndarray, ends: np.ndarray) -> np.nda
     return clear
 
 
-@njit(cache=True)
+@kernel
 def segment_is_clear(index: EdgeIndex, ax: float, ay: float, bx: float, by: float) -> bool:
     """Whether the closed free region covers the segment from a to b (kernel)."""
     edges, frame, starts, items, _ = index
@@ -119,7 +119,7 @@ def segment_is_clear(index: EdgeIndex, ax: float, ay: float, bx: float, by: floa
     return touched or point_is_free(index, ax, ay)
 
 
-@njit(cache=True)
+@kernel
 def _contact(
     edges: np.ndarray,
     e: int,
@@ -160,7 +160,7 @@ def _contact(
     return TOUCHES
 
 
-@njit(cache=True)
+@kernel
 def leaves_through_obstacle(
     edges: np.ndarray, e: int, ux: float, uy: float, reach: float, tolerance: float
 ) -> bool:

@@ -10,8 +10,8 @@ however long the step: neither the moment nor a short loss inside it.
 import math
 
 import numpy as np
-from numba import njit
 
+from ..compiled import compiled, kernel
 from .edge_index import START, EdgeIndex
 from .segment_sight import segment_is_clear
 
@@ -41,7 +41,7 @@ def first_loss(
 
 
 # Numba takes the arrays one by one in a fraction of the time that it takes a named tuple.
-@njit(cache=True)
+@compiled
 def _first_loss(
     edges: np.ndarray,
     frame: np.ndarray,
@@ -62,7 +62,7 @@ def _first_loss(
     return first, lost
 
 
-@njit(cache=True)
+@compiled
 def _loss_of(
     index: EdgeIndex,
     viewers: np.ndarray,
@@ -97,7 +97,7 @@ def _loss_of(
     return np.inf
 
 
-@njit(cache=True)
+@kernel
 def _pair_is_clear(
     index: EdgeIndex,
     viewers: np.ndarray,
@@ -118,7 +118,7 @@ def _pair_is_clear(
     )
 
 
-@njit(cache=True)
+@kernel
 def _contact_times(
     index: EdgeIndex,
     viewers: np.ndarray,
@@ -162,7 +162,7 @@ def _contact_times(
     return count
 
 
-@njit(cache=True)
+@kernel
 def _roots(a: float, b: float, c: float) -> tuple[float, float]:
     """Real roots of a t^2 + b t + c, without cancellation; inf where there are fewer."""
     discriminant = b * b - 4.0 * a * c

@@ -7,8 +7,8 @@ the ray from either side) has no area and is left out.
 """
 
 import numpy as np
-from numba import njit
 
+from ..compiled import compiled, kernel
 from ..errors import InvalidInput, require
 from .edge_index import (
     BEFORE,
@@ -46,7 +46,7 @@ def visibility_polygon(index: EdgeIndex, point: object) -> np.ndarray:
     return _visibility_polygon(index, at[0], at[1])
 
 
-@njit(cache=True)
+@compiled
 def _visibility_polygon(index: EdgeIndex, x: float, y: float) -> np.ndarray:
     edges, frame = index.edges, index.frame
     tolerance = frame[TOLERANCE]
@@ -82,7 +82,7 @@ def _visibility_polygon(index: EdgeIndex, x: float, y: float) -> np.ndarray:
     return polygon[:filled].copy()
 
 
-@njit(cache=True)
+@kernel
 def _same_ray(event: np.ndarray, other: np.ndarray, tolerance: float) -> bool:
     """Whether two events (angle, ux, uy, ends of view) lie in one direction."""
     if event[1] * other[1] + event[2] * other[2] <= 0.0:
@@ -91,13 +91,13 @@ def _same_ray(event: np.ndarray, other: np.ndarray, tolerance: float) -> bool:
     return abs(event[1] * other[2] - event[2] * other[1]) * reach <= tolerance
 
 
-@njit(cache=True)
+@kernel
 def _apart(points: np.ndarray, i: int, j: int, tolerance: float) -> bool:
     """Whether two rows of an array of points are two points."""
     return np.hypot(points[i, 0] - points[j, 0], points[i, 1] - points[j, 1]) > tolerance
 
 
-@njit(cache=True)
+@kernel
 def cast_ray(index: EdgeIndex, x: float, y: float, ux: float, uy: float) -> tuple[float, float]:
     """Distances at which the view ends just clockwise and just counter-clockwise of a ray [m].
 
@@ -130,7 +130,7 @@ def cast_ray(index: EdgeIndex, x: float, y: float, ux: float, uy: float) -> tupl
     return clockwise, counter
 
 
-@njit(cache=True)
+@kernel
 def _ends_of_view(
     edges: np.ndarray, e: int, x: float, y: float, ux: float, uy: float, tolerance: float
 ) -> tuple[float, float]:

@@ -9,8 +9,8 @@ any speed or step, not even between the samples.
 import math
 
 import numpy as np
-from numba import njit
 
+from ..compiled import compiled, kernel
 from .edge_index import (
     CELL,
     COLUMNS,
@@ -32,7 +32,7 @@ SKIN = 1000.0
 MAX_CONTACTS = 4
 
 
-@njit(cache=True)
+@kernel
 def slide(index: EdgeIndex, x: float, y: float, dx: float, dy: float) -> tuple[float, float]:
     """The admissible displacement nearest in spirit to (dx, dy) [m] from a point (kernel).
 
@@ -62,7 +62,7 @@ def slide(index: EdgeIndex, x: float, y: float, dx: float, dy: float) -> tuple[f
     return 0.0, 0.0
 
 
-@njit(cache=True)
+@kernel
 def first_contact(
     index: EdgeIndex, x: float, y: float, dx: float, dy: float
 ) -> tuple[float, float, float]:
@@ -105,7 +105,7 @@ def first_contact(
     return first, tangent_x, tangent_y
 
 
-@njit(cache=True)
+@kernel
 def _towards_free_space(index: EdgeIndex, x: float, y: float, length: float) -> tuple[float, float]:
     """Displacement of at most `length` to just beyond the nearest wall, on its free side."""
     edges = index.edges
@@ -142,7 +142,7 @@ def slide_team(
 
 
 # Numba takes the arrays one by one in a fraction of the time that it takes a named tuple.
-@njit(cache=True)
+@compiled
 def _slide_team(
     edges: np.ndarray,
     frame: np.ndarray,
@@ -162,7 +162,7 @@ def _slide_team(
     return safe
 
 
-@njit(cache=True)
+@compiled
 def stop_team(index: EdgeIndex, positions: np.ndarray, displacements: np.ndarray) -> np.ndarray:
     """The fraction of each member's straight step that is clear of walls.
 

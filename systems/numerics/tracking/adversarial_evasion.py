@@ -15,14 +15,15 @@ Source: Zhang 2014, Table 2.1 (policy A), extended to many corners and pursuers.
 import math
 
 import numpy as np
-from numba import njit
 
+from ..compiled import compiled, kernel
 from .corner_frame import from_corner_frame, to_corner_frame
 from .corner_game import margins
 from .corner_policies import evader_policy
+from .sight_state import split_sight
 
 
-@njit(cache=True)
+@kernel
 def corner_stance(
     x: float, y: float, heading: float, angle: float, standoff: float
 ) -> tuple[float, float]:
@@ -33,7 +34,7 @@ def corner_stance(
     return reach * math.cos(out), reach * math.sin(out)
 
 
-@njit(cache=True)
+@kernel
 def escape_velocity(
     j: int,
     pursuers: np.ndarray,
@@ -46,15 +47,15 @@ def escape_velocity(
     speed: float,
     standoff: float,
 ) -> tuple[float, float]:
-    """Velocity of evader j (kernel); arguments as in `adversarial_velocities`."""
-    k, m = len(corners), len(evaders) // 2
+    """Velocity of evader j (kernel); with the blocks of sight, as in `adversarial_velocities`."""
+    n, k = len(pursuers) // 2, len(corners)
     best, best_c, best_i = np.inf, -1, -1
     for c in range(k):
-        if evader_corners[j * k + c] < 0.5:
+        if evader_corners[j, c] < 0.5:
             continue
         worst, worst_i = -np.inf, -1
-        for i in range(len(pursuers) // 2):
-            if visibility[i * m + j] < 0.5 or pursuer_corners[i * k + c] < 0.5:
+        for i in range(n):
+            if visibility[i, j] < 0.5 or pursuer_corners[i, c] < 0.5:
                 continue
             r_p, phi_p, r_e, phi_e, _ = _meet(i, j, c, pursuers, evaders, corners, standoff)
             margin = margins(r_p, phi_p, r_e, phi_e, corners[c, 3], ratio)[0]
@@ -75,7 +76,7 @@ def escape_velocity(
     return speed * ux, speed * uy
 
 
-@njit(cache=True)
+@kernel
 def _meet(
     i: int,
     j: int,
@@ -92,28 +93,25 @@ def _meet(
     return to_corner_frame(pursuers[2 * i], pursuers[2 * i + 1], ex, ey, x, y, heading, angle)
 
 
-@njit(cache=True)
+@kernel
 def _away_from_nearest(
     j: int, pursuers: np.ndarray, evaders: np.ndarray, visibility: np.ndarray, speed: float
 ) -> tuple[float, float]:
     """Straight away from the nearest pursuer that sees the evader; at rest when none does."""
-    m = len(evaders) // 2
     nearest, vx, vy = np.inf, 0.0, 0.0
     for i in range(len(pursuers) // 2):
         dx, dy = evaders[2 * j] - pursuers[2 * i], evaders[2 * j + 1] - pursuers[2 * i + 1]
         distance = math.hypot(dx, dy)
-        if visibility[i * m + j] > 0.5 and 0.0 < distance < nearest:
+        if visibility[i, j] > 0.5 and 0.0 < distance < nearest:
             nearest, vx, vy = distance, speed * dx / distance, speed * dy / distance
     return vx, vy
 
 
-@njit(cache=True)
+@compiled
 def adversarial_velocities(
     pursuers: np.ndarray,
     evaders: np.ndarray,
-    visibility: np.ndarray,
-    pursuer_corners: np.ndarray,
-    evader_corners: np.ndarray,
+    sight: np.ndarray,
     corners: np.ndarray,
     ratio: float,
     speed: float,
@@ -123,8 +121,7 @@ def adversarial_velocities(
 
     Args:
         pursuers, evaders: Positions, shapes (2 n,), (2 m,) [m].
-        visibility: 1 where a pursuer sees an evader, shape (n m,), row by row of pursuers.
-        pursuer_corners, evader_corners: 1 where a member sees a corner, (n k,), (m k,).
+        sight: Who sees what, from `observe`.
         corners: Shape (k, 4): x, y [m], heading, angle [rad].
         ratio: Speed ratio a = v_e / v_p.
         speed: Evaders' top speed [m/s].
@@ -134,8 +131,10 @@ def adversarial_velocities(
         Shape (2 m,) [m/s]. An evader that nobody sees waits; one that is seen where no corner
         can hide it runs away from the nearest pursuer that sees it.
     """
+    n, m, k = len(pursuers) // 2, len(evaders) // 2, len(corners)
+    visibility, pursuer_corners, evader_corners = split_sight(sight, n, m, k)
     velocities = np.zeros(len(evaders))
-    for j in range(len(evaders) // 2):
+    for j in range(m):
         velocities[2 * j], velocities[2 * j + 1] = escape_velocity(
             j,
             pursuers,

@@ -3,14 +3,14 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from ..compiled import compiled
 from ..geometry.edge_index import EdgeIndex, point_is_free
 from ..geometry.segment_sight import segment_is_clear
 from .team_pursuit import pursuit_velocity
 
 
-@njit(cache=True)
+@compiled
 def sample_field(
     index: EdgeIndex,
     points: np.ndarray,

@@ -1,13 +1,14 @@
 """Equations of motion of the agents, for NumPy arrays and for Drake's scalars alike.
 
 Limits are written with absolute values instead of branches, so that automatic differentiation and
-symbolic evaluation go through them.
+symbolic evaluation go through them. Those of point agents can be compiled as they stand.
 
 Source: Zhang 2014, (2.1) for point agents; the unicycle is the usual model of the testbed's
 differential-drive robots (2.2.8).
 """
 
 import numpy as np
+from numba.extending import register_jitable
 
 
 def clip_symmetric(value, limit):
@@ -15,6 +16,7 @@ def clip_symmetric(value, limit):
     return (np.abs(value + limit) - np.abs(value - limit)) / 2
 
 
+@register_jitable
 def limit_speed(velocities, top_speed: float):
     """Shorten velocities that exceed the top speed, keeping their direction.
 
@@ -28,7 +30,19 @@ def limit_speed(velocities, top_speed: float):
     square = (velocities[:, 0] ** 2 + velocities[:, 1] ** 2) / top_speed**2
     # max(1, square) without a branch; its root is never taken at zero, where it has no slope.
     excess = (1 + square + np.abs(square - 1)) / 2
-    return velocities / np.sqrt(excess)[:, None]
+    return velocities / np.sqrt(excess).reshape((-1, 1))
+
+
+@register_jitable
+def point_rates(velocities, top_speed: float):
+    """Rates of point agents, shape (2 n,) -> (2 n,) [m/s]; see `limit_speed`."""
+    return limit_speed(velocities.reshape((-1, 2)), top_speed).reshape((-1,))
+
+
+@register_jitable
+def point_step(positions, velocities, top_speed: float, step: float):
+    """Positions of point agents after velocities held for a step, shape (2 n,) each [m]."""
+    return positions + step * point_rates(velocities, top_speed)
 
 
 def unicycle_rates(headings, commands):

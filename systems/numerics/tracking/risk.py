@@ -8,7 +8,9 @@ Source: Zhang 2014, 2.2.3.1 (risk vectors of (2.2)) and (2.13).
 import math
 
 import numpy as np
-from numba import njit
+
+from ..compiled import compiled
+from .sight_state import split_sight
 
 UNIFORM = 0
 MAJORITY = 1
@@ -30,7 +32,7 @@ RISK_FUNCTIONS = {"total": TOTAL, "nearest": NEAREST, "mean": MEAN}
 SHORTEST_DISTANCE = 1e-6
 
 
-@njit(cache=True)
+@compiled
 def risk_weights(kind: int, distances: np.ndarray) -> np.ndarray:
     """Weights of the corners in the sum (2.2), from the evader's distances to them.
 
@@ -59,12 +61,11 @@ def risk_weights(kind: int, distances: np.ndarray) -> np.ndarray:
     return weights
 
 
-@njit(cache=True)
+@compiled
 def team_risk(
     kinds: np.ndarray,
     evaders: np.ndarray,
-    pursuer_corners: np.ndarray,
-    evader_corners: np.ndarray,
+    sight: np.ndarray,
     corners: np.ndarray,
 ) -> np.ndarray:
     """Risk of every pair of pursuer and evader, each pursuer by its own risk function.
@@ -72,20 +73,20 @@ def team_risk(
     Args:
         kinds: Each pursuer's risk function (TOTAL, NEAREST or MEAN), shape (n,).
         evaders: Positions, shape (2 m,) [m].
-        pursuer_corners: 1 where a pursuer sees a corner, shape (n k,), row by row.
-        evader_corners: The same of the evaders, shape (m k,).
+        sight: Who sees what, from `observe`.
         corners: Shape (k, 4), x and y first [m].
 
     Returns:
         Shape (n, m) [1/m]; 0 where a pair has no corner in common.
     """
     n, m, k = len(kinds), len(evaders) // 2, len(corners)
+    _, pursuer_corners, evader_corners = split_sight(sight, n, m, k)
     risk = np.zeros((n, m))
     inverse = np.empty(k)
     for j in range(m):
         for c in range(k):
             inverse[c] = 0.0
-            if evader_corners[j * k + c] > 0.5:
+            if evader_corners[j, c] > 0.5:
                 distance = math.hypot(
                     evaders[2 * j] - corners[c, 0], evaders[2 * j + 1] - corners[c, 1]
                 )
@@ -93,7 +94,7 @@ def team_risk(
         for i in range(n):
             total, largest, count = 0.0, 0.0, 0
             for c in range(k):
-                if pursuer_corners[i * k + c] > 0.5 and inverse[c] > 0.0:
+                if pursuer_corners[i, c] > 0.5 and inverse[c] > 0.0:
                     total += inverse[c]
                     largest = max(largest, inverse[c])
                     count += 1

@@ -7,16 +7,17 @@ a step never overshoots the farthest of the star regions that it makes for.
 import math
 
 import numpy as np
-from numba import njit
 
+from ..compiled import compiled
 from .corner_fields import corner_field
 from .risk import risk_weights
+from .sight_state import split_sight
 
 # A weighted sum shorter than this is a balance of threats: the pursuer waits.
 BALANCE = 1e-9
 
 
-@njit(cache=True)
+@compiled
 def pursuit_velocity(
     field: int,
     weighting: int,
@@ -72,14 +73,13 @@ def pursuit_velocity(
     return pace * vx / length, pace * vy / length
 
 
-@njit(cache=True)
+@compiled
 def team_pursuit(
     field: int,
     weightings: np.ndarray,
     pursuers: np.ndarray,
     evaders: np.ndarray,
-    pursuer_corners: np.ndarray,
-    evader_corners: np.ndarray,
+    sight: np.ndarray,
     assignment: np.ndarray,
     corners: np.ndarray,
     ratio: float,
@@ -92,20 +92,21 @@ def team_pursuit(
         field: Code of the pursuit field.
         weightings: Code of each pursuer's risk vector, shape (n,).
         pursuers, evaders: Positions, shapes (2 n,), (2 m,) [m].
-        pursuer_corners, evader_corners: 1 where a member sees a corner, (n k,), (m k,).
+        sight: Who sees what, from `observe`.
         assignment: Each pursuer's evader, -1 for none, shape (n,).
         corners, ratio, speed, period: As in `pursuit_velocity`.
 
     Returns:
         Shape (2 n,) [m/s]; zero for pursuers without an evader.
     """
-    k = len(corners)
+    n, m, k = len(pursuers) // 2, len(evaders) // 2, len(corners)
+    _, pursuer_corners, evader_corners = split_sight(sight, n, m, k)
     velocities = np.zeros(len(pursuers))
     for i in range(len(assignment)):
         j = int(assignment[i])
         if j < 0:
             continue
-        shared = pursuer_corners[i * k : (i + 1) * k] * evader_corners[j * k : (j + 1) * k]
+        shared = pursuer_corners[i] * evader_corners[j]
         velocities[2 * i], velocities[2 * i + 1] = pursuit_velocity(
             field,
             weightings[i],

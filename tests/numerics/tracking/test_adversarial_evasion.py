@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
+from sightfield.systems.numerics.geometry.corner_sight import build_corner_index
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
-from sightfield.systems.numerics.geometry.team_sight import sight_matrix
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking.adversarial_evasion import (
     adversarial_velocities,
     corner_stance,
 )
 from sightfield.systems.numerics.tracking.corner_table import corner_table
+from sightfield.systems.numerics.tracking.sight_state import observe
 
 ARENA = [[0, 0], [4, 0], [4, 4], [0, 4]]
 BOX = [[1.5, 1.5], [2.5, 1.5], [2.5, 2.5], [1.5, 2.5]]
@@ -20,9 +21,8 @@ def flee(pursuers, evaders, obstacles=(BOX,), ratio=0.5, standoff=0.0):
     world = make_world(ARENA, obstacles)
     index, corners = build_edge_index(world), corner_table(world)
     p, e = np.ravel(pursuers).astype(float), np.ravel(evaders).astype(float)
-    points = np.ascontiguousarray(corners[:, :2]).ravel()
-    sights = [sight_matrix(index, a, b) for a, b in ((p, e), (p, points), (e, points))]
-    velocity = adversarial_velocities(p, e, *sights, corners, ratio, 0.2, standoff)
+    sight = observe(index, build_corner_index(world, index), p, e)
+    velocity = adversarial_velocities(p, e, sight, corners, ratio, 0.2, standoff)
     return velocity.reshape(-1, 2)
 
 
@@ -79,8 +79,7 @@ def test_velocities_turn_with_the_scene(mirror, angle):
         index, corners = build_edge_index(arena), corner_table(arena)
         at = points @ turn.T
         p, e = at[:2].ravel(), at[2:].ravel()
-        where = np.ascontiguousarray(corners[:, :2]).ravel()
-        sights = [sight_matrix(index, a, b) for a, b in ((p, e), (p, where), (e, where))]
-        return adversarial_velocities(p, e, *sights, corners, 0.5, 0.2, 0.05).reshape(-1, 2)
+        sight = observe(index, build_corner_index(arena, index), p, e)
+        return adversarial_velocities(p, e, sight, corners, 0.5, 0.2, 0.05).reshape(-1, 2)
 
     np.testing.assert_allclose(velocities(matrix), velocities(np.eye(2)) @ matrix.T, atol=1e-12)

@@ -11,6 +11,11 @@ from sightfield.systems.numerics.tracking.risk import (
 )
 
 
+def sight(pairs, pursuer_corners, evader_corners):
+    """The vector of sight in which everybody sees everybody."""
+    return np.array([*[1] * pairs, *pursuer_corners, *evader_corners], dtype=float)
+
+
 @pytest.mark.parametrize(
     ("name", "expected"),
     [
@@ -39,10 +44,10 @@ def test_risk_vectors_without_corners_or_on_one(name):
 def test_risk_functions_count_the_corners_that_both_see(name, expected):
     corners = np.array([[0.0, 1.0, 0, 1], [2.0, 0.0, 0, 1], [9.0, 9.0, 0, 1]])
     evaders = np.array([0.0, 0.0, 5.0, 4.0])
-    pursuer_corners = np.array([1.0, 1.0, 0.0, 0.0, 0.0, 1.0])
-    evader_corners = np.array([1.0, 1.0, 1.0, 0.0, 1.0, 1.0])
+    pursuer_corners = [1, 1, 0, 0, 0, 1]
+    evader_corners = [1, 1, 1, 0, 1, 1]
     kinds = np.full(2, RISK_FUNCTIONS[name])
-    risk = team_risk(kinds, evaders, pursuer_corners, evader_corners, corners)
+    risk = team_risk(kinds, evaders, sight(4, pursuer_corners, evader_corners), corners)
     np.testing.assert_allclose(risk[0], expected)
     # The second pursuer sees the third corner only, and so does each evader with it.
     np.testing.assert_allclose(risk[1], [1 / np.hypot(9, 9), 1 / np.hypot(4, 5)])
@@ -50,12 +55,12 @@ def test_risk_functions_count_the_corners_that_both_see(name, expected):
 
 def test_each_pursuer_has_its_own_risk_function():
     corners = np.array([[0.0, 1.0, 0, 1], [2.0, 0.0, 0, 1]])
-    risk = team_risk(np.array([0, 1, 2]), np.zeros(2), np.ones(6), np.ones(2), corners)
+    risk = team_risk(np.array([0, 1, 2]), np.zeros(2), sight(3, [1] * 6, [1] * 2), corners)
     np.testing.assert_allclose(risk[:, 0], [1.5, 1.0, 0.75])
 
 
 def test_no_common_corner_is_no_risk():
     corners = np.array([[0.0, 1.0, 0, 1]])
     for kind in RISK_FUNCTIONS.values():
-        risk = team_risk(np.array([kind]), np.zeros(2), np.ones(1), np.zeros(1), corners)
+        risk = team_risk(np.array([kind]), np.zeros(2), sight(1, [1], [0]), corners)
         assert risk.tolist() == [[0.0]]

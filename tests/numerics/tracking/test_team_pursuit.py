@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sightfield.systems.numerics.geometry.corner_sight import build_corner_index
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
 from sightfield.systems.numerics.geometry.team_sight import sight_matrix
 from sightfield.systems.numerics.geometry.world import make_world
@@ -10,6 +11,7 @@ from sightfield.systems.numerics.tracking.corner_fields import FIELDS, corner_fi
 from sightfield.systems.numerics.tracking.corner_table import corner_table
 from sightfield.systems.numerics.tracking.field_sampling import sample_field
 from sightfield.systems.numerics.tracking.risk import RISK_VECTORS
+from sightfield.systems.numerics.tracking.sight_state import observe
 from sightfield.systems.numerics.tracking.team_pursuit import team_pursuit
 
 ARENA = [[0, 0], [4, 0], [4, 4], [0, 4]]
@@ -35,14 +37,12 @@ def pursue(
 ):
     p, e = np.ravel(pursuers).astype(float), np.ravel(evaders).astype(float)
     index, corners = build_edge_index(world), corner_table(world)
-    points = np.ascontiguousarray(corners[:, :2]).ravel()
     return team_pursuit(
         MARGIN,
         np.full(len(assignment), RISK_VECTORS[weighting]),
         p,
         e,
-        sight_matrix(index, p, points),
-        sight_matrix(index, e, points),
+        observe(index, build_corner_index(world, index), p, e),
         np.array(assignment, dtype=float),
         corners,
         0.3,

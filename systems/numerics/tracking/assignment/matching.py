@@ -5,9 +5,9 @@ SciPy on a matrix in which pairs out of sight have a large finite cost and are d
 """
 
 import numpy as np
-from numba import njit
 from scipy.optimize import linear_sum_assignment
 
+from ...compiled import compiled
 from .team_view import UNASSIGNED, TeamView
 
 
@@ -26,7 +26,7 @@ def match(cost: np.ndarray, visible: np.ndarray, *, maximise: bool = False) -> n
     return _kept(rows, columns, visible)
 
 
-@njit(cache=True)
+@compiled
 def _padded(cost: np.ndarray, visible: np.ndarray, maximise: bool) -> np.ndarray:
     """The cost to minimise, with a large finite one for pairs out of sight."""
     n, m = cost.shape
@@ -43,7 +43,7 @@ def _padded(cost: np.ndarray, visible: np.ndarray, maximise: bool) -> np.ndarray
     return padded
 
 
-@njit(cache=True)
+@compiled
 def _kept(rows: np.ndarray, columns: np.ndarray, visible: np.ndarray) -> np.ndarray:
     """Column of each row where the pair is in sight, else -1."""
     targets = np.full(len(visible), UNASSIGNED)
