@@ -60,10 +60,10 @@ def polygon_world() -> Callable[[int], World]:
                 [radii * np.cos(angles), radii * np.sin(angles)]
             )
             outline = shapely.Polygon(ring)
-            if outline.is_valid and outline.area > 0.1 * radius**2:
-                if all(outline.distance(other) > 0.02 for other in placed):
-                    placed.append(outline)
-                    left -= count
+            apart = all(outline.distance(other) > 0.02 for other in placed)
+            if outline.is_valid and outline.area > 0.1 * radius**2 and apart:
+                placed.append(outline)
+                left -= count
         boundary = [[0, 0], [10, 0], [10, 10], [0, 10]]
         return make_world(boundary, [np.array(each.exterior.coords) for each in placed])
 

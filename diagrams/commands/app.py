@@ -6,8 +6,7 @@ import sys
 import typer
 
 from ...systems.numerics.errors import SightfieldError
-
-# from .corner import corner
+from .corner import corner
 from .track import track
 from .world import world
 
@@ -22,7 +21,7 @@ app = typer.Typer(
 )
 app.command()(track)
 app.command()(world)
-# app.command()(corner)
+app.command()(corner)
 
 
 def main() -> None:

@@ -8,4 +8,4 @@ of references, which is atomic and would cost more than the geometry does.
 from numba import njit
 
 compiled = njit(cache=True)
-kernel = njit(cache=True, _nrt=False)
+kernel = njit(cache=True, _nrt=False)  # type: ignore[call-overload]  # an option of all targets

@@ -129,7 +129,7 @@ def make_world(boundary: object, obstacles: Iterable[object] = ()) -> World:
     outer = clean_ring("boundary", boundary)
     holes = [clean_ring(f"obstacles[{i}]", ring) for i, ring in enumerate(obstacles)]
     outline = shapely.Polygon(outer)
-    areas = np.array([shapely.Polygon(hole) for hole in holes], dtype=object)
+    areas = [shapely.Polygon(hole) for hole in holes]
     negligible = 1e-12 * outline.area
     for i, area in enumerate(areas):
         require(
@@ -138,13 +138,19 @@ def make_world(boundary: object, obstacles: Iterable[object] = ()) -> World:
             "lie inside the boundary",
             _show(holes[i]),
         )
-    for i, j in shapely.STRtree(areas).query(areas, predicate="intersects").T:
+    for i, j in _touching(areas):
         if i > j and areas[i].intersection(areas[j]).area > negligible:
             raise InvalidInput(
                 f"`obstacles[{i}]` must not overlap obstacles[{j}]; "
                 f"got {_show(holes[i])} over {_show(holes[j])}"
             )
     return world_from_polygon(outline.difference(shapely.union_all(areas)))
+
+
+def _touching(areas: list[shapely.Polygon]) -> np.ndarray:
+    """Pairs of numbers of polygons that have a point in common, shape (n, 2)."""
+    polygons = np.array(areas, dtype=object)
+    return shapely.STRtree(polygons).query(polygons, predicate="intersects").T
 
 
 def _show(ring: np.ndarray) -> str:
