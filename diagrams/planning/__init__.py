@@ -1,0 +1,1 @@
+"""The planning story: comparing methods, pictures, simulation."""

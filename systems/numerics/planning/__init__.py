@@ -1,0 +1,1 @@
+"""Time-optimal motion of a tractor with a trailer: model, bounds, solvers."""

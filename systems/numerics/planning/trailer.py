@@ -1,0 +1,61 @@
+"""The tractor-trailer: its parameters, and its equations of motion, which stand here once.
+
+They are written so that NumPy arrays, Drake's scalars and CasADi's symbols all go through them.
+
+Source: Zhang 2014, 3.2.2 and (3.18)-(3.20); the hitch offset is the usual extension.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import require, require_finite, require_positive
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trailer:
+    """A tractor and its trailer.
+
+    The state is (x, y, theta, beta): the tractor's rear axle [m], its heading [rad], and the angle
+    from the trailer's heading to the tractor's [rad]. The control is (v, omega): speed [m/s] and
+    turn rate [rad/s] of the tractor.
+    """
+
+    # Speed of the tractor [m/s].
+    speed: float = 1.0
+    # Bound of its turn rate [rad/s].
+    turn_rate: float = 1.0
+    # From the hitch to the trailer's axle [m].
+    length: float = 1.0
+    # From the tractor's rear axle back to the hitch [m].
+    hitch_offset: float = 0.0
+    # Whether it may drive backwards too, at the same speed.
+    reverse: bool = False
+    # Largest |beta| [rad]; pi: no limit.
+    jackknife: float = math.pi
+
+    def __post_init__(self) -> None:
+        require_positive("speed", self.speed)
+        require_positive("turn_rate", self.turn_rate)
+        require_positive("length", self.length)
+        require_finite("hitch_offset", self.hitch_offset)
+        require(0 < self.jackknife <= math.pi, "jackknife", "lie in (0, pi]", self.jackknife)
+
+    @property
+    def is_normalised(self) -> bool:
+        """Whether speed, turn rate and length are one and the hitch is on the axle (3.5)."""
+        return (self.speed, self.turn_rate, self.length, self.hitch_offset) == (1, 1, 1, 0)
+
+
+def trailer_rates(theta, beta, v, omega, trailer: Trailer):
+    """Rates of x, y, theta and beta; scalars or arrays of any kind that NumPy's sine takes.
+
+    x' = v cos(theta), y' = v sin(theta), theta' = omega,
+    beta' = omega - (v sin(beta) - M omega cos(beta)) / L,
+
+    with L the length and M the hitch offset; in the normalised model beta' = omega - v sin(beta),
+    which is (3.14).
+    """
+    pull = (v * np.sin(beta) - trailer.hitch_offset * omega * np.cos(beta)) / trailer.length
+    return v * np.cos(theta), v * np.sin(theta), omega, omega - pull

@@ -1,0 +1,1 @@
+"""LeafSystems of the planning story: the tractor-trailer, and what drives it."""
