@@ -10,6 +10,8 @@ from pydrake.systems.framework import LeafSystem
 from sightfield.diagrams.tracking.meshcat_velocity import MeshcatVelocity
 from sightfield.diagrams.tracking.scene import TrackingScene
 from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.planning.trailer import Trailer
+from sightfield.systems.planning.tractor_trailer import TractorTrailer
 from sightfield.systems.tracking.adversarial_evaders import AdversarialEvaders
 from sightfield.systems.tracking.agent_team import AgentTeam
 from sightfield.systems.tracking.assignment import Assignment
@@ -52,6 +54,7 @@ def system_examples() -> dict[str, Callable[[], LeafSystem]]:
         "PursuitFieldController": lambda: PursuitFieldController(world, **teams, **speeds),
         "RandomWalkEvaders": lambda: RandomWalkEvaders(3, top_speed=0.3),
         "SightLossMonitor": lambda: SightLossMonitor(world, **teams, period=0.1),
+        "TractorTrailer": lambda: TractorTrailer(Trailer()),
         "TrackingScene": lambda: TrackingScene(
             world,
             [world],
