@@ -23,6 +23,9 @@ from .scenario import TrackingScenario
 from .scene import TrackingScene, View
 from .team_ports import AddTeam
 
+# About how long a picture lasts [s].
+PICTURE_PERIOD = 1 / 32
+
 # Drawn where robots are points; the scene enlarges what is too small to see [m].
 SMALLEST_BODY = 1e-3
 
@@ -31,7 +34,7 @@ def MakeTracking(
     scenario: TrackingScenario | TrackingGame,
     meshcat: Meshcat | None = None,
     *,
-    publish_period: float = 1 / 32,
+    publish_period: float | None = None,
     recording: bool = False,
     view: Callable[[], View] = View,
 ) -> Diagram:
@@ -46,7 +49,9 @@ def MakeTracking(
     Args:
         scenario: What is played, or a game already set up.
         meshcat: Where to draw it; None draws nothing.
-        publish_period: Time between pictures [s].
+        publish_period: Time between pictures [s]; None for the multiple of the scenario's period
+            that is nearest to 1/32 s. At such times the teams are where their samples say; between
+            them a discrete team is already where it will be at the next.
         recording: Record the pictures, for `write_replay` on the subsystem "scene".
         view: Whose view to show at each picture.
 
@@ -57,6 +62,9 @@ def MakeTracking(
     builder = DiagramBuilder()
     outputs = AddTracking(builder, game, meshcat)
     if meshcat is not None:
+        if publish_period is None:
+            period = game.scenario.period
+            publish_period = period * max(round(PICTURE_PERIOD / period), 1)
         scene = TrackingScene(
             game.world,
             game.pursuer_regions,

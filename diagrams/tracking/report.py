@@ -25,7 +25,7 @@ def write_report(run: TrackingRun, summary: dict[str, object], folder: Path) -> 
     """
     names = ["summary.json", "log.npz", "log_units.json", "tracks.png"]
     (folder / names[0]).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-    np.savez_compressed(folder / names[1], **log_arrays(run))  # type: ignore[arg-type]  # of `allow_pickle`
+    np.savez_compressed(folder / names[1], **log_arrays(run))  # type: ignore[arg-type]  # none is called allow_pickle
     (folder / names[2]).write_text(json.dumps(UNITS, indent=2) + "\n", encoding="utf-8")
     draw_tracks(run).savefig(folder / names[3], dpi=120)
     if run.scene is not None:

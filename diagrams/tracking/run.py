@@ -101,9 +101,10 @@ def run_tracking(
     tracking_context = tracking.GetMyContextFromRoot(context)
     began = time.perf_counter()
     simulator.Initialize()
-    lost_at, reached = math.inf, 0.0
+    lost_at, reached, strides = math.inf, 0.0, 0
     while reached < horizon and lost_at > reached:
-        goal = min(reached + stride, horizon)
+        strides += 1
+        goal = min(strides * stride, horizon)
         simulator.AdvanceTo(goal)
         if context.get_time() < goal - 1e-9:
             break  # stopped on the page
