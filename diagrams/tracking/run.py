@@ -36,7 +36,7 @@ class TrackingRun:
 
     Attributes:
         game: What was played.
-        times: Samples, shape (T,) [s].
+        times: Samples, shape (T,) [s]; after a loss two more, or one when it is at a sample.
         log: Samples of each port in LOGGED by name: positions and velocities shape (T, N, 2)
             [m], [m/s], visibility (T, Np, Ne) bool, assignment (T, Np) int.
         tracking_time: Until some evader is seen by nobody; the end of the run if never [s].
@@ -125,7 +125,8 @@ def run_tracking(
     lost = lost_at <= end
     log = {name: sinks[name].FindLog(context) for name in LOGGED}
     times = np.asarray(log["assignment"].sample_times())
-    kept = times < (lost_at if lost else end) + scenario.period - 1e-9
+    # A loss is noticed at the first sample after it, and the diagram stops at the next.
+    kept = times < (lost_at + 2 * scenario.period if lost else end + scenario.period) - 1e-9
     return TrackingRun(
         game=game,
         times=times[kept],

@@ -66,11 +66,11 @@ def test_the_log_is_complete_and_has_units():
     assert arrays["pursuer_position"].shape == (samples, 3, 2)
     assert arrays["visibility"].shape == (samples, 3, 4)
     np.testing.assert_allclose(np.diff(run.times), 0.05)
-    # The log ends with the first sample after the loss, in which nobody sees the evader.
+    # The log ends a sample after the first at which nobody sees the evader.
     assert run.lost_evader is not None
-    assert run.times[-2] <= run.tracking_time <= run.times[-1]
-    assert not arrays["visibility"][-1, :, run.lost_evader].any()
-    assert arrays["visibility"][:-1].any(axis=1).all()
+    assert run.times[-3] <= run.tracking_time <= run.times[-2]
+    assert not arrays["visibility"][-2, :, run.lost_evader].any()
+    assert arrays["visibility"][:-2].any(axis=1).all()
 
 
 def test_the_corner_game_ends_when_theory_says():
