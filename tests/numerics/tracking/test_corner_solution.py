@@ -94,42 +94,44 @@ def test_angles_that_do_not_divide_the_grid_are_solved_too(alpha):
 
 @pytest.fixture(scope="module")
 def response():
-    """The best response to each pursuer at a sharp corner, and the closed form on its grid."""
+    """A function of a pursuer and a corner: the best response to it, and the closed form."""
     solved = {}
 
-    def solve(pursuer):
-        if pursuer not in solved:
-            solved[pursuer] = solve_best_response(pursuer, math.pi / 3, nodes=21)
-        return solved[pursuer], ClosedForm(solved[pursuer].grid)
+    def solve(pursuer, corner):
+        if (pursuer, corner) not in solved:
+            solution = solve_best_response(pursuer, CORNERS[corner], nodes=15)
+            solved[pursuer, corner] = solution, ClosedForm(solution.grid)
+        return solved[pursuer, corner]
 
     return solve
 
 
-def test_no_evader_at_all_beats_margin_where_the_game_says_the_pursuer_wins(response):
-    solution, exact = response("margin")
+@pytest.mark.parametrize("corner", CORNERS)
+def test_no_evader_at_all_beats_margin_where_the_game_says_the_pursuer_wins(response, corner):
+    solution, exact = response("margin", corner)
     assert solution.converged
     beaten = (solution.lead[exact.seen] < 0) & ~exact.lost
-    # Near w = 0 winning and losing states meet along the sight ray, and a cell holds both.
-    assert exact.w[beaten].max() < 0.3
-    assert exact.area[beaten].sum() < 0.01 * exact.area[exact.lost].sum()
+    # Only where a cell holds both: near w = 0 winning and losing states meet at grazing sight.
+    assert exact.w[beaten].max() < 0.5
+    assert exact.area[beaten].sum() < 0.02 * exact.area[exact.lost].sum()
 
 
 def test_no_evader_at_all_escapes_margin_sooner_than_the_game_says(response):
-    solution, exact = response("margin")
+    solution, exact = response("margin", "right-angled")
     early = exact.time - solution.time[exact.seen]
     assert early[exact.lost & (exact.w > 0.3)].max() < solution.grid.step
 
 
 @pytest.mark.parametrize("pursuer", ["table", "table_up", "to_star", "turn"])
 def test_other_pursuers_are_beaten_where_they_need_not_be(response, pursuer):
-    solution, exact = response(pursuer)
-    beaten = (solution.lead[exact.seen] < 0) & ~exact.lost & (exact.w > 0.3)
+    solution, exact = response(pursuer, "sharp")
+    beaten = (solution.lead[exact.seen] < 0) & ~exact.lost
     assert exact.area[beaten].sum() > 0.05 * exact.area[exact.lost].sum()
-    assert exact.m1[beaten].max() > 3 * solution.grid.step
+    assert exact.m1[beaten & (exact.w > 0.5)].max() > 3 * solution.grid.step
 
 
 def test_nobody_keeps_sight_standing_still(response):
-    solution, exact = response("stand")
+    solution, exact = response("stand", "sharp")
     assert (solution.lead[exact.seen] < 0).all()
 
 

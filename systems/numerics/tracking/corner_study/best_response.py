@@ -16,7 +16,7 @@ from .moves import edge_distance, evader_move, look_up, pursuer_move, round_corn
 from .pursuers import PURSUERS, pursuer_direction
 
 # What `time` is where the evader never gets out of sight [r_p / v_p].
-NEVER = 8.0
+NEVER = 4.0
 
 
 def solve_best_response(
@@ -72,30 +72,25 @@ def _iterate(
     tolerance: float,
 ) -> tuple[np.ndarray, int, float]:
     """Sweep until nothing changes; returns the value, the number of sweeps, the last change."""
-    value = np.zeros(grid.shape) if timed else limit.copy()
+    value = limit.copy()
     value[-1] = star
-    new = value.copy()
     sweeps, change = 0, math.inf
-    # `time` climbs to NEVER by a step in each sweep.
-    while change >= tolerance and sweeps < 2 * NEVER / grid.step:
-        _sweep(
+    # A path takes a time of order one; twenty times that is never needed.
+    while change >= tolerance and sweeps < 20 / grid.step:
+        change = _sweep(
             value,
-            new,
+            limit,
             *moved,
             evader.cell,
             evader.share,
             evader.distance,
-            star,
             grid.phi_p,
             grid.phi_e,
             grid.rho,
             grid.step,
             timed,
         )
-        np.minimum(new, limit, out=new)
-        new[-1] = star
-        change = float(np.abs(new - value).max()) / grid.step
-        value, new = new, value
+        change /= grid.step
         sweeps += 1
     return value, sweeps, change
 
@@ -117,32 +112,39 @@ def _pursuer_steps(kind, a, alpha, phi_p, phi_e, rho, step):
 
 
 @njit(cache=True)
-def _sweep(value, out, phi, r, spare, cell, share, distance, star, phi_p, phi_e, rho, step, timed):
-    """out = the smallest value that one step of the evader leads to while the pursuer moves."""
+def _sweep(value, limit, phi, r, spare, cell, share, distance, phi_p, phi_e, rho, step, timed):
+    """Give each node the smallest value that one step of the evader leads to; the largest change.
+
+    Pursuers run towards the star region, evaders for the corner and edge A: in this order what
+    they run to has been renewed before.
+    """
     n_p, n_e, n_r = value.shape
     n = cell.shape[2]
     spacing = phi_p[1] - phi_p[0]
-    for i in range(n_p - 1):
-        for j in range(n_e):
+    change = 0.0
+    for i in range(n_p - 2, -1, -1):
+        for j in range(n_e - 1, -1, -1):
             gap = math.pi + phi_p[i] - phi_e[j]
             for k in range(1, n_r):
-                best = math.inf
+                best = limit[i, j, k]
                 scale = r[i, j, k]
                 ray = math.pi + phi[i, j, k]
-                seen = phi[i, j, k] == 0.0
+                arrived = phi[i, j, k] == 0.0
                 for d in range(n):
                     psi = phi_e[0] + spacing * (cell[j, k, d] + share[j, k, d])
                     q = distance[j, k, d] * rho[1]
                     if timed and ray < psi and gap > 0.0:
                         x = rho[k] if d == n - 1 else step * gap / (gap + psi - ray)
-                    elif seen:
+                    elif arrived:
                         x = NEVER if timed else edge_distance(psi, q) + spare[i, j, k]
                     else:
                         x = scale * look_up(value, phi[i, j, k], psi, q / scale, spacing, rho[1])
                         if timed:
                             x = min(x + step, NEVER)
                     best = min(best, x)
-                out[i, j, k] = best
+                change = max(change, abs(best - value[i, j, k]))
+                value[i, j, k] = best
+    return change
 
 
 @njit(cache=True)
