@@ -1,0 +1,77 @@
+"""Dubins paths: the shortest paths of a car that only drives forwards.
+
+Source: Dubins 1957; the words are solved here from the centres of their first and last circles.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..errors import require_positive
+from .car_path import CarPath, Words, least_lengths, paths_by_length, relative_poses
+
+# Of an arc that is a whole turn but for rounding [rad].
+ROUNDING = 1e-12
+
+
+def dubins_paths(start: Sequence[float], end: Sequence[float], radius: float) -> list[CarPath]:
+    """All Dubins words that lead from one pose to another, shortest first; at most six.
+
+    Args:
+        start: x, y, theta [m], [m], [rad].
+        end: The same.
+        radius: Least turning radius [m].
+
+    Raises:
+        InvalidInput: The radius is not positive.
+    """
+    require_positive("radius", radius)
+    poses = relative_poses(start, np.array([end], dtype=float), radius)
+    return paths_by_length(_words(poses), start, radius)
+
+
+def dubins_lengths(start: Sequence[float], ends: np.ndarray, radius: float) -> np.ndarray:
+    """Lengths of the shortest Dubins paths from one pose to many, shape (n, 3) -> (n,) [m]."""
+    return least_lengths(_words(relative_poses(start, ends, radius)), radius)
+
+
+def _words(poses: np.ndarray) -> Words:
+    """The six words from the origin, radius 1; those that begin with R mirror the others."""
+    x, y, theta = poses.T
+    for side in (1, -1):
+        yield (side, 0, side), _lsl(x, side * y, side * theta)
+        yield (side, 0, -side), _lsr(x, side * y, side * theta)
+        yield (side, -side, side), _lrl(x, side * y, side * theta)
+
+
+def _lsl(x, y, theta):
+    dx, dy = x - np.sin(theta), y - 1 + np.cos(theta)
+    course = np.arctan2(dy, dx)
+    return np.stack([_turn(course), np.hypot(dx, dy), _turn(theta - course)])
+
+
+def _lsr(x, y, theta):
+    dx, dy = x + np.sin(theta), y - 1 - np.cos(theta)
+    square = dx**2 + dy**2 - 4
+    # Touching circles, of which rounding would make crossing ones.
+    square = np.where(np.abs(square) < ROUNDING, 0.0, square)
+    straight = np.sqrt(np.where(square < 0, np.nan, square))
+    course = np.arctan2(dy, dx) + np.arctan2(2, straight)
+    return np.stack([_turn(course), straight, _turn(course - theta)])
+
+
+def _lrl(x, y, theta):
+    # With an arc p in the middle, the centres are 4 sin(p / 2) apart; the longer p is the one
+    # that can be a shortest path.
+    dx, dy = x - np.sin(theta), y - 1 + np.cos(theta)
+    distance = np.hypot(dx, dy)
+    half = math.pi - np.arcsin(np.where(distance > 4, np.nan, distance) / 4)
+    first = np.arctan2(dy, dx) + half
+    return np.stack([_turn(first), 2 * half, _turn(theta - first + 2 * half)])
+
+
+def _turn(angle):
+    """An angle in [0, 2 pi), where a whole turn but for rounding is none."""
+    turn = np.mod(angle, math.tau)
+    return np.where(turn > math.tau - ROUNDING, 0.0, turn)

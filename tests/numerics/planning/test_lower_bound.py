@@ -1,0 +1,106 @@
+"""No path of the cart is faster than its lower bound, and the bound is nearly reached."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.planning.car_path import advance
+from sightfield.systems.numerics.planning.dubins import dubins_lengths
+from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
+from sightfield.systems.numerics.planning.lower_bound import lower_bound
+from sightfield.systems.numerics.planning.reeds_shepp import reeds_shepp_lengths
+from sightfield.systems.numerics.planning.trailer import Trailer
+from sightfield.systems.numerics.planning.word_families import word_families
+
+START = (1.0, 1.0, 0.0, 0.0)
+GOAL = (4.0, 4.0, 0.0, 0.0)
+DRIVES = pytest.mark.parametrize("reverse", [False, True], ids=["forward", "reverse"])
+
+
+@DRIVES
+def test_every_family_of_words_is_there(reverse):
+    families = list(word_families(reverse))
+    names = {(f.turns, f.coefficients.tobytes(), f.fixed.tobytes()) for f in families}
+    assert len(families) == len(names) == (48 if reverse else 6)
+
+
+def test_to_a_point_it_is_the_length_of_the_car():
+    assert lower_bound(Trailer(), START, Goal(state=GOAL)) == pytest.approx(4.46243, abs=5e-6)
+    free = Goal(state=GOAL, tolerance=(0, 0, 0, math.inf))
+    assert lower_bound(Trailer(), START, free) == pytest.approx(4.46243, abs=5e-6)
+
+
+def test_it_scales_with_the_cart():
+    trailer = Trailer(speed=2.0, turn_rate=0.5, length=3.0)
+    goal = Goal(state=(16.0, 16.0, 0.0, 0.0))
+    bound = lower_bound(trailer, (4.0, 4.0, 0.0, 1.0), goal)
+    assert bound == pytest.approx(2 * 4.46243, abs=1e-5)
+    box = Goal(state=(16.0, 16.0, 0.0, 0.0), tolerance=(0.8, 0.8, 0.251, 0.251))
+    normal = lower_bound(Trailer(), START, Goal(state=GOAL, tolerance=THESIS_TOLERANCE))
+    assert lower_bound(trailer, (4, 4, 0, 1), box) == pytest.approx(2 * normal, abs=1e-9)
+
+
+@DRIVES
+@pytest.mark.parametrize(
+    "tolerance", [THESIS_TOLERANCE, (0.2, 0, 0, 0), (0, 0, math.inf, 0), (0.5, 0.1, 1.0, 0)]
+)
+@pytest.mark.parametrize("goal", [GOAL, (-0.5, 2.0, -1.0, 0.0)])
+def test_into_a_box_it_is_what_a_dense_search_finds(reverse, tolerance, goal):
+    trailer = Trailer(reverse=reverse)
+    bound = lower_bound(trailer, START, Goal(state=goal, tolerance=tolerance))
+    widths = np.minimum(tolerance[:3], math.pi)
+    axes = [
+        np.linspace(c - w, c + w, 33 if w else 1) for c, w in zip(goal[:3], widths, strict=True)
+    ]
+    poses = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
+    lengths = reeds_shepp_lengths if reverse else dubins_lengths
+    searched = lengths(START[:3], poses, 1.0).min()
+    assert bound <= searched
+    # As near as the steps of the search allow.
+    assert bound == pytest.approx(searched, abs=0.05)
+
+
+@DRIVES
+def test_no_random_path_into_the_box_is_faster(reverse):
+    random = np.random.default_rng(3)
+    count = 200_000
+    poses, driven = np.tile([0.0, 0.0, 0.0], (count, 1)), np.zeros(count)
+    for _ in range(4):
+        ways = random.normal(size=count)
+        ways = ways if reverse else np.abs(ways)
+        poses = advance(poses, random.integers(-1, 2, size=count).astype(float), ways)
+        driven += np.abs(ways)
+    goal = Goal(state=(1.6, 1.0, 0.5, 0.0), tolerance=(0.4, 0.4, 0.4, 0.0))
+    gaps = np.abs(poses - goal.state[:3])
+    gaps[:, 2] = np.abs(np.remainder(gaps[:, 2] + math.pi, math.tau) - math.pi)
+    inside = np.all(gaps <= goal.tolerance[:3], axis=1)
+    assert inside.sum() > 100
+    bound = lower_bound(Trailer(reverse=reverse), (0, 0, 0, 0), goal)
+    assert bound <= driven[inside].min() <= bound + 0.3
+
+
+@DRIVES
+def test_a_larger_box_is_no_farther(reverse):
+    trailer = Trailer(reverse=reverse)
+    bounds = [
+        lower_bound(trailer, START, Goal(state=GOAL, tolerance=(w, w, w, 0)))
+        for w in (0.0, 0.01, 0.1, 0.5, 2.0)
+    ]
+    assert bounds == sorted(bounds, reverse=True)
+    assert bounds[1] == pytest.approx(bounds[0], abs=0.06)
+
+
+def test_inside_the_box_it_is_nothing():
+    goal = Goal(state=START, tolerance=THESIS_TOLERANCE)
+    assert lower_bound(Trailer(), (1.1, 0.9, 0.1, 0.0), goal) == 0
+
+
+@pytest.mark.parametrize(
+    ("start", "tolerance", "name"),
+    [((0, 0, 0), 1e-3, "start"), ((0, 0, math.nan, 0), 1e-3, "start"), (START, 0, "tolerance")],
+)
+def test_bad_input_is_refused(start, tolerance, name):
+    with pytest.raises(InvalidInput, match=name):
+        lower_bound(Trailer(), start, Goal(state=GOAL), tolerance)
