@@ -6,12 +6,18 @@ import numpy as np
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from ..drake_types import BasicVector_, LeafSystem_, any_scalar
+from ..numerics.compiled import compiled
 from ..numerics.errors import require, require_non_negative, require_positive
-from ..numerics.tracking.mobile_agents import clip_symmetric, unicycle_rates, unicycle_step
+from ..numerics.tracking.mobile_agents import clip_symmetric, drive_step, unicycle_rates
+
+# The same equation, compiled: in the 20 Hz loop of a team the interpreter would dominate.
+_compiled_step = compiled(drive_step)
 
 
 @TemplateSystem.define("DifferentialDriveTeam_")
 def DifferentialDriveTeam_(T):
+    step = _compiled_step if T is float else drive_step
+
     class Impl(LeafSystem_[T]):
         """N differential-drive robots: unicycles with bounded speed and turn rate.
 
@@ -79,6 +85,7 @@ def DifferentialDriveTeam_(T):
             self.initial_poses = initial
             self.top_speed = float(top_speed)
             self.top_turn_rate = float(top_turn_rate)
+            self.limits = np.array([top_speed, top_turn_rate], dtype=float)
             self.time_step = float(time_step)
             count = len(initial)
             self._command = self.DeclareVectorInputPort("command", 2 * count)
@@ -122,19 +129,17 @@ def DifferentialDriveTeam_(T):
                 state = context.get_continuous_state_vector()
             return state.CopyToVector().reshape(-1, 3)
 
-        def _commands(self, context):
-            limits = np.array([self.top_speed, self.top_turn_rate])
-            return clip_symmetric(self._command.Eval(context).reshape(-1, 2), limits)
-
         @any_scalar(T)
         def _step(self, context, discrete_state):
-            poses = unicycle_step(self._poses(context), self._commands(context), self.time_step)
-            discrete_state.set_value(poses.ravel())
+            poses = context.get_discrete_state_vector().CopyToVector()
+            commands = self._command.Eval(context)
+            discrete_state.set_value(step(poses, commands, self.limits, self.time_step))
 
         @any_scalar(T)
         def DoCalcTimeDerivatives(self, context, derivatives):
             if self.time_step == 0:
-                rates = unicycle_rates(self._poses(context)[:, 2], self._commands(context))
+                commands = clip_symmetric(self._command.Eval(context).reshape(-1, 2), self.limits)
+                rates = unicycle_rates(self._poses(context)[:, 2], commands)
                 derivatives.get_mutable_vector().SetFromVector(rates.ravel())
 
         def _calc_position(self, context, output):

@@ -5,12 +5,18 @@ from typing import Any
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from ..drake_types import LeafSystem_, any_scalar
+from ..numerics.compiled import compiled
 from ..numerics.errors import require, require_positive
-from ..numerics.tracking.mobile_agents import heading_command
+from ..numerics.tracking.mobile_agents import heading_commands
+
+# The same law, compiled.
+_compiled_law = compiled(heading_commands)
 
 
 @TemplateSystem.define("HeadingController_")
 def HeadingController_(T):
+    law = _compiled_law if T is float else heading_commands
+
     class Impl(LeafSystem_[T]):
         """Turns each robot towards its desired velocity, and drives by the part along it.
 
@@ -62,9 +68,8 @@ def HeadingController_(T):
 
         @any_scalar(T)
         def _calc_command(self, context, output):
-            headings = self._pose.Eval(context).reshape(-1, 3)[:, 2]
-            velocities = self._velocity.Eval(context).reshape(-1, 2)
-            output.SetFromVector(heading_command(headings, velocities, self.gain).ravel())
+            pose, velocity = self._pose.Eval(context), self._velocity.Eval(context)
+            output.SetFromVector(law(pose, velocity, self.gain))
 
     return Impl
 

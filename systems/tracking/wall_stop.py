@@ -6,11 +6,12 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
+from ..numerics.compiled import compiled
 from ..numerics.errors import require, require_positive
-from ..numerics.geometry.edge_index import build_edge_index
+from ..numerics.geometry.edge_index import EdgeIndex, build_edge_index
 from ..numerics.geometry.wall_sliding import stop_team
 from ..numerics.geometry.world import World
-from ..numerics.tracking.mobile_agents import clip_symmetric, unicycle_step
+from ..numerics.tracking.mobile_agents import clip_symmetric, drive_step
 
 
 class WallStop(LeafSystem):
@@ -72,10 +73,18 @@ class WallStop(LeafSystem):
         self.DeclareVectorOutputPort("safe_command", 2 * count, self._calc_safe_command)
 
     def _calc_safe_command(self, context, output):
-        poses = read(self._pose, context).reshape(-1, 3)
-        # The plant's own limits first: the step that it will take is the step to check.
-        commands = clip_symmetric(read(self._command, context).reshape(-1, 2), self._limits)
-        steps = unicycle_step(poses, commands, self._period) - poses
-        clear = stop_team(self._index, poses[:, :2].ravel(), steps[:, :2].ravel())
-        commands[:, 0] *= clear
-        output.set_value(commands.ravel())
+        poses, commands = read(self._pose, context), read(self._command, context)
+        output.set_value(_stop_short(*self._index, poses, commands, self._limits, self._period))
+
+
+@compiled
+def _stop_short(edges, frame, starts, items, probes, poses, commands, limits, period):
+    """Commands within the limits whose step ends before the first wall, shape (2 n,)."""
+    index = EdgeIndex(edges, frame, starts, items, probes)
+    # The plant's own limits first: the step that it will take is the step to check.
+    safe = clip_symmetric(commands.reshape((-1, 2)), limits)
+    steps = drive_step(poses, commands, limits, period) - poses
+    clear = stop_team(index, poses, steps)
+    for i in range(len(clear)):
+        safe[i, 0] *= clear[i]
+    return safe.reshape((-1,))

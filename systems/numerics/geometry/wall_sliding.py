@@ -163,23 +163,22 @@ def _slide_team(
 
 
 @compiled
-def stop_team(index: EdgeIndex, positions: np.ndarray, displacements: np.ndarray) -> np.ndarray:
+def stop_team(index: EdgeIndex, poses: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """The fraction of each member's straight step that is clear of walls.
 
     Args:
         index: Edges of the region for the robots' centres.
-        positions: Shape (2 n,) [m].
-        displacements: Shape (2 n,) [m].
+        poses: x, y and heading of each member, shape (3 n,) [m], [m], [rad].
+        steps: What the step adds to them, shape (3 n,).
 
     Returns:
         Shape (n,), each in [0, 1]; 0 from a point that is not free.
     """
-    parts = np.zeros(len(positions) // 2)
+    parts = np.zeros(len(poses) // 3)
     for i in range(len(parts)):
-        x, y = positions[2 * i], positions[2 * i + 1]
+        x, y, dx, dy = poses[3 * i], poses[3 * i + 1], steps[3 * i], steps[3 * i + 1]
         if point_is_free(index, x, y):
-            part = first_contact(index, x, y, displacements[2 * i], displacements[2 * i + 1])[0]
-            dx, dy = part * displacements[2 * i], part * displacements[2 * i + 1]
-            if segment_is_clear(index, x, y, x + dx, y + dy):
+            part = first_contact(index, x, y, dx, dy)[0]
+            if segment_is_clear(index, x, y, x + part * dx, y + part * dy):
                 parts[i] = part
     return parts

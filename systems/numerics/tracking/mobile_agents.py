@@ -1,7 +1,7 @@
 """Equations of motion of the agents, for NumPy arrays and for Drake's scalars alike.
 
 Limits are written with absolute values instead of branches, so that automatic differentiation and
-symbolic evaluation go through them. Those of point agents can be compiled as they stand.
+symbolic evaluation go through them, and they can be compiled as they stand.
 
 Source: Zhang 2014, (2.1) for point agents; the unicycle is the usual model of the testbed's
 differential-drive robots (2.2.8).
@@ -11,6 +11,7 @@ import numpy as np
 from numba.extending import register_jitable
 
 
+@register_jitable
 def clip_symmetric(value, limit):
     """Clip to [-limit, limit], elementwise."""
     return (np.abs(value + limit) - np.abs(value - limit)) / 2
@@ -45,6 +46,7 @@ def point_step(positions, velocities, top_speed: float, step: float):
     return positions + step * point_rates(velocities, top_speed)
 
 
+@register_jitable
 def unicycle_rates(headings, commands):
     """Rates of (x, y, theta) of unicycles.
 
@@ -56,9 +58,10 @@ def unicycle_rates(headings, commands):
         Shape (n, 3) [m/s], [m/s], [rad/s].
     """
     speed, turn_rate = commands[:, 0], commands[:, 1]
-    return np.stack([speed * np.cos(headings), speed * np.sin(headings), turn_rate], axis=1)
+    return np.stack((speed * np.cos(headings), speed * np.sin(headings), turn_rate), axis=1)
 
 
+@register_jitable
 def unicycle_step(poses, commands, step: float):
     """Poses after commands held for a step: a straight chord at the mean heading.
 
@@ -76,6 +79,24 @@ def unicycle_step(poses, commands, step: float):
     return poses + step * unicycle_rates(middle, commands)
 
 
+@register_jitable
+def drive_step(poses, commands, limits, step: float):
+    """Poses of differential drives after commands held for a step.
+
+    Args:
+        poses: Shape (3 n,) [m], [m], [rad].
+        commands: Shape (2 n,) [m/s], [rad/s]; clipped to the limits.
+        limits: Top speed and top turn rate, shape (2,) [m/s], [rad/s].
+        step: [s].
+
+    Returns:
+        Shape (3 n,).
+    """
+    clipped = clip_symmetric(commands.reshape((-1, 2)), limits)
+    return unicycle_step(poses.reshape((-1, 3)), clipped, step).reshape((-1,))
+
+
+@register_jitable
 def heading_command(headings, velocities, gain: float):
     """Speed and turn rate with which a unicycle follows a desired velocity.
 
@@ -93,4 +114,11 @@ def heading_command(headings, velocities, gain: float):
     c, s = np.cos(headings), np.sin(headings)
     ahead = c * velocities[:, 0] + s * velocities[:, 1]
     left = c * velocities[:, 1] - s * velocities[:, 0]
-    return np.stack([ahead, gain * np.arctan2(left, ahead)], axis=1)
+    return np.stack((ahead, gain * np.arctan2(left, ahead)), axis=1)
+
+
+@register_jitable
+def heading_commands(poses, velocities, gain: float):
+    """Commands of robots by `heading_command`, shapes (3 n,), (2 n,) -> (2 n,)."""
+    headings = poses.reshape((-1, 3))[:, 2]
+    return heading_command(headings, velocities.reshape((-1, 2)), gain).reshape((-1,))

@@ -94,7 +94,7 @@ def test_teams_are_the_members_one_by_one():
 
 
 def test_a_stopped_step_ends_at_the_wall():
-    parts = stop_team(INDEX, np.array([0.5, 0.5, 1.5, 0.9]), np.array([0.1, 0.0, 0.0, 0.4]))
+    parts = stop_team(INDEX, np.array([0.5, 0.5, 0, 1.5, 0.9, 0]), np.array([0.1, 0, 0, 0, 0.4, 0]))
     np.testing.assert_allclose(parts, [1.0, 0.25], atol=1e-4)
 
 
