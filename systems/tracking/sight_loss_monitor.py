@@ -65,20 +65,22 @@ class SightLossMonitor(LeafSystem):
 
     def _sample(self, context, discrete_state):
         pursuers, evaders = read(self._pursuers, context), read(self._evaders, context)
-        time = context.get_time()
-        loss = LossState(context.get_discrete_state(self._loss).value())
-        if np.isinf(loss.time):
+        sample = np.empty(1 + len(pursuers) + len(evaders))
+        split = 1 + len(pursuers)
+        sample[0], sample[1:split], sample[split:] = context.get_time(), pursuers, evaders
+        if context.get_discrete_state(self._loss).value()[0] == np.inf:
             last = context.get_discrete_state(self._last).value()
             if np.isnan(last[0]):
-                last = np.concatenate([[time], pursuers, evaders])
-            split = 1 + len(pursuers)
+                last = sample
             fraction, evader = first_loss(
                 self._index, last[1:split], pursuers, last[split:], evaders
             )
             if evader >= 0:
-                found = np.array([last[0] + fraction * (time - last[0]), evader])
-                discrete_state.set_value(self._loss, found)
-        discrete_state.set_value(self._last, np.concatenate([[time], pursuers, evaders]))
+                loss = LossState(np.empty(2))
+                loss.time = last[0] + fraction * (sample[0] - last[0])
+                loss.evader = evader
+                discrete_state.set_value(self._loss, loss[:])
+        discrete_state.set_value(self._last, sample)
 
 
 LossState = namedview("LossState", ["time", "evader"])
