@@ -10,7 +10,9 @@ from pydrake.systems.framework import LeafSystem
 from sightfield.diagrams.tracking.meshcat_velocity import MeshcatVelocity
 from sightfield.diagrams.tracking.scene import TrackingScene
 from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.planning.driven_path import driven_path
 from sightfield.systems.numerics.planning.trailer import Trailer
+from sightfield.systems.planning.path_follower import PathFollower
 from sightfield.systems.planning.tractor_trailer import TractorTrailer
 from sightfield.systems.tracking.adversarial_evaders import AdversarialEvaders
 from sightfield.systems.tracking.agent_team import AgentTeam
@@ -51,6 +53,9 @@ def system_examples() -> dict[str, Callable[[], LeafSystem]]:
         "HeadingController": lambda: HeadingController(2),
         "LineOfSight": lambda: LineOfSight(world, **teams),
         "MeshcatVelocity": lambda: MeshcatVelocity(page(), 0.3),
+        "PathFollower": lambda: PathFollower(
+            Trailer(), driven_path(Trailer(), (0, 0, 0, 0), [(1, 0, 1)])
+        ),
         "PursuitFieldController": lambda: PursuitFieldController(world, **teams, **speeds),
         "RandomWalkEvaders": lambda: RandomWalkEvaders(3, top_speed=0.3),
         "SightLossMonitor": lambda: SightLossMonitor(world, **teams, period=0.1),
