@@ -1,0 +1,74 @@
+"""What a tractor and a trailer cover: discs that move with their bodies."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import require_positive
+from ..trailer import Trailer
+
+TRACTOR = 0
+TRAILER = 1
+
+
+@dataclass(frozen=True)
+class Discs:
+    """Discs on the centre lines of tractor and trailer.
+
+    Attributes:
+        bodies: TRACTOR or TRAILER, for each disc.
+        offsets: Of its centre ahead of the tractor's rear axle, or of the trailer's axle [m].
+        radii: Of each [m].
+        length: From the hitch to the trailer's axle [m].
+        hitch_offset: From the tractor's rear axle back to the hitch [m].
+    """
+
+    bodies: tuple[int, ...]
+    offsets: tuple[float, ...]
+    radii: tuple[float, ...]
+    length: float
+    hitch_offset: float
+
+    def __len__(self) -> int:
+        return len(self.bodies)
+
+    def centre(self, k: int, state, cos=np.cos, sin=np.sin):
+        """(x, y) of the centre of disc k [m]; `state` has its entries along the first axis."""
+        x, y, theta, beta = state[0], state[1], state[2], state[3]
+        if self.bodies[k] == TRACTOR:
+            return x + self.offsets[k] * cos(theta), y + self.offsets[k] * sin(theta)
+        behind = self.offsets[k] - self.length
+        heading = theta - beta
+        return (
+            x - self.hitch_offset * cos(theta) + behind * cos(heading),
+            y - self.hitch_offset * sin(theta) + behind * sin(heading),
+        )
+
+
+def covering_discs(trailer: Trailer, width: float | None = None) -> Discs:
+    """Discs of one width, in a row from the front of the tractor to the axle of the trailer.
+
+    The tractor reaches from the hitch to half a trailer's length ahead of its rear axle. Centres
+    are at most half a width apart, so that the discs cover 0.86 of the width everywhere.
+
+    Args:
+        trailer: For its length and hitch.
+        width: Of the vehicle [m]; by default half of the trailer's length.
+    """
+    width = trailer.length / 2 if width is None else width
+    require_positive("width", width)
+    tractor = _row(min(-trailer.hitch_offset, 0.0), trailer.length / 2, width / 2)
+    towed = _row(0.0, trailer.length, width / 2)[:-1]
+    return Discs(
+        bodies=(TRACTOR,) * len(tractor) + (TRAILER,) * len(towed),
+        offsets=(*tractor, *towed),
+        radii=(width / 2,) * (len(tractor) + len(towed)),
+        length=trailer.length,
+        hitch_offset=trailer.hitch_offset,
+    )
+
+
+def _row(start: float, end: float, spacing: float) -> list[float]:
+    """Evenly from start to end, both included, at most `spacing` apart."""
+    return np.linspace(start, end, 1 + math.ceil((end - start) / spacing)).tolist()

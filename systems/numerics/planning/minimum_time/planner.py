@@ -1,0 +1,144 @@
+"""`plan_by_casadi`: the best of the local optima that a set of seeds leads to."""
+
+import math
+from collections.abc import Sequence
+from time import perf_counter
+
+import numpy as np
+
+from ...errors import require, require_finite
+from ...geometry.world import World
+from ..goal import Goal
+from ..plan import Plan, TrailerPath
+from ..trailer import Trailer
+from .footprint import Discs, covering_discs
+from .guess import resampled
+from .overlap import deepest_overlap
+from .problem import Attempt, Problem
+from .refinement import ACCEPTED_OVERLAP, kept_clear, with_placed_switches
+from .seeds import default_seeds
+
+METHOD = "casadi"
+
+
+def plan_by_casadi(
+    trailer: Trailer,
+    start: Sequence[float],
+    goal: Goal,
+    *,
+    intervals: int = 60,
+    seeds: Sequence[TrailerPath] | None = None,
+    obstacles: World | None = None,
+    discs: Discs | None = None,
+    max_iterations: int = 500,
+) -> Plan:
+    """Solve the minimum-time programme from several seeds, and keep the fastest path.
+
+    Each seed leads to a local optimum at best; the wall time is that of all of them.
+
+    Args:
+        trailer: The vehicle and its bounds.
+        start: (x, y, theta, beta) [m], [m], [rad], [rad].
+        goal: What is to be reached, and how closely.
+        intervals: Number of intervals in which the controls are constant.
+        seeds: Paths to start from; by default every word of Dubins, or of Reeds and Shepp with
+            reverse, and with obstacles ways round their corners.
+        obstacles: The world whose walls the vehicle keeps clear of.
+        discs: What the vehicle covers; by default `covering_discs(trailer)`.
+        max_iterations: Of the solver, for each seed.
+
+    Returns:
+        The plan. `residual` is its largest violation of a constraint; its notes say how many seeds
+        converged.
+
+    Raises:
+        InvalidInput: An argument is out of range, or the start overlaps a wall.
+    """
+    began = perf_counter()
+    require(intervals >= 2, "intervals", "be at least 2", intervals)
+    require(max_iterations >= 1, "max_iterations", "be at least 1", max_iterations)
+    if obstacles is not None and discs is None:
+        discs = covering_discs(trailer)
+    problem = Problem(
+        trailer, checked_start(trailer, start), goal, max_iterations, obstacles, discs
+    )
+    _require_clear_ends(problem)
+    if not any(goal.miss(problem.start)):
+        return _no_way_to_go(problem, perf_counter() - began)
+    groups = [seeds] if seeds is not None else default_seeds(problem)
+    attempts: list[Attempt] = []
+    for group in groups:
+        if not any(each.is_path for each in attempts):
+            attempts += [problem.solve(resampled(seed, intervals)) for seed in group]
+    found = [each for each in attempts if each.is_path]
+    notes: dict[str, object] = {"seeds": len(attempts), "converged_seeds": len(found)}
+    if not found:
+        return Plan(
+            method=METHOD,
+            goal=goal,
+            status=_commonest([each.status for each in attempts]),
+            converged=False,
+            iterations=sum(each.iterations for each in attempts),
+            residual=min((each.violation for each in attempts), default=math.inf),
+            wall_time=perf_counter() - began,
+            notes=notes,
+        )
+    if obstacles is None:
+        better = with_placed_switches(problem, found)
+        best = min([*found, *(each for each in better if each.is_path)], key=lambda a: a.rank)
+        clear = True
+    else:
+        better, overlap = kept_clear(problem, min(found, key=lambda a: a.rank))
+        best = better[-1]
+        notes["overlap"] = overlap
+        clear = overlap <= ACCEPTED_OVERLAP * trailer.length
+    return Plan(
+        method=METHOD,
+        goal=goal,
+        status=best.status if clear else "touches a wall",
+        converged=best.status == "optimal" and clear,
+        time=best.time,
+        path=best.path,
+        iterations=sum(each.iterations for each in [*attempts, *better]),
+        residual=best.violation,
+        wall_time=perf_counter() - began,
+        notes=notes,
+    )
+
+
+def _no_way_to_go(problem: Problem, wall_time: float) -> Plan:
+    """The plan of a cart that is at its goal."""
+    path = TrailerPath(np.zeros(1), problem.start[None], np.zeros((0, 2)))
+    return Plan(
+        method=METHOD,
+        goal=problem.goal,
+        status="optimal",
+        converged=True,
+        time=0.0,
+        path=path,
+        wall_time=wall_time,
+    )
+
+
+def _require_clear_ends(problem: Problem) -> None:
+    """Refuse ends that overlap a wall; a goal box may reach beyond one, if its middle does not."""
+    if problem.obstacles is None or problem.discs is None:
+        return
+    for name, state in (("start", problem.start), ("goal", np.array(problem.goal.state))):
+        overlap = deepest_overlap(problem.obstacles, problem.discs, state[None])
+        require(overlap <= 0, name, "keep the vehicle clear of walls", state.tolist())
+
+
+def _commonest(statuses: list[str]) -> str:
+    """The word that most failures have in common."""
+    failures = [each for each in statuses if each != "optimal"]
+    return max(failures, key=failures.count) if failures else "no path found"
+
+
+def checked_start(trailer: Trailer, start: Sequence[float]) -> np.ndarray:
+    """The start as an array, after refusing what cannot be one."""
+    require(len(start) == 4, "start", "be (x, y, theta, beta)", start)
+    for value in start:
+        require_finite("start", float(value))
+    require(abs(start[3]) <= trailer.jackknife, "start", "have |beta| within jackknife", start[3])
+    return np.array(start, dtype=float)

@@ -1,0 +1,139 @@
+"""One question to the solver, and one run of the solver on it."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...geometry.world import World
+from ..goal import Goal
+from ..plan import TrailerPath
+from ..trailer import Trailer
+from .clearance import clearance_field
+from .footprint import Discs
+from .guess import FREE, Guess, nearest_goal_state
+from .programme import Programme, minimum_time_programme
+
+# IPOPT's words for what happened, in ours.
+_STATUSES = {
+    "Solve_Succeeded": "optimal",
+    "Solved_To_Acceptable_Level": "nearly optimal",
+    "Infeasible_Problem_Detected": "no path found",
+    "Maximum_Iterations_Exceeded": "iteration limit",
+}
+# Largest violation of a constraint that still counts as none, in the units of the state.
+ACCEPTED_VIOLATION = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """Where the solver ended.
+
+    Attributes:
+        path: Its last iterate.
+        violation: Largest violation of a constraint, in the units of the state.
+        status: In words.
+        iterations: Of the solver.
+    """
+
+    path: TrailerPath
+    violation: float
+    status: str
+    iterations: int
+
+    @property
+    def is_path(self) -> bool:
+        """Whether the last iterate keeps the constraints, optimal or not."""
+        return self.violation <= ACCEPTED_VIOLATION
+
+    @property
+    def time(self) -> float:
+        """Of travel [s]."""
+        return float(self.path.times[-1])
+
+    @property
+    def rank(self) -> tuple[bool, float]:
+        """Sorts optimal paths before others, then by time."""
+        return self.status != "optimal", self.time
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """From where to where, with which vehicle, among which obstacles.
+
+    Attributes:
+        trailer: The vehicle and its bounds.
+        start: x, y, theta, beta, shape (4,) [m], [m], [rad], [rad].
+        goal: What is to be reached.
+        max_iterations: Of the solver in one run.
+        obstacles: The world whose walls count, or None.
+        discs: What the vehicle covers; with obstacles only.
+    """
+
+    trailer: Trailer
+    start: np.ndarray
+    goal: Goal
+    max_iterations: int
+    obstacles: World | None = None
+    discs: Discs | None = None
+
+    def programme(self, intervals: int, arcs: int) -> Programme:
+        """The programme of this kind of problem; from the cache, if there was one before."""
+        field = None
+        if self.obstacles is not None and self.discs is not None:
+            field = clearance_field(self.obstacles, self.discs)
+        shape = Trailer(length=self.trailer.length, hitch_offset=self.trailer.hitch_offset)
+        return minimum_time_programme(shape, intervals, self.max_iterations, arcs, field)
+
+    def solve(self, guess: Guess, margin: float = 0.0) -> Attempt:
+        """Run the solver from a guess, keeping a margin from walls at the nodes [m]."""
+        n, arcs = len(guess.controls), len(guess.durations)
+        programme = self.programme(n, arcs)
+        low, high = self._state_bounds(guess)
+        slowest, fastest = self._control_bounds(guess)
+        lbx = np.concatenate([low.ravel(), slowest.ravel(), np.zeros(arcs)])
+        ubx = np.concatenate([high.ravel(), fastest.ravel(), np.full(arcs, np.inf)])
+        defects, clearances = 4 * n, programme.discs * (n + 1)
+        first = np.concatenate([guess.states.ravel(), guess.controls.ravel(), guess.durations])
+        answer = programme.solver(
+            x0=np.clip(first, lbx, ubx),
+            lbx=lbx,
+            ubx=ubx,
+            lbg=np.append(np.zeros(defects), np.full(clearances, margin)),
+            ubg=np.append(np.zeros(defects), np.full(clearances, np.inf)),
+        )
+        values, constraints = np.array(answer["x"]).ravel(), np.array(answer["g"]).ravel()
+        violation = max(
+            float(np.abs(constraints[:defects]).max()),
+            float((margin - constraints[defects:]).max(initial=0.0)),
+            float(np.maximum(lbx - values, values - ubx).max()),
+        )
+        states, controls, durations = np.split(values, [4 * n + 4, 6 * n + 4])
+        steps = np.repeat(durations * arcs / n, n // arcs)
+        path = TrailerPath(
+            np.append(0.0, np.cumsum(steps)), states.reshape(-1, 4), controls.reshape(-1, 2)
+        )
+        stats = programme.solver.stats()
+        words = str(stats["return_status"])
+        status = _STATUSES.get(words, words.replace("_", " ").lower())
+        return Attempt(path, violation, status, int(stats["iter_count"]))
+
+    def _state_bounds(self, guess: Guess) -> tuple[np.ndarray, np.ndarray]:
+        low, high = np.full(guess.states.shape, -np.inf), np.full(guess.states.shape, np.inf)
+        if self.trailer.jackknife < math.pi:
+            low[:, 3], high[:, 3] = -self.trailer.jackknife, self.trailer.jackknife
+        low[0] = high[0] = self.start
+        target, width = nearest_goal_state(self.goal, guess.states[-1]), self.goal.tolerance
+        low[-1] = np.maximum(low[-1], target - width)
+        high[-1] = np.minimum(high[-1], target + width)
+        return low, high
+
+    def _control_bounds(self, guess: Guess) -> tuple[np.ndarray, np.ndarray]:
+        high = np.tile([self.trailer.speed, self.trailer.turn_rate], (len(guess.controls), 1))
+        low = -high
+        if not self.trailer.reverse:
+            low[:, 0] = self.trailer.speed
+        return (
+            np.where(guess.signs > FREE, high, low),
+            np.where(guess.signs < FREE, low, high),
+        )

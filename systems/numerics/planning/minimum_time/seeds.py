@@ -1,0 +1,131 @@
+"""Paths to start the solver from: every word of a car, and with obstacles ways round them."""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+import shapely
+
+from ..car_path import CarPath
+from ..dubins import dubins_paths
+from ..plan import TrailerPath
+from ..reeds_shepp import reeds_shepp_paths
+from ..trailer import Trailer, trailer_rates
+from .detours import detours
+from .problem import Problem
+
+# Number of samples of a seed.
+_SAMPLES = 80
+# Most Reeds-Shepp words, of which there can be over forty, ways round obstacles, and words at the
+# end of each way.
+_REEDS_SHEPP_WORDS = 12
+_DETOURS = 2
+_LOOPS = 3
+
+
+def default_seeds(problem: Problem) -> list[list[TrailerPath]]:
+    """Groups of seeds from a start to the centre of a goal, each for when those before it fail.
+
+    In the open: the words of Dubins, and with reverse the shortest words of Reeds and Shepp. With
+    obstacles: those words that stay in the world; and the shortest ways round the obstacles, as
+    plain polylines, which the solver bends until the cart can follow them, and as chains of Dubins
+    paths. The next group ends the chains with longer Dubins words, so that there are loops in which
+    the trailer can swing in.
+    """
+    trailer, obstacles, discs = problem.trailer, problem.obstacles, problem.discs
+    radius = trailer.speed / trailer.turn_rate
+    first, last = tuple(problem.start[:3].tolist()), problem.goal.state[:3]
+    paths = dubins_paths(first, last, radius)
+    if trailer.reverse:
+        paths += reeds_shepp_paths(first, last, radius)[:_REEDS_SHEPP_WORDS]
+    betas = float(problem.start[3]), problem.goal.state[3]
+    seeds = [seed_along([path], trailer, betas) for path in paths]
+    if obstacles is None or discs is None:
+        return [seeds]
+    area = obstacles.polygon
+    seeds = [each for each in seeds if area.covers(shapely.LineString(each.states[:, :2]))]
+    loops = []
+    for route in detours(obstacles, max(discs.radii), first[:2], last[:2])[:_DETOURS]:
+        if len(route) > 2:
+            chain = _dubins_chain(route, first, last, radius)
+            seeds.append(_polyline(route, first, last, trailer, betas))
+            seeds.append(seed_along(chain, trailer, betas))
+            endings = dubins_paths(chain[-1].start, last, radius)[1:_LOOPS]
+            loops += [seed_along([*chain[:-1], end], trailer, betas) for end in endings]
+    return [seeds, loops]
+
+
+def seed_along(
+    pieces: Sequence[CarPath], trailer: Trailer, betas: tuple[float, float]
+) -> TrailerPath:
+    """Drive along paths of a car, one after the other.
+
+    Driven forwards, the trailer follows as it does; backwards it would fold, so there its angle is
+    let run evenly from the first to the last of two values.
+    """
+    states, controls, durations = [], [], []
+    total = sum(path.length for path in pieces)
+    for path in pieces:
+        # Samples in proportion, and a switch between two samples rather than beside one.
+        count = max(4, round(_SAMPLES * path.length / max(total, 1e-9)))
+        ways = path.length * np.arange(count + 1) / count
+        poses = path.poses(ways)
+        states.append(poses[:-1])
+        middles = 0.5 * (ways[1:] + ways[:-1])
+        piece = np.searchsorted(np.cumsum(np.abs(path.lengths)), middles).clip(
+            max=len(path.lengths) - 1
+        )
+        direction = np.sign(path.lengths)[piece]
+        turns = np.array(path.turns)[piece] * trailer.turn_rate
+        controls.append(np.column_stack([direction * trailer.speed, direction * turns]))
+        durations.append(np.full(count, path.length / count / trailer.speed))
+    last = np.array([pieces[-1].end])
+    poses, held, steps = np.vstack([*states, last]), np.vstack(controls), np.concatenate(durations)
+    poses[:, 2] = np.unwrap(poses[:, 2])
+    if (held[:, 0] > 0).all():
+        beta = _towed(betas[0], held, steps, trailer)
+    else:
+        beta = np.linspace(*betas, len(poses))
+    return TrailerPath(np.append(0.0, np.cumsum(steps)), np.column_stack([poses, beta]), held)
+
+
+def _towed(beta: float, controls: np.ndarray, steps: np.ndarray, trailer: Trailer) -> np.ndarray:
+    """The trailer's angle at the ends of steps, by the midpoint rule."""
+    angles = [beta]
+    for (v, omega), step in zip(controls.tolist(), steps.tolist(), strict=True):
+        middle = beta + step / 2 * trailer_rates(0.0, beta, v, omega, trailer)[3]
+        beta += step * trailer_rates(0.0, middle, v, omega, trailer)[3]
+        angles.append(beta)
+    return np.array(angles)
+
+
+def _dubins_chain(
+    route: np.ndarray, first: Sequence[float], last: Sequence[float], radius: float
+) -> list[CarPath]:
+    """The shortest Dubins path from each point of a route to the next, heading past its corners."""
+    along = [math.atan2(dy, dx) for dx, dy in (route[2:] - route[:-2]).tolist()]
+    poses = [
+        tuple(first),
+        *((*point, angle) for point, angle in zip(route[1:-1].tolist(), along, strict=True)),
+        tuple(last),
+    ]
+    return [dubins_paths(one, other, radius)[0] for one, other in pairwise(poses)]
+
+
+def _polyline(
+    route: np.ndarray,
+    first: Sequence[float],
+    last: Sequence[float],
+    trailer: Trailer,
+    betas: tuple[float, float],
+) -> TrailerPath:
+    """A route at full speed, turned on the spot at its corners."""
+    steps = np.diff(route, axis=0)
+    ways = np.append(0.0, np.cumsum(np.hypot(*steps.T)))
+    at = np.linspace(0.0, ways[-1], _SAMPLES + 1)
+    points = np.column_stack([np.interp(at, ways, column) for column in route.T])
+    leg = np.searchsorted(ways, at[1:-1], side="right").clip(1, len(steps)) - 1
+    headings = np.unwrap([first[2], *np.arctan2(steps[:, 1], steps[:, 0])[leg], last[2]])
+    states = np.column_stack([points, headings, np.linspace(*betas, _SAMPLES + 1)])
+    return TrailerPath(at / trailer.speed, states, np.tile([trailer.speed, 0.0], (_SAMPLES, 1)))
