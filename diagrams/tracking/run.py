@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from pydrake.geometry import Meshcat
-from pydrake.systems.analysis import Simulator
+from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
@@ -106,8 +106,8 @@ def run_tracking(
     while reached < horizon and lost_at > reached:
         strides += 1
         goal = min(strides * stride, horizon)
-        simulator.AdvanceTo(goal)
-        if context.get_time() < goal - 1e-9:
+        status = simulator.AdvanceTo(goal)
+        if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
             break  # stopped on the page
         reached = goal
         if reached == horizon:

@@ -49,3 +49,18 @@ def test_the_live_page_ends_where_the_log_ends(game, new_scene_page):
     page.settle(meshcat)
     check_robots(page, run, -1)
     assert page.shown("state/lost")
+
+
+def test_stop_on_the_page_ends_the_run(game, new_scene_page):
+    meshcat = open_live_page(port=0)
+    page = new_scene_page(meshcat.web_url())
+
+    def press_stop(seconds):
+        if seconds >= 1.0:
+            page.page.keyboard.press("Escape")
+            page.page.wait_for_timeout(50)
+
+    run = run_tracking(game, meshcat, live=True, progress=press_stop)
+    assert run.lost_evader is None
+    assert 1.0 <= run.tracking_time < 5.0
+    assert run.times[-1] == pytest.approx(run.tracking_time)
