@@ -2,7 +2,8 @@
 
 To a point it is the Dubins length, or the Reeds-Shepp length for a cart that may reverse. Into a
 box it is the least such length to any pose of the box, by branch and bound: certain, and below the
-least length by at most a stated tolerance.
+least length by at most a stated tolerance, or by a few hundredths where x or y are free and many
+paths are equally short.
 """
 
 import math
@@ -19,7 +20,7 @@ from .trailer import Trailer
 from .word_families import WordFamily, word_families
 
 # Cells per word beyond which they are not divided further: the bound stays certain, but is looser.
-MOST_CELLS = 200_000
+MOST_CELLS = 20_000
 
 
 def lower_bound(

@@ -92,6 +92,26 @@ def test_a_larger_box_is_no_farther(reverse):
     assert bounds[1] == pytest.approx(bounds[0], abs=0.06)
 
 
+@DRIVES
+@pytest.mark.parametrize("turn", [0.5, -2.0, 3.0])
+def test_with_the_position_free_it_is_the_time_to_turn(reverse, turn):
+    goal = Goal(state=(3.0, 2.0, turn, 0.0), tolerance=(math.inf, math.inf, 0, 0))
+    bound = lower_bound(Trailer(reverse=reverse), (0, 0, 0, 0), goal)
+    # Arcs of many words are equally short: here the bound is looser than elsewhere.
+    assert abs(turn) - 0.06 <= bound <= abs(turn)
+
+
+@DRIVES
+def test_with_the_heading_free_it_is_the_arc_and_its_tangent(reverse):
+    goal = Goal(state=(3.0, 2.0, 0.0, 0.0), tolerance=(0, 0, math.inf, 0))
+    distance, course = math.hypot(3, 1), math.atan2(1, 3)
+    straight = math.sqrt(distance**2 - 1)
+    arc = course + math.atan2(1, straight)
+    bound = lower_bound(Trailer(reverse=reverse), (0, 0, 0, 0), goal)
+    assert bound == pytest.approx(arc + straight, abs=2e-3)
+    assert bound <= arc + straight
+
+
 def test_inside_the_box_it_is_nothing():
     goal = Goal(state=START, tolerance=THESIS_TOLERANCE)
     assert lower_bound(Trailer(), (1.1, 0.9, 0.1, 0.0), goal) == 0
