@@ -7,8 +7,8 @@ import pytest
 from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.symbolic import Expression, Variable
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import OutputPortIndex
-from pydrake.systems.primitives import FirstOrderTaylorApproximation
+from pydrake.systems.framework import InputPortIndex, OutputPortIndex
+from pydrake.systems.primitives import FirstOrderTaylorApproximation, Linearize
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.planning.trailer import Trailer
@@ -81,6 +81,19 @@ def test_the_cart_linearises_to_the_closed_form():
     )
     np.testing.assert_allclose(
         affine.B(), [[c, 0], [s, 0], [0, 1], [-sb / 2.0, 1 + 0.3 * cb / 2.0]]
+    )
+
+
+def test_at_rest_the_cart_linearises_to_its_input_directions():
+    plant = TractorTrailer(CART, STATE)
+    context = plant.CreateDefaultContext()
+    plant.get_input_port(0).FixValue(context, [0.0, 0.0])
+    linear = Linearize(plant, context, InputPortIndex(0), OutputPortIndex(0))
+    c, s = math.cos(STATE[2]), math.sin(STATE[2])
+    cb, sb = math.cos(STATE[3]), math.sin(STATE[3])
+    np.testing.assert_array_equal(linear.A(), np.zeros((4, 4)))
+    np.testing.assert_allclose(
+        linear.B(), [[c, 0], [s, 0], [0, 1], [-sb / 2.0, 1 + 0.3 * cb / 2.0]]
     )
 
 
