@@ -33,11 +33,11 @@ angle = st.floats(-math.pi, math.pi)
 
 
 @st.composite
-def games(draw):
-    """(r_p, phi_p, r_e, phi_e, alpha, a), anywhere."""
+def games(draw, threatened=False):
+    """(r_p, phi_p, r_e, phi_e, alpha, a), anywhere or with the pursuer short of the star region."""
     alpha, a = draw(alphas), draw(ratios)
     r_p = draw(st.floats(0.1, 10))
-    phi_p = draw(st.floats(alpha - math.pi, alpha))
+    phi_p = draw(st.floats(alpha - math.pi, -0.01 if threatened else alpha))
     r_e = a * r_p * draw(st.floats(0, 3))
     phi_e = draw(st.floats(alpha - math.pi, math.pi))
     return r_p, phi_p, r_e, phi_e, alpha, a
@@ -61,12 +61,11 @@ def test_a_field_is_a_unit_vector_or_nothing(game, name):
         assert reach == margins(*game)[2] > 0
 
 
-@given(games(), st.sampled_from(sorted(BY_NAME)), st.floats(0, 1))
+@given(games(threatened=True), st.sampled_from(sorted(BY_NAME)), st.floats(0, 1))
 def test_a_step_within_reach_neither_hits_the_obstacle_nor_leaves_the_star_region(
     game, name, share
 ):
     r_p, phi_p, _, _, alpha, _ = game
-    assume(phi_p < 0)
     ux, uy, reach = BY_NAME[name](*game)
     x = r_p * math.cos(phi_p) + share * reach * ux
     y = r_p * math.sin(phi_p) + share * reach * uy
@@ -184,7 +183,7 @@ def test_a_resting_hidden_evader_is_seen_again_by_the_shortest_way(alpha, a, tur
 
 
 @given(
-    games(),
+    games(threatened=True),
     st.sampled_from(sorted(FIELDS)),
     angle,
     angle,
@@ -198,8 +197,8 @@ def test_a_field_turns_moves_and_mirrors_with_the_world(
     r_p, phi_p, r_e, phi_e, alpha, a = game
     # Rounding may carry a state over a border of the partition, where the table jumps.
     r_p, r_e = round(r_p, 3) + 1e-4, round(r_e, 3) + 1.1e-4
-    m1, _, d_p, _, gap = margins(r_p, phi_p, r_e, phi_e, alpha, a)
-    assume(d_p > 1e-3)
+    phi_p, phi_e = 0.999 * phi_p, 0.999 * phi_e
+    m1, _, _, _, gap = margins(r_p, phi_p, r_e, phi_e, alpha, a)
     distances = (
         m1,
         gap,

@@ -160,26 +160,26 @@ def test_sight_is_lost_when_both_have_run_at_right_angles_to_w(game, gap, share)
     assert ey >= -1e-9 * r_p
 
 
-@given(games(), st.floats(-1, 1))
-def test_the_time_does_not_jump_where_the_evader_changes_its_mind(game, side):
+@given(games(), st.floats(0.01, RIGHT - 0.01), st.floats(-1, 1))
+def test_the_time_does_not_jump_where_the_evader_changes_its_mind(game, gap, side):
     """Inside and outside the circle on O and -a p, T* is given by different formulas."""
-    r_p, phi_p, _, phi_e, alpha, a = game
-    gap = math.pi + phi_p - phi_e
-    assume(0.01 < gap < RIGHT - 0.01)
-    on_circle = a * r_p * math.cos(gap)
-    assume(margins(r_p, phi_p, on_circle, phi_e, alpha, a)[0] < -1e-6 * r_p)
-    near = escape_time(r_p, phi_p, on_circle * (1 + 1e-7 * side), phi_e, alpha, a, 1.0)
-    assert near == pytest.approx(on_circle / a, rel=1e-5)
+    r_p, phi_p, _, _, alpha, a = game
+    phi_e, on_circle = math.pi + phi_p - gap, a * r_p * math.cos(gap)
+    near = (r_p, phi_p, on_circle * (1 + 1e-7 * side), phi_e, alpha, a)
+    assume(margins(*near)[0] < 0)
+    assert escape_time(*near, 1.0) == pytest.approx(on_circle / a, rel=1e-5)
 
 
-@given(games())
-def test_at_the_barrier_the_race_is_even(game):
+@given(games(), st.floats(0.05, 1))
+def test_at_the_barrier_the_race_is_even(game, share):
     """Where M1 vanishes the evader needs as long as the pursuer does."""
-    r_p, phi_p, _, phi_e, alpha, a = game
-    m = margins(r_p, phi_p, 1.0, phi_e, alpha, a)
-    assume(m[4] > 0.05 and m[3] > 0.05)
-    r_e = a * m[2] / m[3]
+    r_p, phi_p, _, _, alpha, a = game
+    phi_p = min(phi_p, -0.05)
+    gap = share * (2 * math.pi - alpha + phi_p)
+    phi_e = math.pi + phi_p - gap
+    _, _, d_p, d_e, _ = margins(r_p, phi_p, 1.0, phi_e, alpha, a)
+    r_e = a * d_p / d_e
     wx, wy = weighted_sum(r_p, phi_p, r_e, phi_e, a)
     assume(math.hypot(wx, wy) > 0.01 * r_p)
     time = escape_time(r_p, phi_p, r_e * (1 - 1e-9), phi_e, alpha, a, 1.0)
-    assert time == pytest.approx(m[2], rel=1e-5)
+    assert time == pytest.approx(d_p, rel=1e-5)

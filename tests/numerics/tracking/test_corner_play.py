@@ -70,7 +70,7 @@ def test_margin_holds_sight_as_long_as_the_game_says(contest):
     assert (play("margin")[lost] > 0.99 * time[lost] - STEP).all()
 
 
-@pytest.mark.parametrize("pursuer", ["table", "to_star", "turn", "chase"])
+@pytest.mark.parametrize("pursuer", ["table", "to_star", "turn"])
 def test_other_pursuers_lose_what_they_could_keep(contest, pursuer):
     play, m1, time = contest
     worst = play(pursuer)
