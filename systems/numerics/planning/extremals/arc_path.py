@@ -41,30 +41,40 @@ def arc_word(arcs: list[Arc]) -> str:
     return ", ".join(f"{arc.letter} {arc.duration:.4f}" for arc in arcs)
 
 
+def arc_samples(start: np.ndarray, arc: Arc) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Along one arc, both ends included.
+
+    Args:
+        start: x, y, theta, beta in the normalised model, shape (4,).
+        arc: The arc.
+
+    Returns:
+        Times since its start, shape (n,); states, shape (n, 4); turn rates, shape (n,).
+    """
+    step = _SINGULAR_STEP if arc.is_singular else _TURN_STEP
+    clock = np.linspace(0.0, arc.duration, math.ceil(arc.duration / step) + 1)
+    if arc.is_singular:
+        samples = singular_samples(start, arc.omega, 1.0, clock)
+        return clock, samples[:, :4], samples[:, 4]
+    x, y, theta, beta = map(float, start)
+    states = [turning_arc(x, y, theta, beta, 1.0, arc.omega, float(t)) for t in clock]
+    return clock, np.array(states), np.full(clock.shape, arc.omega)
+
+
 def arc_path(frame: GoalFrame, arcs: list[Arc]) -> TrailerPath:
     """The path along the arcs from the frame's start, in the world's units."""
-    times, states, controls = [0.0], [np.array(frame.start)], []
+    times, states, controls = [np.zeros(1)], [np.array([frame.start])], []
     for arc in arcs:
         if arc.duration < SHORTEST:
             continue
-        step = _SINGULAR_STEP if arc.is_singular else _TURN_STEP
-        clock = np.linspace(0.0, arc.duration, math.ceil(arc.duration / step) + 1)[1:]
-        first = states[-1]
-        if arc.is_singular:
-            along = singular_samples(first, arc.omega, 1.0, clock)[:, :4]
-        else:
-            x, y, theta, beta = first
-            along = np.array(
-                [turning_arc(x, y, theta, beta, 1.0, arc.omega, float(t)) for t in clock]
-            )
-        turned = np.diff(along[:, 2], prepend=first[2]) / np.diff(clock, prepend=0.0)
-        times.extend(times[-1] + clock)
-        states.extend(along)
-        controls.extend(turned)
+        clock, along, _ = arc_samples(states[-1][-1], arc)
+        times.append(times[-1][-1] + clock[1:])
+        states.append(along[1:])
+        controls.append(np.diff(along[:, 2]) / np.diff(clock))
     trailer = frame.trailer
-    turn_rates = trailer.turn_rate * np.array(controls)
+    turn_rates = trailer.turn_rate * np.concatenate([*controls, np.empty(0)])
     return TrailerPath(
-        times=frame.world_times(np.array(times)),
-        states=frame.world_states(np.array(states)),
+        times=frame.world_times(np.concatenate(times)),
+        states=frame.world_states(np.concatenate(states)),
         controls=np.column_stack([np.full(turn_rates.shape, trailer.speed), turn_rates]),
     )

@@ -147,8 +147,9 @@ def plan_by_primitives(trailer: Trailer, start, goal: Goal) -> Plan:
         if row is not None:
             found.append((row[_TIME], turns, row))
     if abs(local[1]) < SHORTEST and abs(local[2]) < SHORTEST and local[0] <= 0:
-        end = turned_beta(local[3], 1.0, 0.0, -local[0])[0]
-        row = np.array([0.0, 0.0, 0.0, -local[0], end, -local[0]])
+        way = abs(local[0])
+        end = turned_beta(local[3], 1.0, 0.0, way)[0]
+        row = np.array([0.0, 0.0, 0.0, way, end, way])
         if abs(_misses(row[None], goal)[0]) <= goal.tolerance[3]:
             found.append((row[_TIME], (1.0, 1.0), row))
     if not found:

@@ -17,9 +17,10 @@ import numpy as np
 
 from ...compiled import compiled, kernel
 
-# Terms and step: truncation stays below 1e-12, for |omega| <= 1 keeps singularities 1.5 away.
+# Terms of the series; its last ones choose the step, so that what is left out is about this much.
 TERMS = 16
-STEP = 0.25
+_TRUNCATION = 1e-13
+_LONGEST_STEP = 2.0
 
 
 @kernel
@@ -39,15 +40,22 @@ def singular_arc(x, y, theta, beta, omega, v, t, series):
     Returns:
         x, y, theta, beta, omega; angles not wrapped.
     """
-    steps = max(math.ceil(abs(t) / STEP), 1)
-    h = t / steps
-    for _ in range(steps):
-        x, y, theta, beta, omega = _taylor_step(x, y, theta, beta, omega, v, h, series)
+    left = abs(t)
+    sign = 1.0 if t >= 0.0 else -1.0
+    while left > 0.0:
+        _expand(theta, beta, omega, v, series)
+        largest = 1e-300
+        for row in range(7):
+            for k in range(TERMS - 1, TERMS + 1):
+                largest = max(largest, abs(series[row, k]))
+        h = min(min(_LONGEST_STEP, (_TRUNCATION / largest) ** (1.0 / TERMS)), left)
+        left -= h
+        x, y, theta, beta, omega = _sum(x, y, v, sign * h, series)
     return x, y, theta, beta, omega
 
 
 @kernel
-def _taylor_step(x, y, theta, beta, omega, v, h, series):
+def _expand(theta, beta, omega, v, series):
     # Rows: beta, its sine and cosine, omega, theta, its sine and cosine.
     series[0, 0] = beta
     series[1, 0] = math.sin(beta)
@@ -74,6 +82,11 @@ def _taylor_step(x, y, theta, beta, omega, v, h, series):
         series[3, k + 1] = v * turn * over
         series[5, k + 1] = north * over
         series[6, k + 1] = east * over
+
+
+@kernel
+def _sum(x, y, v, h, series):
+    # The state after h; x and y are integrals of the last two rows.
     ahead, left = 0.0, 0.0
     beta, omega, theta = series[0, TERMS], series[3, TERMS], series[4, TERMS]
     for k in range(TERMS - 1, -1, -1):
