@@ -7,6 +7,7 @@ import typer
 
 from ...systems.numerics.errors import SightfieldError
 from .corner import corner
+from .plan import plan_app
 from .track import track
 from .world import world
 
@@ -22,6 +23,7 @@ app = typer.Typer(
 app.command()(track)
 app.command()(world)
 app.command()(corner)
+app.add_typer(plan_app, name="plan")
 
 
 def main() -> None:

@@ -1,0 +1,142 @@
+"""`sightfield plan`: several planners on one question, side by side."""
+
+import json
+import math
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from ...systems.numerics.errors import require
+from ...systems.numerics.geometry.world_files import load_world
+from ...systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
+from ...systems.numerics.planning.trailer import Trailer
+from ..outputs import output_folder
+from ..planning.cross_check import contradictions
+from ..planning.methods import METHODS, chosen_methods
+from ..planning.plan_picture import save_sweep_picture
+from ..planning.question import PlanningQuestion
+from ..planning.report import write_report
+from ..planning.sweep import Sweep, sweep_ratios
+from ..planning.verdict import ask_methods
+from ..planning.verdict_table import as_object, as_table
+
+plan_app = typer.Typer(
+    help="Drive the grain cart from one configuration to another in the least time.",
+    rich_markup_mode=None,
+)
+State = tuple[float, float, float, float]
+_METHOD_HELP = f"One of {', '.join([*METHODS, 'all'])}."
+
+
+@plan_app.callback(invoke_without_command=True)
+def plan(
+    context: typer.Context,
+    start: Annotated[
+        State, typer.Option(metavar="X Y THETA BETA", help="Where from [m], [m], [rad], [rad].")
+    ] = (1.0, 1.0, 0.0, 0.0),
+    goal: Annotated[
+        State, typer.Option(metavar="X Y THETA BETA", help="Where to [m], [m], [rad], [rad].")
+    ] = (4.0, 4.0, 0.0, 0.0),
+    method: Annotated[str, typer.Option(help=_METHOD_HELP)] = "all",
+    goal_tolerance: Annotated[
+        State | None,
+        typer.Option(
+            metavar="DX DY DTHETA DBETA",
+            help="Half-widths of the goal; inf: free [default: a cell of the thesis's grid].",
+        ),
+    ] = None,
+    point: Annotated[bool, typer.Option("--point", help="Reach the goal exactly.")] = False,
+    reverse: Annotated[bool, typer.Option("--reverse", help="Drive backwards too.")] = False,
+    speed: Annotated[float, typer.Option(help="Of the tractor [m/s].")] = 1.0,
+    turn_rate: Annotated[float, typer.Option(help="Its bound [rad/s].")] = 1.0,
+    length: Annotated[float, typer.Option(help="From hitch to trailer's axle [m].")] = 1.0,
+    hitch_offset: Annotated[
+        float, typer.Option(help="From the tractor's axle back to the hitch [m].")
+    ] = 0.0,
+    jackknife: Annotated[float, typer.Option(help="Largest angle of the trailer [rad].")] = math.pi,
+    world: Annotated[
+        Path | None, typer.Option(help="Keep clear of its walls (WKT, GeoJSON or ROS map).")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for results, plots and replay.")] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object and nothing else.")
+    ] = False,
+) -> None:
+    """Ask one planner or all of them, and drive what they answer through the plant."""
+    if context.invoked_subcommand is not None:
+        return
+    require(
+        not (point and goal_tolerance is not None),
+        "--point",
+        "stand without --goal-tolerance",
+        goal_tolerance,
+    )
+    tolerance = (0.0, 0.0, 0.0, 0.0) if point else goal_tolerance or THESIS_TOLERANCE
+    question = PlanningQuestion(
+        start=start,
+        goal=Goal(state=goal, tolerance=tolerance),
+        trailer=Trailer(
+            speed=speed,
+            turn_rate=turn_rate,
+            length=length,
+            hitch_offset=hitch_offset,
+            reverse=reverse,
+            jackknife=jackknife,
+        ),
+        world=None if world is None else load_world(world).world,
+    )
+    names = chosen_methods(method)
+    with output_folder(out) if out is not None else nullcontext() as folder:
+        verdict = ask_methods(question, names)
+        written = [] if folder is None else write_report(verdict, folder)
+    if as_json:
+        typer.echo(json.dumps(as_object(verdict), indent=2))
+        return
+    console = Console()
+    console.print(as_table(verdict))
+    for sentence in contradictions(verdict):
+        console.print(f"Contradiction: {sentence}")
+    if out is not None:
+        console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
+
+
+@plan_app.command()
+def sweep(
+    method: Annotated[str, typer.Option(help=_METHOD_HELP)] = "all",
+    goal_tolerance: Annotated[
+        State, typer.Option(metavar="DX DY DTHETA DBETA", help="Half-widths of the goal.")
+    ] = (0.0, 0.0, 0.0, 0.251),
+    count: Annotated[int, typer.Option(help="Number of ratios from 0.5 to 3.")] = 26,
+    out: Annotated[Path | None, typer.Option(help="Folder for sweep.json and sweep.png.")] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object and nothing else.")
+    ] = False,
+) -> None:
+    """Travel time over the ratio (x_g - x_i) / (y_g - y_i), y_g - y_i = 4 (Figure 3.10)."""
+    names = chosen_methods(method)
+    with output_folder(out) if out is not None else nullcontext() as folder:
+        results = sweep_ratios(names, goal_tolerance, count)
+        text = json.dumps(results.as_object(), indent=2)
+        if folder is not None:
+            (folder / "sweep.json").write_text(text + "\n", encoding="utf-8")
+            save_sweep_picture(folder / "sweep.png", results)
+    if as_json:
+        typer.echo(text)
+    elif out is not None:
+        Console().print(f"Wrote sweep.json, sweep.png to [bold]{out}[/]")
+    else:
+        Console().print(_sweep_table(results))
+
+
+def _sweep_table(results: Sweep) -> Table:
+    table = Table(title="Travel time [s]")
+    for heading in ("ratio", *results.times, "lower bound"):
+        table.add_column(heading, justify="right")
+    for k, ratio in enumerate(results.ratios.tolist()):
+        times = [f"{times[k]:.4f}" for times in results.times.values()]
+        table.add_row(f"{ratio:.2f}", *times, f"{results.lower_bounds[k]:.4f}")
+    return table

@@ -1,0 +1,37 @@
+"""Whether the answers of several planners can all be true."""
+
+from .verdict import Verdict
+
+# A plan may be faster than the bound by a rounding, relative to it.
+BOUND_TOLERANCE = 1e-6
+# How far a converged plan's controls may lead from the goal, in the units of the state.
+DRIVEN_TOLERANCE = 1e-4
+# Planners that promise the optimum agree to this, relative to it.
+AGREEMENT = 2e-3
+
+
+def contradictions(verdict: Verdict, exact: tuple[str, ...] = ("casadi", "extremal")) -> list[str]:
+    """What cannot be: sentences, none if all is well.
+
+    Args:
+        verdict: The planners' answers.
+        exact: Planners that promise the optimum, and so have to agree with each other.
+    """
+    found = []
+    for row in verdict.rows:
+        plan = row.plan
+        if plan.time < (1 - BOUND_TOLERANCE) * verdict.lower_bound:
+            found.append(
+                f"{row.method} takes {plan.time:.6g} s, below the bound {verdict.lower_bound:.6g} s"
+            )
+        if plan.converged and row.violation is not None and row.violation > DRIVEN_TOLERANCE:
+            found.append(f"{row.method} misses by {row.violation:.2g} when it is driven")
+    times = {
+        row.method: row.plan.time
+        for row in verdict.rows
+        if row.method in exact and row.plan.converged
+    }
+    if times and max(times.values()) > (1 + AGREEMENT) * min(times.values()):
+        said = ", ".join(f"{method} {time:.6g} s" for method, time in times.items())
+        found.append(f"planners that promise the optimum differ: {said}")
+    return found

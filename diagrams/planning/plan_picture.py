@@ -1,0 +1,92 @@
+"""Plans over time and over the plane, as pictures."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ...systems.numerics.planning.trailer_pose import trailer_pose
+from ..world_picture import draw_world
+from .colours import METHOD_COLOURS
+from .sweep import Sweep
+from .verdict import Verdict
+
+_SIZE = 120
+
+
+def save_paths_picture(path: Path, verdict: Verdict) -> None:
+    """Draw the ways of tractor and trailer of every planner over the plane (Figure 3.9)."""
+    figure = Figure(figsize=(7.0, 6.4), layout="constrained")
+    axes = figure.add_subplot()
+    _draw_paths(axes, verdict)
+    axes.legend(frameon=False)
+    figure.savefig(path, dpi=_SIZE)
+
+
+def save_states_picture(path: Path, verdict: Verdict) -> None:
+    """Draw x, y, theta, beta and omega of every planner over time."""
+    figure = Figure(figsize=(11.0, 6.4), layout="constrained")
+    grid = figure.add_gridspec(4, 2)
+    plane = figure.add_subplot(grid[:, 0])
+    _draw_paths(plane, verdict)
+    rows = [figure.add_subplot(grid[k, 1]) for k in range(4)]
+    position, theta, beta, omega = rows
+    for row in verdict.rows:
+        plan = row.plan.path
+        if plan is None:
+            continue
+        colour = METHOD_COLOURS[row.method]
+        position.plot(plan.times, plan.states[:, 0], color=colour)
+        position.plot(plan.times, plan.states[:, 1], color=colour, linestyle="--")
+        theta.plot(plan.times, plan.states[:, 2], color=colour)
+        beta.plot(plan.times, plan.states[:, 3], color=colour)
+        omega.stairs(plan.controls[:, 1], plan.times, color=colour, baseline=None)
+    labels = ("x, y (dashed) [m]", "theta [rad]", "beta [rad]", "omega [rad/s]")
+    for axes, label in zip(rows, labels, strict=True):
+        axes.set_ylabel(label)
+        axes.grid(alpha=0.3)
+    omega.set_xlabel("time [s]")
+    plane.legend(frameon=False)
+    figure.savefig(path, dpi=_SIZE)
+
+
+def save_sweep_picture(path: Path, sweep: Sweep) -> None:
+    """Draw travel times over the ratio (Figure 3.10)."""
+    figure = Figure(figsize=(7.0, 4.6), layout="constrained")
+    axes = figure.add_subplot()
+    for name, times in sweep.times.items():
+        axes.plot(sweep.ratios, times, marker=".", color=METHOD_COLOURS[name], label=name)
+    axes.plot(sweep.ratios, sweep.lower_bounds, color="gray", linestyle=":", label="lower bound")
+    axes.set_xlabel("(x_g - x_i) / (y_g - y_i)")
+    axes.set_ylabel("travel time [s]")
+    axes.grid(alpha=0.3)
+    axes.legend(frameon=False)
+    figure.savefig(path, dpi=_SIZE)
+
+
+def _draw_paths(axes: Axes, verdict: Verdict) -> None:
+    question = verdict.question
+    if question.world is not None:
+        draw_world(axes, question.world, corners=False)
+    for row in verdict.rows:
+        plan = row.plan.path
+        if plan is None:
+            continue
+        colour = METHOD_COLOURS[row.method]
+        x, y, theta, beta = plan.states.T
+        label = f"{row.method}, {row.plan.time:.4f} s"
+        axes.plot(x, y, color=colour, linewidth=1.8, label=label)
+        towed_x, towed_y, _ = trailer_pose(x, y, theta, beta, question.trailer)
+        axes.plot(towed_x, towed_y, color=colour, linewidth=0.9, linestyle="--")
+    for name, state, mark in (("start", question.start, "o"), ("goal", question.goal.state, "s")):
+        axes.plot(state[0], state[1], mark, color="black", markersize=5)
+        axes.annotate(name, state[:2], xytext=(6, -12), textcoords="offset points")
+        reach = 0.35 * question.trailer.length
+        nose = reach * np.array([np.cos(state[2]), np.sin(state[2])])
+        axes.plot(*np.array([state[:2], state[:2] + nose]).T, color="black", linewidth=1.2)
+    if question.world is None:
+        axes.margins(0.1)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x [m]; dashed: the trailer's axle")
+    axes.set_ylabel("y [m]")

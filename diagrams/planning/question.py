@@ -1,0 +1,25 @@
+"""A planning question as every method is asked it."""
+
+from dataclasses import dataclass, field
+
+from ...systems.numerics.errors import require, require_finite
+from ...systems.numerics.geometry.world import World
+from ...systems.numerics.planning.goal import Goal
+from ...systems.numerics.planning.trailer import Trailer
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlanningQuestion:
+    """From where to where, with which cart, among which walls."""
+
+    # x, y, theta, beta [m], [m], [rad], [rad].
+    start: tuple[float, float, float, float]
+    goal: Goal
+    trailer: Trailer = field(default_factory=Trailer)
+    # Without one, the open field.
+    world: World | None = None
+
+    def __post_init__(self) -> None:
+        require(len(self.start) == 4, "start", "be (x, y, theta, beta)", self.start)
+        for value in self.start:
+            require_finite("start", value)

@@ -1,0 +1,91 @@
+"""A verdict as a table to read and as an object to parse."""
+
+import math
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+from .cross_check import contradictions
+from .verdict import Row, Verdict
+
+
+def as_object(verdict: Verdict) -> dict[str, object]:
+    """A verdict as JSON takes it; numbers that are not there, or infinite, are null."""
+    return {
+        "start": list(verdict.question.start),
+        "goal": list(verdict.question.goal.state),
+        "goal_tolerance": [_finite(width) for width in verdict.question.goal.tolerance],
+        "lower_bound": verdict.lower_bound,
+        "methods": {row.method: _row_object(row) for row in verdict.rows},
+        "contradictions": contradictions(verdict),
+    }
+
+
+def as_table(verdict: Verdict) -> Table:
+    """A verdict as a table for the terminal."""
+    table = Table(
+        title=f"{_goal_words(verdict)}; no path takes less than {verdict.lower_bound:.5f} s",
+        # Reasons can be long; below the table they do not squeeze the numbers.
+        caption="\n".join(f"{row.method}: {row.plan.status}" for row in verdict.rows),
+        caption_justify="left",
+        box=SIMPLE_HEAD,
+    )
+    table.add_column("method", no_wrap=True)
+    for heading in (
+        "time [s]",
+        "beta [rad]\nat the end",
+        "over\nthe best",
+        "over\nthe bound",
+        "violation\ndriven",
+        "wall\ntime [s]",
+    ):
+        table.add_column(heading, justify="right")
+    for row in verdict.rows:
+        table.add_row(
+            row.method,
+            _shown(_finite(row.plan.time), ".5f"),
+            _shown(row.beta_final, ".4f"),
+            _shown(_rounded(verdict.gap_to_best(row)), ".2%"),
+            _shown(_rounded(verdict.gap_to_bound(row)), ".2%"),
+            _shown(row.violation, ".1e"),
+            _shown(row.plan.wall_time, ".3f"),
+        )
+    return table
+
+
+def _row_object(row: Row) -> dict[str, object]:
+    return {
+        "time": _finite(row.plan.time),
+        "beta_final": row.beta_final,
+        "status": row.plan.status,
+        "violation": row.violation,
+        "wall_time": row.plan.wall_time,
+    }
+
+
+def _goal_words(verdict: Verdict) -> str:
+    """Which of the different times is meant."""
+    goal = verdict.question.goal
+    if goal.is_point:
+        return "To a point"
+    free = [
+        name
+        for name, width in zip(("x", "y", "theta", "beta"), goal.tolerance, strict=True)
+        if math.isinf(width)
+    ]
+    if free and not any(width for width in goal.tolerance if math.isfinite(width)):
+        return f"To a point with {', '.join(free)} free"
+    return "Into a box of half-widths " + ", ".join(f"{width:g}" for width in goal.tolerance)
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _shown(value: float | None, form: str) -> str:
+    return "-" if value is None else format(value, form)
+
+
+def _rounded(gap: float | None) -> float | None:
+    """To a hundredth of a percent; adding zero makes -0 a 0."""
+    return None if gap is None else round(gap, 4) + 0.0

@@ -1,0 +1,125 @@
+"""Planners side by side: gaps, bounds, and answers that cannot all be true."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sightfield.diagrams.planning.cross_check import contradictions
+from sightfield.diagrams.planning.methods import METHODS, chosen_methods
+from sightfield.diagrams.planning.question import PlanningQuestion
+from sightfield.diagrams.planning.report import write_report
+from sightfield.diagrams.planning.sweep import sweep_ratios
+from sightfield.diagrams.planning.verdict import Row, Verdict, ask_methods
+from sightfield.diagrams.planning.verdict_table import as_object
+from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.planning.goal import Goal
+
+START, GOAL = (1.0, 1.0, 0.0, 0.0), (4.0, 4.0, 0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def verdict():
+    """All planners on the thesis's case, the trailer within one cell of its grid."""
+    goal = Goal(state=GOAL, tolerance=(0.0, 0.0, 0.0, 0.251))
+    return ask_methods(PlanningQuestion(start=START, goal=goal), list(METHODS))
+
+
+def row_of(verdict, method):
+    return next(row for row in verdict.rows if row.method == method)
+
+
+def with_time(verdict, method, time):
+    """The verdict as it would be if one planner had said another time."""
+    rows = tuple(
+        Row(row.method, replace(row.plan, time=time) if row.method == method else row.plan, None)
+        for row in verdict.rows
+    )
+    return Verdict(verdict.question, verdict.lower_bound, rows)
+
+
+def test_every_planner_answers_and_nothing_contradicts(verdict):
+    assert [row.method for row in verdict.rows] == list(METHODS)
+    assert all(row.plan.converged for row in verdict.rows)
+    assert contradictions(verdict) == []
+
+
+def test_gaps_are_relative_to_the_best_and_to_the_bound(verdict):
+    best = row_of(verdict, "casadi")
+    arcs = row_of(verdict, "primitive")
+    assert verdict.best_time == best.plan.time == pytest.approx(5.0995, abs=1e-3)
+    assert verdict.gap_to_best(best) == 0
+    assert verdict.gap_to_best(arcs) == pytest.approx(arcs.plan.time / best.plan.time - 1)
+    assert verdict.gap_to_bound(best) == pytest.approx(5.0995 / 4.46243 - 1, abs=1e-3)
+
+
+def test_driven_plans_end_where_they_say(verdict):
+    for row in verdict.rows:
+        assert row.violation < 1e-6
+        assert abs(row.beta_final) <= 0.251 + 1e-6
+
+
+def test_a_plan_below_the_bound_is_a_contradiction(verdict):
+    said = contradictions(with_time(verdict, "primitive", 4.4))
+    assert len(said) == 1
+    assert "primitive takes 4.4 s, below the bound 4.46243 s" in said[0]
+
+
+def test_planners_that_promise_the_optimum_must_agree(verdict):
+    said = contradictions(verdict, exact=("casadi", "primitive"))
+    assert len(said) == 1
+    assert "planners that promise the optimum differ" in said[0]
+
+
+def test_a_path_that_leads_elsewhere_is_a_contradiction(verdict):
+    shifted = Goal(state=(4.1, 4.0, 0.0, 0.0))
+    other = ask_methods(PlanningQuestion(start=START, goal=shifted), ["casadi"])
+    wrong = Row("casadi", row_of(verdict, "casadi").plan, other.rows[0].driven)
+    wrong = replace(wrong, driven=replace(wrong.driven, goal_miss=(0.1, 0.0, 0.0, 0.0)))
+    said = contradictions(Verdict(verdict.question, verdict.lower_bound, (wrong,)))
+    assert said == ["casadi misses by 0.1 when it is driven"]
+
+
+def test_the_object_is_json_without_infinities(verdict):
+    goal = Goal(state=GOAL)
+    point = ask_methods(PlanningQuestion(start=START, goal=goal), ["primitive"])
+    said = json.loads(json.dumps(as_object(point), allow_nan=False))
+    assert said["methods"]["primitive"]["time"] is None
+    assert said["lower_bound"] == pytest.approx(4.46243, abs=1e-4)
+    keys = {"time", "beta_final", "status", "violation", "wall_time"}
+    assert set(as_object(verdict)["methods"]["casadi"]) == keys
+
+
+def test_only_methods_that_see_walls_answer_among_walls():
+    world = make_world([(-2, -2), (12, -2), (12, 8), (-2, 8)])
+    goal = Goal(state=(6.0, 2.0, 0.0, 0.0), tolerance=(0.2, 0.2, 0.251, 0.251))
+    question = PlanningQuestion(start=START, goal=goal, world=world)
+    verdict = ask_methods(question, ["casadi", "primitive"])
+    assert row_of(verdict, "casadi").plan.converged
+    assert row_of(verdict, "primitive").plan.status == "not applicable among walls"
+
+
+def test_the_sweep_never_beats_its_bound():
+    sweep = sweep_ratios(["casadi", "primitive"], (0.0, 0.0, 0.0, 0.251), 3)
+    assert sweep.ratios.tolist() == [0.5, 1.75, 3.0]
+    for times in sweep.times.values():
+        assert (times >= sweep.lower_bounds - 1e-6).all()
+    assert (sweep.times["casadi"] <= sweep.times["primitive"] + 1e-6).all()
+
+
+def test_a_report_holds_the_paths(verdict, tmp_path):
+    names = write_report(verdict, tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == set(names)
+    with np.load(tmp_path / "paths.npz") as arrays:
+        assert arrays["casadi/times"][-1] == row_of(verdict, "casadi").plan.time
+        assert arrays["casadi/states"].shape[1] == 4
+
+
+def test_unknown_methods_and_starts_are_refused():
+    with pytest.raises(InvalidInput, match="`method` must be one of casadi"):
+        chosen_methods("magic")
+    with pytest.raises(InvalidInput, match="`start` must be a finite number"):
+        PlanningQuestion(start=(math.nan, 0.0, 0.0, 0.0), goal=Goal(state=GOAL))

@@ -1,0 +1,92 @@
+"""`sightfield plan` compares planners, and says in one line what is wrong."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from sightfield.diagrams.commands.app import app
+from sightfield.systems.numerics.errors import InvalidInput
+
+
+@pytest.fixture
+def run():
+    """A function that runs `sightfield plan`; errors come through as exceptions."""
+
+    def invoke(*arguments):
+        result = CliRunner().invoke(app, ["plan", *map(str, arguments)])
+        if isinstance(result.exception, Exception):
+            raise result.exception
+        return result
+
+    return invoke
+
+
+@pytest.mark.parametrize(
+    ("options", "time"),
+    [
+        (("--goal-tolerance", 0, 0, 0, "inf"), 4.46243),
+        (("--goal-tolerance", 0, 0, 0, 0.251), 5.100),
+        ((), 4.3476),
+        (("--point",), 5.9914),
+    ],
+    ids=["beta free", "beta within a cell", "box of a cell", "point"],
+)
+def test_the_thesis_case_in_json(run, options, time):
+    case = ("--start", 1, 1, 0, 0, "--goal", 4, 4, 0, 0, "--method", "casadi", "--json")
+    said = json.loads(run(*case, *options).stdout)
+    assert said["start"] == [1, 1, 0, 0]
+    assert said["goal"] == [4, 4, 0, 0]
+    assert said["methods"]["casadi"]["time"] == pytest.approx(time, abs=1e-3)
+    assert said["methods"]["casadi"]["time"] >= said["lower_bound"] - 1e-6
+
+
+def test_the_table_names_the_goal_and_every_method(run):
+    text = run("--goal-tolerance", 0, 0, 0, 0.251).stdout
+    assert "5.09948" in text
+    assert "casadi: optimal" in text
+    assert "primitive: found" in text
+    assert "Contradiction" not in text
+
+
+def test_a_folder_gets_numbers_paths_and_pictures(run, tmp_path):
+    run("--method", "casadi", "--out", tmp_path / "plans")
+    names = {path.name for path in (tmp_path / "plans").iterdir()}
+    assert {"verdict.json", "paths.npz", "paths.png", "states.png"} <= names
+
+
+def test_the_sweep_leaves_its_figure(run, tmp_path):
+    run("sweep", "--method", "primitive", "--count", 3, "--out", tmp_path)
+    said = json.loads((tmp_path / "sweep.json").read_text(encoding="utf-8"))
+    assert said["ratios"] == [0.5, 1.75, 3.0]
+    assert len(said["methods"]["primitive"]) == 3
+    assert (tmp_path / "sweep.png").stat().st_size > 5000
+
+
+def test_the_world_is_kept_clear_of(run, tmp_path):
+    file = tmp_path / "room.wkt"
+    file.write_text("POLYGON ((-2 -2, 9 -2, 9 9, -2 9, -2 -2))", encoding="utf-8")
+    case = ("--world", file, "--method", "casadi", "--json")
+    assert json.loads(run(*case).stdout)["methods"]["casadi"]["status"] == "optimal"
+    with pytest.raises(InvalidInput, match="`start` must keep the vehicle clear of walls"):
+        run(*case, "--start", -2, 1, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--start", "nan", 0, 0, 0), "`start` must be a finite number"),
+        (("--length", 0), "`length` must be positive"),
+        (("--turn-rate", -1), "`turn_rate` must be positive"),
+        (("--goal-tolerance", 0, 0, -1, 0), "`tolerance` must be zero or positive"),
+        (("--method", "magic"), "`method` must be one of"),
+        (("--point", "--goal-tolerance", 0, 0, 0, 0), "`--point` must stand without"),
+        (("--world", "nowhere.wkt"), "nowhere.wkt"),
+        (("sweep", "--count", 1), "`count` must be at least 2"),
+    ],
+)
+def test_bad_input_is_one_clear_line(run, options, words):
+    with pytest.raises(InvalidInput) as error:
+        run(*options)
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)
