@@ -80,7 +80,7 @@ def advance(poses: np.ndarray, curvature, ways) -> np.ndarray:
     bend = curvature * ways
     middle = poses[:, 2] + bend / 2
     chord = ways * np.sinc(bend / math.tau)
-    steps = np.stack([chord * np.cos(middle), chord * np.sin(middle), bend + 0 * chord], axis=1)
+    steps = np.stack([chord * np.cos(middle), chord * np.sin(middle), bend + 0 * middle], axis=1)
     return poses + steps
 
 

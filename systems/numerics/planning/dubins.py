@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import require_positive
 from .car_path import CarPath, Words, least_lengths, paths_by_length, relative_poses
 
-# Of an arc that is a whole turn but for rounding [rad].
+# Of angles [rad], and of squares in units of the squared radius.
 ROUNDING = 1e-12
 
 
@@ -47,16 +47,21 @@ def _words(poses: np.ndarray) -> Words:
 
 def _lsl(x, y, theta):
     dx, dy = x - np.sin(theta), y - 1 + np.cos(theta)
-    course = np.arctan2(dy, dx)
-    return np.stack([_turn(course), np.hypot(dx, dy), _turn(theta - course)])
+    course, straight = np.arctan2(dy, dx), np.hypot(dx, dy)
+    # The shorter the straight, the less its course is known: an arc that may be none is none, and
+    # the other one is all of the turn.
+    unknown = ROUNDING + 1e-14 / np.maximum(straight, 1e-300)
+    whole, last = _turn(theta), _turn(theta - course, unknown)
+    first = np.where(last == 0, whole, _turn(course, unknown))
+    last = np.where(first == 0, whole, last)
+    return np.stack([first, straight, last])
 
 
 def _lsr(x, y, theta):
     dx, dy = x + np.sin(theta), y - 1 - np.cos(theta)
     square = dx**2 + dy**2 - 4
-    # Touching circles, of which rounding would make crossing ones.
-    square = np.where(np.abs(square) < ROUNDING, 0.0, square)
-    straight = np.sqrt(np.where(square < 0, np.nan, square))
+    # Touching circles, of which rounding would make crossing ones, count as touching.
+    straight = np.sqrt(np.where(square < -ROUNDING, np.nan, np.maximum(square, 0)))
     course = np.arctan2(dy, dx) + np.arctan2(2, straight)
     return np.stack([_turn(course), straight, _turn(course - theta)])
 
@@ -71,7 +76,7 @@ def _lrl(x, y, theta):
     return np.stack([_turn(first), 2 * half, _turn(theta - first + 2 * half)])
 
 
-def _turn(angle):
+def _turn(angle, unknown=ROUNDING):
     """An angle in [0, 2 pi), where a whole turn but for rounding is none."""
     turn = np.mod(angle, math.tau)
-    return np.where(turn > math.tau - ROUNDING, 0.0, turn)
+    return np.where(turn > math.tau - unknown, 0.0, turn)

@@ -145,7 +145,8 @@ def _quarter(like):
 
 
 def _root(square):
-    return np.sqrt(np.where(square < 0, np.nan, square))
+    # Touching circles, of which rounding would make crossing ones, count as touching.
+    return np.sqrt(np.where(square < -1e-12, np.nan, np.maximum(square, 0)))
 
 
 def _within(value, low, high):

@@ -67,6 +67,27 @@ def test_no_random_path_is_shorter(lengths, reverse):
     assert np.all(least >= np.maximum(turns, np.hypot(ends[:, 0], ends[:, 1])) - 1e-9)
 
 
+@pytest.mark.parametrize(
+    "turns", [(1,), (0,), (1, -1), (1, 0), (0, -1), (1, 0, 1), (1, 0, -1)], ids=str
+)
+@pytest.mark.parametrize("scale", [1, 1e-3, 1e-6, 1e-9])
+def test_words_that_lack_an_arc_are_no_longer_for_rounding(turns, scale):
+    random = np.random.default_rng(5)
+    start, radius = (0.37, -1.3, 0.9), 1.7
+    ends, driven = np.tile(start, (2000, 1)), np.zeros(2000)
+    for turn in turns:
+        ways = random.uniform(0, 3, size=2000) * (1 if turn else scale)
+        ends = advance(ends, turn / radius, ways)
+        driven += ways
+    for lengths in (dubins_lengths, reeds_shepp_lengths):
+        assert np.all(lengths(start, ends, radius) <= driven + 1e-9)
+    for paths in (dubins_paths, reeds_shepp_paths):
+        for end in ends[:20]:
+            found = np.array(paths(start, end, radius)[0].end)
+            np.testing.assert_allclose(found[:2], end[:2], atol=1e-9)
+            assert math.remainder(found[2] - end[2], math.tau) == pytest.approx(0, abs=1e-9)
+
+
 def test_the_thesis_case_has_the_known_dubins_length():
     path = dubins_paths((1, 1, 0), (4, 4, 0), 1.0)[0]
     assert path.word == "LSR"
