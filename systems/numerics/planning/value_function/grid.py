@@ -1,0 +1,144 @@
+"""The grid on which a value function stands."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import require, require_finite, require_positive
+
+# Table 3.1: h_x = h_y = 0.2 and h_theta = h_beta = 0.251 = 2 pi / 25, over twelve turning radii.
+THESIS_STEP = 0.2
+THESIS_ANGLES = 25
+HALF_WIDTH = 6.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Grid:
+    """Equally spaced nodes in x and y, and periodic ones in theta and beta.
+
+    Angle number k stands at 2 pi k / n, so that zero is a node and mirror images of nodes are
+    nodes. Cost and memory grow with the product of the four counts.
+    """
+
+    # Position of the first node [m].
+    x_min: float
+    y_min: float
+    # Distance of nodes, the same in x and y [m].
+    step: float
+    # Numbers of nodes.
+    x_count: int
+    y_count: int
+    theta_count: int
+    beta_count: int
+
+    def __post_init__(self) -> None:
+        require_finite("x_min", self.x_min)
+        require_finite("y_min", self.y_min)
+        require_positive("step", self.step)
+        for name in ("x_count", "y_count", "theta_count", "beta_count"):
+            count = getattr(self, name)
+            require(isinstance(count, int) and count >= 8, name, "be an integer >= 8", count)
+
+    @classmethod
+    def of_step(cls, step: float, centre=(0.0, 0.0), *, radius: float = 1.0) -> "Grid":
+        """A square of twelve turning radii around a place, with angles refined alike.
+
+        Args:
+            step: Distance of nodes in turning radii; 0.2 is the thesis's.
+            centre: (x, y) of its middle [m].
+            radius: Smallest turning radius, speed / turn rate [m].
+        """
+        require(0 < step <= 1, "grid", "have a step in (0, 1]", step)
+        require_positive("radius", radius)
+        x, y = (float(value) for value in centre)
+        require_finite("centre", x)
+        require_finite("centre", y)
+        half = math.ceil(HALF_WIDTH / step - 1e-9)
+        angles = max(8, round(THESIS_ANGLES * THESIS_STEP / step))
+        return cls(
+            x_min=x - half * step * radius,
+            y_min=y - half * step * radius,
+            step=step * radius,
+            x_count=2 * half + 1,
+            y_count=2 * half + 1,
+            theta_count=angles,
+            beta_count=angles,
+        )
+
+    @classmethod
+    def thesis(cls, centre=(0.0, 0.0), *, radius: float = 1.0) -> "Grid":
+        """61 x 61 x 25 x 25 nodes (Table 3.1)."""
+        return cls.of_step(THESIS_STEP, centre, radius=radius)
+
+    @classmethod
+    def fine(cls, centre=(0.0, 0.0), *, radius: float = 1.0) -> "Grid":
+        """The thesis's grid with every step halved."""
+        return cls.of_step(THESIS_STEP / 2, centre, radius=radius)
+
+    @classmethod
+    def covering(
+        cls, bounds: tuple[float, float, float, float], step: float, *, radius: float = 1.0
+    ) -> "Grid":
+        """A grid over a rectangle.
+
+        Args:
+            bounds: (x_min, y_min, x_max, y_max) [m].
+            step: Distance of nodes in turning radii.
+            radius: Smallest turning radius [m].
+        """
+        square = cls.of_step(step, radius=radius)
+        x_min, y_min, x_max, y_max = (float(value) for value in bounds)
+        for value in (x_min, y_min, x_max, y_max):
+            require_finite("bounds", value)
+        require(x_min < x_max and y_min < y_max, "bounds", "enclose an area", bounds)
+        return cls(
+            x_min=x_min,
+            y_min=y_min,
+            step=square.step,
+            x_count=max(8, math.ceil((x_max - x_min) / square.step - 1e-9) + 1),
+            y_count=max(8, math.ceil((y_max - y_min) / square.step - 1e-9) + 1),
+            theta_count=square.theta_count,
+            beta_count=square.beta_count,
+        )
+
+    @property
+    def shape(self) -> tuple[int, int, int, int]:
+        """Of a table: theta, beta, y, x."""
+        return self.theta_count, self.beta_count, self.y_count, self.x_count
+
+    @property
+    def theta_step(self) -> float:
+        """[rad]."""
+        return math.tau / self.theta_count
+
+    @property
+    def beta_step(self) -> float:
+        """[rad]."""
+        return math.tau / self.beta_count
+
+    @property
+    def cell(self) -> tuple[float, float, float, float]:
+        """Steps in x, y, theta, beta [m], [m], [rad], [rad]."""
+        return self.step, self.step, self.theta_step, self.beta_step
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """(x_min, y_min, x_max, y_max) [m]."""
+        x_max = self.x_min + (self.x_count - 1) * self.step
+        y_max = self.y_min + (self.y_count - 1) * self.step
+        return self.x_min, self.y_min, x_max, y_max
+
+    def holds(self, x: float, y: float) -> bool:
+        """Whether a place lies on the grid."""
+        x_min, y_min, x_max, y_max = self.bounds
+        return x_min <= x <= x_max and y_min <= y <= y_max
+
+    def axes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Coordinates of nodes along x, y, theta and beta; angles from 0 up to 2 pi."""
+        return (
+            self.x_min + self.step * np.arange(self.x_count),
+            self.y_min + self.step * np.arange(self.y_count),
+            self.theta_step * np.arange(self.theta_count),
+            self.beta_step * np.arange(self.beta_count),
+        )

@@ -1,0 +1,145 @@
+"""The long steps of a sweep: where each control takes each node.
+
+Inside the solver lengths are in turning radii and times in 1 / turn rate, so that the tractor has
+speed one and turn rate one. A step lasts a multiple of the angle between theta nodes, so that it
+ends on a theta node exactly, and its shift in x and y is the same over the whole plane.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..trailer import Trailer, trailer_rates
+from .grid import Grid
+
+# Durations of steps, in angles between theta nodes.
+MULTIPLES = (1, 2, 3, 4)
+# A foot point this near to a node, in cells, is on it.
+SNAP = 1e-4
+# Steps of the Runge-Kutta method from one theta node to the next.
+SUBSTEPS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Motions:
+    """C controls, held for a while, from every node.
+
+    Attributes:
+        controls: v, omega in {-1, 0, 1}, shape (C, 2).
+        multiples: Duration of each, in angles between theta nodes, shape (C,).
+        durations: The same in 1 / turn rate, shape (C,).
+        turns: By how many theta nodes each turns, shape (C,).
+        x_cells, y_cells: Whole cells of the shift, by control and theta, shape (C, n_theta).
+        x_parts, y_parts: What is left of it, in [0, 1), shape (C, n_theta).
+        beta_cells: Beta node below the foot point, by control and beta, shape (C, n_beta);
+            -1: the control is not allowed there (jackknife).
+        beta_parts: Where between it and the next, in [0, 1), shape (C, n_beta).
+    """
+
+    controls: np.ndarray
+    multiples: np.ndarray
+    durations: np.ndarray
+    turns: np.ndarray
+    x_cells: np.ndarray
+    x_parts: np.ndarray
+    y_cells: np.ndarray
+    y_parts: np.ndarray
+    beta_cells: np.ndarray
+    beta_parts: np.ndarray
+
+
+def normalised(trailer: Trailer) -> Trailer:
+    """The same trailer with lengths in turning radii and times in 1 / turn rate."""
+    radius = trailer.speed / trailer.turn_rate
+    return Trailer(
+        length=trailer.length / radius,
+        hitch_offset=trailer.hitch_offset / radius,
+        reverse=trailer.reverse,
+        jackknife=trailer.jackknife,
+    )
+
+
+def control_set(trailer: Trailer) -> np.ndarray:
+    """v, omega in {-1, 0, 1}, shape (3, 2), or (6, 2) with reverse."""
+    speeds = (1, -1) if trailer.reverse else (1,)
+    return np.array([(v, omega) for v in speeds for omega in (-1, 0, 1)])
+
+
+def hold_beta(beta, v, omega, duration: float, substeps: int, trailer: Trailer) -> np.ndarray:
+    """Beta after each of equal substeps under held controls, unwrapped.
+
+    Args:
+        beta, v, omega: Arrays of one shape.
+        duration: Of all substeps [s].
+        substeps: Number of steps of the classical Runge-Kutta method.
+        trailer: Whose equations.
+
+    Returns:
+        Shape (substeps + 1, *shape) [rad]; the start first.
+    """
+
+    def rate(angle):
+        return trailer_rates(0.0, angle, v, omega, trailer)[3]
+
+    step = duration / substeps
+    path = [np.asarray(beta, dtype=float)]
+    for _ in range(substeps):
+        k1 = rate(path[-1])
+        k2 = rate(path[-1] + step / 2 * k1)
+        k3 = rate(path[-1] + step / 2 * k2)
+        k4 = rate(path[-1] + step * k3)
+        path.append(path[-1] + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4))
+    return np.array(path)
+
+
+def shift_of(theta, v, omega, duration):
+    """Shift (dx, dy) of the tractor under held controls (3.26), (3.27); broadcasts."""
+    half = omega * duration / 2
+    chord = v * duration * np.sinc(half / math.pi)
+    return chord * np.cos(theta + half), chord * np.sin(theta + half)
+
+
+def make_motions(grid: Grid, trailer: Trailer, scale: float) -> Motions:
+    """Tabulate the steps of a normalised trailer; `scale` is a turning radius [m]."""
+    pairs = [(v, omega, k) for v, omega in control_set(trailer) for k in MULTIPLES]
+    v, omega, multiples = (np.array(column) for column in zip(*pairs, strict=True))
+    durations = multiples * grid.theta_step
+    _, _, thetas, betas = grid.axes()
+    dx, dy = shift_of(thetas, v[:, None], omega[:, None], durations[:, None])
+    x_cells, x_parts = _split(dx * scale / grid.step)
+    y_cells, y_parts = _split(dy * scale / grid.step)
+    starts = np.remainder(betas + math.pi, math.tau) - math.pi
+    ends = np.array(
+        [
+            hold_beta(starts, vi, wi, ki * grid.theta_step, SUBSTEPS * ki, trailer)[-1]
+            for vi, wi, ki in pairs
+        ]
+    )
+    beta_cells, beta_parts = _split(ends / grid.beta_step)
+    beta_cells %= grid.beta_count
+    # Nodes just beyond the limit are kept, for interpolation; they may only fold back.
+    limit = np.maximum(trailer.jackknife, np.abs(starts))
+    beyond = np.abs(starts) > trailer.jackknife + 2 * grid.beta_step
+    if trailer.jackknife < math.pi:
+        beta_cells[(np.abs(ends) > limit) | beyond] = -1
+    return Motions(
+        np.column_stack([v, omega]),
+        multiples,
+        durations.astype(np.float32),
+        multiples * omega,
+        x_cells,
+        x_parts,
+        y_cells,
+        y_parts,
+        beta_cells,
+        beta_parts,
+    )
+
+
+def _split(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Whole cells and what is left, in [0, 1)."""
+    near = np.round(cells)
+    cells = np.where(np.abs(cells - near) < SNAP, near, cells)
+    whole = np.floor(cells)
+    return whole.astype(np.int64), (cells - whole).astype(np.float32)

@@ -1,0 +1,172 @@
+"""Fast sweeping for the time to go of a tractor with a trailer.
+
+A node takes the best of long steps under constant control, the goal's neighbourhood is exact, and
+the passes go up and down in theta: some thirty of them with linear interpolation, then as many
+with clipped cubic interpolation, whose values replace the old ones (their minimum would lock
+undershoot in).
+
+Source: Zhang 2014, 3.5.1; semi-Lagrangian steps that end on theta nodes are ours.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from time import perf_counter
+
+import numpy as np
+
+from ...errors import require
+from ..goal import Goal
+from ..trailer import Trailer
+from .grid import Grid
+from .motions import Motions, make_motions, normalised
+from .near_field import first_hits
+from .sweeps import FAR, LIMIT, settle_row, sweep_row
+from .value_function import ValueFunction
+
+# Passes with cubic interpolation.
+POLISH = 24
+# Passes with linear interpolation, at most, and the change below which they end [1 / turn rate].
+LINEAR_LIMIT = 400
+LINEAR_CHANGE = 1e-3
+
+Progress = Callable[[int, float], None]
+
+
+def solve_value_function(
+    trailer: Trailer,
+    goal: Goal,
+    grid: Grid,
+    *,
+    polish: int = POLISH,
+    progress: Progress | None = None,
+) -> ValueFunction:
+    """Shortest times to a box from every node of a grid, without obstacles.
+
+    Args:
+        trailer: The cart; forward only or with reverse.
+        goal: The box; a tolerance below one cell is widened to it, with a warning.
+        grid: Where; leaving it is not allowed.
+        polish: Passes with cubic interpolation; 0: linear only.
+        progress: Called after each pass with its number and the largest change [s].
+
+    Raises:
+        InvalidInput: The goal is off the grid, or an option is out of its range.
+    """
+    require(isinstance(polish, int) and polish >= 0, "polish", "be zero or more", polish)
+    started = perf_counter()
+    box, warnings = widened(goal, grid)
+    scale = trailer.speed / trailer.turn_rate
+    cart = normalised(trailer)
+    motions = make_motions(grid, cart, scale)
+    sweep = _Sweep(grid, first_hits(grid, cart, box, scale), motions, is_mirrored(grid, box))
+    unit = 1.0 / trailer.turn_rate
+    sweeps, change, converged = 0, math.inf, False
+    while sweeps < LINEAR_LIMIT and not converged:
+        change = sweep(cubic=False, upwards=sweeps % 2 == 0)
+        sweeps += 1
+        converged = change < LINEAR_CHANGE
+        if progress:
+            progress(sweeps, change * unit)
+    for _ in range(polish):
+        change = sweep(cubic=True, upwards=sweeps % 2 == 0)
+        sweeps += 1
+        if progress:
+            progress(sweeps, change * unit)
+    table = sweep.times() * np.float32(unit)
+    return ValueFunction(
+        table=table,
+        grid=grid,
+        trailer=trailer,
+        goal=box,
+        scheme="cubic" if polish else "linear",
+        sweeps=sweeps,
+        residual=change * unit,
+        converged=converged,
+        wall_time=perf_counter() - started,
+        warnings=warnings,
+    )
+
+
+def widened(goal: Goal, grid: Grid) -> tuple[Goal, tuple[str, ...]]:
+    """The goal that the grid can resolve, and a warning where it is not the one asked for.
+
+    Raises:
+        InvalidInput: The goal is off the grid, or its x or y is free.
+    """
+    x, y = goal.state[:2]
+    require(grid.holds(x, y), "goal", "lie on the grid", f"({x}, {y}) with bounds {grid.bounds}")
+    require(
+        all(math.isfinite(width) for width in goal.tolerance[:2]),
+        "tolerance",
+        "be finite in x and y",
+        goal.tolerance,
+    )
+    # Two digits of slack: 0.251 is the thesis's 2 pi / 25.
+    least = [0.99 * cell for cell in grid.cell]
+    if all(width >= cell for width, cell in zip(goal.tolerance, least, strict=True)):
+        return goal, ()
+    wide = tuple(
+        width if width >= small else cell
+        for width, small, cell in zip(goal.tolerance, least, grid.cell, strict=True)
+    )
+    x_width, y_width, theta_width, beta_width = wide
+    text = ", ".join(f"{width:.4g}" for width in wide)
+    warning = (
+        f"tolerance below one cell of the grid: times are to the wider box ({text}), "
+        "and shorter than to the goal asked for"
+    )
+    return replace(goal, tolerance=(x_width, y_width, theta_width, beta_width)), (warning,)
+
+
+def is_mirrored(grid: Grid, goal: Goal) -> bool:
+    """Whether (x, y, theta, beta) -> (x, -y, -theta, -beta) maps grid and goal to themselves."""
+    _, low, _, high = grid.bounds
+    _, y, theta, beta = goal.state
+    return (
+        abs(low + high - 2 * y) < 1e-9 * grid.step
+        and abs(math.remainder(2 * theta, math.tau)) < 1e-12
+        and abs(math.remainder(2 * beta, math.tau)) < 1e-12
+    )
+
+
+class _Sweep:
+    """Passes over all theta rows: Gauss-Seidel over rows, Jacobi within a row."""
+
+    def __init__(self, grid: Grid, near: np.ndarray, motions: Motions, mirrored: bool):
+        m = motions
+        gap = int(np.abs(m.x_cells).max()) + 3
+        self._grid, self._mirrored, self._width = grid, mirrored, grid.x_count + gap
+        wide = np.pad(near, ((0, 0), (0, 0), (0, 0), (0, gap)), constant_values=FAR)
+        self._near = wide.reshape(grid.theta_count, grid.beta_count, -1)
+        self._table = self._near.copy()
+        self._best = np.empty(self._table.shape[1:], dtype=np.float32)
+        self._shut = np.zeros((0, 0, 0), dtype=np.uint32)
+        self._motions = (
+            m.durations,
+            m.turns,
+            m.x_cells,
+            m.x_parts,
+            m.y_cells,
+            m.y_parts,
+            m.beta_cells,
+            m.beta_parts,
+        )
+
+    def __call__(self, *, cubic: bool, upwards: bool) -> float:
+        """One pass; returns the largest change."""
+        count = self._grid.theta_count
+        rows = range(count // 2 + 1) if self._mirrored else range(count)
+        change = 0.0
+        width, columns = self._width, self._grid.x_count
+        for t in rows if upwards else reversed(rows):
+            sweep_row(self._table, t, cubic, self._shut, *self._motions, width, self._best)
+            row = (self._table, t, self._best, self._near, width, columns, self._mirrored)
+            change = max(change, float(settle_row(*row)))
+        return change
+
+    def times(self) -> np.ndarray:
+        """The table so far; infinite: unreachable."""
+        grid = self._grid
+        table = self._table.reshape(*grid.shape[:3], self._width)[..., : grid.x_count]
+        return np.where(table < LIMIT, table, np.float32(np.inf))
