@@ -13,7 +13,7 @@ from .singular import singular_samples
 # Between samples, in units of time of the normalised model. A turn rate that changes is held from
 # sample to sample, at its mean: with this step the held one ends within 1e-6 of the true one.
 _TURN_STEP = 0.05
-_SINGULAR_STEP = 0.004
+_SINGULAR_STEP = 0.003
 # Shorter arcs are rounding.
 SHORTEST = 1e-9
 

@@ -12,6 +12,7 @@ Source: Zhang 2014, (3.22)-(3.24); Chitsaz 2013.
 
 import math
 import time
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from ..goal import Goal
 from ..plan import Plan
 from ..trailer import Trailer
 from .arc_path import SHORTEST, Arc, arc_path, arc_samples, arc_word
-from .costates import extremal_of
+from .costates import Extremal, extremal_of
 from .frame import NOT_SCALABLE, goal_frame
 from .seeding import word_seeds
 from .shooting import solve_words
@@ -29,6 +30,15 @@ _METHOD = "extremal"
 # Largest miss of an answer, of the goal or of a switch.
 PRECISION = 1e-9
 _ITERATIONS = 20
+# Answers as quick as each other, of which one that meets the conditions is preferred.
+_SAME_TIME = 1e-6
+
+
+class _Found(NamedTuple):
+    duration: float
+    arcs: list[Arc]
+    miss: float
+    extremal: Extremal
 
 
 def plan_by_extremals(trailer: Trailer, start, goal: Goal) -> Plan:
@@ -84,32 +94,35 @@ def plan_by_extremals(trailer: Trailer, start, goal: Goal) -> Plan:
             ):
                 arcs = _arcs(word[:n], answer[:n], float(answer[n]))
                 candidates.append((float(np.sum(answer[:n])), arcs, False))
+    best: _Found | None = None
     for duration, arcs, beta_is_free in sorted(candidates, key=lambda each: each[0]):
+        if best is not None and (best.extremal.holds or duration > best.duration + _SAME_TIME):
+            break
         miss = _miss_within_bounds(local, arcs, goal, trailer.jackknife)
-        if miss > PRECISION:
-            continue
-        extremal = extremal_of(local, arcs, beta_is_free)
-        status = "optimal among extremals" if extremal.holds else "feasible, not an extremal"
-        return Plan(
-            method=_METHOD,
-            goal=goal,
-            status=f"{status}, forwards only" if trailer.reverse else status,
-            converged=True,
-            time=duration / trailer.turn_rate,
-            path=arc_path(frame, arcs),
-            iterations=_ITERATIONS,
-            residual=miss,
-            wall_time=time.perf_counter() - began,
-            notes={
-                "arcs": arc_word([arc for arc in arcs if arc.duration >= SHORTEST]),
-                "beta_is_free": beta_is_free,
-                "pontryagin_holds": extremal.holds,
-                "switching_times": frame.world_times(extremal.times),
-                "switching_function": extremal.switching,
-                "candidates": len(candidates),
-            },
-        )
-    return failure("no extremal found")
+        if miss <= PRECISION:
+            found = _Found(duration, arcs, miss, extremal_of(local, arcs, beta_is_free))
+            best = found if best is None or found.extremal.holds else best
+    if best is None:
+        return failure("no extremal found")
+    status = "optimal among extremals" if best.extremal.holds else "feasible, not an extremal"
+    return Plan(
+        method=_METHOD,
+        goal=goal,
+        status=f"{status}, forwards only" if trailer.reverse else status,
+        converged=True,
+        time=best.duration / trailer.turn_rate,
+        path=arc_path(frame, best.arcs),
+        iterations=_ITERATIONS,
+        residual=best.miss,
+        wall_time=time.perf_counter() - began,
+        notes={
+            "arcs": arc_word([arc for arc in best.arcs if arc.duration >= SHORTEST]),
+            "pontryagin_holds": best.extremal.holds,
+            "switching_times": frame.world_times(best.extremal.times),
+            "switching_function": best.extremal.switching,
+            "candidates": len(candidates),
+        },
+    )
 
 
 def _arcs(word, durations, omega: float) -> list[Arc]:

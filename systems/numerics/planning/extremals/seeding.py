@@ -2,8 +2,12 @@
 
 An extremal that brings beta to the goal turns once more at the end, against the turn before. Drive
 the goal back along such a turn, the start forward along a first one, or neither, and join the two
-by Dubins words: x, y and theta are met, and beta is left to the solver.
+by Dubins words: x, y and theta are met, and beta is left to the solver. Two rarer kinds are added:
+a whole circle before or after, which may be what brings beta about, and a singular arc that turns
+between the second and third of four bangs.
 """
+
+import math
 
 import numpy as np
 
@@ -16,6 +20,11 @@ _LAST_TURNS = (0.15, 0.5, 1.0, 1.6)
 _FIRST_TURNS = (0.4, 1.0)
 # A first turn of its own is rare: it is tried with these last turns only.
 _LAST_TURNS_AFTER_FIRST = (0.5, 1.6)
+# An arc shorter than this is tried with a circle more [rad].
+_SHORT_ARC = 0.6
+# The singular arc between bangs: its turn rate, towards the next bang, and its duration.
+_TURNING_RATE = 0.5
+_TURNING_TIME = 0.4
 
 
 def word_seeds(start, goal) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -47,9 +56,32 @@ def word_seeds(start, goal) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
                         if path.turns == (-first, 0, -last):
                             word = (first, *path.turns, last)
                             found.append((word, (begin, *path.lengths, end)))
+    found.extend(list(_with_circles(found)))
+    found = [(turns, lengths, 0.0) for turns, lengths in found]
+    found.extend(list(_with_singular_arc(found)))
     words = np.zeros((len(found), ARCS))
     unknowns = np.zeros((len(found), ARCS + 1))
-    for i, (turns, lengths) in enumerate(found):
+    for i, (turns, lengths, omega) in enumerate(found):
         words[i, : len(turns)] = turns
         unknowns[i, : len(lengths)] = lengths
-    return words, np.array([len(turns) for turns, _ in found]), unknowns
+        unknowns[i, len(lengths)] = omega
+    return words, np.array([len(turns) for turns, _, _ in found]), unknowns
+
+
+def _with_circles(found):
+    # Of words around one singular arc, whose first or third arc is short.
+    for turns, lengths in found:
+        for i in (0, 2):
+            if len(turns) < ARCS and turns[1] == 0 and lengths[i] < _SHORT_ARC:
+                longer = list(lengths)
+                longer[i] += math.tau
+                yield turns, tuple(longer)
+
+
+def _with_singular_arc(found):
+    # Of words of four bangs.
+    for turns, lengths, _ in found:
+        if len(turns) == 4 and 0 not in turns:
+            word = (*turns[:2], 0, *turns[2:])
+            times = (*lengths[:2], _TURNING_TIME, *lengths[2:])
+            yield word, times, _TURNING_RATE * turns[2]

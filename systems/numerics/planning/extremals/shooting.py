@@ -25,7 +25,12 @@ from .singular import TERMS, singular_arc
 
 # Most arcs in a word; unknowns: their durations, then the turn rate.
 ARCS = 5
-_TURN = 6.283185307179586
+_TURN = 2.0 * math.pi
+# Of any arc, in the normalised model.
+_LONGEST = 1e4
+# A seed is given up after so many iterations, if its squared miss is still as large as this.
+PATIENCE = 7
+HOPELESS = 0.02
 
 
 @kernel
@@ -160,7 +165,9 @@ def solve_words(words, lengths, seeds, start, goal, iterations):
             cost += misses[i] ** 2
         damping = 1e-3
         fresh = True
-        for _ in range(iterations):
+        for iteration in range(iterations):
+            if iteration == PATIENCE and cost > HOPELESS:
+                break
             if fresh:
                 for k in range(free):
                     tried[: n + 1] = answer[: n + 1]
@@ -193,10 +200,8 @@ def solve_words(words, lengths, seeds, start, goal, iterations):
             for k in range(free):
                 tried[k] = answer[k] + shrink * step[k]
                 if k < n:
-                    # No arc is driven backwards, and none goes round more than once.
-                    low = 0.0
-                    high = _TURN if word[k] != 0 else 30.0
-                    tried[k] = min(max(tried[k], low), high)
+                    # No arc is driven backwards.
+                    tried[k] = min(max(tried[k], 0.0), _LONGEST)
                 else:
                     tried[k] = min(max(tried[k], -1.0), 1.0)
             _misses(word, tried, start, goal, 0, tried_states, series, tried_misses)

@@ -17,6 +17,8 @@ from sightfield.systems.numerics.planning.trailer import Trailer
 
 STARTS = st.tuples(st.floats(-4, 4), st.floats(-4, 4), st.floats(-3.1, 3.1), st.floats(-1.2, 1.2))
 ORIGIN = (0.0, 0.0, 0.0, 0.0)
+CIRCLE = (-1.961, -0.439, 0.029, 0.128)
+MIDDLE = (-1.157, 0.153, 1.667, 0.982)
 
 
 def planned(start, goal=(4.0, 4.0, 0.0, 0.0), tolerance=0.0, trailer=None):
@@ -106,6 +108,23 @@ def test_the_question_may_be_moved_turned_and_scaled(x, y, turn):
     assert plan.time * 1.5 == pytest.approx(planned((1, 1, 0, 0)).time, abs=1e-7)
     assert plan.path.states[-1] == pytest.approx(goal, abs=1e-7)
     assert plan.path.states[0] == pytest.approx((x, y, turn, 0))
+
+
+@pytest.mark.parametrize(
+    ("start", "arcs", "longest"),
+    [
+        # A whole circle, and more, turns the trailer about.
+        pytest.param(CIRCLE, 3, math.tau, id="circle"),
+        pytest.param(MIDDLE, 5, math.pi, id="singular arc between four turns"),
+    ],
+)
+def test_words_that_few_starts_have_are_found(start, arcs, longest):
+    goal = Goal(state=ORIGIN)
+    plan = plan_by_extremals(Trailer(), start, goal)
+    durations = [float(arc[1:]) for arc in plan.notes["arcs"].split(", ")]
+    assert len(durations) >= arcs
+    assert max(durations) > longest
+    assert plan.time <= plan_by_casadi(Trailer(), start, goal).time + 1e-4
 
 
 def test_time_grows_as_the_tolerance_shrinks():
