@@ -117,6 +117,13 @@ def test_right_of_the_corner_margin_is_the_optimal_pursuer(alpha, a, turn, sprea
     assert margin_field(*game)[:2] == pytest.approx((-wy / length, wx / length), abs=1e-9)
 
 
+def test_left_of_the_corner_margin_blends_turning_and_making_for_it():
+    # |p| = 1.3, |e| = 0.4 and far from the sight ray: M1 = 0.4 - 0.65, M2 = 0.4.
+    game = (1.3, math.atan2(-1.2, -0.5), 0.4, -1.0, 0.8, 0.5)
+    x, y = (0.25 * t + 0.4 * s for t, s in zip(TURN_LEFT, TO_CORNER, strict=True))
+    assert margin_field(*game) == pytest.approx((x / math.hypot(x, y), y / math.hypot(x, y), 1.3))
+
+
 @st.composite
 def borders(draw):
     """Two states 1e-8 apart on either side of a border of the partition, and which border."""

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -68,6 +69,27 @@ def test_running_straight_up_is_for_the_right_of_the_corner(game):
         assert r_e >= a * r_p
 
 
+@given(games())
+def test_lengths_are_distances(game):
+    """D_p, D_e and M2 against the nearest of many points of the star region, edge A, the ray."""
+    r_p, phi_p, r_e, phi_e, alpha, _ = game
+    _, m2, d_p, d_e, gap = margins(*game)
+    assume(r_e > 0 and gap >= 0)
+    far = np.linspace(0, 4 * (r_p + r_e), 4001)
+
+    def distance(r, phi, ray):
+        # More than half a turn away, the obstacle is between: by way of the corner.
+        if abs(phi - ray) > math.pi:
+            return r
+        x, y = r * math.cos(phi), r * math.sin(phi)
+        return np.hypot(x - far * math.cos(ray), y - far * math.sin(ray)).min()
+
+    sides = [distance(r_p, phi_p, ray) for ray in (0.0, alpha)]
+    assert d_p == pytest.approx(min(sides), abs=2 * far[1])
+    assert d_e == pytest.approx(distance(r_e, phi_e, math.pi), abs=2 * far[1])
+    assert m2 == pytest.approx(distance(r_e, phi_e, math.pi + phi_p), abs=2 * far[1])
+
+
 @given(games(), st.floats(0.01, 100), st.floats(0.05, 0.95))
 def test_neither_scale_nor_the_speed_ratio_alone_matters(game, scale, other):
     r_p, phi_p, r_e, phi_e, alpha, a = game
@@ -118,6 +140,8 @@ def test_grazing_is_seeing():
         ((-0.2, 0.45), REGION_1),
         ((-0.2, 0.55), REGION_4),
         ((0.6, 0.1), REGION_2),
+        ((0.7, 0.0), REGION_2),
+        ((0.71, 0.0), REGION_3),
         ((0.9, 0.0), REGION_3),
         ((-0.5, 0.9), REGION_3),
         ((1.3, 0.0), REGION_5),
