@@ -121,6 +121,8 @@ def test_the_mirror_lets_neither_the_gap_nor_the_ratio_shrink(game, share, direc
     u_t = uy * math.cos(phi_p) - ux * math.sin(phi_p)
     v_r = vx * math.cos(phi_e) + vy * math.sin(phi_e)
     v_t = vy * math.cos(phi_e) - vx * math.sin(phi_e)
+    # Table 2.1, row C, r_p being 1.
+    assert (u_t, u_r) == pytest.approx((abs(v_t) / r_e, -abs(v_r) / r_e), abs=1e-9)
     # Rates of the gap and of log(r_e / r_p).
     assert u_t - v_t / r_e >= -1e-9
     assert v_r / r_e - u_r >= -1e-9
