@@ -1,0 +1,120 @@
+"""Value functions on disk: one NumPy archive with a version, the parameters and a checksum."""
+
+import json
+import os
+import tempfile
+import zipfile
+import zlib
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import InvalidInput, require
+from ..goal import Goal
+from ..trailer import Trailer
+from .grid import Grid
+from .value_function import ValueFunction
+
+FORMAT = "sightfield value function"
+VERSION = 1
+
+
+def save_value_function(value: ValueFunction, path: str | os.PathLike[str]) -> None:
+    """Write to a temporary name and move, so that a file is whole or is not there.
+
+    Args:
+        value: What to save.
+        path: Where; the name is kept as it is.
+    """
+    about = {
+        "format": FORMAT,
+        "version": VERSION,
+        "checksum": _checksum(value.table),
+        "grid": asdict(value.grid),
+        "trailer": asdict(value.trailer),
+        "goal": asdict(value.goal),
+        "scheme": value.scheme,
+        "sweeps": value.sweeps,
+        "residual": value.residual,
+        "converged": value.converged,
+        "wall_time": value.wall_time,
+        "warnings": value.warnings,
+        "placement": value.placement,
+    }
+    target = Path(path)
+    require(target.parent.is_dir(), "path", "be in a folder that exists", target)
+    handle, name = tempfile.mkstemp(dir=target.parent, prefix=target.name, suffix=".part")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            np.savez(file, about=np.array(json.dumps(about)), table=value.table)
+        os.replace(name, target)
+    except BaseException:
+        os.unlink(name)
+        raise
+
+
+def load_value_function(path: str | os.PathLike[str]) -> ValueFunction:
+    """Read what `save_value_function` wrote.
+
+    Raises:
+        InvalidInput: The file is missing, truncated, changed, foreign or of another version.
+    """
+    try:
+        with open(path, "rb") as file, np.load(file, allow_pickle=False) as archive:
+            require(
+                isinstance(archive, np.lib.npyio.NpzFile) and "about" in archive.files,
+                "file",
+                f"be a {FORMAT}",
+                path,
+            )
+            about = json.loads(str(archive["about"]))
+            require(
+                isinstance(about, dict) and about.get("format") == FORMAT,
+                "file",
+                f"be a {FORMAT}",
+                path,
+            )
+            require(
+                about.get("version") == VERSION,
+                "file",
+                f"have version {VERSION} of the format",
+                about.get("version"),
+            )
+            table = archive["table"]
+    except InvalidInput:
+        raise
+    except OSError as error:
+        raise InvalidInput(f"`file` must be readable; got {path}: {error.strerror}") from None
+    except (zipfile.BadZipFile, zlib.error, EOFError) as error:
+        raise InvalidInput(f"`file` must be whole; got {path}: {error}") from None
+    except (ValueError, KeyError, AttributeError, TypeError):
+        raise InvalidInput(f"`file` must be a {FORMAT}; got {path}") from None
+    try:
+        value = ValueFunction(
+            table=table,
+            grid=Grid(**about["grid"]),
+            trailer=Trailer(**about["trailer"]),
+            goal=Goal(**{key: tuple(entries) for key, entries in about["goal"].items()}),
+            scheme=about["scheme"],
+            sweeps=about["sweeps"],
+            residual=about["residual"],
+            converged=about["converged"],
+            wall_time=about["wall_time"],
+            warnings=tuple(about["warnings"]),
+            placement=tuple(about["placement"]),
+        )
+    except (KeyError, TypeError, AttributeError) as error:
+        raise InvalidInput(f"`file` must have every parameter; got {path}: {error}") from None
+    require(
+        table.dtype == np.float32 and table.shape == value.grid.shape,
+        "file",
+        f"have a table of shape {value.grid.shape}",
+        table.shape,
+    )
+    require(_checksum(table) == about.get("checksum"), "file", "match its checksum", path)
+    return value
+
+
+def _checksum(table: np.ndarray) -> int:
+    return zlib.crc32(memoryview(np.ascontiguousarray(table)).cast("B"))

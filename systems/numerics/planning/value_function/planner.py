@@ -1,0 +1,122 @@
+"""`plan_by_value_function`: solve or reuse a table, then drive down it."""
+
+import math
+from collections.abc import Sequence
+from time import perf_counter
+
+from ...errors import require, require_finite
+from ..goal import Goal
+from ..plan import Plan
+from ..trailer import Trailer
+from .grid import THESIS_STEP, Grid
+from .rollout import roll_out
+from .solve import POLISH, Progress, solve_value_function
+from .value_function import ValueFunction
+
+METHOD = "value-function"
+# Room for loops around the start and the goal, in turning radii.
+MARGIN = 3.0
+
+
+def plan_by_value_function(
+    trailer: Trailer,
+    start: Sequence[float],
+    goal: Goal,
+    *,
+    step: float = THESIS_STEP,
+    polish: int = POLISH,
+    value: ValueFunction | None = None,
+    progress: Progress | None = None,
+) -> Plan:
+    """Solve for the time to go, and drive greedily down it.
+
+    The path is what was driven, and `time` is how long that took; the notes hold the table's
+    `time_to_go`, the times of `fallbacks` from (3.20), and `warnings`, for example of a tolerance
+    that the grid cannot resolve. Then the plan is not converged: it is for a wider box.
+
+    Args:
+        trailer: The cart.
+        start: (x, y, theta, beta) [m], [m], [rad], [rad].
+        goal: The box. With a table that was solved for a goal elsewhere, the box turns with the
+            goal's heading.
+        step: Distance of nodes in turning radii: 0.2 is the thesis's grid.
+        polish: Passes with cubic interpolation.
+        value: A table to reuse, of the same cart and for a goal of the same beta and tolerance.
+        progress: See `solve_value_function`.
+
+    Raises:
+        InvalidInput: Start, goal or option out of range, or the table is for something else.
+    """
+    began = perf_counter()
+    require(len(start) == 4, "start", "be (x, y, theta, beta)", start)
+    for entry in start:
+        require_finite("start", float(entry))
+    require(abs(start[3]) <= trailer.jackknife, "start", "have |beta| within jackknife", start[3])
+    if value is None:
+        grid = grid_around(trailer, start, goal, step)
+        value = solve_value_function(trailer, goal, grid, polish=polish, progress=progress)
+    else:
+        require(value.trailer == trailer, "value", "be for the same trailer", value.trailer)
+        same = value.goal.tolerance == goal.tolerance and value.goal.state[3] == goal.state[3]
+        require(same, "value", "be for the same beta and tolerance", value.goal)
+        value = value.moved(*goal.state[:3])
+    driven = roll_out(value, start)
+    if not driven.arrived and math.isfinite(driven.promised):
+        # The sign alone can lead into a loop; longer views often lead out of it.
+        driven = roll_out(value, start, by_sign=False)
+    notes: dict[str, object] = {
+        "time_to_go": driven.promised,
+        "sweeps": value.sweeps,
+        "scheme": value.scheme,
+        "grid": value.grid.shape,
+        "tolerance": value.goal.tolerance,
+        "fallbacks": driven.fallbacks.tolist(),
+        "warnings": list(value.warnings),
+    }
+    arrived = driven.arrived
+    if math.isinf(driven.promised):
+        status = "unreachable"
+    elif not arrived:
+        status = "lost on the way"
+    else:
+        status = "arrived in a wider box" if value.warnings else "arrived"
+    return Plan(
+        method=METHOD,
+        goal=goal,
+        status=status,
+        converged=arrived and value.converged and not value.warnings,
+        time=float(driven.path.times[-1]) if arrived else math.inf,
+        path=driven.path if arrived else None,
+        iterations=value.sweeps,
+        residual=value.residual,
+        wall_time=perf_counter() - began,
+        notes=notes,
+    )
+
+
+def grid_around(trailer: Trailer, start: Sequence[float], goal: Goal, step: float) -> Grid:
+    """The usual grid around a goal, grown where the start needs more room."""
+    radius = trailer.speed / trailer.turn_rate
+    square = Grid.of_step(step, goal.state[:2], radius=radius)
+    x_min, y_min, x_max, y_max = square.bounds
+    margin = MARGIN * radius
+    if (
+        x_min + margin <= start[0] <= x_max - margin
+        and y_min + margin <= start[1] <= y_max - margin
+    ):
+        return square
+    # Equally far on both sides of the goal, so that it stays a node and a mirror axis.
+    widths = [
+        max(square.bounds[2 + k] - goal.state[k], abs(start[k] - goal.state[k]) + margin)
+        for k in range(2)
+    ]
+    nodes = [math.ceil(width / square.step - 1e-9) for width in widths]
+    return Grid(
+        x_min=goal.state[0] - nodes[0] * square.step,
+        y_min=goal.state[1] - nodes[1] * square.step,
+        step=square.step,
+        x_count=2 * nodes[0] + 1,
+        y_count=2 * nodes[1] + 1,
+        theta_count=square.theta_count,
+        beta_count=square.beta_count,
+    )
