@@ -137,6 +137,10 @@ def _sweep_table(results: Sweep) -> Table:
     for heading in ("ratio", *results.times, "lower bound"):
         table.add_column(heading, justify="right")
     for k, ratio in enumerate(results.ratios.tolist()):
-        times = [f"{times[k]:.4f}" for times in results.times.values()]
+        times = [_time_words(float(times[k])) for times in results.times.values()]
         table.add_row(f"{ratio:.2f}", *times, f"{results.lower_bounds[k]:.4f}")
     return table
+
+
+def _time_words(time: float) -> str:
+    return "-" if math.isnan(time) else f"{time:.4f}"

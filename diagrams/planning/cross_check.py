@@ -1,5 +1,9 @@
 """Whether the answers of several planners can all be true."""
 
+from collections.abc import Callable
+
+from .methods import promises_optimum
+from .question import PlanningQuestion
 from .verdict import Verdict
 
 # A plan may be faster than the bound by a rounding, relative to it.
@@ -10,12 +14,15 @@ DRIVEN_TOLERANCE = 1e-4
 AGREEMENT = 2e-3
 
 
-def contradictions(verdict: Verdict, exact: tuple[str, ...] = ("casadi", "extremal")) -> list[str]:
+def contradictions(
+    verdict: Verdict,
+    exact: Callable[[str, PlanningQuestion], bool] = promises_optimum,
+) -> list[str]:
     """What cannot be: sentences, none if all is well.
 
     Args:
         verdict: The planners' answers.
-        exact: Planners that promise the optimum, and so have to agree with each other.
+        exact: Whether a planner promises the optimum of a question; those that do have to agree.
     """
     found = []
     for row in verdict.rows:
@@ -29,7 +36,7 @@ def contradictions(verdict: Verdict, exact: tuple[str, ...] = ("casadi", "extrem
     times = {
         row.method: row.plan.time
         for row in verdict.rows
-        if row.method in exact and row.plan.converged
+        if exact(row.method, verdict.question) and row.plan.converged
     }
     if times and max(times.values()) > (1 + AGREEMENT) * min(times.values()):
         said = ", ".join(f"{method} {time:.6g} s" for method, time in times.items())

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from ...systems.numerics.errors import require_one_of
+from ...systems.numerics.planning.extremals.planner import plan_by_extremals
 from ...systems.numerics.planning.extremals.primitives import plan_by_primitives
 from ...systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from ...systems.numerics.planning.plan import Plan
@@ -13,16 +14,33 @@ def _casadi(ask: PlanningQuestion) -> Plan:
     return plan_by_casadi(ask.trailer, ask.start, ask.goal, obstacles=ask.world)
 
 
-def _primitive(ask: PlanningQuestion) -> Plan:
-    if ask.world is not None:
-        return _blind_to_walls("primitive", ask)
-    return plan_by_primitives(ask.trailer, ask.start, ask.goal)
+def _in_the_open(method: str, planner: Callable[..., Plan]) -> Callable[[PlanningQuestion], Plan]:
+    """A planner that knows no walls, and says so among them."""
+
+    def ask_planner(ask: PlanningQuestion) -> Plan:
+        if ask.world is None:
+            return planner(ask.trailer, ask.start, ask.goal)
+        status = "not applicable among walls"
+        return Plan(method=method, goal=ask.goal, status=status, converged=False)
+
+    return ask_planner
 
 
 METHODS: dict[str, Callable[[PlanningQuestion], Plan]] = {
     "casadi": _casadi,
-    "primitive": _primitive,
+    "extremal": _in_the_open("extremal", plan_by_extremals),
+    "primitive": _in_the_open("primitive", plan_by_primitives),
 }
+
+
+def promises_optimum(method: str, ask: PlanningQuestion) -> bool:
+    """Whether a planner claims that no path of the cart takes less time to the goal.
+
+    Extremals meet x, y and theta exactly, and only drive forwards.
+    """
+    if method == "extremal":
+        return not any(ask.goal.tolerance[:3]) and not ask.trailer.reverse
+    return method == "casadi"
 
 
 def chosen_methods(name: str) -> list[str]:
@@ -33,8 +51,3 @@ def chosen_methods(name: str) -> list[str]:
     """
     require_one_of("method", name, [*METHODS, "all"])
     return list(METHODS) if name == "all" else [name]
-
-
-def _blind_to_walls(method: str, ask: PlanningQuestion) -> Plan:
-    status = "not applicable among walls"
-    return Plan(method=method, goal=ask.goal, status=status, converged=False)

@@ -1,6 +1,7 @@
 """Plans over time and over the plane, as pictures."""
 
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -25,28 +26,49 @@ def save_paths_picture(path: Path, verdict: Verdict) -> None:
 
 
 def save_states_picture(path: Path, verdict: Verdict) -> None:
-    """Draw x, y, theta, beta and omega of every planner over time."""
+    """Draw x, y, theta, beta and omega of every planner over time.
+
+    The switching function too, where a planner knows it: omega is at the bound of its sign.
+    """
+    switching = [row for row in verdict.rows if "switching_function" in row.plan.notes]
+    count = 5 if switching else 4
     figure = Figure(figsize=(11.0, 6.4), layout="constrained")
-    grid = figure.add_gridspec(4, 2)
+    grid = figure.add_gridspec(count, 2)
     plane = figure.add_subplot(grid[:, 0])
     _draw_paths(plane, verdict)
-    rows = [figure.add_subplot(grid[k, 1]) for k in range(4)]
-    position, theta, beta, omega = rows
-    for row in verdict.rows:
+    first = figure.add_subplot(grid[0, 1])
+    rows = [first, *(figure.add_subplot(grid[k, 1], sharex=first) for k in range(1, count))]
+    position, theta, beta, omega = rows[:4]
+    for k, row in enumerate(verdict.rows):
         plan = row.plan.path
         if plan is None:
             continue
-        colour = METHOD_COLOURS[row.method]
-        position.plot(plan.times, plan.states[:, 0], color=colour)
-        position.plot(plan.times, plan.states[:, 1], color=colour, linestyle="--")
-        theta.plot(plan.times, plan.states[:, 2], color=colour)
-        beta.plot(plan.times, plan.states[:, 3], color=colour)
-        omega.stairs(plan.controls[:, 1], plan.times, color=colour, baseline=None)
-    labels = ("x, y (dashed) [m]", "theta [rad]", "beta [rad]", "omega [rad/s]")
-    for axes, label in zip(rows, labels, strict=True):
+        style: Any = {"color": METHOD_COLOURS[row.method], "linewidth": _line_width(k)}
+        position.plot(plan.times, plan.states[:, 0], **style)
+        position.plot(plan.times, plan.states[:, 1], linestyle="--", **style)
+        theta.plot(plan.times, plan.states[:, 2], **style)
+        beta.plot(plan.times, plan.states[:, 3], **style)
+        if len(plan.controls):
+            omega.stairs(plan.controls[:, 1], plan.times, baseline=None, **style)
+    for row in switching:
+        times, values = (
+            np.asarray(cast(Any, row.plan.notes[key]), dtype=float)
+            for key in ("switching_times", "switching_function")
+        )
+        rows[4].plot(times, values, color=METHOD_COLOURS[row.method])
+    labels = (
+        "x, y [m]\n(y dashed)",
+        "theta\n[rad]",
+        "beta\n[rad]",
+        "omega\n[rad/s]",
+        "switching\nfunction",
+    )
+    for axes, label in zip(rows, labels[:count], strict=True):
         axes.set_ylabel(label)
         axes.grid(alpha=0.3)
-    omega.set_xlabel("time [s]")
+        axes.tick_params(labelbottom=axes is rows[-1])
+    figure.align_ylabels(rows)
+    rows[-1].set_xlabel("time [s]")
     plane.legend(frameon=False)
     figure.savefig(path, dpi=_SIZE)
 
@@ -55,8 +77,9 @@ def save_sweep_picture(path: Path, sweep: Sweep) -> None:
     """Draw travel times over the ratio (Figure 3.10)."""
     figure = Figure(figsize=(7.0, 4.6), layout="constrained")
     axes = figure.add_subplot()
-    for name, times in sweep.times.items():
-        axes.plot(sweep.ratios, times, marker=".", color=METHOD_COLOURS[name], label=name)
+    for k, (name, times) in enumerate(sweep.times.items()):
+        colour, width = METHOD_COLOURS[name], _line_width(k)
+        axes.plot(sweep.ratios, times, marker=".", color=colour, linewidth=width, label=name)
     axes.plot(sweep.ratios, sweep.lower_bounds, color="gray", linestyle=":", label="lower bound")
     axes.set_xlabel("(x_g - x_i) / (y_g - y_i)")
     axes.set_ylabel("travel time [s]")
@@ -69,14 +92,14 @@ def _draw_paths(axes: Axes, verdict: Verdict) -> None:
     question = verdict.question
     if question.world is not None:
         draw_world(axes, question.world, corners=False)
-    for row in verdict.rows:
+    for k, row in enumerate(verdict.rows):
         plan = row.plan.path
         if plan is None:
             continue
         colour = METHOD_COLOURS[row.method]
         x, y, theta, beta = plan.states.T
         label = f"{row.method}, {row.plan.time:.4f} s"
-        axes.plot(x, y, color=colour, linewidth=1.8, label=label)
+        axes.plot(x, y, color=colour, linewidth=_line_width(k), label=label)
         towed_x, towed_y, _ = trailer_pose(x, y, theta, beta, question.trailer)
         axes.plot(towed_x, towed_y, color=colour, linewidth=0.9, linestyle="--")
     for name, state, mark in (("start", question.start, "o"), ("goal", question.goal.state, "s")):
@@ -90,3 +113,8 @@ def _draw_paths(axes: Axes, verdict: Verdict) -> None:
     axes.set_aspect("equal")
     axes.set_xlabel("x [m]; dashed: the trailer's axle")
     axes.set_ylabel("y [m]")
+
+
+def _line_width(k: int) -> float:
+    """Thick for the first planner and thin for the last, so that equal paths all show."""
+    return max(4.0 - 1.1 * k, 0.8)

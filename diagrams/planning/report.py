@@ -1,4 +1,4 @@
-"""What a verdict leaves in a folder: numbers, paths, pictures."""
+"""What a verdict leaves in a folder: numbers, paths, pictures, a replay."""
 
 import json
 from pathlib import Path
@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from .plan_picture import save_paths_picture, save_states_picture
+from .replay import write_planning_replay
 from .verdict import Verdict
 from .verdict_table import as_object
 
@@ -17,7 +18,7 @@ def write_report(verdict: Verdict, folder: Path) -> list[str]:
         verdict: Of some planners.
         folder: Exists.
     """
-    names = ["verdict.json", "paths.npz", "paths.png", "states.png"]
+    names = ["verdict.json", "paths.npz", "paths.png", "states.png", "replay.html"]
     text = json.dumps(as_object(verdict), indent=2)
     (folder / names[0]).write_text(text + "\n", encoding="utf-8")
     arrays: dict[str, np.ndarray] = {}
@@ -29,4 +30,5 @@ def write_report(verdict: Verdict, folder: Path) -> list[str]:
     np.savez_compressed(folder / names[1], **arrays)  # type: ignore[arg-type]  # none is called allow_pickle
     save_paths_picture(folder / names[2], verdict)
     save_states_picture(folder / names[3], verdict)
+    write_planning_replay(folder / names[4], verdict)
     return names

@@ -35,7 +35,8 @@ class Row:
         """The trailer's angle at the end of the plan, in (-pi, pi] [rad]."""
         if self.plan.path is None:
             return None
-        return -math.remainder(-float(self.plan.path.states[-1, 3]), math.tau)
+        angle = math.remainder(float(self.plan.path.states[-1, 3]), math.tau)
+        return math.pi if angle == -math.pi else angle
 
 
 @dataclass(frozen=True, eq=False)

@@ -44,7 +44,7 @@ def as_table(verdict: Verdict) -> Table:
         table.add_row(
             row.method,
             _shown(_finite(row.plan.time), ".5f"),
-            _shown(row.beta_final, ".4f"),
+            _shown(_rounded(row.beta_final), ".4f"),
             _shown(_rounded(verdict.gap_to_best(row)), ".2%"),
             _shown(_rounded(verdict.gap_to_bound(row)), ".2%"),
             _shown(row.violation, ".1e"),
@@ -86,6 +86,6 @@ def _shown(value: float | None, form: str) -> str:
     return "-" if value is None else format(value, form)
 
 
-def _rounded(gap: float | None) -> float | None:
-    """To a hundredth of a percent; adding zero makes -0 a 0."""
-    return None if gap is None else round(gap, 4) + 0.0
+def _rounded(value: float | None) -> float | None:
+    """To four decimals; adding zero makes -0 a 0."""
+    return None if value is None else round(value, 4) + 0.0

@@ -50,9 +50,10 @@ def test_every_planner_answers_and_nothing_contradicts(verdict):
 def test_gaps_are_relative_to_the_best_and_to_the_bound(verdict):
     best = row_of(verdict, "casadi")
     arcs = row_of(verdict, "primitive")
-    assert verdict.best_time == best.plan.time == pytest.approx(5.0995, abs=1e-3)
-    assert verdict.gap_to_best(best) == 0
-    assert verdict.gap_to_best(arcs) == pytest.approx(arcs.plan.time / best.plan.time - 1)
+    assert verdict.best_time == min(row.plan.time for row in verdict.rows)
+    assert verdict.best_time == pytest.approx(5.0995, abs=1e-3)
+    assert verdict.gap_to_best(best) == pytest.approx(0.0, abs=1e-6)
+    assert verdict.gap_to_best(arcs) == pytest.approx(arcs.plan.time / 5.099476 - 1, abs=1e-5)
     assert verdict.gap_to_bound(best) == pytest.approx(5.0995 / 4.46243 - 1, abs=1e-3)
 
 
@@ -69,7 +70,7 @@ def test_a_plan_below_the_bound_is_a_contradiction(verdict):
 
 
 def test_planners_that_promise_the_optimum_must_agree(verdict):
-    said = contradictions(verdict, exact=("casadi", "primitive"))
+    said = contradictions(verdict, exact=lambda method, _: method in ("casadi", "primitive"))
     assert len(said) == 1
     assert "planners that promise the optimum differ" in said[0]
 

@@ -1,0 +1,206 @@
+"""Carts on their planned ways as a page that plays back without a server or a network."""
+
+import math
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+import shapely
+from pydrake.geometry import Meshcat, MeshcatParams
+
+from ...systems.numerics.planning.plan import TrailerPath
+from ...systems.numerics.planning.trailer import Trailer
+from ...systems.numerics.planning.trailer_pose import trailer_pose
+from ..tracking.replay import write_replay
+from ..tracking.scene import TrackingScene
+from ..visuals.lighting import paint, set_lights
+from ..visuals.meshes import bar_mesh, extruded_mesh, flat_mesh
+from ..visuals.stage import Stage
+from ..visuals.text import text_mesh
+from .cart_shapes import drawbar_shape, swept_area, tractor_shape, trailer_shape
+from .colours import METHOD_COLOURS
+from .verdict import Verdict
+
+ROOT = "/planning"
+# Between frames of the recording, and how long it stays on its last picture [s].
+_PERIOD = 1 / 30
+_AFTERWARDS = 1.0
+_BACKGROUND = [0.914, 0.925, 0.941]
+_PAPER, _INK = paint(0.985, 0.985, 0.985), paint(0.11, 0.13, 0.17)
+_WALL = paint(0.30, 0.66, 0.37)
+# The camera leans back a little, so that carts show that they have a height [rad].
+_TILT = 0.24
+_ASPECT = 16 / 9
+
+
+class PlanningScene:
+    """Draws the carts of a verdict, each on its own way in its method's colour.
+
+    Attributes:
+        meshcat: Where it is drawn.
+    """
+
+    def __init__(self, meshcat: Meshcat, verdict: Verdict) -> None:
+        """Draw what stands still: floor, walls, swept areas, ways, names, start and goal."""
+        self.meshcat = meshcat
+        self._trailer = verdict.question.trailer
+        self._paths = {
+            row.method: row.plan.path for row in verdict.rows if row.plan.path is not None
+        }
+        low, high = _view(verdict, self._paths)
+        span = float(max(high[1] - low[1], (high[0] - low[0]) / 1.05))
+        self._stage = Stage(meshcat, ROOT, recording=True, period=_PERIOD, tolerance=5e-5 * span)
+        _set_camera(meshcat, low, high, span)
+        self._draw_floor(verdict, low, high)
+        for k, row in enumerate(verdict.rows):
+            path = row.plan.path
+            words = f"{row.method}  " + (f"{row.plan.time:.4f} s" if path else "no path")
+            colour = METHOD_COLOURS[row.method]
+            height = 0.026 * span
+            self._stage.mesh(f"names/{k}", text_mesh(words, height, bold=True), paint(*colour))
+            self._stage.place(f"names/{k}", low[0] - 0.44 * span, high[1] - 2.2 * height * (k + 1))
+            if path is not None:
+                self._draw_way(row.method, path, k, span)
+        # On the floor, above all ways.
+        self._stage.raise_to("ends", 0.0005 * span * (2 * len(verdict.rows) + 2))
+
+    def play(self) -> None:
+        """Drive every cart along its way, and record it."""
+        end = max((path.times[-1] for path in self._paths.values()), default=0.0) + _AFTERWARDS
+        for time in np.arange(0.0, end + _PERIOD / 2, _PERIOD).tolist():
+            self._stage.begin(time)
+            for method, path in self._paths.items():
+                state = [float(np.interp(time, path.times, column)) for column in path.states.T]
+                x, y, heading = trailer_pose(state[0], state[1], state[2], state[3], self._trailer)
+                reach = 1.5 * self._trailer.length
+                self._stage.pose(
+                    f"carts/{method}/tractor", state[0], state[1], state[2], reach=reach
+                )
+                self._stage.pose(
+                    f"carts/{method}/trailer", float(x), float(y), float(heading), reach=reach
+                )
+
+    def finish_recording(self) -> None:
+        """End the recording with what was drawn last."""
+        self._stage.finish_recording()
+
+    def _draw_floor(self, verdict: Verdict, low: np.ndarray, high: np.ndarray) -> None:
+        question = verdict.question
+        if question.world is None:
+            self._stage.mesh("floor", flat_mesh(shapely.box(*low, *high)), _PAPER)
+        else:
+            size = 0.25 * self._trailer.length
+            outline = shapely.Polygon(question.world.boundary)
+            wall = outline.buffer(size / 2, join_style="mitre").difference(outline)
+            solid = [shapely.Polygon(ring) for ring in question.world.obstacles]
+            self._stage.mesh("floor", flat_mesh(outline), _PAPER)
+            self._stage.mesh(
+                "walls", extruded_mesh(shapely.union_all([wall, *solid]), 0, size), _WALL
+            )
+        for name, state in (("start", question.start), ("goal", question.goal.state)):
+            mark = _end_mark(state, self._trailer)
+            self._stage.mesh(f"ends/{name}", flat_mesh(mark), _INK)
+
+    def _draw_way(
+        self,
+        method: str,
+        path: TrailerPath,
+        number: int,
+        span: float,
+    ) -> None:
+        """Swept area and way on the floor, and the cart itself.
+
+        Planners that agree cover each other, so the later ones are lower and slimmer.
+        """
+        colour = METHOD_COLOURS[method]
+        trailer, stage = self._trailer, self._stage
+        shade = paint(*colour, 0.22)
+        stage.raise_to(f"ways/{method}/swept", 0.0005 * span * (2 * number + 1))
+        stage.mesh(f"ways/{method}/swept", flat_mesh(swept_area(path, trailer)), shade)
+        stage.raise_to(f"ways/{method}/line", 0.0005 * span * (2 * number + 2))
+        points = path.states[:, :2]
+        stage.mesh(
+            f"ways/{method}/line",
+            bar_mesh(points[:-1], points[1:], (0.012 - 0.003 * min(number, 3)) * span),
+            paint(*colour),
+        )
+        size = trailer.length
+        height = (1 - 0.08 * number) * size
+        body, towed = paint(*colour), paint(*(0.45 + 0.55 * part for part in colour))
+        cart = f"carts/{method}"
+        stage.mesh(
+            f"{cart}/tractor/body", extruded_mesh(tractor_shape(trailer), 0, 0.24 * height), body
+        )
+        stage.mesh(
+            f"{cart}/trailer/body", extruded_mesh(trailer_shape(trailer), 0, 0.18 * height), towed
+        )
+        stage.mesh(
+            f"{cart}/trailer/drawbar", extruded_mesh(drawbar_shape(trailer), 0, 0.1 * height), _INK
+        )
+        hitch = shapely.Point(-trailer.hitch_offset, 0).buffer(0.05 * size)
+        stage.mesh(f"{cart}/tractor/hitch", extruded_mesh(hitch, 0, 0.26 * height), _INK)
+
+
+def write_planning_replay(path: Path, verdict: Verdict) -> Path:
+    """Write a self-contained page that plays the plans of a verdict.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    meshcat = Meshcat(MeshcatParams(host="localhost", port=0, show_stats_plot=False))
+    scene = PlanningScene(meshcat, verdict)
+    scene.play()
+    # Any scene with a recording can be written; the annotation names the only one there was.
+    write_replay(cast(TrackingScene, scene), path)
+    page = path.read_text(encoding="utf-8")
+    page = page.replace("<title>Sightfield: tracking</title>", "<title>Sightfield: plans</title>")
+    path.write_text(page, encoding="utf-8")
+    return path
+
+
+def _view(verdict: Verdict, paths: dict[str, TrailerPath]) -> tuple[np.ndarray, np.ndarray]:
+    """Corners of what is to be seen [m]."""
+    if verdict.question.world is not None:
+        bounds = verdict.question.world.bounds
+        return bounds[:2], bounds[2:]
+    ends = np.array([verdict.question.start[:2], verdict.question.goal.state[:2]])
+    points = np.vstack([ends, *(path.states[:, :2] for path in paths.values())])
+    margin = 1.8 * verdict.question.trailer.length
+    return points.min(axis=0) - margin, points.max(axis=0) + margin
+
+
+def _set_camera(meshcat: Meshcat, low: np.ndarray, high: np.ndarray, span: float) -> None:
+    """Look down through an orthographic camera, with room for names on the left."""
+    height = 1.06 * span
+    half = 0.5 * _ASPECT * height
+    centre = np.array([low[0] - 0.48 * span + half, 0.5 * (low[1] + high[1]), 0.0])
+    meshcat.SetCamera(
+        Meshcat.OrthographicCamera(
+            left=-half,
+            right=half,
+            bottom=-height / 2,
+            top=height / 2,
+            near=0.01 * span,
+            far=8.0 * span,
+        )
+    )
+    eye = centre + 4.0 * span * np.array([0.0, -math.sin(_TILT), math.cos(_TILT)])
+    # Drake's stubs put the dtype of an array where its shape belongs.
+    meshcat.SetCameraPose(eye, centre)  # pyright: ignore[reportArgumentType]
+    for part in ("/Grid", "/Axes"):
+        meshcat.SetProperty(part, "visible", False)
+    for colour in ("top_color", "bottom_color"):
+        meshcat.SetProperty("/Background/<object>", colour, _BACKGROUND)
+    set_lights(meshcat)
+
+
+def _end_mark(state, trailer: Trailer) -> shapely.Geometry:
+    """A ring with a nose along the heading."""
+    x, y, theta, _ = state
+    ring = shapely.Point(0, 0).buffer(0.14).difference(shapely.Point(0, 0).buffer(0.09))
+    nose = shapely.LineString([(0.14, 0), (0.4, 0)]).buffer(0.025)
+    mark = shapely.union(ring, nose)
+    c, s = trailer.length * math.cos(theta), trailer.length * math.sin(theta)
+    return shapely.transform(
+        mark, lambda points: points @ np.array([[c, s], [-s, c]]) + np.array([x, y])
+    )
