@@ -11,9 +11,13 @@ from sightfield.diagrams.tracking.meshcat_velocity import MeshcatVelocity
 from sightfield.diagrams.tracking.scene import TrackingScene
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.planning.driven_path import driven_path
+from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
+from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 from sightfield.systems.planning.path_follower import PathFollower
 from sightfield.systems.planning.tractor_trailer import TractorTrailer
+from sightfield.systems.planning.value_function_feedback import ValueFunctionFeedback
 from sightfield.systems.tracking.adversarial_evaders import AdversarialEvaders
 from sightfield.systems.tracking.agent_team import AgentTeam
 from sightfield.systems.tracking.assignment import Assignment
@@ -70,6 +74,9 @@ def system_examples() -> dict[str, Callable[[], LeafSystem]]:
             visibility_polygon=lambda point: world.boundary,
             pursuit_field=lambda pursuer, points, evaders, assignment: np.zeros_like(points),
             recording=False,
+        ),
+        "ValueFunctionFeedback": lambda: ValueFunctionFeedback(
+            solve_value_function(Trailer(), Goal(state=(0, 0, 0, 0)), Grid.of_step(0.8), polish=0)
         ),
         "VelocitySelector": lambda: VelocitySelector([0, 1, 1], sources=2),
         "WallSliding": lambda: WallSliding([world], count=2, period=0.1),

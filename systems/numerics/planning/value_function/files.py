@@ -117,4 +117,4 @@ def load_value_function(path: str | os.PathLike[str]) -> ValueFunction:
 
 
 def _checksum(table: np.ndarray) -> int:
-    return zlib.crc32(memoryview(np.ascontiguousarray(table)).cast("B"))
+    return zlib.crc32(table.tobytes())

@@ -98,13 +98,7 @@ def grid_around(trailer: Trailer, start: Sequence[float], goal: Goal, step: floa
     """The usual grid around a goal, grown where the start needs more room."""
     radius = trailer.speed / trailer.turn_rate
     square = Grid.of_step(step, goal.state[:2], radius=radius)
-    x_min, y_min, x_max, y_max = square.bounds
     margin = MARGIN * radius
-    if (
-        x_min + margin <= start[0] <= x_max - margin
-        and y_min + margin <= start[1] <= y_max - margin
-    ):
-        return square
     # Equally far on both sides of the goal, so that it stays a node and a mirror axis.
     widths = [
         max(square.bounds[2 + k] - goal.state[k], abs(start[k] - goal.state[k]) + margin)

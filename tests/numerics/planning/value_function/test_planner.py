@@ -90,7 +90,7 @@ def test_a_point_is_planned_for_as_a_wider_box():
 
 
 def test_the_grid_grows_to_hold_the_start():
-    grid = grid_around(Trailer(), (-9.0, 0.0, 0.0, 0.0), GOAL, 0.4)
+    grid = grid_around(Trailer(), (-9.0, 2.0, 0.0, 0.0), GOAL, 0.4)
     x_min, y_min, x_max, y_max = grid.bounds
     assert x_min <= -12
     assert x_min + x_max == pytest.approx(8)
