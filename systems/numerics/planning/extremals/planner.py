@@ -24,7 +24,7 @@ from .arc_path import SHORTEST, Arc, arc_path, arc_samples, arc_word
 from .costates import Extremal, extremal_of
 from .frame import NOT_SCALABLE, goal_frame
 from .seeding import word_seeds
-from .shooting import solve_words
+from .word_solver import solve_words
 
 _METHOD = "extremal"
 # Largest miss of an answer, of the goal or of a switch.
