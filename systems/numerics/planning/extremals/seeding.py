@@ -2,9 +2,9 @@
 
 An extremal that brings beta to the goal turns once more at the end, against the turn before. Drive
 the goal back along such a turn, the start forward along a first one, or neither, and join the two
-by Dubins words: x, y and theta are met, and beta is left to the solver. Two rarer kinds are added:
-a whole circle before or after, which may be what brings beta about, and a singular arc that turns
-between the second and third of four bangs.
+by Dubins words: x, y and theta are met, and beta is left to the solver. Rarer kinds are
+added: a whole circle before or after, which may be what brings beta about; a singular arc that
+turns between the second and third of four bangs; a short first turn the other way.
 """
 
 import math
@@ -25,6 +25,8 @@ _SHORT_ARC = 0.6
 # The singular arc between bangs: its turn rate, towards the next bang, and its duration.
 _TURNING_RATE = 0.5
 _TURNING_TIME = 0.4
+# A short first arc is also tried as one the other way, of this duration.
+_OTHER_WAY_TIME = 0.15
 
 
 def word_seeds(start, goal) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -58,7 +60,7 @@ def word_seeds(start, goal) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
                             found.append((word, (begin, *path.lengths, end)))
     found.extend(list(_with_circles(found)))
     found = [(turns, lengths, 0.0) for turns, lengths in found]
-    found.extend(list(_with_singular_arc(found)))
+    found.extend([*_with_singular_arc(found), *_turned_the_other_way(found)])
     words = np.zeros((len(found), ARCS))
     unknowns = np.zeros((len(found), ARCS + 1))
     for i, (turns, lengths, omega) in enumerate(found):
@@ -85,3 +87,11 @@ def _with_singular_arc(found):
             word = (*turns[:2], 0, *turns[2:])
             times = (*lengths[:2], _TURNING_TIME, *lengths[2:])
             yield word, times, _TURNING_RATE * turns[2]
+
+
+def _turned_the_other_way(found):
+    # Of words around one singular arc, whose first arc is short.
+    for turns, lengths, _ in found:
+        if len(turns) < ARCS and turns[1] == 0 and lengths[0] < _SHORT_ARC:
+            times = (_OTHER_WAY_TIME, *lengths[1:])
+            yield (-turns[0], *turns[1:]), times, _TURNING_RATE * turns[2]

@@ -161,3 +161,11 @@ def test_a_trailer_that_may_reverse_is_told_that_it_does_not():
 def test_a_start_without_four_numbers_is_refused():
     with pytest.raises(InvalidInput, match="start"):
         planned((1, 1, 0))
+
+
+def test_a_first_turn_against_the_shortest_car_path_is_found():
+    goal = Goal(state=ORIGIN, tolerance=(0, 0, 0, 0.251))
+    plan = plan_by_extremals(Trailer(), (-2.081, 0.981, -0.897, 0.563), goal)
+    assert plan.notes["arcs"].startswith("R")
+    assert dubins_paths((-2.081, 0.981, -0.897), ORIGIN[:3], 1.0)[0].word == "LSL"
+    assert plan.time == pytest.approx(2.5988, abs=3e-3)
