@@ -8,12 +8,14 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
-from ...systems.numerics.errors import require
+from ...systems.numerics.errors import InvalidInput, require
 from ...systems.numerics.geometry.world_files import load_world
 from ...systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from ...systems.numerics.planning.trailer import Trailer
+from ...systems.numerics.planning.value_function.planner import THESIS_STEP
 from ..outputs import output_folder
 from ..planning.cross_check import contradictions
 from ..planning.methods import METHODS, chosen_methods
@@ -29,6 +31,7 @@ plan_app = typer.Typer(
     rich_markup_mode=None,
 )
 State = tuple[float, float, float, float]
+_GRIDS = {"thesis": THESIS_STEP, "fine": THESIS_STEP / 2}
 _METHOD_HELP = f"One of {', '.join([*METHODS, 'all'])}."
 
 
@@ -61,6 +64,10 @@ def plan(
     world: Annotated[
         Path | None, typer.Option(help="Keep clear of its walls (WKT, GeoJSON or ROS map).")
     ] = None,
+    grid: Annotated[
+        str,
+        typer.Option(help="Of the value function: thesis, fine, or its step in turning radii."),
+    ] = "thesis",
     out: Annotated[Path | None, typer.Option(help="Folder for results, plots and replay.")] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object and nothing else.")
@@ -88,6 +95,7 @@ def plan(
             jackknife=jackknife,
         ),
         world=None if world is None else load_world(world).world,
+        grid_step=_grid_step(grid),
     )
     names = chosen_methods(method)
     with output_folder(out) if out is not None else nullcontext() as folder:
@@ -99,7 +107,7 @@ def plan(
     console = Console()
     console.print(as_table(verdict))
     for sentence in contradictions(verdict):
-        console.print(f"Contradiction: {sentence}")
+        console.print(f"Contradiction: {sentence}", markup=False)
     if out is not None:
         console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
 
@@ -132,8 +140,18 @@ def sweep(
         Console().print(_sweep_table(results))
 
 
+def _grid_step(grid: str) -> float:
+    """The step of a grid that is given by name or by number."""
+    if grid in _GRIDS:
+        return _GRIDS[grid]
+    try:
+        return float(grid)
+    except ValueError:
+        raise InvalidInput(f"`--grid` must be thesis, fine or a number; got {grid}") from None
+
+
 def _sweep_table(results: Sweep) -> Table:
-    table = Table(title="Travel time [s]")
+    table = Table(title=escape("Travel time [s]"))
     for heading in ("ratio", *results.times, "lower bound"):
         table.add_column(heading, justify="right")
     for k, ratio in enumerate(results.ratios.tolist()):

@@ -6,7 +6,7 @@ from .methods import promises_optimum
 from .question import PlanningQuestion
 from .verdict import Verdict
 
-# A plan may be faster than the bound by a rounding, relative to it.
+# A converged plan may be faster than the bound by a rounding, relative to it.
 BOUND_TOLERANCE = 1e-6
 # How far a converged plan's controls may lead from the goal, in the units of the state.
 DRIVEN_TOLERANCE = 1e-4
@@ -27,7 +27,7 @@ def contradictions(
     found = []
     for row in verdict.rows:
         plan = row.plan
-        if plan.time < (1 - BOUND_TOLERANCE) * verdict.lower_bound:
+        if plan.converged and plan.time < (1 - BOUND_TOLERANCE) * verdict.lower_bound:
             found.append(
                 f"{row.method} takes {plan.time:.6g} s, below the bound {verdict.lower_bound:.6g} s"
             )

@@ -1,5 +1,6 @@
 """The planners by name, and what asking one of them returns."""
 
+import math
 from collections.abc import Callable
 
 from ...systems.numerics.errors import require_one_of
@@ -7,6 +8,7 @@ from ...systems.numerics.planning.extremals.planner import plan_by_extremals
 from ...systems.numerics.planning.extremals.primitives import plan_by_primitives
 from ...systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from ...systems.numerics.planning.plan import Plan
+from ...systems.numerics.planning.value_function.planner import plan_by_value_function
 from .question import PlanningQuestion
 
 
@@ -20,15 +22,29 @@ def _in_the_open(method: str, planner: Callable[..., Plan]) -> Callable[[Plannin
     def ask_planner(ask: PlanningQuestion) -> Plan:
         if ask.world is None:
             return planner(ask.trailer, ask.start, ask.goal)
-        status = "not applicable among walls"
-        return Plan(method=method, goal=ask.goal, status=status, converged=False)
+        return _blind_to_walls(method, ask)
 
     return ask_planner
+
+
+def _blind_to_walls(method: str, ask: PlanningQuestion) -> Plan:
+    status = "not applicable among walls"
+    return Plan(method=method, goal=ask.goal, status=status, converged=False)
+
+
+def _value_function(ask: PlanningQuestion) -> Plan:
+    if ask.world is not None:
+        return _blind_to_walls("value-function", ask)
+    if any(map(math.isinf, ask.goal.tolerance[:2])):
+        status = "not applicable: its grid is a square around the goal"
+        return Plan(method="value-function", goal=ask.goal, status=status, converged=False)
+    return plan_by_value_function(ask.trailer, ask.start, ask.goal, step=ask.grid_step)
 
 
 METHODS: dict[str, Callable[[PlanningQuestion], Plan]] = {
     "casadi": _casadi,
     "extremal": _in_the_open("extremal", plan_by_extremals),
+    "value-function": _value_function,
     "primitive": _in_the_open("primitive", plan_by_primitives),
 }
 

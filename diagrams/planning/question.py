@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass, field
 
-from ...systems.numerics.errors import require, require_finite
+from ...systems.numerics.errors import require, require_finite, require_positive
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.planning.goal import Goal
 from ...systems.numerics.planning.trailer import Trailer
+from ...systems.numerics.planning.value_function.planner import THESIS_STEP
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -18,8 +19,11 @@ class PlanningQuestion:
     trailer: Trailer = field(default_factory=Trailer)
     # Without one, the open field.
     world: World | None = None
+    # Distance of the value function's nodes, in turning radii.
+    grid_step: float = THESIS_STEP
 
     def __post_init__(self) -> None:
         require(len(self.start) == 4, "start", "be (x, y, theta, beta)", self.start)
         for value in self.start:
             require_finite("start", value)
+        require_positive("grid", self.grid_step)

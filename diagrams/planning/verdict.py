@@ -60,11 +60,11 @@ class Verdict:
 
     def gap_to_best(self, row: Row) -> float | None:
         """How much longer than the best plan, relative to it."""
-        return _gap(row.plan.time, self.best_time)
+        return _gap(row.plan, self.best_time)
 
     def gap_to_bound(self, row: Row) -> float | None:
         """How much longer than the lower bound, relative to it."""
-        return _gap(row.plan.time, self.lower_bound)
+        return _gap(row.plan, self.lower_bound)
 
 
 def ask_methods(question: PlanningQuestion, methods: Sequence[str]) -> Verdict:
@@ -84,7 +84,8 @@ def ask_methods(question: PlanningQuestion, methods: Sequence[str]) -> Verdict:
     return Verdict(question, bound, tuple(rows))
 
 
-def _gap(time: float, reference: float) -> float | None:
-    if not (math.isfinite(time) and math.isfinite(reference) and reference > 0):
+def _gap(plan: Plan, reference: float) -> float | None:
+    # A plan that did not converge may end elsewhere: then its time compares with nothing.
+    if not (plan.converged and math.isfinite(reference) and reference > 0):
         return None
-    return time / reference - 1
+    return plan.time / reference - 1

@@ -3,6 +3,7 @@
 import math
 
 from rich.box import SIMPLE_HEAD
+from rich.markup import escape
 from rich.table import Table
 
 from .cross_check import contradictions
@@ -26,20 +27,21 @@ def as_table(verdict: Verdict) -> Table:
     table = Table(
         title=f"{_goal_words(verdict)}; no path takes less than {verdict.lower_bound:.5f} s",
         # Reasons can be long; below the table they do not squeeze the numbers.
-        caption="\n".join(f"{row.method}: {row.plan.status}" for row in verdict.rows),
+        caption=escape("\n".join(line for row in verdict.rows for line in _words(row))),
         caption_justify="left",
         box=SIMPLE_HEAD,
     )
     table.add_column("method", no_wrap=True)
     for heading in (
         "time [s]",
-        "beta [rad]\nat the end",
-        "over\nthe best",
-        "over\nthe bound",
-        "violation\ndriven",
-        "wall\ntime [s]",
+        "beta at\nend [rad]",
+        "over\nbest",
+        "over\nbound",
+        "miss when\ndriven",
+        "wall\n[s]",
     ):
-        table.add_column(heading, justify="right")
+        # Units are written [s], which Rich would take for markup.
+        table.add_column(escape(heading), justify="right")
     for row in verdict.rows:
         table.add_row(
             row.method,
@@ -51,6 +53,13 @@ def as_table(verdict: Verdict) -> Table:
             _shown(row.plan.wall_time, ".3f"),
         )
     return table
+
+
+def _words(row: Row) -> list[str]:
+    """What a planner says, and what it warns of."""
+    warnings = row.plan.notes.get("warnings", [])
+    said = [row.plan.status, *(warnings if isinstance(warnings, list) else [])]
+    return [f"{row.method}: {each}" for each in said]
 
 
 def _row_object(row: Row) -> dict[str, object]:

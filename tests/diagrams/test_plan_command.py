@@ -44,6 +44,7 @@ def test_the_thesis_case_in_json(run, options, time):
 def test_the_table_names_the_goal_and_every_method(run):
     text = run("--goal-tolerance", 0, 0, 0, 0.251).stdout
     assert "5.09948" in text
+    assert "time [s]" in text
     assert "casadi: optimal" in text
     assert "primitive: found" in text
     assert "Contradiction" not in text
@@ -82,6 +83,8 @@ def test_the_world_is_kept_clear_of(run, tmp_path):
         (("--method", "magic"), "`method` must be one of"),
         (("--point", "--goal-tolerance", 0, 0, 0, 0), "`--point` must stand without"),
         (("--world", "nowhere.wkt"), "nowhere.wkt"),
+        (("--grid", "coarse"), "`--grid` must be thesis, fine or a number"),
+        (("--grid", "-1"), "`grid` must be positive"),
         (("sweep", "--count", 1), "`count` must be at least 2"),
     ],
 )

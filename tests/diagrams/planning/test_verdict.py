@@ -8,24 +8,25 @@ import numpy as np
 import pytest
 
 from sightfield.diagrams.planning.cross_check import contradictions
-from sightfield.diagrams.planning.methods import METHODS, chosen_methods
+from sightfield.diagrams.planning.methods import chosen_methods
 from sightfield.diagrams.planning.question import PlanningQuestion
 from sightfield.diagrams.planning.report import write_report
 from sightfield.diagrams.planning.sweep import sweep_ratios
 from sightfield.diagrams.planning.verdict import Row, Verdict, ask_methods
-from sightfield.diagrams.planning.verdict_table import as_object
+from sightfield.diagrams.planning.verdict_table import as_object, as_table
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.planning.goal import Goal
+from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 
+EXACT = ["casadi", "extremal", "primitive"]
 START, GOAL = (1.0, 1.0, 0.0, 0.0), (4.0, 4.0, 0.0, 0.0)
 
 
 @pytest.fixture(scope="module")
 def verdict():
-    """All planners on the thesis's case, the trailer within one cell of its grid."""
+    """Planners on the thesis's case, the trailer within one cell of its grid."""
     goal = Goal(state=GOAL, tolerance=(0.0, 0.0, 0.0, 0.251))
-    return ask_methods(PlanningQuestion(start=START, goal=goal), list(METHODS))
+    return ask_methods(PlanningQuestion(start=START, goal=goal), EXACT)
 
 
 def row_of(verdict, method):
@@ -42,7 +43,7 @@ def with_time(verdict, method, time):
 
 
 def test_every_planner_answers_and_nothing_contradicts(verdict):
-    assert [row.method for row in verdict.rows] == list(METHODS)
+    assert [row.method for row in verdict.rows] == EXACT
     assert all(row.plan.converged for row in verdict.rows)
     assert contradictions(verdict) == []
 
@@ -92,6 +93,28 @@ def test_the_object_is_json_without_infinities(verdict):
     assert said["lower_bound"] == pytest.approx(4.46243, abs=1e-4)
     keys = {"time", "beta_final", "status", "violation", "wall_time"}
     assert set(as_object(verdict)["methods"]["casadi"]) == keys
+
+
+def test_the_value_function_answers_for_a_box_and_says_when_it_needs_a_wider_one():
+    box = Goal(state=GOAL, tolerance=THESIS_TOLERANCE)
+    inside = ask_methods(PlanningQuestion(start=START, goal=box), ["casadi", "value-function"])
+    assert contradictions(inside) == []
+    row = row_of(inside, "value-function")
+    assert row.plan.converged
+    assert row.violation < 1e-6
+    assert inside.gap_to_best(row) < 0.2
+    point = ask_methods(PlanningQuestion(start=START, goal=Goal(state=GOAL)), ["value-function"])
+    assert not point.rows[0].plan.converged
+    assert point.gap_to_bound(point.rows[0]) is None
+    assert contradictions(point) == []
+    text = as_table(point).caption
+    assert "value-function: arrived in a wider box" in text
+
+
+def test_planners_that_cannot_say_so():
+    goal = Goal(state=GOAL, tolerance=(math.inf, 0.2, 0.251, 0.251))
+    free = ask_methods(PlanningQuestion(start=START, goal=goal), ["value-function"])
+    assert free.rows[0].plan.status.startswith("not applicable")
 
 
 def test_only_methods_that_see_walls_answer_among_walls():
