@@ -26,6 +26,10 @@ STATES = int(os.environ.get("SIGHTFIELD_CORNER_STATES", "6000"))
 A = 0.5
 STEP = 0.005
 
+# An evader that comes back into sight before it is this far behind the sight ray, in units of
+# a r_p, has not got away, leniently judged.
+SLACK = 0.02
+
 
 def closed_form(states, alpha):
     """M1 / a and T* v_p / r_p of states (phi_p, phi_e, rho)."""
@@ -78,16 +82,19 @@ def test_fields_are_played_out(corner):
     )
     for pursuer in PURSUERS:
         response = solve_best_response(pursuer, alpha, A, 21)
-        times = [play_out(pursuer, states, alpha, A, step=STEP)]
-        for values in (game, response):
-            for aim in ("lead", "time"):
-                times.append(play_out(pursuer, states, alpha, A, values, aim, STEP, horizon=10.0))
-        worst = np.min(times, axis=0)
-        kept, held = np.isinf(worst), worst[timed] / time[timed]
-        sharp = f"; left {kept[left].mean():.1%}" if left.any() else ""
-        print(
-            f"  {pursuer:9s} keeps {kept[winnable].mean():.2%}"
-            f" (contested {kept[contested].mean():.2%}{sharp});"
-            f" Region 1 held {held.min():.3f} T* at worst, 1st percentile"
-            f" {np.quantile(held, 0.01):.3f}"
-        )
+        evaders = [(None, "lead")]
+        evaders += [(values, aim) for values in (game, response) for aim in ("lead", "time")]
+        for slack, judged in ((0.0, "strictly"), (SLACK, "leniently")):
+            times = [
+                play_out(pursuer, states, alpha, A, *evader, STEP, 10.0, slack)
+                for evader in evaders
+            ]
+            worst = np.min(times, axis=0)
+            kept, held = np.isinf(worst), worst[timed] / time[timed]
+            sharp = f"; left {kept[left].mean():.1%}" if left.any() else ""
+            print(
+                f"  {pursuer:8s} {judged:9s} keeps {kept[winnable].mean():.2%}"
+                f" (contested {kept[contested].mean():.2%}{sharp});"
+                f" Region 1 held {held.min():.3f} T* at worst, 1st percentile"
+                f" {np.quantile(held, 0.01):.3f}, {np.mean(held < 0.99):.2%} below 0.99"
+            )

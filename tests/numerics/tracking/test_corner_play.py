@@ -113,6 +113,18 @@ def test_the_evader_rounds_the_corner_in_the_time_it_is_away():
     assert play_out("stand", states, math.pi / 2, A, step=0.05) == pytest.approx([0.2])
 
 
+def test_a_glimpse_behind_the_sight_ray_counts_only_without_slack():
+    # Grazing at a r_p, the evader runs across the ray; a turning pursuer cannot but trail it.
+    states = np.array([[-0.5, math.pi - 0.5, 0.9]])
+    alpha = math.pi / 2
+    strict = play_out("turn", states, alpha, A, step=STEP)
+    assert strict < 0.02
+    assert play_out("turn", states, alpha, A, step=STEP, slack=0.5) == math.inf
+    # Out of sight for good is out of sight, and since when does not change.
+    alone = [play_out("stand", states, alpha, A, step=STEP, slack=slack) for slack in (0, 0.3)]
+    assert alone[0] == alone[1]
+
+
 @njit(cache=True)
 def closest_call(kind, state, alpha, a, plan, stride, step):
     """Smallest distance from the evader to the sight ray, its directions being those of a plan."""
@@ -191,6 +203,7 @@ def test_region_1_is_what_the_states_of_these_tests_call_lost():
         ({"a": 1.0}, "a"),
         ({"aim": "soon"}, "aim"),
         ({"step": 0.0}, "step"),
+        ({"slack": -1.0}, "slack"),
     ],
 )
 def test_a_play_that_cannot_be_is_refused(change, name):

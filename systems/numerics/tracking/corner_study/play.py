@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
-from ...errors import require, require_one_of
+from ...errors import require, require_non_negative, require_one_of
 from ..corner_policies import evader_policy
 from .best_response import response_value
 from .grid import CornerValues
@@ -32,6 +32,7 @@ def play_out(
     aim: str = "lead",
     step: float = 0.005,
     horizon: float = 20.0,
+    slack: float = 0.0,
 ) -> np.ndarray:
     """Play the game from many states.
 
@@ -40,11 +41,13 @@ def play_out(
         states: Initial (phi_p, phi_e, rho), phi_p < 0, shape (n, 3) [rad], [rad], [a r_p].
         alpha: Interior angle of the obstacle, in (0, pi) [rad].
         a: Speed ratio v_e / v_p, in (0, 1).
-        values: What the evader descends on, knowing the pursuer's next move; without it the
-            evader plays `evader_policy`, and rounds the corner when it is a step away.
+        values: What the evader descends on, knowing the pursuer's next move; without it, and
+            when hidden, it plays `evader_policy`, and rounds the corner when a step away.
         aim: Which of the values, "lead" (to get out of sight at all) or "time" (to do it soon).
         step: Duration of a step, in units of the present r_p / v_p.
         horizon: When the pursuer has won, in units of the initial r_p / v_p.
+        slack: How far beyond the sight ray the evader may get and be seen again before it counts
+            as lost, in units of the initial a r_p.
 
     Returns:
         Time at which sight is lost, in units of the initial r_p / v_p, infinite where it is kept,
@@ -58,18 +61,19 @@ def play_out(
     require(0 < alpha < math.pi, "alpha", "lie in (0, pi)", alpha)
     require(0 < a < 1, "a", "lie in (0, 1)", a)
     require(0 < step < 1, "step", "lie in (0, 1)", step)
+    require_non_negative("slack", slack)
     require(bool((states[:, 0] < 0).all()), "states", "have phi_p < 0", states[:, 0].max())
     timed = aim == "time"
     grid = np.zeros((0, 0, 0)) if values is None else values.time if timed else values.lead
     spacing_rho = 1.0 if values is None else float(values.grid.rho[1])
     look = step if values is None else values.grid.step
     return _play_all(
-        PURSUERS[pursuer], states, alpha, a, grid, spacing_rho, look, timed, step, horizon
+        PURSUERS[pursuer], states, alpha, a, grid, spacing_rho, look, timed, step, horizon, slack
     )
 
 
 @njit(cache=True)
-def _play_all(kind, states, alpha, a, grid, spacing_rho, look, timed, step, horizon):
+def _play_all(kind, states, alpha, a, grid, spacing_rho, look, timed, step, horizon, slack):
     lost = np.empty(len(states))
     for n in range(len(states)):
         lost[n] = _play(
@@ -85,23 +89,29 @@ def _play_all(kind, states, alpha, a, grid, spacing_rho, look, timed, step, hori
             timed,
             step,
             horizon,
+            slack,
         )
     return lost
 
 
 @njit(cache=True)
-def _play(kind, phi_p, phi_e, rho, alpha, a, grid, spacing_rho, look, timed, step, horizon):
+def _play(kind, phi_p, phi_e, rho, alpha, a, grid, spacing_rho, look, timed, step, horizon, slack):
     """Time at which sight is lost, from (1, phi_p) and (rho, phi_e)."""
-    time, scale = 0.0, 1.0
+    time, scale, hidden_since = 0.0, 1.0, math.inf
     while scale > AT_CORNER and time < horizon:
         gap = math.pi + phi_p - phi_e
         if gap < 0.0:
-            return time
+            hidden_since = min(hidden_since, time)
+            depth = rho * (math.sin(-gap) if gap > -0.5 * math.pi else 1.0)
+            if scale * depth >= slack:
+                return hidden_since
+        else:
+            hidden_since = math.inf
         ux, uy = pursuer_direction(kind, 1.0, phi_p, a * rho, phi_e, alpha, a)
         best, wx, wy, corner = math.inf, 0.0, 0.0, False
-        if grid.size == 0:
+        if grid.size == 0 or gap < 0.0:
             wx, wy = evader_policy(1.0, phi_p, a * rho, phi_e, alpha, a)
-            corner = rho <= step
+            corner = rho <= step and gap >= 0.0
         else:
             for d in range(-2, DIRECTIONS):
                 x = response_value(
@@ -134,11 +144,11 @@ def _play(kind, phi_p, phi_e, rho, alpha, a, grid, spacing_rho, look, timed, ste
             psi, q = evader_move(phi_e, rho, wx, wy, step, alpha)
         if spare > 0.0 or phi == 0.0 or r == 0.0:
             # In the star region; before that the evader can only have rounded the corner.
-            return time + scale * rho if corner and rho < step - spare else math.inf
+            rounded = corner and rho < step - spare and slack == 0.0
+            return time + scale * rho if rounded else math.inf
         after = math.pi + phi - psi
-        if after < 0.0:
-            share = rho / step if corner else gap / (gap - after)
-            return time + scale * step * share
+        if after < 0.0 <= gap:
+            hidden_since = time + scale * (rho if corner else step * gap / (gap - after))
         time += scale * step
         scale *= r
         phi_p, phi_e, rho = phi, psi, q / r
