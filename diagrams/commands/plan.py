@@ -117,7 +117,7 @@ def sweep(
     method: Annotated[str, typer.Option(help=_METHOD_HELP)] = "all",
     goal_tolerance: Annotated[
         State, typer.Option(metavar="DX DY DTHETA DBETA", help="Half-widths of the goal.")
-    ] = (0.0, 0.0, 0.0, 0.251),
+    ] = THESIS_TOLERANCE,
     count: Annotated[int, typer.Option(help="Number of ratios from 0.5 to 3.")] = 26,
     out: Annotated[Path | None, typer.Option(help="Folder for sweep.json and sweep.png.")] = None,
     as_json: Annotated[

@@ -9,6 +9,7 @@ import numpy as np
 from ...systems.numerics.errors import require
 from ...systems.numerics.planning.goal import Goal
 from ...systems.numerics.planning.lower_bound import lower_bound
+from ...systems.numerics.planning.plan import Plan
 from .methods import METHODS
 from .question import PlanningQuestion
 
@@ -23,7 +24,7 @@ class Sweep:
 
     Attributes:
         ratios: Shape (n,).
-        times: For each method, shape (n,); not a number where it found no path [s].
+        times: For each method, shape (n,); not a number where it did not converge [s].
         lower_bounds: Shape (n,) [s].
         tolerance: Half-widths of the goal.
     """
@@ -34,7 +35,7 @@ class Sweep:
     tolerance: tuple[float, float, float, float]
 
     def as_object(self) -> dict[str, object]:
-        """As JSON takes it; null where there is no path."""
+        """As JSON takes it; null where a method did not converge."""
         return {
             "ratios": self.ratios.tolist(),
             "goal_tolerance": [width if math.isfinite(width) else None for width in self.tolerance],
@@ -66,10 +67,15 @@ def sweep_ratios(
         PlanningQuestion(start=(-ratio * RISE, -RISE, 0.0, 0.0), goal=goal)
         for ratio in ratios.tolist()
     ]
-    found = {name: [METHODS[name](each).time for each in questions] for name in methods}
+    found = {name: [_time(METHODS[name](each)) for each in questions] for name in methods}
     return Sweep(
         ratios=ratios,
-        times={name: np.where(np.isfinite(times), times, np.nan) for name, times in found.items()},
+        times={name: np.array(times) for name, times in found.items()},
         lower_bounds=np.array([lower_bound(q.trailer, q.start, q.goal) for q in questions]),
         tolerance=tolerance,
     )
+
+
+def _time(plan: Plan) -> float:
+    """Its time; not a number for a path that is none, or leads elsewhere."""
+    return plan.time if plan.converged else math.nan
