@@ -9,15 +9,20 @@ from ..goal import Goal
 from ..trailer import Trailer
 from .grid import Grid
 from .motions import control_set, hold_beta
+from .obstacles import Walls, overlaps
 from .sweeps import FAR
 
 # Times are found to this fraction of 1 / turn rate.
 RESOLUTION = 1e-3
 # Samples between two steps of the integration of beta.
 FINER = 20
+# Samples between two looks for walls.
+LOOK = 100
 
 
-def first_hits(grid: Grid, trailer: Trailer, goal: Goal, scale: float) -> np.ndarray:
+def first_hits(
+    grid: Grid, trailer: Trailer, goal: Goal, scale: float, walls: Walls | None = None
+) -> np.ndarray:
     """When the best single arc from each node first enters the box; zero inside it.
 
     Args:
@@ -25,6 +30,7 @@ def first_hits(grid: Grid, trailer: Trailer, goal: Goal, scale: float) -> np.nda
         trailer: Normalised.
         goal: The box [m]; x and y have finite tolerances.
         scale: Length of a turning radius [m].
+        walls: Which arcs must not lead through.
 
     Returns:
         Shape of the grid, float32 [1 / turn rate]; FAR where no arc of up to one turn, nor a
@@ -49,8 +55,40 @@ def first_hits(grid: Grid, trailer: Trailer, goal: Goal, scale: float) -> np.nda
             limit = np.maximum(trailer.jackknife, np.abs(starts))
             paths[np.maximum.accumulate(np.abs(paths) > limit, axis=0)] = np.nan
         offsets = np.arange(len(paths)) * RESOLUTION
-        _enter(table, thetas, paths, offsets, v, omega, scale / grid.step, box, widths)
+        cells = scale / grid.step
+        if walls is None:
+            _enter(table, thetas, paths, offsets, v, omega, cells, box, widths)
+        else:
+            hits = np.full(grid.shape, FAR, dtype=np.float32)
+            _enter(hits, thetas, paths, offsets, v, omega, cells, box, widths)
+            place = np.array([x_min, y_min, grid.step])
+            _drop_walled(hits, walls, thetas, paths, int(v), int(omega), scale, place)
+            np.minimum(table, hits, out=table)
     return table
+
+
+@compiled
+def _drop_walled(hits, walls, thetas, paths, v, omega, scale, place):
+    """Forget arcs that lead through a wall, looked at LOOK samples apart."""
+    theta_count, beta_count, y_count, x_count = hits.shape
+    for t in range(theta_count):
+        for b in range(beta_count):
+            for j in range(y_count):
+                for i in range(x_count):
+                    if hits[t, b, j, i] >= FAR:
+                        continue
+                    count = round(hits[t, b, j, i] / RESOLUTION)
+                    for n in range(count // LOOK + 2):
+                        k = min(n * LOOK, count)
+                        half = omega * k * RESOLUTION / 2
+                        chord = v * k * RESOLUTION * scale
+                        if omega != 0 and k > 0:
+                            chord *= math.sin(half) / half
+                        x = place[0] + i * place[2] + chord * math.cos(thetas[t] + half)
+                        y = place[1] + j * place[2] + chord * math.sin(thetas[t] + half)
+                        if overlaps(walls, x, y, thetas[t] + 2 * half, paths[k, b]):
+                            hits[t, b, j, i] = FAR
+                            break
 
 
 def _refined(path: np.ndarray) -> np.ndarray:

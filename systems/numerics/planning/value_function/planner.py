@@ -5,7 +5,10 @@ from collections.abc import Sequence
 from time import perf_counter
 
 from ...errors import require, require_finite
+from ...geometry.world import World
 from ..goal import Goal
+from ..minimum_time.footprint import Discs, covering_discs
+from ..minimum_time.overlap import deepest_overlap
 from ..plan import Plan
 from ..trailer import Trailer
 from .grid import THESIS_STEP, Grid
@@ -27,6 +30,8 @@ def plan_by_value_function(
     polish: int = POLISH,
     value: ValueFunction | None = None,
     progress: Progress | None = None,
+    obstacles: World | None = None,
+    discs: Discs | None = None,
 ) -> Plan:
     """Solve for the time to go, and drive greedily down it.
 
@@ -42,7 +47,9 @@ def plan_by_value_function(
         step: Distance of nodes in turning radii: 0.2 is the thesis's grid.
         polish: Passes with cubic interpolation.
         value: A table to reuse, of the same cart and for a goal of the same beta and tolerance.
-        progress: See `solve_value_function`.
+        progress, obstacles, discs: See `solve_value_function`; a table to reuse takes no walls.
+            The time to go keeps clear of walls, but close to them the greedy path often has no
+            value to follow, and ends "lost on the way"; `overlap` in the notes measures a path.
 
     Raises:
         InvalidInput: Start, goal or option out of range, or the table is for something else.
@@ -54,8 +61,17 @@ def plan_by_value_function(
     require(abs(start[3]) <= trailer.jackknife, "start", "have |beta| within jackknife", start[3])
     if value is None:
         grid = grid_around(trailer, start, goal, step)
-        value = solve_value_function(trailer, goal, grid, polish=polish, progress=progress)
+        value = solve_value_function(
+            trailer,
+            goal,
+            grid,
+            polish=polish,
+            progress=progress,
+            obstacles=obstacles,
+            discs=discs,
+        )
     else:
+        require(obstacles is None, "value", "be left out among obstacles", "a table")
         require(value.trailer == trailer, "value", "be for the same trailer", value.trailer)
         same = value.goal.tolerance == goal.tolerance and value.goal.state[3] == goal.state[3]
         require(same, "value", "be for the same beta and tolerance", value.goal)
@@ -74,6 +90,9 @@ def plan_by_value_function(
         "warnings": list(value.warnings),
     }
     arrived = driven.arrived
+    if obstacles is not None and arrived:
+        body = discs or covering_discs(trailer)
+        notes["overlap"] = max(deepest_overlap(obstacles, body, driven.path.states), 0.0)
     if math.isinf(driven.promised):
         status = "unreachable"
     elif not arrived:

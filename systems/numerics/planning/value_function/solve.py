@@ -16,11 +16,14 @@ from time import perf_counter
 import numpy as np
 
 from ...errors import require
+from ...geometry.world import World
 from ..goal import Goal
+from ..minimum_time.footprint import Discs, covering_discs
 from ..trailer import Trailer
 from .grid import Grid
 from .motions import Motions, make_motions, normalised
 from .near_field import first_hits
+from .obstacles import make_walls, shut_ways
 from .sweeps import FAR, LIMIT, settle_row, sweep_row
 from .value_function import ValueFunction
 
@@ -40,8 +43,10 @@ def solve_value_function(
     *,
     polish: int = POLISH,
     progress: Progress | None = None,
+    obstacles: World | None = None,
+    discs: Discs | None = None,
 ) -> ValueFunction:
-    """Shortest times to a box from every node of a grid, without obstacles.
+    """Shortest times to a box from every node of a grid.
 
     Args:
         trailer: The cart; forward only or with reverse.
@@ -49,6 +54,9 @@ def solve_value_function(
         grid: Where; leaving it is not allowed.
         polish: Passes with cubic interpolation; 0: linear only.
         progress: Called after each pass with its number and the largest change [s].
+        obstacles: The world in whose free region tractor and trailer stay. Interpolation needs
+            free nodes all around, so that passages of less than a few cells count as shut.
+        discs: What the cart covers; by default `covering_discs(trailer)`.
 
     Raises:
         InvalidInput: The goal is off the grid, or an option is out of its range.
@@ -59,7 +67,13 @@ def solve_value_function(
     scale = trailer.speed / trailer.turn_rate
     cart = normalised(trailer)
     motions = make_motions(grid, cart, scale)
-    sweep = _Sweep(grid, first_hits(grid, cart, box, scale), motions, is_mirrored(grid, box))
+    walls = shut = None
+    if obstacles is not None:
+        walls = make_walls(obstacles, discs or covering_discs(trailer), grid)
+        shut = shut_ways(grid, cart, walls, scale)
+    near = first_hits(grid, cart, box, scale, walls)
+    mirrored = walls is None and is_mirrored(grid, box)
+    sweep = _Sweep(grid, near, motions, mirrored, shut)
     unit = 1.0 / trailer.turn_rate
     sweeps, change, converged = 0, math.inf, False
     while sweeps < LINEAR_LIMIT and not converged:
@@ -133,15 +147,25 @@ def is_mirrored(grid: Grid, goal: Goal) -> bool:
 class _Sweep:
     """Passes over all theta rows: Gauss-Seidel over rows, Jacobi within a row."""
 
-    def __init__(self, grid: Grid, near: np.ndarray, motions: Motions, mirrored: bool):
+    def __init__(
+        self,
+        grid: Grid,
+        near: np.ndarray,
+        motions: Motions,
+        mirrored: bool,
+        shut: np.ndarray | None,
+    ):
         m = motions
         gap = int(np.abs(m.x_cells).max()) + 3
         self._grid, self._mirrored, self._width = grid, mirrored, grid.x_count + gap
-        wide = np.pad(near, ((0, 0), (0, 0), (0, 0), (0, gap)), constant_values=FAR)
+        columns = ((0, 0), (0, 0), (0, 0), (0, gap))
+        wide = np.pad(near, columns, constant_values=FAR)
         self._near = wide.reshape(grid.theta_count, grid.beta_count, -1)
         self._table = self._near.copy()
         self._best = np.empty(self._table.shape[1:], dtype=np.float32)
         self._shut = np.zeros((0, 0, 0), dtype=np.uint32)
+        if shut is not None:
+            self._shut = np.pad(shut, columns).reshape(self._near.shape)
         self._motions = (
             m.durations,
             m.turns,

@@ -1,0 +1,58 @@
+"""Times to go among walls."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.planning.goal import Goal
+from sightfield.systems.numerics.planning.trailer import Trailer
+from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
+
+GOAL = Goal(state=(6.0, 3.0, 0.0, 0.0), tolerance=(0.4, 0.4, 0.55, 0.55))
+FIELD = [[-5, -5], [11, -5], [11, 11], [-5, 11]]
+WALL = [[1.3, 1.5], [1.7, 1.5], [1.7, 7], [1.3, 7]]
+
+
+@pytest.fixture(scope="module")
+def solve():
+    def times(*walls):
+        grid = Grid.covering((-5, -5, 11, 11), 0.4)
+        world = make_world(FIELD, walls)
+        return solve_value_function(Trailer(), GOAL, grid, obstacles=world, polish=0)
+
+    return times
+
+
+@pytest.fixture(scope="module")
+def walled(solve):
+    return solve(WALL)
+
+
+def test_the_way_round_a_wall_is_longer(solve, walled):
+    start = [-2.0, 3.0, 0.0, 0.0]
+    # Round the wall's lower end, half a width away from it.
+    detour = math.hypot(3.3, 1.75) + 0.4 + math.hypot(3.9, 1.35)
+    assert solve().time_to_go(start) < detour < walled.time_to_go(start) < 13
+
+
+def test_no_wall_makes_a_way_shorter(solve, walled):
+    assert (walled.table >= solve().table - 0.01).all()
+
+
+def test_in_a_wall_there_is_no_way(walled):
+    assert walled.time_to_go([1.5, 3.0, 0.0, 0.0]) == math.inf
+
+
+def test_the_trailer_keeps_clear_too(walled):
+    # The tractor is past the wall, the trailer in it.
+    assert walled.time_to_go([2.5, 3.0, 0.0, 0.0]) == math.inf
+    assert np.isfinite(walled.time_to_go([3.7, 3.0, 0.0, 0.0]))
+
+
+def test_a_walled_in_goal_is_unreachable(solve):
+    # The gaps at its ends are too narrow for the cart.
+    ring = [[1.2, -4.9], [1.8, -4.9], [1.8, 10.9], [1.2, 10.9]]
+    assert solve(ring).time_to_go([-2.0, 3.0, 0.0, 0.0]) == math.inf
