@@ -25,7 +25,7 @@ class ValueFunction:
         grid: Where the nodes are, in the table's own frame.
         trailer: Whose time it is.
         goal: The box that was solved for, in the table's own frame.
-        scheme: "cubic", "linear" or "averaging" (the thesis's).
+        scheme: "cubic" or "linear", of the last passes.
         sweeps: Passes over the grid.
         residual: Largest change of a node in the last pass [s].
         converged: Whether the passes ended because nothing changed any more.
