@@ -21,6 +21,7 @@ REPLAYS = [("thesis_3v4", "thesis_3v4", 20.0)]
 DRAWINGS = [
     ("risk_vectors", ["track", "risk_vectors", "--no-replay"], "tracks.png"),
     ("corner", ["corner"], "corner.png"),
+    ("plan", ["plan"], "paths.png"),
 ]
 
 CHROMIUM = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
