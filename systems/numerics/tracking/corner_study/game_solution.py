@@ -57,7 +57,7 @@ def solve_corner_game(
     # middle of each other.
     half = pursuer_landings(grid, angles, 0.5 * grid.step)
     balanced = np.empty_like(time)
-    pursuer_turn(time, balanced, half.cell, half.share, half.distance, half.spare, 0.0)
+    pursuer_turn(time, balanced, half.cell, half.share, half.distance)
     residual = max(r_lead, r_time)
     return CornerValues(
         grid,
@@ -91,15 +91,7 @@ def _iterate(
     sweeps, change = 0, math.inf
     # A path takes a time of order one; ten times that is never needed.
     while change >= tolerance and sweeps < 10 / grid.step:
-        pursuer_turn(
-            value,
-            answered,
-            pursuer.cell,
-            pursuer.share,
-            pursuer.distance,
-            pursuer.spare,
-            0.0 if timed else 1.0,
-        )
+        pursuer_turn(value, answered, pursuer.cell, pursuer.share, pursuer.distance)
         evader_turn(
             answered.T.copy(),
             begun,

@@ -18,13 +18,11 @@ class Landings:
         cell: Index of the interval of the player's angle that it lands in.
         share: How far into the interval, 0 to 1.
         distance: The pursuer's from the corner [r_p]; the evader's, in nodes of rho.
-        spare: Time left on reaching the star region; zero for the evader.
     """
 
     cell: np.ndarray
     share: np.ndarray
     distance: np.ndarray
-    spare: np.ndarray
 
 
 def pursuer_landings(grid: CornerGrid, angles: np.ndarray, step: float) -> Landings:
@@ -48,17 +46,16 @@ def _pursuer_landings(phi_p, cosines, sines, step, alpha):
     """Arrays of `Landings` for the pursuer; from the last node, in the star region, none leads."""
     shape = (len(phi_p), len(cosines))
     cell = np.zeros(shape, np.int64)
-    share, distance, spare = np.zeros(shape), np.ones(shape), np.zeros(shape)
+    share, distance = np.zeros(shape), np.ones(shape)
     spacing = phi_p[1] - phi_p[0]
     for i in range(shape[0] - 1):
         for d in range(shape[1]):
-            phi, r, left = pursuer_move(phi_p[i], cosines[d], sines[d], step, alpha)
+            phi, r, _ = pursuer_move(phi_p[i], cosines[d], sines[d], step, alpha)
             place = (phi - phi_p[0]) / spacing
             cell[i, d] = min(max(int(place), 0), shape[0] - 2)
             share[i, d] = place - cell[i, d]
             distance[i, d] = r
-            spare[i, d] = left
-    return cell, share, distance, spare
+    return cell, share, distance
 
 
 @njit(cache=True)
@@ -67,7 +64,7 @@ def _evader_landings(phi_e, rho, cosines, sines, step, alpha):
     n = len(cosines)
     shape = (len(phi_e), len(rho), n + 1)
     cell = np.zeros(shape, np.int64)
-    share, distance, spare = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    share, distance = np.zeros(shape), np.zeros(shape)
     spacing = phi_e[1] - phi_e[0]
     for j in range(shape[0]):
         start = max(phi_e[j], alpha - math.pi)
@@ -81,4 +78,4 @@ def _evader_landings(phi_e, rho, cosines, sines, step, alpha):
                 cell[j, k, d] = min(max(int(place), 0), shape[0] - 2)
                 share[j, k, d] = place - cell[j, k, d]
                 distance[j, k, d] = r / rho[1]
-    return cell, share, distance, spare
+    return cell, share, distance

@@ -15,15 +15,12 @@ def pursuer_turn(
     cell: np.ndarray,
     share: np.ndarray,
     distance: np.ndarray,
-    spare: np.ndarray,
-    credit: float,
 ) -> None:
     """out = the largest value that one step of the pursuer leads to.
 
     Args:
         value, out: Values, shape (p, r, e).
-        cell, share, distance, spare: The pursuer's `Landings`.
-        credit: What spare time in the star region is worth: the evader has had that time.
+        cell, share, distance: The pursuer's `Landings`.
     """
     n_p, n_r, n_e = value.shape
     out[:] = value
@@ -32,7 +29,6 @@ def pursuer_turn(
             c, s, r = cell[i, d], share[i, d], distance[i, d]
             if r == 0.0:
                 continue
-            bonus = credit * spare[i, d]
             for k in range(1, n_r):
                 # rho grows as r_p shrinks.
                 place = min(k / r, n_r - 1.0)
@@ -44,7 +40,7 @@ def pursuer_turn(
                 for j in range(n_e):
                     x = near_in * value[c, m, j] + near_out * value[c, m + 1, j]
                     x += far_in * value[c + 1, m, j] + far_out * value[c + 1, m + 1, j]
-                    x = r * growth(x, ratio) + bonus
+                    x = r * growth(x, ratio)
                     if x > out[i, k, j]:
                         out[i, k, j] = x
 
