@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from ...systems.numerics.errors import require_positive
+from ...systems.numerics.errors import require, require_positive
 from ...systems.numerics.tracking.corner_fields import FIELDS
 from ...systems.numerics.tracking.corner_frame import to_corner_frame
 from ...systems.numerics.tracking.corner_game import (
@@ -95,6 +95,8 @@ def summarise(
         InvalidInput: An argument is out of range, or a player is inside the obstacle.
     """
     require_positive("speed", speed)
+    # Checked below too, but under the name that formulas give it.
+    require(0 < ratio < 1, "ratio", "lie between 0 and 1", ratio)
     # The array functions check what the kernels take for granted.
     code = int(partition(pursuer, evader, alpha, ratio))
     ux, uy, _ = field_grid(field, evader, pursuer, alpha, ratio).tolist()

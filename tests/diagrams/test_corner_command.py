@@ -72,7 +72,7 @@ def test_a_folder_gets_the_picture_and_the_summary(run, report, tmp_path):
     ("arguments", "message"),
     [
         (("--alpha", 4), "`alpha` must lie between 0 and pi"),
-        (("--ratio", 1.5), "`a` must lie between 0 and 1"),
+        (("--ratio", 1.5), "`ratio` must lie between 0 and 1; got 1.5"),
         (("--speed", 0), "`speed` must be positive; got 0"),
         (("--field", "best"), "`field` must be one of table, margin, table_up; got best"),
         (("--evader", -1, -1), "`evader` must not be inside the obstacle"),
