@@ -15,7 +15,7 @@ from ...systems.numerics.errors import InvalidInput, require
 from ...systems.numerics.geometry.world_files import load_world
 from ...systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from ...systems.numerics.planning.trailer import Trailer
-from ...systems.numerics.planning.value_function.planner import THESIS_STEP
+from ...systems.numerics.planning.value_function.grid import THESIS_STEP
 from ..outputs import output_folder
 from ..planning.cross_check import contradictions
 from ..planning.methods import METHODS, chosen_methods

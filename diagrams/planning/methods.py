@@ -38,7 +38,9 @@ def _value_function(ask: PlanningQuestion) -> Plan:
     if any(map(math.isinf, ask.goal.tolerance[:2])):
         status = "not applicable: its grid is a square around the goal"
         return Plan(method="value-function", goal=ask.goal, status=status, converged=False)
-    return plan_by_value_function(ask.trailer, ask.start, ask.goal, step=ask.grid_step)
+    return plan_by_value_function(
+        ask.trailer, ask.start, ask.goal, step=ask.grid_step, progress=ask.progress
+    )
 
 
 METHODS: dict[str, Callable[[PlanningQuestion], Plan]] = {

@@ -6,7 +6,8 @@ from ...systems.numerics.errors import require, require_finite, require_positive
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.planning.goal import Goal
 from ...systems.numerics.planning.trailer import Trailer
-from ...systems.numerics.planning.value_function.planner import THESIS_STEP
+from ...systems.numerics.planning.value_function.grid import THESIS_STEP
+from ...systems.numerics.planning.value_function.solve import Progress
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -21,6 +22,8 @@ class PlanningQuestion:
     world: World | None = None
     # Distance of the value function's nodes, in turning radii.
     grid_step: float = THESIS_STEP
+    # Told of every pass over that grid; see `solve_value_function`.
+    progress: Progress | None = None
 
     def __post_init__(self) -> None:
         require(len(self.start) == 4, "start", "be (x, y, theta, beta)", self.start)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from ...systems.numerics.planning.lower_bound import lower_bound
 from ...systems.numerics.planning.plan import Plan
+from ...systems.numerics.planning.value_function.value_function import ValueFunction
 from .methods import METHODS
 from .question import PlanningQuestion
 from .resimulation import Resimulation, resimulate
@@ -57,6 +58,15 @@ class Verdict:
     def best_time(self) -> float:
         """Least time of a plan that converged; infinite without one [s]."""
         return min((row.plan.time for row in self.rows if row.plan.converged), default=math.inf)
+
+    @property
+    def value_function(self) -> ValueFunction | None:
+        """The table that a planner solved or used, or None without one."""
+        for row in self.rows:
+            value = row.plan.notes.get("value_function")
+            if isinstance(value, ValueFunction):
+                return value
+        return None
 
     def gap_to_best(self, row: Row) -> float | None:
         """How much longer than the best plan, relative to it."""

@@ -35,9 +35,10 @@ def plan_by_value_function(
 ) -> Plan:
     """Solve for the time to go, and drive greedily down it.
 
-    The path is what was driven, and `time` is how long that took; the notes hold the table's
-    `time_to_go`, the times of `fallbacks` from (3.20), and `warnings`, for example of a tolerance
-    that the grid cannot resolve. Then the plan is not converged: it is for a wider box.
+    The path is what was driven, and `time` is how long that took; the notes hold the
+    `value_function`, its `time_to_go`, the times of `fallbacks` from (3.20), and `warnings`, for
+    example of a tolerance that the grid cannot resolve. Then the plan is not converged: it is for
+    a wider box.
 
     Args:
         trailer: The cart.
@@ -81,6 +82,7 @@ def plan_by_value_function(
         # The sign alone can lead into a loop; longer views often lead out of it.
         driven = roll_out(value, start, by_sign=False)
     notes: dict[str, object] = {
+        "value_function": value,
         "time_to_go": driven.promised,
         "sweeps": value.sweeps,
         "scheme": value.scheme,
