@@ -19,7 +19,7 @@ from ...systems.numerics.planning.value_function.grid import THESIS_STEP
 from ..outputs import output_folder
 from ..planning.cross_check import contradictions
 from ..planning.methods import METHODS, chosen_methods
-from ..planning.plan_picture import save_sweep_picture
+from ..planning.pictures.plan_picture import save_sweep_picture
 from ..planning.question import PlanningQuestion
 from ..planning.report import write_report
 from ..planning.sweep import Sweep, sweep_ratios

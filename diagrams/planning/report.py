@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .plan_picture import save_paths_picture, save_states_picture
-from .replay import write_planning_replay
+from .pictures.plan_picture import save_paths_picture, save_states_picture
+from .pictures.replay import write_planning_replay
 from .verdict import Verdict
 from .verdict_table import as_object
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..visuals.replay import write_replay
 from ..world_picture import draw_world
-from .replay import write_replay
 from .run import TrackingRun
 from .summary import UNITS, log_arrays
 
@@ -29,7 +29,7 @@ def write_report(run: TrackingRun, summary: dict[str, object], folder: Path) -> 
     (folder / names[2]).write_text(json.dumps(UNITS, indent=2) + "\n", encoding="utf-8")
     draw_tracks(run).savefig(folder / names[3], dpi=120)
     if run.scene is not None:
-        write_replay(run.scene, folder / "replay.html")
+        write_replay(run.scene, folder / "replay.html", title="Sightfield: tracking")
         names.append("replay.html")
     return names
 

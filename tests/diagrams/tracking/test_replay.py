@@ -5,7 +5,7 @@ import re
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from sightfield.diagrams.tracking.replay import write_replay
+from sightfield.diagrams.visuals.replay import write_replay
 from sightfield.systems.numerics.errors import InvalidInput
 
 
@@ -27,6 +27,11 @@ def test_it_names_no_other_file_or_place(recorded, tmp_path):
     assert re.findall(r"<(?:script|link|img|iframe)[^>]*\b(?:src|href)=", page) == []
     assert 'fetch("data:application/octet' not in page
     assert page.count('obey("') > 100
+
+
+def test_it_has_the_title_that_it_was_given(recorded, tmp_path):
+    page = write_replay(recorded.scene, tmp_path / "replay.html", title="Sight < 3")
+    assert "<title>Sight &lt; 3</title>" in page.read_text(encoding="utf-8")
 
 
 def test_a_later_replay_takes_the_place_of_an_earlier_one(recorded, tmp_path):

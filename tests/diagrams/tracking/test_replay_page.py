@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from sightfield.diagrams.tracking.replay import write_replay
+from sightfield.diagrams.visuals.replay import write_replay
 
 pytestmark = pytest.mark.browser
 

@@ -2,24 +2,22 @@
 
 import math
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 import shapely
 from pydrake.geometry import Meshcat, MeshcatParams
 
-from ...systems.numerics.planning.plan import TrailerPath
-from ...systems.numerics.planning.trailer import Trailer
-from ...systems.numerics.planning.trailer_pose import trailer_pose
-from ..tracking.replay import write_replay
-from ..tracking.scene import TrackingScene
-from ..visuals.lighting import paint, set_lights
-from ..visuals.meshes import bar_mesh, extruded_mesh, flat_mesh
-from ..visuals.stage import Stage
-from ..visuals.text import text_mesh
+from ....systems.numerics.planning.plan import TrailerPath
+from ....systems.numerics.planning.trailer import Trailer
+from ....systems.numerics.planning.trailer_pose import trailer_pose
+from ...visuals.lighting import paint, set_lights
+from ...visuals.meshes import bar_mesh, extruded_mesh, flat_mesh
+from ...visuals.replay import write_replay
+from ...visuals.stage import Stage
+from ...visuals.text import text_mesh
+from ..verdict import Verdict
 from .cart_shapes import drawbar_shape, swept_area, tractor_shape, trailer_shape
 from .colours import METHOD_COLOURS
-from .verdict import Verdict
 
 ROOT = "/planning"
 # Between frames of the recording, and how long it stays on its last picture [s].
@@ -150,12 +148,7 @@ def write_planning_replay(path: Path, verdict: Verdict) -> Path:
     meshcat = Meshcat(MeshcatParams(host="localhost", port=0, show_stats_plot=False))
     scene = PlanningScene(meshcat, verdict)
     scene.play()
-    # Any scene with a recording can be written; the annotation names the only one there was.
-    write_replay(cast(TrackingScene, scene), path)
-    page = path.read_text(encoding="utf-8")
-    page = page.replace("<title>Sightfield: tracking</title>", "<title>Sightfield: plans</title>")
-    path.write_text(page, encoding="utf-8")
-    return path
+    return write_replay(scene, path, title="Sightfield: plans")
 
 
 def _view(verdict: Verdict, paths: dict[str, TrailerPath]) -> tuple[np.ndarray, np.ndarray]:

@@ -1,13 +1,13 @@
-"""A run as one web page that plays back without a server or a network."""
+"""A recorded scene as one web page that plays back without a server or a network."""
 
 import os
 import re
 import tempfile
+from html import escape
 from pathlib import Path
+from typing import Protocol
 
-from .scene import TrackingScene
-
-_TITLE = "Sightfield: tracking"
+from pydrake.geometry import Meshcat
 
 # Meshcat's page fetches each of its commands from a data address, without waiting for the one
 # before, so a colour may arrive before the shape that it belongs to. Here they come in order.
@@ -26,15 +26,35 @@ _OBEY = """
 """
 
 
-def write_replay(scene: TrackingScene, path: str | os.PathLike[str]) -> Path:
+class RecordedScene(Protocol):
+    """What is drawn in a Meshcat that records."""
+
+    @property
+    def meshcat(self) -> Meshcat:
+        """Where it is drawn."""
+        ...
+
+    def finish_recording(self) -> None:
+        """End the recording with what was drawn last.
+
+        Raises:
+            InvalidInput: Nothing is recorded.
+        """
+        ...
+
+
+def write_replay(
+    scene: RecordedScene, path: str | os.PathLike[str], *, title: str = "Sightfield"
+) -> Path:
     """Write what a scene has recorded to a self-contained HTML file.
 
     The recording ends here: what the scene draws later is not part of a replay. The file is
     complete or not there at all, since it is written under another name and then moved.
 
     Args:
-        scene: A scene made with `recording=True`, after its run.
+        scene: A scene that records, after its run.
         path: Where the page goes; its folder must exist.
+        title: Of the page, plain text.
 
     Returns:
         The path of the page.
@@ -46,7 +66,7 @@ def write_replay(scene: TrackingScene, path: str | os.PathLike[str]) -> Path:
     scene.finish_recording()
     scene.meshcat.PublishRecording()
     page = _in_order(scene.meshcat.StaticHtml())
-    page = page.replace("<title>Drake MeshCat</title>", f"<title>{_TITLE}</title>", 1)
+    page = page.replace("<title>Drake MeshCat</title>", f"<title>{escape(title)}</title>", 1)
     target = Path(path)
     handle, draft = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     try:

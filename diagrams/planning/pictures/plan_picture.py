@@ -7,11 +7,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ...systems.numerics.planning.trailer_pose import trailer_pose
-from ..world_picture import draw_world
+from ....systems.numerics.planning.trailer_pose import trailer_pose
+from ...world_picture import draw_world
+from ..sweep import Sweep
+from ..verdict import Verdict
 from .colours import METHOD_COLOURS
-from .sweep import Sweep
-from .verdict import Verdict
 
 _SIZE = 120
 
