@@ -66,12 +66,12 @@ def control_set(trailer: Trailer) -> np.ndarray:
     return np.array([(v, omega) for v in speeds for omega in (-1, 0, 1)])
 
 
-def hold_beta(beta, v, omega, duration: float, substeps: int, trailer: Trailer) -> np.ndarray:
+def hold_beta(beta, v, omega, duration, substeps: int, trailer: Trailer) -> np.ndarray:
     """Beta after each of equal substeps under held controls, unwrapped.
 
     Args:
         beta, v, omega: Arrays of one shape.
-        duration: Of all substeps [s].
+        duration: Of all substeps, one for all or for each [s].
         substeps: Number of steps of the classical Runge-Kutta method.
         trailer: Whose equations.
 

@@ -6,13 +6,15 @@ from time import perf_counter
 
 from ...errors import require, require_finite
 from ...geometry.world import World
+from ..driven_path import refined_path
 from ..goal import Goal
 from ..minimum_time.footprint import Discs, covering_discs
 from ..minimum_time.overlap import deepest_overlap
 from ..plan import Plan
 from ..trailer import Trailer
+from .descents import descents
 from .grid import THESIS_STEP, Grid
-from .rollout import roll_out
+from .rollout import STEPS_PER_ANGLE, is_late, roll_out
 from .solve import POLISH, Progress, solve_value_function
 from .value_function import ValueFunction
 
@@ -78,11 +80,18 @@ def plan_by_value_function(
         require(same, "value", "be for the same beta and tolerance", value.goal)
         value = value.moved(*goal.state[:3])
     driven = roll_out(value, start)
-    if not driven.arrived and math.isfinite(driven.promised):
-        # The sign alone can lead into a loop; longer views often lead out of it.
-        driven = roll_out(value, start, by_sign=False)
+    path, way = driven.path if driven.arrived else None, "step by step"
+    if path is None or driven.late:
+        # The sign alone can lead into a loop; longer views lead out of it.
+        far = descents(value, start)
+        if far and (path is None or far[0].time < path.times[-1]):
+            step = value.grid.theta_step / trailer.turn_rate / STEPS_PER_ANGLE
+            path, way = refined_path(far[0].path, trailer, step), "looking far ahead"
+    time = float(path.times[-1]) if path is not None else math.inf
+    late = is_late(value, driven.promised, time)
     notes: dict[str, object] = {
         "value_function": value,
+        "way": way,
         "time_to_go": driven.promised,
         "sweeps": value.sweeps,
         "scheme": value.scheme,
@@ -91,23 +100,24 @@ def plan_by_value_function(
         "fallbacks": driven.fallbacks.tolist(),
         "warnings": list(value.warnings),
     }
-    arrived = driven.arrived
-    if obstacles is not None and arrived:
+    if obstacles is not None and path is not None:
         body = discs or covering_discs(trailer)
-        notes["overlap"] = max(deepest_overlap(obstacles, body, driven.path.states), 0.0)
+        notes["overlap"] = max(deepest_overlap(obstacles, body, path.states), 0.0)
     if math.isinf(driven.promised):
         status = "unreachable"
-    elif not arrived:
+    elif path is None:
         status = "lost on the way"
+    elif late:
+        status = "arrived later than promised"
     else:
         status = "arrived in a wider box" if value.warnings else "arrived"
     return Plan(
         method=METHOD,
         goal=goal,
         status=status,
-        converged=arrived and value.converged and not value.warnings,
-        time=float(driven.path.times[-1]) if arrived else math.inf,
-        path=driven.path if arrived else None,
+        converged=path is not None and not late and value.converged and not value.warnings,
+        time=time,
+        path=path,
         iterations=value.sweeps,
         residual=value.residual,
         wall_time=perf_counter() - began,

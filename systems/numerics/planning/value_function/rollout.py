@@ -19,6 +19,10 @@ STEPS_PER_ANGLE = 8
 LOOK_AHEAD = (1, 2, 4)
 # A path that takes this many times the promised time, and two turns more, is lost.
 PATIENCE = 1.5
+# One that takes this many times the promised time, and half a radian's turn more, went in a loop:
+# greedy paths that do not are at most a quarter longer.
+LATE = 1.3
+_LATE_TURN = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +33,7 @@ class Rollout:
         path: As far as it went.
         arrived: Whether its end is inside the goal box.
         promised: Time to go at the start by the table; infinite: unreachable [s].
+        late: Whether it took so much longer than promised that it must have gone in a loop.
         fallbacks: Times at which the sign in (3.20) was of no use, because the time to go had no
             gradient or would not have fallen, and the control was chosen by looking ahead,
             shape (n,) [s].
@@ -37,6 +42,7 @@ class Rollout:
     path: TrailerPath
     arrived: bool
     promised: float
+    late: bool
     fallbacks: np.ndarray
 
 
@@ -75,17 +81,21 @@ def drive(trailer: Trailer, state, v: float, omega: float, duration: float) -> n
     return np.array([x + dx, y + dy, theta + omega * duration, beta])
 
 
-def roll_out(value: ValueFunction, start, *, by_sign: bool = True) -> Rollout:
+def is_late(value: ValueFunction, promised: float, time: float) -> bool:
+    """Whether a path took so much longer than promised at its start that it went in a loop."""
+    return time > LATE * promised + _LATE_TURN / value.trailer.turn_rate
+
+
+def roll_out(value: ValueFunction, start) -> Rollout:
     """Drive down the time to go until the box is entered, the time is up, or there is no way on.
 
     Args:
-        value: Whose trailer drives, with long steps chosen afresh STEPS_PER_ANGLE times in each
-            angle between theta nodes.
+        value: Whose trailer drives, its control chosen afresh STEPS_PER_ANGLE times in each angle
+            between theta nodes: by (3.20), or by looking ahead if it may reverse.
         start: x, y, theta, beta [m], [m], [rad], [rad].
-        by_sign: Whether to turn by (3.20); otherwise every control is chosen by looking ahead.
     """
     trailer = value.trailer
-    by_sign = by_sign and not trailer.reverse
+    by_sign = not trailer.reverse
     step = value.grid.theta_step / trailer.turn_rate / STEPS_PER_ANGLE
     state = np.array(start, dtype=float)
     promised = float(value.time_to_go(state))
@@ -109,4 +119,5 @@ def roll_out(value: ValueFunction, start, *, by_sign: bool = True) -> Rollout:
     path = TrailerPath(
         step * np.arange(len(states)), np.array(states), np.array(controls).reshape(-1, 2)
     )
-    return Rollout(path, arrived, promised, np.array(fallbacks))
+    late = arrived and is_late(value, promised, float(path.times[-1]))
+    return Rollout(path, arrived, promised, late, np.array(fallbacks))

@@ -1,0 +1,182 @@
+"""Paths from the table by looking far ahead: the best of many ways down the time to go.
+
+A choice made step by step follows every error of the table, and can loop. Here many ways are driven
+at once, one angle between theta nodes at a time, and those stay that promise the least time in all:
+what was driven and what is to go. Steps end on theta nodes, where the table is best.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..plan import TrailerPath
+from .motions import control_set, hold_beta, shift_of
+from .value_function import ValueFunction
+
+# Ways that stay after each step, half of them at most with the same first turn.
+WIDTH = 32
+# Where on a step the goal box is looked for, in parts of it.
+LOOKS = 8
+# Ways that have driven this much longer than the first to arrive are given up, and ways that
+# promise to.
+LATE = 1.15
+HOPELESS = 1.3
+# No way is driven for longer than so many times the promise at the start and two turns.
+_PATIENCE = 2.0
+# A turn that ends on a theta node almost at once goes on to the next, in angles between nodes.
+_TOO_SHORT = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Descent:
+    """A way into the goal box.
+
+    Attributes:
+        path: Sampled where the controls may change.
+        first_turn: 1: left, -1: right, 0: it never turns.
+        winding: Whole turns of the heading until it arrives.
+    """
+
+    path: TrailerPath
+    first_turn: int
+    winding: int
+
+    @property
+    def time(self) -> float:
+        """Of travel [s]."""
+        return float(self.path.times[-1])
+
+
+class _Front(NamedTuple):
+    """Ways after one more step; each row stems from one of the front before."""
+
+    states: np.ndarray
+    times: np.ndarray
+    first_turns: np.ndarray
+    parents: np.ndarray
+    controls: np.ndarray
+
+
+class _Arrival(NamedTuple):
+    time: float
+    front: int
+    parent: int
+    control: int
+    state: np.ndarray
+    first_turn: int
+    winding: int
+
+
+def descents(value: ValueFunction, start, width: int = WIDTH) -> list[Descent]:
+    """Ways into the goal box, the quickest first; empty where the table promises none.
+
+    One for each first turn and each number of whole turns, as far as they arrive in time: they are
+    on different sides of a barrier, where a table that is a little wrong prefers the wrong one.
+
+    Args:
+        value: The table.
+        start: x, y, theta, beta, shape (4,) [m], [m], [rad], [rad].
+        width: How many ways are followed at once.
+    """
+    start = np.array(start, dtype=float)
+    promised = float(value.time_to_go(start))
+    if not math.isfinite(promised):
+        return []
+    limit = _PATIENCE * promised + 2 * math.tau / value.trailer.turn_rate
+    pairs = control_set(value.trailer) * [value.trailer.speed, value.trailer.turn_rate]
+    none = np.zeros(1, dtype=int)
+    front = _Front(start[None], np.zeros(1), none, none, none)
+    fronts: list[_Front] = []
+    arrivals: list[_Arrival] = []
+    first = math.inf
+    while len(front.states):
+        fronts.append(front)
+        durations = _durations(value, front.states, pairs)
+        along = _driven(value, front.states, pairs, durations)
+        hits = inside(value, along)
+        entered = hits.any(axis=0)
+        before = front.first_turns[:, None]
+        turned = np.where(before, before, np.sign(pairs[:, 1]).astype(int))
+        times = front.times[:, None] + durations
+        for n, c in np.argwhere(entered).tolist():
+            look = int(hits[:, n, c].argmax())
+            state = along[look, n, c]
+            time = float(front.times[n] + durations[n, c] * (look + 1) / LOOKS)
+            winding = round((state[2] - value.placement[2] - value.goal.state[2]) / math.tau)
+            turn = int(turned[n, c])
+            arrivals.append(_Arrival(time, len(fronts) - 1, n, c, state, turn, winding))
+            first = min(first, time)
+        ends = along[-1].reshape(-1, 4)
+        ahead = times.ravel()
+        totals = ahead + value.time_to_go(ends)
+        going = ~entered.ravel() & (ahead < min(limit, LATE * first)) & np.isfinite(totals)
+        if arrivals:
+            going &= totals < HOPELESS * first
+        kept = _best(value, ends, totals, turned.ravel(), going, width)
+        count = len(pairs)
+        first_turns = turned.ravel()[kept]
+        front = _Front(ends[kept], ahead[kept], first_turns, kept // count, kept % count)
+    found: dict[tuple[int, int], Descent] = {}
+    # Straight on, where that is as quick.
+    for arrival in sorted(arrivals, key=lambda each: (round(each.time, 9), abs(each.first_turn))):
+        kind = arrival.first_turn, arrival.winding
+        if kind not in found:
+            found[kind] = Descent(_path(fronts, arrival, pairs), *kind)
+    return list(found.values())
+
+
+def inside(value: ValueFunction, states) -> np.ndarray:
+    """Whether states are in the table's goal box, shape (..., 4) -> (...,)."""
+    gaps = np.abs(value.to_table(states) - np.array(value.goal.state))
+    gaps[..., 2:] = np.abs(np.remainder(gaps[..., 2:] + math.pi, math.tau) - math.pi)
+    return np.all(gaps <= value.goal.tolerance, axis=-1)
+
+
+def _durations(value: ValueFunction, states: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """How long each control is held from each state, so that turns end on theta nodes (n, c)."""
+    step = value.grid.theta_step
+    cells = value.to_table(states)[:, 2] / step
+    part = cells - np.floor(cells)
+    to_next = np.where(part > 1 - _TOO_SHORT, 2 - part, 1 - part)
+    to_last = np.where(part < _TOO_SHORT, 1 + part, part)
+    omega = pairs[:, 1]
+    parts = np.where(omega > 0, to_next[:, None], np.where(omega < 0, to_last[:, None], 1.0))
+    return parts * step / value.trailer.turn_rate
+
+
+def _driven(value: ValueFunction, states: np.ndarray, pairs: np.ndarray, durations: np.ndarray):
+    """States at every look along each control from each state, shape (LOOKS, n, c, 4)."""
+    v, omega = (np.broadcast_to(column, durations.shape) for column in pairs.T)
+    betas = np.broadcast_to(states[:, 3:], durations.shape)
+    beta = hold_beta(betas, v, omega, durations, LOOKS, value.trailer)[1:]
+    times = durations * np.arange(1, LOOKS + 1)[:, None, None] / LOOKS
+    x, y, theta = (states[:, k, None] for k in range(3))
+    dx, dy = shift_of(theta, v, omega, times)
+    return np.stack([x + dx, y + dy, theta + omega * times, beta], axis=-1)
+
+
+def _best(value: ValueFunction, states, totals, turned, going, width: int) -> np.ndarray:
+    """Indices of the ways to go on with: of each first turn the best, no two of them alike."""
+    order = np.flatnonzero(going)
+    order = order[np.argsort(totals[order], kind="stable")]
+    cell = np.array([value.grid.step, value.grid.step, value.grid.theta_step, value.grid.beta_step])
+    keys = np.column_stack([np.round(2 * states[order] / cell), turned[order]])
+    _, firsts = np.unique(keys, axis=0, return_index=True)
+    order = order[np.sort(firsts)]
+    return np.concatenate([order[turned[order] == turn][: width // 2] for turn in (-1, 0, 1)])
+
+
+def _path(fronts: list[_Front], arrival: _Arrival, pairs: np.ndarray) -> TrailerPath:
+    """Back from an arrival to the start."""
+    times, states, controls = [arrival.time], [arrival.state], [pairs[arrival.control]]
+    at = arrival.parent
+    for k in range(arrival.front, -1, -1):
+        front = fronts[k]
+        times.append(float(front.times[at]))
+        states.append(front.states[at])
+        if k > 0:
+            controls.append(pairs[front.controls[at]])
+        at = int(front.parents[at])
+    return TrailerPath(np.array(times[::-1]), np.array(states[::-1]), np.array(controls[::-1]))
