@@ -3,6 +3,7 @@
 import json
 import math
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -25,6 +26,7 @@ from ..planning.report import write_report
 from ..planning.sweep import Sweep, sweep_ratios
 from ..planning.verdict import ask_methods
 from ..planning.verdict_table import as_object, as_table
+from .solving import solving_shown
 
 plan_app = typer.Typer(
     help="Drive the grain cart from one configuration to another in the least time.",
@@ -32,6 +34,9 @@ plan_app = typer.Typer(
 )
 State = tuple[float, float, float, float]
 _GRIDS = {"thesis": THESIS_STEP, "fine": THESIS_STEP / 2}
+GridOption = Annotated[
+    str, typer.Option(help="Of the value function: thesis, fine, or its step in turning radii.")
+]
 _METHOD_HELP = f"One of {', '.join([*METHODS, 'all'])}."
 
 
@@ -64,10 +69,7 @@ def plan(
     world: Annotated[
         Path | None, typer.Option(help="Keep clear of its walls (WKT, GeoJSON or ROS map).")
     ] = None,
-    grid: Annotated[
-        str,
-        typer.Option(help="Of the value function: thesis, fine, or its step in turning radii."),
-    ] = "thesis",
+    grid: GridOption = "thesis",
     out: Annotated[Path | None, typer.Option(help="Folder for results, plots and replay.")] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object and nothing else.")
@@ -83,6 +85,7 @@ def plan(
         goal_tolerance,
     )
     tolerance = (0.0, 0.0, 0.0, 0.0) if point else goal_tolerance or THESIS_TOLERANCE
+    names = chosen_methods(method)
     question = PlanningQuestion(
         start=start,
         goal=Goal(state=goal, tolerance=tolerance),
@@ -97,9 +100,9 @@ def plan(
         world=None if world is None else load_world(world).world,
         grid_step=_grid_step(grid),
     )
-    names = chosen_methods(method)
     with output_folder(out) if out is not None else nullcontext() as folder:
-        verdict = ask_methods(question, names)
+        with solving_shown(not as_json) as progress:
+            verdict = ask_methods(replace(question, progress=progress), names)
         written = [] if folder is None else write_report(verdict, folder)
     if as_json:
         typer.echo(json.dumps(as_object(verdict), indent=2))
@@ -119,15 +122,17 @@ def sweep(
         State, typer.Option(metavar="DX DY DTHETA DBETA", help="Half-widths of the goal.")
     ] = THESIS_TOLERANCE,
     count: Annotated[int, typer.Option(help="Number of ratios from 0.5 to 3.")] = 26,
+    grid: GridOption = "thesis",
     out: Annotated[Path | None, typer.Option(help="Folder for sweep.json and sweep.png.")] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object and nothing else.")
     ] = False,
 ) -> None:
     """Travel time over the ratio (x_g - x_i) / (y_g - y_i), y_g - y_i = 4 (Figure 3.10)."""
-    names = chosen_methods(method)
+    names, step = chosen_methods(method), _grid_step(grid)
     with output_folder(out) if out is not None else nullcontext() as folder:
-        results = sweep_ratios(names, goal_tolerance, count)
+        with solving_shown(not as_json) as progress:
+            results = sweep_ratios(names, goal_tolerance, count, step, progress)
         text = json.dumps(results.as_object(), indent=2)
         if folder is not None:
             (folder / "sweep.json").write_text(text + "\n", encoding="utf-8")

@@ -30,3 +30,4 @@ class PlanningQuestion:
         for value in self.start:
             require_finite("start", value)
         require_positive("grid", self.grid_step)
+        require(self.grid_step <= 1, "grid", "have a step of at most 1", self.grid_step)

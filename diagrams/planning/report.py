@@ -7,6 +7,7 @@ import numpy as np
 
 from .pictures.plan_picture import save_paths_picture, save_states_picture
 from .pictures.replay import write_planning_replay
+from .pictures.value_picture import save_value_picture
 from .verdict import Verdict
 from .verdict_table import as_object
 
@@ -31,4 +32,6 @@ def write_report(verdict: Verdict, folder: Path) -> list[str]:
     save_paths_picture(folder / names[2], verdict)
     save_states_picture(folder / names[3], verdict)
     write_planning_replay(folder / names[4], verdict)
+    if save_value_picture(folder / "value.png", verdict):
+        names.append("value.png")
     return names

@@ -10,6 +10,8 @@ from ...systems.numerics.errors import require
 from ...systems.numerics.planning.goal import Goal
 from ...systems.numerics.planning.lower_bound import lower_bound
 from ...systems.numerics.planning.plan import Plan
+from ...systems.numerics.planning.value_function.grid import THESIS_STEP
+from ...systems.numerics.planning.value_function.solve import Progress
 from .methods import METHODS
 from .question import PlanningQuestion
 
@@ -48,7 +50,11 @@ class Sweep:
 
 
 def sweep_ratios(
-    methods: Sequence[str], tolerance: tuple[float, float, float, float], count: int
+    methods: Sequence[str],
+    tolerance: tuple[float, float, float, float],
+    count: int,
+    grid_step: float = THESIS_STEP,
+    progress: Progress | None = None,
 ) -> Sweep:
     """Ask planners for the way from below a goal, with headings and trailer straight.
 
@@ -56,15 +62,22 @@ def sweep_ratios(
         methods: Names of the planners.
         tolerance: Half-widths of the goal.
         count: Number of ratios, at least two.
+        grid_step: Of the value function, in turning radii.
+        progress: See `solve_value_function`.
 
     Raises:
-        InvalidInput: Too few ratios, or a tolerance that is none.
+        InvalidInput: Too few ratios, a tolerance that is none, or a grid that is too coarse.
     """
     require(count >= 2, "count", "be at least 2", count)
     ratios = np.linspace(*RATIOS, count)
     goal = Goal(state=(0.0, 0.0, 0.0, 0.0), tolerance=tolerance)
     questions = [
-        PlanningQuestion(start=(-ratio * RISE, -RISE, 0.0, 0.0), goal=goal)
+        PlanningQuestion(
+            start=(-ratio * RISE, -RISE, 0.0, 0.0),
+            goal=goal,
+            grid_step=grid_step,
+            progress=progress,
+        )
         for ratio in ratios.tolist()
     ]
     found = {name: [_time(METHODS[name](each)) for each in questions] for name in methods}

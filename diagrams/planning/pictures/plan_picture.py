@@ -11,7 +11,7 @@ from ....systems.numerics.planning.trailer_pose import trailer_pose
 from ...world_picture import draw_world
 from ..sweep import Sweep
 from ..verdict import Verdict
-from .colours import METHOD_COLOURS
+from .colours import METHOD_COLOURS, line_width
 
 _SIZE = 120
 
@@ -43,7 +43,10 @@ def save_states_picture(path: Path, verdict: Verdict) -> None:
         plan = row.plan.path
         if plan is None:
             continue
-        style: Any = {"color": METHOD_COLOURS[row.method], "linewidth": _line_width(k)}
+        style: Any = {
+            "color": METHOD_COLOURS[row.method],
+            "linewidth": line_width(k, len(verdict.rows)),
+        }
         position.plot(plan.times, plan.states[:, 0], **style)
         position.plot(plan.times, plan.states[:, 1], linestyle="--", **style)
         theta.plot(plan.times, plan.states[:, 2], **style)
@@ -78,7 +81,7 @@ def save_sweep_picture(path: Path, sweep: Sweep) -> None:
     figure = Figure(figsize=(7.0, 4.6), layout="constrained")
     axes = figure.add_subplot()
     for k, (name, times) in enumerate(sweep.times.items()):
-        colour, width = METHOD_COLOURS[name], _line_width(k)
+        colour, width = METHOD_COLOURS[name], line_width(k, len(sweep.times))
         axes.plot(sweep.ratios, times, marker=".", color=colour, linewidth=width, label=name)
     axes.plot(sweep.ratios, sweep.lower_bounds, color="gray", linestyle=":", label="lower bound")
     axes.set_xlabel("(x_g - x_i) / (y_g - y_i)")
@@ -99,7 +102,8 @@ def _draw_paths(axes: Axes, verdict: Verdict) -> None:
         colour = METHOD_COLOURS[row.method]
         x, y, theta, beta = plan.states.T
         label = f"{row.method}, {row.plan.time:.4f} s"
-        axes.plot(x, y, color=colour, linewidth=_line_width(k), label=label)
+        width = line_width(k, len(verdict.rows))
+        axes.plot(x, y, color=colour, linewidth=width, label=label)
         towed_x, towed_y, _ = trailer_pose(x, y, theta, beta, question.trailer)
         axes.plot(towed_x, towed_y, color=colour, linewidth=0.9, linestyle="--")
     for name, state, mark in (("start", question.start, "o"), ("goal", question.goal.state, "s")):
@@ -113,8 +117,3 @@ def _draw_paths(axes: Axes, verdict: Verdict) -> None:
     axes.set_aspect("equal")
     axes.set_xlabel("x [m]; dashed: the trailer's axle")
     axes.set_ylabel("y [m]")
-
-
-def _line_width(k: int) -> float:
-    """Thick for the first planner and thin for the last, so that equal paths all show."""
-    return max(4.0 - 1.1 * k, 0.8)

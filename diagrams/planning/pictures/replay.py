@@ -14,10 +14,12 @@ from ...visuals.lighting import paint, set_lights
 from ...visuals.meshes import bar_mesh, extruded_mesh, flat_mesh
 from ...visuals.replay import write_replay
 from ...visuals.stage import Stage
-from ...visuals.text import text_mesh
+from ...visuals.text import advance, text_mesh
 from ..verdict import Verdict
 from .cart_shapes import drawbar_shape, swept_area, tractor_shape, trailer_shape
 from .colours import METHOD_COLOURS
+from .value_floor import ValueFloor
+from .value_slices import followed_row, slices_along
 
 ROOT = "/planning"
 # Between frames of the recording, and how long it stays on its last picture [s].
@@ -29,6 +31,8 @@ _WALL = paint(0.30, 0.66, 0.37)
 # The camera leans back a little, so that carts show that they have a height [rad].
 _TILT = 0.24
 _ASPECT = 16 / 9
+# Slices of the value function along a plan.
+_SLICES = 12
 
 
 class PlanningScene:
@@ -50,15 +54,11 @@ class PlanningScene:
         self._stage = Stage(meshcat, ROOT, recording=True, period=_PERIOD, tolerance=5e-5 * span)
         _set_camera(meshcat, low, high, span)
         self._draw_floor(verdict, low, high)
+        self._draw_names(verdict, (low[0] - 0.44 * span, high[1]), span)
         for k, row in enumerate(verdict.rows):
-            path = row.plan.path
-            words = f"{row.method}  " + (f"{row.plan.time:.4f} s" if path else "no path")
-            colour = METHOD_COLOURS[row.method]
-            height = 0.026 * span
-            self._stage.mesh(f"names/{k}", text_mesh(words, height, bold=True), paint(*colour))
-            self._stage.place(f"names/{k}", low[0] - 0.44 * span, high[1] - 2.2 * height * (k + 1))
-            if path is not None:
-                self._draw_way(row.method, path, k, span)
+            if row.plan.path is not None:
+                self._draw_way(row.method, row.plan.path, k, span)
+        self._value = self._draw_value(verdict, low, high, span)
         # On the floor, above all ways.
         self._stage.raise_to("ends", 0.0005 * span * (2 * len(verdict.rows) + 2))
 
@@ -67,6 +67,8 @@ class PlanningScene:
         end = max((path.times[-1] for path in self._paths.values()), default=0.0) + _AFTERWARDS
         for time in np.arange(0.0, end + _PERIOD / 2, _PERIOD).tolist():
             self._stage.begin(time)
+            if self._value is not None:
+                self._value.show(time)
             for method, path in self._paths.items():
                 state = [float(np.interp(time, path.times, column)) for column in path.states.T]
                 x, y, heading = trailer_pose(state[0], state[1], state[2], state[3], self._trailer)
@@ -81,6 +83,19 @@ class PlanningScene:
     def finish_recording(self) -> None:
         """End the recording with what was drawn last."""
         self._stage.finish_recording()
+
+    def _draw_names(self, verdict: Verdict, corner: tuple[float, float], span: float) -> None:
+        """Every planner's name and time, one below the other from an upper left corner."""
+        lines = [
+            f"{row.method}  " + ("no path" if row.plan.path is None else f"{row.plan.time:.4f} s")
+            for row in verdict.rows
+        ]
+        widest = max((advance(line, bold=True) for line in lines), default=1.0)
+        height = min(0.026, 0.42 / widest) * span
+        for k, (row, line) in enumerate(zip(verdict.rows, lines, strict=True)):
+            colour = paint(*METHOD_COLOURS[row.method])
+            self._stage.mesh(f"names/{k}", text_mesh(line, height, bold=True), colour)
+            self._stage.place(f"names/{k}", corner[0], corner[1] - 2.2 * height * (k + 1))
 
     def _draw_floor(self, verdict: Verdict, low: np.ndarray, high: np.ndarray) -> None:
         question = verdict.question
@@ -99,13 +114,21 @@ class PlanningScene:
             mark = _end_mark(state, self._trailer)
             self._stage.mesh(f"ends/{name}", flat_mesh(mark), _INK)
 
-    def _draw_way(
-        self,
-        method: str,
-        path: TrailerPath,
-        number: int,
-        span: float,
-    ) -> None:
+    def _draw_value(
+        self, verdict: Verdict, low: np.ndarray, high: np.ndarray, span: float
+    ) -> ValueFloor | None:
+        """The time to go on the floor, below all ways."""
+        value, row = verdict.value_function, followed_row(verdict)
+        if value is None:
+            return None
+        bounds = np.array([*low, *high])
+        slices = slices_along(value, row, verdict.question.start, bounds, _SLICES)
+        self._stage.raise_to("value", 0.00025 * span)
+        corner = (float(low[0]) - 0.44 * span, 0.5 * float(low[1] + high[1]) - 0.48 * span)
+        whose = "the start" if row is None else row.method
+        return ValueFloor(self._stage, slices, whose, corner, 0.02 * span, _INK)
+
+    def _draw_way(self, method: str, path: TrailerPath, number: int, span: float) -> None:
         """Swept area and way on the floor, and the cart itself.
 
         Planners that agree cover each other, so the later ones are lower and slimmer.
