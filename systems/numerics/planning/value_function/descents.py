@@ -13,6 +13,7 @@ import numpy as np
 
 from ..plan import TrailerPath
 from .motions import control_set, hold_beta, shift_of
+from .rollout import inside
 from .value_function import ValueFunction
 
 # Ways that stay after each step, half of them at most with the same first turn.
@@ -125,13 +126,6 @@ def descents(value: ValueFunction, start, width: int = WIDTH) -> list[Descent]:
         if kind not in found:
             found[kind] = Descent(_path(fronts, arrival, pairs), *kind)
     return list(found.values())
-
-
-def inside(value: ValueFunction, states) -> np.ndarray:
-    """Whether states are in the table's goal box, shape (..., 4) -> (...,)."""
-    gaps = np.abs(value.to_table(states) - np.array(value.goal.state))
-    gaps[..., 2:] = np.abs(np.remainder(gaps[..., 2:] + math.pi, math.tau) - math.pi)
-    return np.all(gaps <= value.goal.tolerance, axis=-1)
 
 
 def _durations(value: ValueFunction, states: np.ndarray, pairs: np.ndarray) -> np.ndarray:

@@ -31,7 +31,7 @@ class Rollout:
 
     Attributes:
         path: As far as it went.
-        arrived: Whether its end is inside the goal box.
+        arrived: Whether its end is inside the goal box of the table.
         promised: Time to go at the start by the table; infinite: unreachable [s].
         late: Whether it took so much longer than promised that it must have gone in a loop.
         fallbacks: Times at which the sign in (3.20) was of no use, because the time to go had no
@@ -81,6 +81,13 @@ def drive(trailer: Trailer, state, v: float, omega: float, duration: float) -> n
     return np.array([x + dx, y + dy, theta + omega * duration, beta])
 
 
+def inside(value: ValueFunction, states) -> np.ndarray:
+    """Whether states are in the table's goal box, shape (..., 4) -> (...,)."""
+    gaps = np.abs(value.to_table(states) - np.array(value.goal.state))
+    gaps[..., 2:] = np.abs(np.remainder(gaps[..., 2:] + math.pi, math.tau) - math.pi)
+    return np.all(gaps <= value.goal.tolerance, axis=-1)
+
+
 def is_late(value: ValueFunction, promised: float, time: float) -> bool:
     """Whether a path took so much longer than promised at its start that it went in a loop."""
     return time > LATE * promised + _LATE_TURN / value.trailer.turn_rate
@@ -103,7 +110,7 @@ def roll_out(value: ValueFunction, start) -> Rollout:
     to_go = promised
     limit = PATIENCE * promised + 2 * math.tau / trailer.turn_rate
     limit = limit if math.isfinite(promised) else 0.0
-    arrived = to_go == 0.0
+    arrived = bool(inside(value, state))
     while not arrived and len(controls) * step < limit and math.isfinite(to_go):
         v, omega = trailer.speed, bang_bang(value, state) if by_sign else 0.0
         ahead = drive(trailer, state, v, omega, step)
@@ -115,7 +122,8 @@ def roll_out(value: ValueFunction, start) -> Rollout:
         states.append(state)
         controls.append((v, omega))
         to_go = float(value.time_to_go(state))
-        arrived = to_go == 0.0
+        # Not by the time to go: between nodes, it is zero a little outside of the box too.
+        arrived = bool(inside(value, state))
     path = TrailerPath(
         step * np.arange(len(states)), np.array(states), np.array(controls).reshape(-1, 2)
     )

@@ -8,9 +8,9 @@ import pytest
 from sightfield.systems.numerics.planning.driven_path import driven_path
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.value_function.descents import descents, inside
+from sightfield.systems.numerics.planning.value_function.descents import descents
 from sightfield.systems.numerics.planning.value_function.planner import plan_by_value_function
-from sightfield.systems.numerics.planning.value_function.rollout import is_late
+from sightfield.systems.numerics.planning.value_function.rollout import inside, is_late
 
 GOAL = Goal(state=(0.0, 0.0, 0.0, 0.0), tolerance=THESIS_TOLERANCE)
 
