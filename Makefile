@@ -49,6 +49,8 @@ bench: $(VENV)/dev.stamp  ## run the timings, printed as ratios
 peers: $(VENV)/dev.stamp  ## install what benchmarks compare with, apart (needs swig and a C++ compiler)
 	$(BIN)/python -m venv build/peers/visilibity
 	build/peers/visilibity/bin/python -m pip install --quiet -r benchmarks/peers/visilibity.txt
+	$(BIN)/python -m venv build/peers/hj_reachability
+	build/peers/hj_reachability/bin/python -m pip install --quiet -r benchmarks/peers/hj_reachability.txt
 
 pictures: $(VENV)/dev.stamp  ## make the README's pictures again (needs Chromium)
 	$(BIN)/python docs/make_pictures.py

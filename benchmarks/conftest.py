@@ -1,14 +1,25 @@
-"""Timing in pairs, and worlds to time in. Run by `make bench`; nothing here asserts a time."""
+"""Timing in pairs, and worlds and starts to time with.
 
+Run by `make bench`; nothing here asserts a time.
+"""
+
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
 
 from sightfield.systems.numerics.geometry.world import World, make_world
+from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
+from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
+from sightfield.systems.numerics.planning.trailer import Trailer
+
+# Answers that take long and do not depend on what is timed.
+CACHE = Path("build/benchmarks")
 
 
 @dataclass(frozen=True)
@@ -66,5 +77,51 @@ def polygon_world() -> Callable[[int], World]:
                 left -= count
         boundary = [[0, 0], [10, 0], [10, 10], [0, 10]]
         return make_world(boundary, [np.array(each.exterior.coords) for each in placed])
+
+    return make
+
+
+@dataclass(frozen=True, eq=False)
+class Starts:
+    """Where the cart starts, and how long it takes to the goal at best.
+
+    Attributes:
+        goal: A box around (4, 4, 0, 0).
+        states: x, y, theta, beta, shape (n, 4) [m], [m], [rad], [rad].
+        times: The best of the local optima that CasADi finds from every Dubins word, shape (n,)
+            [s].
+    """
+
+    goal: Goal
+    states: np.ndarray
+    times: np.ndarray
+
+
+@pytest.fixture(scope="session")
+def random_starts() -> Callable[..., Starts]:
+    """A function of a seed, a number and a tolerance, by default one cell of the thesis's grid.
+
+    Starts are in the thesis's maze, with any heading, unfolded, and not at the goal. Nothing was
+    tuned on those that the benchmarks use. The times are kept in build/.
+    """
+
+    def make(seed: int, count: int, tolerance=THESIS_TOLERANCE) -> Starts:
+        goal = Goal(state=(4.0, 4.0, 0.0, 0.0), tolerance=tolerance)
+        widths = "_".join(f"{width:g}" for width in tolerance)
+        file = CACHE / f"starts_{seed}_{count}_within_{widths}.npz"
+        if not file.exists():
+            rng = np.random.default_rng(seed)
+            high = (6.0, 6.0, math.pi, math.pi / 2)
+            states: list[np.ndarray] = []
+            while len(states) < count:
+                state = rng.uniform((0.0, 0.0, -math.pi, -math.pi / 2), high)
+                if any(goal.miss(state)):
+                    states.append(state)
+            plans = [plan_by_casadi(Trailer(), state, goal) for state in states]
+            assert all(plan.converged for plan in plans)
+            file.parent.mkdir(parents=True, exist_ok=True)
+            np.savez(file, states=np.array(states), times=[plan.time for plan in plans])
+        with np.load(file) as kept:
+            return Starts(goal, kept["states"], kept["times"])
 
     return make
