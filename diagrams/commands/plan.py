@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
@@ -141,6 +142,8 @@ def sweep(
         typer.echo(text)
     elif out is not None:
         Console().print(f"Wrote sweep.json, sweep.png to [bold]{out}[/]")
+        for remark in results.remarks:
+            Console().print(remark, markup=False)
     else:
         Console().print(_sweep_table(results))
 
@@ -156,7 +159,12 @@ def _grid_step(grid: str) -> float:
 
 
 def _sweep_table(results: Sweep) -> Table:
-    table = Table(title=escape("Travel time [s]"))
+    table = Table(
+        title=escape("Travel time [s]"),
+        caption=escape("\n".join(results.remarks)),
+        caption_justify="left",
+        box=SIMPLE_HEAD,
+    )
     for heading in ("ratio", *results.times, "lower bound"):
         table.add_column(heading, justify="right")
     for k, ratio in enumerate(results.ratios.tolist()):

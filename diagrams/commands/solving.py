@@ -8,6 +8,9 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ...systems.numerics.planning.value_function.solve import Progress as Report
 
+# A node that had no way to the goal before this pass changes by more than this [s].
+_REACHING = 1e6
+
 
 @contextmanager
 def solving_shown(wanted: bool, console: Console | None = None) -> Iterator[Report | None]:
@@ -31,7 +34,7 @@ def solving_shown(wanted: bool, console: Console | None = None) -> Iterator[Repo
     columns = (
         TextColumn("Value function"),
         BarColumn(),
-        TextColumn("pass {task.completed:.0f}, change {task.fields[change]:.1g} s"),
+        TextColumn("pass {task.completed:.0f}, {task.fields[change]}"),
         TimeElapsedColumn(),
     )
     with Progress(*columns, console=console, transient=True) as progress:
@@ -39,11 +42,12 @@ def solving_shown(wanted: bool, console: Console | None = None) -> Iterator[Repo
 
         def report(number: int, change: float) -> None:
             nonlocal task
+            words = f"change {change:.1g} s" if change < _REACHING else "reaching farther"
             # Planners that solve nothing leave the terminal as it is.
             if task is None:
-                task = progress.add_task("", total=None, change=change)
+                task = progress.add_task("", total=None, change=words)
             elif number == 1:
                 progress.reset(task, total=None)
-            progress.update(task, completed=number, change=change)
+            progress.update(task, completed=number, change=words)
 
         yield report

@@ -1,5 +1,6 @@
 """A planning question as every method is asked it."""
 
+import math
 from dataclasses import dataclass, field
 
 from ...systems.numerics.errors import require, require_finite, require_positive
@@ -8,6 +9,7 @@ from ...systems.numerics.planning.goal import Goal
 from ...systems.numerics.planning.trailer import Trailer
 from ...systems.numerics.planning.value_function.grid import THESIS_STEP
 from ...systems.numerics.planning.value_function.solve import Progress
+from ...systems.numerics.planning.value_function.value_function import ValueFunction
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -22,6 +24,8 @@ class PlanningQuestion:
     world: World | None = None
     # Distance of the value function's nodes, in turning radii.
     grid_step: float = THESIS_STEP
+    # A value function that is known already, of this cart and goal; see `plan_by_value_function`.
+    table: ValueFunction | None = None
     # Told of every pass over that grid; see `solve_value_function`.
     progress: Progress | None = None
 
@@ -29,5 +33,12 @@ class PlanningQuestion:
         require(len(self.start) == 4, "start", "be (x, y, theta, beta)", self.start)
         for value in self.start:
             require_finite("start", value)
+        for name, state, slack in (
+            ("start", self.start, 0.0),
+            ("goal", self.goal.state, self.goal.tolerance[3]),
+        ):
+            bent = abs(math.remainder(state[3], math.tau))
+            reach = self.trailer.jackknife + slack
+            require(bent <= reach, name, "have |beta| within jackknife", state[3])
         require_positive("grid", self.grid_step)
         require(self.grid_step <= 1, "grid", "have a step of at most 1", self.grid_step)

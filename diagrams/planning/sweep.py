@@ -1,8 +1,9 @@
 """Travel time over the direction of the goal, Figure 3.10."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,8 +12,14 @@ from ...systems.numerics.planning.goal import Goal
 from ...systems.numerics.planning.lower_bound import lower_bound
 from ...systems.numerics.planning.plan import Plan
 from ...systems.numerics.planning.value_function.grid import THESIS_STEP
-from ...systems.numerics.planning.value_function.solve import Progress
-from .methods import METHODS
+from ...systems.numerics.planning.value_function.planner import grid_around
+from ...systems.numerics.planning.value_function.solve import (
+    Progress,
+    solve_value_function,
+    widened,
+)
+from ...systems.numerics.planning.value_function.value_function import ValueFunction
+from .methods import METHODS, NODES_LIMIT
 from .question import PlanningQuestion
 
 # y_g - y_i of the figure, and the ends of its axis.
@@ -29,12 +36,14 @@ class Sweep:
         times: For each method, shape (n,); not a number where it did not converge [s].
         lower_bounds: Shape (n,) [s].
         tolerance: Half-widths of the goal.
+        remarks: Why times are missing, sentences.
     """
 
     ratios: np.ndarray
     times: dict[str, np.ndarray]
     lower_bounds: np.ndarray
     tolerance: tuple[float, float, float, float]
+    remarks: tuple[str, ...] = ()
 
     def as_object(self) -> dict[str, object]:
         """As JSON takes it; null where a method did not converge."""
@@ -46,6 +55,7 @@ class Sweep:
                 name: [time if math.isfinite(time) else None for time in times.tolist()]
                 for name, times in self.times.items()
             },
+            "remarks": list(self.remarks),
         }
 
 
@@ -80,13 +90,33 @@ def sweep_ratios(
         )
         for ratio in ratios.tolist()
     ]
-    found = {name: [_time(METHODS[name](each)) for each in questions] for name in methods}
+    if "value-function" in methods and not any(map(math.isinf, tolerance[:2])):
+        table = _shared_table(questions[-1])
+        questions = [replace(question, table=table) for question in questions]
+    found = {name: [METHODS[name](each) for each in questions] for name in methods}
     return Sweep(
         ratios=ratios,
-        times={name: np.array(times) for name, times in found.items()},
+        times={name: np.array([_time(plan) for plan in plans]) for name, plans in found.items()},
         lower_bounds=np.array([lower_bound(q.trailer, q.start, q.goal) for q in questions]),
         tolerance=tolerance,
+        remarks=tuple(remark for name, plans in found.items() for remark in _remarks(name, plans)),
     )
+
+
+def _shared_table(farthest: PlanningQuestion) -> ValueFunction | None:
+    """One value function for all starts; None if a planner has to say that it is too coarse."""
+    trailer, goal, step = farthest.trailer, farthest.goal, farthest.grid_step
+    grid = grid_around(trailer, farthest.start, goal, step)
+    _, warnings = widened(goal, grid)
+    if warnings or math.prod(grid.shape) > NODES_LIMIT:
+        return None
+    return solve_value_function(trailer, goal, grid, progress=farthest.progress)
+
+
+def _remarks(method: str, plans: Sequence[Plan]) -> list[str]:
+    """What a planner says where it did not converge, and how often."""
+    said = Counter(plan.status for plan in plans if not plan.converged)
+    return [f"{method}: {status} ({count} of {len(plans)})" for status, count in said.items()]
 
 
 def _time(plan: Plan) -> float:

@@ -53,7 +53,9 @@ def test_the_table_names_the_goal_and_every_method(run):
 def test_a_folder_gets_numbers_paths_and_pictures(run, tmp_path):
     run("--method", "casadi", "--out", tmp_path / "plans")
     names = {path.name for path in (tmp_path / "plans").iterdir()}
-    assert {"verdict.json", "paths.npz", "paths.png", "states.png"} <= names
+    assert {"verdict.json", "paths.npz", "paths.png", "states.png", "replay.html"} <= names
+    # Nothing was asked for that has a value function to draw.
+    assert "value.png" not in names
 
 
 def test_the_sweep_leaves_its_figure(run, tmp_path):
@@ -74,6 +76,44 @@ def test_the_world_is_kept_clear_of(run, tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("name", "text"),
+    [("room.wkt", "POLYGON ((0 0, 1"), ("room.geojson", '{"type": 1}'), ("room.txt", "room")],
+)
+def test_a_file_that_is_no_world_is_refused(run, tmp_path, name, text):
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    with pytest.raises(InvalidInput, match=r"`world file` must .*room"):
+        run("--world", tmp_path / name)
+
+
+def test_neither_end_may_be_in_an_obstacle(run, tmp_path):
+    file = tmp_path / "room.wkt"
+    room = "(-2 -2, 9 -2, 9 9, -2 9, -2 -2)"
+    file.write_text(f"POLYGON ({room}, (2 2, 3 2, 3 3, 2 3, 2 2))", encoding="utf-8")
+    for end in ("start", "goal"):
+        with pytest.raises(InvalidInput, match=f"`{end}` must keep the vehicle clear of walls"):
+            run("--world", file, "--method", "casadi", f"--{end}", 2.5, 2.5, 0, 0)
+
+
+def test_a_goal_that_the_grid_cannot_resolve_is_said_to_be_wider(run):
+    text = " ".join(run("--point", "--method", "value-function", "--grid", 0.5).stdout.split())
+    assert "tolerance below one cell of the grid" in text
+    assert "arrived in a wider box" in text
+
+
+def test_a_start_too_far_for_any_grid_leaves_the_others_to_answer(run):
+    case = ("--start", -1000, 0, 0, 0, "--goal-tolerance", 0, 0, 0, "inf", "--json")
+    said = json.loads(run(*case, "--method", "value-function").stdout)["methods"]
+    assert said["value-function"]["time"] is None
+    assert "its grid would have" in said["value-function"]["status"]
+
+
+def test_the_defaults_are_the_case_of_figure_3_9(run):
+    said = json.loads(run("--method", "primitive", "--json").stdout)
+    assert (said["start"], said["goal"]) == ([1, 1, 0, 0], [4, 4, 0, 0])
+    assert said["goal_tolerance"] == [0.2, 0.2, 0.251, 0.251]
+
+
+@pytest.mark.parametrize(
     ("options", "words"),
     [
         (("--start", "nan", 0, 0, 0), "`start` must be a finite number"),
@@ -83,9 +123,19 @@ def test_the_world_is_kept_clear_of(run, tmp_path):
         (("--method", "magic"), "`method` must be one of"),
         (("--point", "--goal-tolerance", 0, 0, 0, 0), "`--point` must stand without"),
         (("--world", "nowhere.wkt"), "nowhere.wkt"),
+        (("--goal", 0, "inf", 0, 0), "`goal` must be a finite number"),
+        (("--goal-tolerance", 0, "nan", 0, 0), "`tolerance` must be zero or positive"),
+        (("--speed", "nan"), "`speed` must be a finite number"),
+        (("--hitch-offset", "inf"), "`hitch_offset` must be a finite number"),
+        (("--jackknife", 0), "`jackknife` must lie in (0, pi]"),
+        (("--start", 1, 1, 0, 2, "--jackknife", 1), "`start` must have |beta| within jackknife"),
+        (("--goal", 1, 1, 0, -2, "--jackknife", 1), "`goal` must have |beta| within jackknife"),
         (("--grid", "coarse"), "`--grid` must be thesis, fine or a number"),
         (("--grid", "-1"), "`grid` must be positive"),
+        (("--grid", 5, "--method", "casadi"), "`grid` must have a step of at most 1"),
         (("sweep", "--count", 1), "`count` must be at least 2"),
+        (("sweep", "--grid", "nan"), "`grid` must be a finite number"),
+        (("sweep", "--goal-tolerance", 0, 0, 0, -1), "`tolerance` must be zero or positive"),
     ],
 )
 def test_bad_input_is_one_clear_line(run, options, words):

@@ -9,7 +9,7 @@ METHOD_COLOURS: dict[str, tuple[float, float, float]] = {
     "casadi": (0.13, 0.37, 0.80),
     "extremal": (0.85, 0.33, 0.10),
     "value-function": (0.10, 0.55, 0.35),
-    "polished": (0.83, 0.60, 0.05),
+    "polished": (0.88, 0.68, 0.00),
     "primitive": (0.58, 0.22, 0.64),
 }
 

@@ -83,9 +83,15 @@ def save_sweep_picture(path: Path, sweep: Sweep) -> None:
     for k, (name, times) in enumerate(sweep.times.items()):
         colour, width = METHOD_COLOURS[name], line_width(k, len(sweep.times))
         axes.plot(sweep.ratios, times, marker=".", color=colour, linewidth=width, label=name)
-    axes.plot(sweep.ratios, sweep.lower_bounds, color="gray", linestyle=":", label="lower bound")
+    # Above the methods' lines, which may cover it, and shaded where no path can be.
+    axes.plot(sweep.ratios, sweep.lower_bounds, "k--", linewidth=1.2, label="lower bound")
+    floor = axes.get_ylim()[0]
+    axes.fill_between(sweep.ratios, floor, sweep.lower_bounds, color="black", alpha=0.08)
+    axes.set_ylim(bottom=floor)
     axes.set_xlabel("(x_g - x_i) / (y_g - y_i)")
     axes.set_ylabel("travel time [s]")
+    widths = ", ".join(f"{width:g}" for width in sweep.tolerance)
+    axes.set_title(f"Into a box of half-widths {widths}", fontsize="medium")
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)
     figure.savefig(path, dpi=_SIZE)
