@@ -58,6 +58,14 @@ def test_a_folder_gets_numbers_paths_and_pictures(run, tmp_path):
     assert "value.png" not in names
 
 
+@pytest.mark.filterwarnings("error")
+def test_without_a_path_there_are_pictures_all_the_same(run, tmp_path):
+    case = ("--method", "primitive", "--jackknife", 0.1, "--out", tmp_path)
+    assert "unreachable" in run(*case).stdout
+    assert (tmp_path / "paths.png").stat().st_size > 5000
+    assert (tmp_path / "states.png").stat().st_size > 5000
+
+
 def test_the_sweep_leaves_its_figure(run, tmp_path):
     run("sweep", "--method", "primitive", "--count", 3, "--out", tmp_path)
     said = json.loads((tmp_path / "sweep.json").read_text(encoding="utf-8"))

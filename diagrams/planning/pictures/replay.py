@@ -11,7 +11,7 @@ from ....systems.numerics.planning.plan import TrailerPath
 from ....systems.numerics.planning.trailer import Trailer
 from ....systems.numerics.planning.trailer_pose import trailer_pose
 from ...visuals.lighting import paint, set_lights
-from ...visuals.meshes import bar_mesh, extruded_mesh, flat_mesh
+from ...visuals.meshes import bar_mesh, extruded_mesh, flat_mesh, line_mesh
 from ...visuals.replay import write_replay
 from ...visuals.stage import Stage
 from ...visuals.text import advance, text_mesh
@@ -54,6 +54,7 @@ class PlanningScene:
         self._stage = Stage(meshcat, ROOT, recording=True, period=_PERIOD, tolerance=5e-5 * span)
         _set_camera(meshcat, low, high, span)
         self._draw_floor(verdict, low, high)
+        self._draw_ends(verdict, 0.003 * span)
         self._draw_names(verdict, (low[0] - 0.44 * span, high[1]), span)
         for k, row in enumerate(verdict.rows):
             if row.plan.path is not None:
@@ -110,9 +111,18 @@ class PlanningScene:
             self._stage.mesh(
                 "walls", extruded_mesh(shapely.union_all([wall, *solid]), 0, size), _WALL
             )
-        for name, state in (("start", question.start), ("goal", question.goal.state)):
+
+    def _draw_ends(self, verdict: Verdict, line: float) -> None:
+        """Start and goal, and the box in which paths may end with a line of a width [m]."""
+        start, goal = verdict.question.start, verdict.question.goal
+        for name, state in (("start", start), ("goal", goal.state)):
             mark = _end_mark(state, self._trailer)
             self._stage.mesh(f"ends/{name}", flat_mesh(mark), _INK)
+        (x, y), (wide, high) = goal.state[:2], goal.tolerance[:2]
+        if 0 < wide < math.inf and 0 < high < math.inf:
+            box = shapely.box(x - wide, y - high, x + wide, y + high)
+            outline = line_mesh([shapely.get_coordinates(box)[:-1]], line)
+            self._stage.mesh("ends/box", outline, _INK)
 
     def _draw_value(
         self, verdict: Verdict, low: np.ndarray, high: np.ndarray, span: float

@@ -49,7 +49,7 @@ class ValueFloor:
             words = text_mesh(f"theta {theta:.2f}, beta {beta:.2f} rad", letter)
             stage.mesh(f"value/{k}/words", words, ink)
             stage.place(f"value/{k}/words", left, top + 1.6 * letter)
-        _write(stage, "key/title/0", "time to go [s] at theta and beta", letter, ink)
+        _write(stage, "key/title/0", "time to go [s] at angles", letter, ink)
         stage.place("key/title/0", left, top + 5.2 * letter)
         _write(stage, "key/title/1", f"of {whose}:", letter, ink)
         stage.place("key/title/1", left, top + 3.4 * letter)

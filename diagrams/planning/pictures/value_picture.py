@@ -46,8 +46,8 @@ def save_value_picture(path: Path, verdict: Verdict) -> bool:
         axes.set_xlabel("x [m]")
     for axes in panels[:, 0]:
         axes.set_ylabel("y [m]")
-    whose = f" of {row.method}" if row is not None else ""
-    figure.suptitle(f"Time to go for the trailer and heading{whose}")
+    whose = "the start" if row is None else row.method
+    figure.suptitle(f"Time to go at heading theta and trailer angle beta of {whose}")
     if filled is not None:
         figure.colorbar(filled, ax=panels, label="time to go [s]", shrink=0.8)
     figure.savefig(path, dpi=_SIZE)
