@@ -1,4 +1,4 @@
-"""Makes the pictures of the README: plays the scenarios, opens their replays, takes screenshots.
+"""Makes the pictures of the README: runs the commands, opens their replays, takes screenshots.
 
 Run by `make pictures`; needs Chromium.
 """
@@ -14,8 +14,11 @@ from playwright.sync_api import sync_playwright
 HERE = Path(__file__).parent
 SIGHTFIELD = Path(sys.executable).with_name("sightfield")
 
-# Picture, scenario, moment of its replay [s].
-REPLAYS = [("thesis_3v4", "thesis_3v4", 20.0)]
+# Picture, command that leaves a replay in its folder, moment of that [s].
+REPLAYS = [
+    ("thesis_3v4", ["track", "thesis_3v4", "--no-meshcat"], 20.0),
+    ("plan_replay", ["plan"], 2.5),
+]
 
 # Picture, command that draws it in its folder, name of the drawing.
 DRAWINGS = [
@@ -33,11 +36,9 @@ def main() -> None:
         browser = playwright.chromium.launch(
             executable_path=shutil.which("chromium"), args=CHROMIUM
         )
-        for name, scenario, moment in REPLAYS:
+        for name, command, moment in REPLAYS:
             out = Path(folder) / name
-            subprocess.run(
-                [SIGHTFIELD, "track", scenario, "--no-meshcat", "--out", out], check=True
-            )
+            subprocess.run([SIGHTFIELD, *command, "--out", out], check=True)
             page = browser.new_page(viewport={"width": 1280, "height": 720})
             page.goto((out / "replay.html").as_uri())
             page.wait_for_function("typeof viewer !== 'undefined' && viewer.animator.duration > 0")

@@ -1,6 +1,9 @@
 """`sightfield plan` compares planners, and says in one line what is wrong."""
 
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -151,3 +154,26 @@ def test_bad_input_is_one_clear_line(run, options, words):
         run(*options)
     assert words in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def sightfield(*arguments):
+    """Run the command as a process of its own, without a terminal."""
+    words = [Path(sys.executable).with_name("sightfield"), *map(str, arguments)]
+    return subprocess.run(
+        words, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False
+    )
+
+
+@pytest.mark.parametrize("command", [("plan", "--length", 0), ("plan", "sweep", "--grid", 0)])
+def test_bad_input_leaves_one_line_and_nothing_else(command, tmp_path):
+    done = sightfield(*command, "--json", "--out", tmp_path / "out")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("error: ")
+    assert done.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_json_is_all_that_is_written():
+    done = sightfield("plan", "--method", "value-function", "--grid", 0.5, "--json")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "value-function" in json.loads(done.stdout)["methods"]
