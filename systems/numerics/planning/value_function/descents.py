@@ -17,9 +17,9 @@ from .rollout import inside
 from .value_function import ValueFunction
 
 # Ways that stay after each step, half of them at most with the same first turn.
-WIDTH = 32
+WIDTH = 16
 # Where on a step the goal box is looked for, in parts of it.
-LOOKS = 8
+LOOKS = 4
 # Ways that have driven this much longer than the first to arrive are given up, and ways that
 # promise to.
 LATE = 1.15

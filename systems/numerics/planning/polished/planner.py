@@ -1,0 +1,165 @@
+"""`plan_polished`: a table says where to look, and the minimum-time programme finds the optimum."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from time import perf_counter
+
+from ...errors import require
+from ..extremals.planner import plan_by_extremals
+from ..goal import Goal
+from ..minimum_time.guess import resampled
+from ..minimum_time.planner import checked_start, plan_by_casadi
+from ..minimum_time.problem import Attempt, Problem
+from ..minimum_time.refinement import with_placed_switches
+from ..minimum_time.seeds import default_seeds
+from ..plan import Plan, TrailerPath
+from ..trailer import Trailer
+from ..value_function.descents import descents
+from ..value_function.grid import THESIS_STEP
+from ..value_function.tables import open_field_table
+from ..value_function.value_function import ValueFunction
+
+METHOD = "polished"
+# Ways down the table that are tried at most, and seeds in all: the rest are the shortest car paths.
+WAYS, SEEDS = 2, 5
+# More for a cart that may reverse, which has more ways to choose from.
+_SEEDS_WITH_REVERSE = 14
+# Fewer where the extremal solver has found a path.
+_WAYS_BESIDE, _SEEDS_BESIDE = 1, 3
+# A box is reached sooner than its middle, where car paths end: those that are so many turning radii
+# longer than the quickest way down the table are not tried.
+_LONGER = 2.0
+# Of the programme that is solved from every seed, where few are enough to tell which is best.
+_COARSE_INTERVALS, _QUICK_ITERATIONS = 20, 25
+# Of the one in which the best path is solved again, when its switches cannot be placed.
+_INTERVALS, _MAX_ITERATIONS = 60, 200
+# How much less time counts as less.
+_LESS = 1e-9
+
+
+def plan_polished(
+    trailer: Trailer,
+    start: Sequence[float],
+    goal: Goal,
+    *,
+    value: ValueFunction | None = None,
+    step: float = THESIS_STEP,
+) -> Plan:
+    """The quickest of the local optima near ways down a table and near car paths.
+
+    Seeds are the best way down the table and those on other sides of barriers, and Dubins words.
+    A small programme tells which leads to the quickest path; the switches of that one are then
+    placed exactly. To a point, or a point with a tolerance in beta alone, the extremal solver is
+    asked too. With reverse there are more optima than seeds, and the best may be missed by a
+    thousandth or more. In the notes: `way`, which seed won; `table`, whether one was there; `fell_back`,
+    from what and to what, where that was needed.
+
+    Args:
+        trailer: The cart.
+        start: (x, y, theta, beta) [m], [m], [rad], [rad].
+        goal: The box or point, in the open field.
+        value: A table to look at, of the same cart, for a goal of the same beta elsewhere; by
+            default one that is solved when it is first needed, and kept.
+        step: Distance of the table's nodes in turning radii.
+
+    Raises:
+        InvalidInput: Start, goal or option out of range, or the table is for something else.
+    """
+    began = perf_counter()
+    state = checked_start(trailer, start)
+    if not any(goal.miss(state)):
+        return replace(plan_by_casadi(trailer, start, goal), method=METHOD)
+    if value is None:
+        value = open_field_table(trailer, start, goal, step)
+    else:
+        require(value.trailer == trailer, "value", "be for the same trailer", value.trailer)
+        same = math.isclose(value.goal.state[3], goal.state[3], abs_tol=1e-12)
+        require(same, "value", "be for the same beta", value.goal.state[3])
+        value = value.moved(*goal.state[:3])
+    problem = Problem(trailer, state, goal, _MAX_ITERATIONS)
+    quick = Problem(trailer, state, goal, _QUICK_ITERATIONS)
+    fell_back: list[str] = []
+    ways = [] if value is None else descents(value, state)[:WAYS]
+    if not ways:
+        fell_back.append(
+            "no table of this cart, distance and goal: car paths only"
+            if value is None
+            else "the table promises no way: car paths only"
+        )
+    # Where the cart meets x, y and theta exactly, the optimum is an extremal.
+    exact = not any(goal.tolerance[:3])
+    word = plan_by_extremals(trailer, start, goal) if exact and not trailer.reverse else None
+    longest, most = math.inf, _SEEDS_WITH_REVERSE if trailer.reverse else SEEDS
+    if word is not None and word.converged:
+        longest, most = word.time, _SEEDS_BESIDE
+        ways = ways[:_WAYS_BESIDE]
+    elif ways and not exact:
+        longest = ways[0].time + _LONGER / trailer.turn_rate
+    seeds = [(f"way {k} down the table", way.path) for k, way in enumerate(ways, 1)]
+    seeds += [("car path", path) for path in _car_paths(problem, longest)]
+    seeds = seeds[:most]
+    coarse = [(name, quick.solve(resampled(path, _COARSE_INTERVALS))) for name, path in seeds]
+    found = [each for each in coarse if each[1].is_path]
+    notes: dict[str, object] = {
+        "table": None if value is None else value.grid.shape,
+        "seeds": len(coarse),
+        "converged_seeds": len(found),
+        "fell_back": fell_back,
+    }
+    iterations = sum(each.iterations for _, each in coarse)
+    best: Plan | None = None
+    if word is not None and word.converged and word.path is not None:
+        best = _plan(goal, word.path, word.time, "optimal", word.residual, "extremal")
+    if found and (best is None or min(each.time for _, each in found) < best.time):
+        way, _ = min(found, key=lambda each: each[1].time)
+        fine = _refined(problem, [each for _, each in found], fell_back)
+        iterations += fine.iterations
+        if fine.is_path and (best is None or fine.time < best.time * (1 - _LESS)):
+            best = _plan(goal, fine.path, fine.time, fine.status, fine.violation, way)
+    if best is None:
+        fell_back.append("no seed led to a path: all seeds of the minimum-time programme")
+        last = plan_by_casadi(trailer, start, goal)
+        best = replace(last, notes={**last.notes, "way": "default seeds"})
+    return replace(
+        best,
+        method=METHOD,
+        iterations=best.iterations + iterations,
+        wall_time=perf_counter() - began,
+        notes={**best.notes, **notes},
+    )
+
+
+def _car_paths(problem: Problem, longest: float) -> list[TrailerPath]:
+    """Words of a car that take at most so long."""
+    (paths,) = default_seeds(problem)
+    return [path for path in paths if path.times[-1] <= longest]
+
+
+def _refined(problem: Problem, found: list[Attempt], fell_back: list[str]) -> Attempt:
+    """The best of coarse attempts with its switches in place."""
+    least = min(found, key=lambda each: each.time)
+    placed = [each for each in with_placed_switches(problem, found) if each.is_path]
+    best = min(placed, key=lambda each: each.rank, default=None)
+    # A coarse path is one of the cart too, so that the optimum beside it takes no longer.
+    if best is not None and best.status == "optimal" and best.time <= least.time * (1 + 1e-6):
+        return best
+    fell_back.append("switches not placed: solved in equal intervals first")
+    fine = problem.solve(resampled(least.path, _INTERVALS))
+    placed += [each for each in with_placed_switches(problem, [fine]) if each.is_path]
+    return min([fine, *placed], key=lambda each: (not each.is_path, *each.rank))
+
+
+def _plan(
+    goal: Goal, path: TrailerPath, time: float, status: str, residual: float, way: str
+) -> Plan:
+    return Plan(
+        method=METHOD,
+        goal=goal,
+        status=status,
+        converged=status == "optimal",
+        time=time,
+        path=path,
+        residual=residual,
+        notes={"way": way},
+    )

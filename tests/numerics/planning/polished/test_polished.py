@@ -1,0 +1,137 @@
+"""Paths of least time with a table as a guide."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.planning.driven_path import driven_path
+from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
+from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
+from sightfield.systems.numerics.planning.polished.planner import plan_polished
+from sightfield.systems.numerics.planning.trailer import Trailer
+from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
+from sightfield.systems.numerics.planning.value_function.tables import open_field_table
+
+PLACE = (4.0, 4.0, 0.0, 0.0)
+BOX, POINT = Goal(state=PLACE, tolerance=THESIS_TOLERANCE), Goal(state=PLACE)
+START = (1.0, 1.0, 0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def value():
+    """A coarse table, which is enough of a guide here; one that holds every start below."""
+    goal = Goal(state=(0.0, 0.0, 0.0, 0.0), tolerance=(0.3, 0.3, 0.36, 0.36))
+    return solve_value_function(Trailer(), goal, Grid.of_step(0.3))
+
+
+def random_starts(count, seed):
+    rng = np.random.default_rng(seed)
+    return rng.uniform([0, 0, -np.pi, -np.pi / 2], [6, 6, np.pi, np.pi / 2], (count, 4))
+
+
+def miss_when_driven(plan, start, goal):
+    held = zip(plan.path.controls, np.diff(plan.path.times), strict=True)
+    pieces = [(v, omega, time) for (v, omega), time in held if time > 1e-12]
+    return max(goal.miss(driven_path(Trailer(), start, pieces, 0.01).states[-1]))
+
+
+@pytest.mark.parametrize(("goal", "time"), [(BOX, 4.3476), (POINT, 5.9914)])
+def test_the_thesis_case(value, goal, time):
+    plan = plan_polished(Trailer(), START, goal, value=value)
+    assert plan.converged
+    assert plan.time == pytest.approx(time, abs=1e-4)
+    assert plan.notes["fell_back"] == []
+    assert plan.notes["table"] == value.grid.shape
+
+
+@pytest.mark.parametrize("goal", [BOX, POINT])
+def test_random_starts_are_as_quick_as_from_every_seed_and_end_at_the_goal(value, goal):
+    for start in random_starts(5, 11):
+        plan = plan_polished(Trailer(), start, goal, value=value)
+        assert plan.time <= plan_by_casadi(Trailer(), start, goal).time * (1 + 1e-3)
+        assert miss_when_driven(plan, start, goal) < 1e-6
+
+
+def test_start_and_goal_may_be_moved_together(value):
+    x, y, turn = 30.0, -7.0, 2.2
+    c, s = math.cos(turn), math.sin(turn)
+
+    def moved(state):
+        return (
+            x + c * state[0] - s * state[1],
+            y + s * state[0] + c * state[1],
+            state[2] + turn,
+            state[3],
+        )
+
+    start = (2.0, 4.0, 1.0, -0.5)
+    here = plan_polished(Trailer(), start, POINT, value=value)
+    there = plan_polished(Trailer(), moved(start), Goal(state=moved(PLACE)), value=value)
+    assert there.time == pytest.approx(here.time, rel=1e-6)
+
+
+def test_backwards_too():
+    """A shift to the side by one turning radius; among many cusps, the best one is not promised."""
+    trailer, goal = Trailer(reverse=True), Goal(state=(0.0, 1.0, 0.0, 0.0))
+    start = (0.0, 0.0, 0.0, 0.0)
+    plan = plan_polished(trailer, start, goal, step=0.5)
+    assert plan.converged
+    assert plan.time <= plan_by_casadi(trailer, start, goal).time * (1 + 5e-3)
+    assert plan.time < plan_polished(Trailer(), start, goal, step=0.5).time
+
+
+def test_without_a_table_car_paths_lead_on():
+    """Free in x there is no table, as its grid is a square around the goal."""
+    goal = Goal(state=PLACE, tolerance=(math.inf, 0.0, 0.1, 0.1))
+    plan = plan_polished(Trailer(), START, goal)
+    assert plan.converged
+    assert plan.notes["table"] is None
+    assert plan.notes["way"] == "car path"
+    assert "car paths only" in plan.notes["fell_back"][0]
+    assert plan.time <= plan_by_casadi(Trailer(), START, goal).time * (1 + 1e-3)
+
+
+def test_a_table_that_promises_nothing_is_done_without(value):
+    blank = replace(value, table=np.full_like(value.table, np.inf))
+    plan = plan_polished(Trailer(), START, BOX, value=blank)
+    assert plan.time == pytest.approx(4.3476, abs=1e-4)
+    assert plan.notes["fell_back"] == ["the table promises no way: car paths only"]
+
+
+def test_a_start_at_the_goal_takes_no_time(value):
+    plan = plan_polished(Trailer(), (4.1, 4.0, 0.0, 0.0), BOX, value=value)
+    assert (plan.method, plan.time, plan.converged) == ("polished", 0.0, True)
+
+
+def test_the_jackknife_limit_is_kept(value):
+    trailer = Trailer(jackknife=0.9)
+    table = replace(value, trailer=trailer)
+    plan = plan_polished(trailer, START, BOX, value=table)
+    assert plan.converged
+    assert np.abs(plan.path.states[:, 3]).max() <= 0.9 + 1e-9
+
+
+def test_a_table_for_something_else_is_refused(value):
+    with pytest.raises(InvalidInput, match="`value` must be for the same trailer"):
+        plan_polished(Trailer(reverse=True), START, BOX, value=value)
+    bent = Goal(state=(4.0, 4.0, 0.0, 0.3))
+    with pytest.raises(InvalidInput, match="`value` must be for the same beta"):
+        plan_polished(Trailer(), START, bent, value=value)
+    with pytest.raises(InvalidInput, match="`start` must"):
+        plan_polished(Trailer(), (math.nan, 0.0, 0.0, 0.0), BOX, value=value)
+
+
+def test_one_table_serves_neighbouring_starts_and_every_goal():
+    first = open_field_table(Trailer(), START, BOX, 0.5)
+    turned = replace(BOX, state=(-9.0, 2.0, 1.0, 0.0))
+    second = open_field_table(Trailer(), (-8.0, 3.0, 2.0, 0.4), turned, 0.5)
+    assert second.table is first.table
+    assert second.time_to_go(turned.state) == 0
+    wider = open_field_table(Trailer(), (-9.0, 1.0, 0.0, 0.0), BOX, 0.5)
+    assert wider.grid.holds(-13.0, 0.0)
+    assert math.isfinite(wider.time_to_go((-9.0, 1.0, 0.0, 0.0)))
+    assert open_field_table(Trailer(), (-90.0, 0.0, 0.0, 0.0), BOX, 0.5) is None
