@@ -9,6 +9,9 @@ from rich.table import Table
 from .cross_check import contradictions
 from .verdict import Row, Verdict
 
+# The usual way down a value function; see `plan_by_value_function`.
+_STEPWISE = "step by step"
+
 
 def as_object(verdict: Verdict) -> dict[str, object]:
     """A verdict as JSON takes it; numbers that are not there, or infinite, are null."""
@@ -18,6 +21,7 @@ def as_object(verdict: Verdict) -> dict[str, object]:
         "goal_tolerance": [_finite(width) for width in verdict.question.goal.tolerance],
         "lower_bound": verdict.lower_bound,
         "methods": {row.method: _row_object(row) for row in verdict.rows},
+        "remarks": [f"{row.method}: {remark}" for row in verdict.rows for remark in _remarks(row)],
         "contradictions": contradictions(verdict),
     }
 
@@ -56,10 +60,25 @@ def as_table(verdict: Verdict) -> Table:
 
 
 def _words(row: Row) -> list[str]:
-    """What a planner says, and what it warns of."""
-    warnings = row.plan.notes.get("warnings", [])
-    said = [row.plan.status, *(warnings if isinstance(warnings, list) else [])]
-    return [f"{row.method}: {each}" for each in said]
+    """What a planner says, and what it remarks."""
+    return [f"{row.method}: {each}" for each in (row.plan.status, *_remarks(row))]
+
+
+def _remarks(row: Row) -> list[str]:
+    """What a planner warns of, and where it did without its usual means."""
+    notes, path = row.plan.notes, row.plan.path
+    found: list[str] = []
+    for key in ("warnings", "fell_back"):
+        said = notes.get(key)
+        found += map(str, said) if isinstance(said, list) else []
+    ahead, way = notes.get("fallbacks"), notes.get("way", _STEPWISE)
+    if isinstance(ahead, list) and path is not None:
+        if way != _STEPWISE:
+            found.append(f"step by step it got lost or was late: went by {way}")
+        elif ahead:
+            steps = len(path.controls)
+            found.append(f"fell back from (3.20) to looking ahead in {len(ahead)} of {steps} steps")
+    return found
 
 
 def _row_object(row: Row) -> dict[str, object]:

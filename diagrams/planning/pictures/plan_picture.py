@@ -23,7 +23,8 @@ def save_paths_picture(path: Path, verdict: Verdict) -> None:
     axes = figure.add_subplot()
     _draw_paths(axes, verdict)
     axes.legend(frameon=False)
-    figure.savefig(path, dpi=_SIZE)
+    # Equal scales leave room above and below a wide plan.
+    figure.savefig(path, dpi=_SIZE, bbox_inches="tight")
 
 
 def save_states_picture(path: Path, verdict: Verdict) -> None:

@@ -109,6 +109,25 @@ def test_the_value_function_answers_for_a_box_and_says_when_it_needs_a_wider_one
     assert contradictions(point) == []
     text = as_table(point).caption
     assert "value-function: arrived in a wider box" in text
+    assert "value-function: tolerance below one cell of the grid" in text
+    assert any("shorter than to the goal" in remark for remark in as_object(point)["remarks"])
+
+
+def test_a_planner_that_did_without_its_usual_means_says_so(verdict):
+    row = row_of(verdict, "casadi")
+    notes = {"fallbacks": [0.5, 1.0], "fell_back": ["all seeds"]}
+    told = replace(verdict, rows=(replace(row, plan=replace(row.plan, notes=notes)),))
+    steps = len(row.plan.path.controls)
+    assert as_object(told)["remarks"] == [
+        "casadi: all seeds",
+        f"casadi: fell back from (3.20) to looking ahead in 2 of {steps} steps",
+    ]
+    assert "casadi: all seeds" in as_table(told).caption
+    notes = {"fallbacks": [], "way": "looking far ahead"}
+    told = replace(verdict, rows=(replace(row, plan=replace(row.plan, notes=notes)),))
+    assert as_object(told)["remarks"] == [
+        "casadi: step by step it got lost or was late: went by looking far ahead"
+    ]
 
 
 def test_planners_that_cannot_say_so():
