@@ -8,17 +8,19 @@ import numpy as np
 
 from ...errors import require, require_finite
 from ...geometry.world import World
+from ..among_walls.clear import require_clear_ends, walls_part
 from ..goal import Goal
 from ..plan import Plan, TrailerPath
 from ..trailer import Trailer
 from .footprint import Discs, covering_discs
 from .guess import resampled
-from .overlap import deepest_overlap
 from .problem import Attempt, Problem
 from .refinement import ACCEPTED_OVERLAP, kept_clear, with_placed_switches
 from .seeds import default_seeds
 
 METHOD = "casadi"
+# Most iterations for each seed among walls, where a seed that has no way on may take very long.
+WALLED_ITERATIONS = 200
 
 
 def plan_by_casadi(
@@ -45,24 +47,26 @@ def plan_by_casadi(
             reverse, and with obstacles ways round their corners.
         obstacles: The world whose walls the vehicle keeps clear of.
         discs: What the vehicle covers; by default `covering_discs(trailer)`.
-        max_iterations: Of the solver, for each seed.
+        max_iterations: Of the solver, for each seed; among walls at most `WALLED_ITERATIONS`.
 
     Returns:
         The plan. `residual` is its largest violation of a constraint; its notes say how many seeds
         converged.
 
     Raises:
-        InvalidInput: An argument is out of range, or the start overlaps a wall.
+        InvalidInput: An argument is out of range, or an end overlaps a wall.
     """
     began = perf_counter()
     require(intervals >= 2, "intervals", "be at least 2", intervals)
     require(max_iterations >= 1, "max_iterations", "be at least 1", max_iterations)
-    if obstacles is not None and discs is None:
-        discs = covering_discs(trailer)
-    problem = Problem(
-        trailer, checked_start(trailer, start), goal, max_iterations, obstacles, discs
-    )
-    _require_clear_ends(problem)
+    state = checked_start(trailer, start)
+    if obstacles is not None:
+        discs = discs or covering_discs(trailer)
+        max_iterations = min(max_iterations, WALLED_ITERATIONS)
+        require_clear_ends(obstacles, discs, state.tolist(), goal)
+        if walls_part(obstacles, discs, state.tolist(), goal):
+            return Plan(method=METHOD, goal=goal, status="unreachable", converged=False)
+    problem = Problem(trailer, state, goal, max_iterations, obstacles, discs)
     if not any(goal.miss(problem.start)):
         return _no_way_to_go(problem, perf_counter() - began)
     groups = [seeds] if seeds is not None else default_seeds(problem)
@@ -118,15 +122,6 @@ def _no_way_to_go(problem: Problem, wall_time: float) -> Plan:
         path=path,
         wall_time=wall_time,
     )
-
-
-def _require_clear_ends(problem: Problem) -> None:
-    """Refuse ends that overlap a wall; a goal box may reach beyond one, if its middle does not."""
-    if problem.obstacles is None or problem.discs is None:
-        return
-    for name, state in (("start", problem.start), ("goal", np.array(problem.goal.state))):
-        overlap = deepest_overlap(problem.obstacles, problem.discs, state[None])
-        require(overlap <= 0, name, "keep the vehicle clear of walls", state.tolist())
 
 
 def _commonest(statuses: list[str]) -> str:

@@ -5,16 +5,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled import compiled
+from ...compiled import compiled, kernel
 from ...geometry.world import World
 from ..minimum_time.clearance import signed_distance
-from ..minimum_time.footprint import Discs
+from ..minimum_time.footprint import TRACTOR, TRAILER, Discs
 from ..trailer import Trailer
 from .grid import Grid
 from .motions import MULTIPLES, control_set, hold_beta
 
 # Places that are looked at in one angle between theta nodes.
 LOOKS = 2
+# Headings of a body whose free room is tabulated, in one angle between theta nodes.
+HEADINGS = 8
+# Nodes of the raster of free distances, in one step of the grid.
+FINENESS = 2
 
 
 class Walls(NamedTuple):
@@ -36,11 +40,12 @@ class Walls(NamedTuple):
     hitch: float
 
 
-def make_walls(world: World, discs: Discs, grid: Grid) -> Walls:
-    """Sample the free distance over the grid, at half its step."""
-    x_min, y_min, x_max, y_max = grid.bounds
-    step = grid.step / 2
-    x, y = np.arange(x_min, x_max + step, step), np.arange(y_min, y_max + step, step)
+def make_walls(world: World, discs: Discs, grid: Grid, fineness: int = FINENESS) -> Walls:
+    """Sample the free distance over the grid, at a fraction of its step."""
+    x_min, y_min, _, _ = grid.bounds
+    step = grid.step / fineness
+    x = x_min + step * np.arange(fineness * (grid.x_count - 1) + 1)
+    y = y_min + step * np.arange(fineness * (grid.y_count - 1) + 1)
     points = np.stack([each.ravel() for each in np.meshgrid(x, y)], axis=1)
     distance = signed_distance(world, points).reshape(len(y), len(x))
     table = np.column_stack([discs.offsets, discs.radii, discs.bodies]).astype(float)
@@ -77,10 +82,13 @@ def overlaps(walls, x, y, theta, beta):
 def shut_ways(grid: Grid, trailer: Trailer, walls: Walls, scale: float) -> np.ndarray:
     """Which steps lead through a wall, one bit for each control of `make_motions`.
 
+    The room around a body depends on where it is and on its heading alone: it is tabulated once,
+    and every look at the whole plane of a pair of angles is the table shifted by a constant.
+
     Args:
         grid: Where the nodes are [m].
         trailer: Normalised.
-        walls: What is in the way.
+        walls: What is in the way, at `FINENESS`.
         scale: Length of a turning radius [m].
 
     Returns:
@@ -89,6 +97,10 @@ def shut_ways(grid: Grid, trailer: Trailer, walls: Walls, scale: float) -> np.nd
     shut = np.zeros(grid.shape, dtype=np.uint32)
     _, _, thetas, betas = grid.axes()
     longest = max(MULTIPLES)
+    headings = math.tau / (HEADINGS * grid.theta_count) * np.arange(HEADINGS * grid.theta_count)
+    tractor, towed = (_rooms(walls, body, headings) for body in (TRACTOR, TRAILER))
+    radius = scale / grid.step
+    hitch = walls.hitch / grid.step
     for group, (v, omega) in enumerate(control_set(trailer)):
         path = hold_beta(betas, v, omega, longest * grid.theta_step, 8 * longest, trailer)
         path = path[:: 8 // LOOKS]
@@ -97,26 +109,99 @@ def shut_ways(grid: Grid, trailer: Trailer, walls: Walls, scale: float) -> np.nd
         bits = np.uint32(1) << np.arange(len(looks), dtype=np.uint32) + len(looks) * group
         lost = np.array([bits[looks >= k].sum() for k in range(len(path))], dtype=np.uint32)
         pace = grid.theta_step / LOOKS
-        place = np.array([grid.x_min, grid.y_min, grid.step])
-        _shut(shut, walls, thetas, path, int(v), int(omega), pace, scale, place, lost)
+        held = (path, int(v), int(omega), pace)
+        _shut(shut, tractor, towed, thetas, *held, radius, hitch, lost)
     return shut
 
 
+def _rooms(walls: Walls, body: int, headings: np.ndarray) -> np.ndarray:
+    """Free room around the discs of one body, by heading and by where it is hooked.
+
+    Returns:
+        Shape (len(headings), n_y, n_x), float32; negative: a disc is in a wall, or beyond the
+        raster [m].
+    """
+    discs = walls.discs[walls.discs[:, 2] == body]
+    ahead = discs[:, 0] - (walls.length if body == TRAILER else 0.0)
+    rooms = np.empty((len(headings), *walls.distance.shape), dtype=np.float32)
+    distance = walls.distance.astype(np.float32)
+    _fill_rooms(rooms, distance, headings, ahead / walls.step, discs[:, 1].astype(np.float32))
+    return rooms
+
+
 @compiled
-def _shut(shut, walls, thetas, path, v, omega, pace, scale, place, lost):
+def _fill_rooms(rooms, distance, headings, offsets, radii):
+    plane = np.empty(distance.shape, dtype=np.float32)
+    rooms[:] = np.float32(np.inf)
+    for h in range(len(headings)):
+        for n in range(len(offsets)):
+            dx = offsets[n] * math.cos(headings[h])
+            dy = offsets[n] * math.sin(headings[h])
+            _shifted(distance, dx, dy, 1, plane)
+            rooms[h] = np.minimum(rooms[h], plane - radii[n])
+
+
+@kernel
+def _shifted(raster, dx, dy, stride, out):
+    """Bilinear interpolation of a raster at every so many nodes, all shifted alike; -1 beyond.
+
+    Args:
+        raster: Shape (n_y, n_x), float32.
+        dx, dy: Shift, in nodes of the raster.
+        stride: Nodes of the raster from one node of the answer to the next.
+        out: The answer, float32.
+    """
+    # A place on the last node must not need another beyond it.
+    near_x, near_y = np.rint(dx), np.rint(dy)
+    dx = near_x if abs(dx - near_x) < 1e-6 else dx
+    dy = near_y if abs(dy - near_y) < 1e-6 else dy
+    left, low = math.floor(dx), math.floor(dy)
+    a, b = np.float32(dx - left), np.float32(dy - low)
+    right, up = left + (1 if a > 0 else 0), low + (1 if b > 0 else 0)
+    rest = np.float32(1.0) - a
+    rows, columns = raster.shape
+    first = max(0, -(left // stride))
+    last = min(out.shape[1], (columns - 1 - right) // stride + 1)
+    for j in range(out.shape[0]):
+        one, two = stride * j + low, stride * j + up
+        line = out[j]
+        line[:] = np.float32(-1.0)
+        if one < 0 or two >= rows:
+            continue
+        under, over = raster[one], raster[two]
+        for i in range(first, last):
+            k, m = stride * i + left, stride * i + right
+            below = rest * under[k] + a * under[m]
+            above = rest * over[k] + a * over[m]
+            line[i] = below + b * (above - below)
+
+
+@compiled
+def _shut(shut, tractor, trailer, thetas, path, v, omega, pace, radius, hitch, lost):
+    """Set bits for one held v and omega. Lengths are in steps of the grid."""
     theta_count, beta_count, y_count, x_count = shut.shape
+    count = len(tractor)
+    room = np.empty((y_count, x_count), dtype=np.float32)
+    towed = np.empty((y_count, x_count), dtype=np.float32)
     for t in range(theta_count):
-        for k in range(len(path) - 1, -1, -1):
+        for k in range(len(path)):
             half = omega * k * pace / 2
-            chord = v * k * pace * (math.sin(half) / half if half != 0.0 else 1.0) * scale
+            chord = v * k * pace * (math.sin(half) / half if half != 0.0 else 1.0) * radius
+            theta = thetas[t] + 2 * half
             dx, dy = chord * math.cos(thetas[t] + half), chord * math.sin(thetas[t] + half)
+            turn = round(theta / (2 * math.pi) * count) % count
+            _shifted(tractor[turn], FINENESS * dx, FINENESS * dy, FINENESS, room)
+            dx -= hitch * math.cos(theta)
+            dy -= hitch * math.sin(theta)
             for b in range(beta_count):
-                for j in range(y_count):
-                    y = place[1] + j * place[2] + dy
-                    for i in range(x_count):
-                        # A longer look has nothing to add where all of its bits are lost.
-                        if shut[t, b, j, i] & lost[k] == lost[k]:
-                            continue
-                        x = place[0] + i * place[2] + dx
-                        if overlaps(walls, x, y, thetas[t] + 2 * half, path[k, b]):
-                            shut[t, b, j, i] |= lost[k]
+                turn = round((theta - path[k, b]) / (2 * math.pi) * count) % count
+                _shifted(trailer[turn], FINENESS * dx, FINENESS * dy, FINENESS, towed)
+                _set_bits(room, towed, lost[k], shut[t, b])
+
+
+@kernel
+def _set_bits(room, towed, bits, shut):
+    for j in range(len(shut)):
+        for i in range(len(shut[j])):
+            blocked = room[j, i] < 0 or towed[j, i] < 0
+            shut[j, i] |= bits if blocked else np.uint32(0)

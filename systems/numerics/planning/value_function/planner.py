@@ -2,14 +2,16 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from time import perf_counter
 
 from ...errors import require, require_finite
 from ...geometry.world import World
+from ..among_walls.clear import require_clear_ends, walls_part
+from ..among_walls.planner import METHOD, grid_within, plan_from_table
 from ..driven_path import refined_path
 from ..goal import Goal
 from ..minimum_time.footprint import Discs, covering_discs
-from ..minimum_time.overlap import deepest_overlap
 from ..plan import Plan
 from ..trailer import Trailer
 from .descents import descents
@@ -18,7 +20,6 @@ from .rollout import STEPS_PER_ANGLE, is_late, roll_out
 from .solve import POLISH, Progress, solve_value_function
 from .value_function import ValueFunction
 
-METHOD = "value-function"
 # Room for loops around the start and the goal, in turning radii.
 MARGIN = 3.0
 
@@ -50,31 +51,41 @@ def plan_by_value_function(
         step: Distance of nodes in turning radii: 0.2 is the thesis's grid.
         polish: Passes with cubic interpolation.
         value: A table to reuse, of the same cart and for a goal of the same beta and tolerance.
-        progress, obstacles, discs: See `solve_value_function`; a table to reuse takes no walls.
-            The time to go keeps clear of walls, but close to them the greedy path often has no
-            value to follow, and ends "lost on the way"; `overlap` in the notes measures a path.
+        progress: See `solve_value_function`.
+        obstacles: Walls to keep clear of, on a grid over all of that world; see `plan_from_table`
+            for the path and the notes. A table to reuse takes no walls.
+        discs: What the cart covers; by default `covering_discs(trailer)`.
 
     Raises:
-        InvalidInput: Start, goal or option out of range, or the table is for something else.
+        InvalidInput: Start, goal or option out of range, an end in a wall, or the table is for
+            something else.
     """
     began = perf_counter()
     require(len(start) == 4, "start", "be (x, y, theta, beta)", start)
     for entry in start:
         require_finite("start", float(entry))
     require(abs(start[3]) <= trailer.jackknife, "start", "have |beta| within jackknife", start[3])
-    if value is None:
-        grid = grid_around(trailer, start, goal, step)
+    if obstacles is not None:
+        body = discs or covering_discs(trailer)
+        require(value is None, "value", "be left out among obstacles", "a table")
+        require_clear_ends(obstacles, body, start, goal)
+        if walls_part(obstacles, body, start, goal):
+            return Plan(method=METHOD, goal=goal, status="unreachable", converged=False)
         value = solve_value_function(
             trailer,
             goal,
-            grid,
+            grid_within(obstacles, trailer, goal, step),
             polish=polish,
             progress=progress,
             obstacles=obstacles,
-            discs=discs,
+            discs=body,
         )
+        plan = plan_from_table(value, start, goal, obstacles, body)
+        return replace(plan, wall_time=perf_counter() - began)
+    if value is None:
+        grid = grid_around(trailer, start, goal, step)
+        value = solve_value_function(trailer, goal, grid, polish=polish, progress=progress)
     else:
-        require(obstacles is None, "value", "be left out among obstacles", "a table")
         require(value.trailer == trailer, "value", "be for the same trailer", value.trailer)
         same = value.goal.tolerance == goal.tolerance and value.goal.state[3] == goal.state[3]
         require(same, "value", "be for the same beta and tolerance", value.goal)
@@ -100,9 +111,6 @@ def plan_by_value_function(
         "fallbacks": driven.fallbacks.tolist(),
         "warnings": list(value.warnings),
     }
-    if obstacles is not None and path is not None:
-        body = discs or covering_discs(trailer)
-        notes["overlap"] = max(deepest_overlap(obstacles, body, path.states), 0.0)
     if math.isinf(driven.promised):
         status = "unreachable"
     elif path is None:

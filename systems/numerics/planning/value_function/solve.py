@@ -17,6 +17,7 @@ import numpy as np
 
 from ...errors import require
 from ...geometry.world import World
+from ..among_walls.sweeps import sweep_walled_row
 from ..goal import Goal
 from ..minimum_time.footprint import Discs, covering_discs
 from ..trailer import Trailer
@@ -163,9 +164,7 @@ class _Sweep:
         self._near = wide.reshape(grid.theta_count, grid.beta_count, -1)
         self._table = self._near.copy()
         self._best = np.empty(self._table.shape[1:], dtype=np.float32)
-        self._shut = np.zeros((0, 0, 0), dtype=np.uint32)
-        if shut is not None:
-            self._shut = np.pad(shut, columns).reshape(self._near.shape)
+        self._shut = None if shut is None else np.pad(shut, columns).reshape(self._near.shape)
         self._motions = (
             m.durations,
             m.turns,
@@ -184,7 +183,11 @@ class _Sweep:
         change = 0.0
         width, columns = self._width, self._grid.x_count
         for t in rows if upwards else reversed(rows):
-            sweep_row(self._table, t, cubic, self._shut, *self._motions, width, self._best)
+            if self._shut is None:
+                sweep_row(self._table, t, cubic, *self._motions, width, self._best)
+            else:
+                walled = (self._table, t, cubic, self._shut)
+                sweep_walled_row(*walled, *self._motions, width, self._best)
             row = (self._table, t, self._best, self._near, width, columns, self._mirrored)
             change = max(change, float(settle_row(*row)))
         return change

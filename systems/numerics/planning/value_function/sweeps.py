@@ -66,23 +66,14 @@ def _take_cubic(a, part, time, best):
         best[i] = value if value < best[i] else best[i]
 
 
-@kernel
-def _take_open(update, shut, bit, best):
-    """Best so far, or an update whose way is not shut."""
-    for i in range(len(best)):
-        value = FAR if shut[i] & bit else update[i]
-        best[i] = value if value < best[i] else best[i]
-
-
 @compiled
-def sweep_row(table, t, cubic, shut, durations, turns, xc, xp, yc, yp, bc, bp, width, best):
+def sweep_row(table, t, cubic, durations, turns, xc, xp, yc, yp, bc, bp, width, best):
     """The best update of all nodes of one theta row.
 
     Args:
         table: Shape (n_theta, n_beta, n), with n = n_y * width.
         t: Number of the row.
         cubic: Whether to interpolate with clipped cubics, and to forget the old values.
-        shut: Whether each control's way is shut, by bit, shape of the table; or no elements.
         durations, turns, xc, xp, yc, yp, bc, bp: See `Motions`.
         width: Nodes of a line, with its unreachable columns.
         best: Where the update goes, shape (n_beta, n).
@@ -92,8 +83,6 @@ def sweep_row(table, t, cubic, shut, durations, turns, xc, xp, yc, yp, bc, bp, w
     plane = np.full(n + 2 * margin, FAR, dtype=np.float32)
     inner = plane[margin : margin + n]
     line = np.empty(n + 3, dtype=np.float32)
-    update = np.empty(n, dtype=np.float32)
-    guarded = shut.size > 0
     for b in range(beta_count):
         best[b] = table[t, b]
         if cubic:
@@ -105,10 +94,6 @@ def sweep_row(table, t, cubic, shut, durations, turns, xc, xp, yc, yp, bc, bp, w
             k = bc[c, b]
             p1, p2 = source[k], source[(k + 1) % beta_count]
             foot = margin + yc[c, t] * width + xc[c, t]
-            target = best[b]
-            if guarded:
-                update[:] = FAR
-                target = update
             if cubic:
                 p0, p3 = source[(k - 1) % beta_count], source[(k + 2) % beta_count]
                 _blend_four(p0, p1, p2, p3, bp[c, b], inner)
@@ -120,13 +105,11 @@ def sweep_row(table, t, cubic, shut, durations, turns, xc, xp, yc, yp, bc, bp, w
                     yp[c, t],
                     line,
                 )
-                _take_cubic(line, xp[c, t], durations[c], target)
+                _take_cubic(line, xp[c, t], durations[c], best[b])
             else:
                 _blend(p1, p2, bp[c, b], inner)
                 _blend(plane[foot:], plane[foot + width :], yp[c, t], line[: n + 1])
-                _take_linear(line, xp[c, t], durations[c], target)
-            if guarded:
-                _take_open(update, shut[t, b], np.uint32(1) << np.uint32(c), best[b])
+                _take_linear(line, xp[c, t], durations[c], best[b])
 
 
 @compiled

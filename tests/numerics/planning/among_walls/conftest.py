@@ -1,0 +1,53 @@
+"""Fields with walls that several tests drive in."""
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+
+from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.planning.driven_path import refined_path
+from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
+from sightfield.systems.numerics.planning.minimum_time.footprint import covering_discs
+from sightfield.systems.numerics.planning.trailer import Trailer
+
+
+@pytest.fixture(scope="session")
+def headland():
+    """The end of a field, five wide: the cart turns in it and drives back beside its track."""
+    world = make_world([(0, 0), (12, 0), (12, 5), (0, 5)])
+    goal = Goal(state=(9.0, 3.5, math.pi, 0.0), tolerance=THESIS_TOLERANCE)
+    return world, (10.0, 1.5, 0.0, 0.0), goal
+
+
+@pytest.fixture(scope="session")
+def standing_rows():
+    """A wall of standing crop from one end of a field, between the start and the goal."""
+    crop = [(0, 3.8), (8.5, 3.8), (8.5, 4.2), (0, 4.2)]
+    world = make_world([(0, 0), (12, 0), (12, 8), (0, 8)], [crop])
+    goal = Goal(state=(6.0, 5.4, math.pi, 0.0), tolerance=THESIS_TOLERANCE)
+    return world, (6.0, 2.6, 0.0, 0.0), goal
+
+
+@pytest.fixture(scope="session")
+def depth_in_walls():
+    """How deep the discs of a cart reach out of a world, anywhere on a path driven from its start.
+
+    The path is integrated afresh from its controls, and sampled every hundredth of a second.
+    """
+
+    def depth(world, path):
+        trailer = Trailer()
+        discs = covering_discs(trailer)
+        states = refined_path(path, trailer, 0.01).states
+        edge = world.polygon.boundary
+        deepest = -math.inf
+        for k in range(len(discs)):
+            points = shapely.points(np.stack(discs.centre(k, states.T), axis=1))
+            room = np.where(shapely.covers(world.polygon, points), 1, -1)
+            room = room * shapely.distance(edge, points)
+            deepest = max(deepest, float(discs.radii[k] - room.min()))
+        return deepest
+
+    return depth
