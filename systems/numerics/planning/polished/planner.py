@@ -51,8 +51,9 @@ def plan_polished(
     Seeds are the best way down the table and those on other sides of barriers, and Dubins words.
     A small programme tells which leads to the quickest path; the switches of that one are then
     placed exactly. To a point, or a point with a tolerance in beta alone, the extremal solver is
-    asked too. With reverse there are more optima than seeds, and the best may be missed by a
-    thousandth or more. In the notes: `way`, which seed won; `table`, whether one was there; `fell_back`,
+    asked too. With reverse there are more optima than seeds, and the best may be missed.
+
+    In the notes: `way`, which seed won; `table`, the shape of the one that was there; `fell_back`,
     from what and to what, where that was needed.
 
     Args:

@@ -17,7 +17,7 @@ from ..trailer import Trailer
 from .descents import descents
 from .grid import THESIS_STEP, Grid
 from .rollout import STEPS_PER_ANGLE, is_late, roll_out
-from .solve import POLISH, Progress, solve_value_function
+from .solve import POLISH, Progress, solve_value_function, widened
 from .value_function import ValueFunction
 
 # Room for loops around the start and the goal, in turning radii.
@@ -87,7 +87,9 @@ def plan_by_value_function(
         value = solve_value_function(trailer, goal, grid, polish=polish, progress=progress)
     else:
         require(value.trailer == trailer, "value", "be for the same trailer", value.trailer)
-        same = value.goal.tolerance == goal.tolerance and value.goal.state[3] == goal.state[3]
+        # A table for a box that its grid cannot resolve is for a wider one.
+        wide, _ = widened(replace(value.goal, tolerance=goal.tolerance), value.grid)
+        same = value.goal.tolerance == wide.tolerance and value.goal.state[3] == goal.state[3]
         require(same, "value", "be for the same beta and tolerance", value.goal)
         value = value.moved(*goal.state[:3])
     driven = roll_out(value, start)
