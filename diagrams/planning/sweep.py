@@ -25,6 +25,8 @@ from .question import PlanningQuestion
 # y_g - y_i of the figure, and the ends of its axis.
 RISE = 4.0
 RATIOS = (0.5, 3.0)
+# Methods that look at a value function.
+_BY_TABLE = {"value-function", "polished"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +92,7 @@ def sweep_ratios(
         )
         for ratio in ratios.tolist()
     ]
-    if "value-function" in methods and not any(map(math.isinf, tolerance[:2])):
+    if _BY_TABLE & set(methods) and not any(map(math.isinf, tolerance[:2])):
         table = _shared_table(questions[-1])
         questions = [replace(question, table=table) for question in questions]
     found = {name: [METHODS[name](each) for each in questions] for name in methods}
