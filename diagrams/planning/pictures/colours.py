@@ -24,5 +24,5 @@ def time_colours(count: int) -> ListedColormap:
 
 
 def line_width(number: int, count: int) -> float:
-    """Thick for the first planner and thin for the last, so that equal paths all show [points]."""
+    """Thick for the first planner and thin for the last, so that equal paths all show: 4 to 0.8."""
     return 4.0 - 3.2 * number / max(count - 1, 1)

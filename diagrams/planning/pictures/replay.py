@@ -17,7 +17,7 @@ from ...visuals.stage import Stage
 from ...visuals.text import advance, text_mesh
 from ..verdict import Verdict
 from .cart_shapes import drawbar_shape, swept_area, tractor_shape, trailer_shape
-from .colours import METHOD_COLOURS
+from .colours import METHOD_COLOURS, line_width
 from .value_floor import ValueFloor
 from .value_slices import followed_row, slices_along
 
@@ -58,7 +58,7 @@ class PlanningScene:
         self._draw_names(verdict, (low[0] - 0.44 * span, high[1]), span)
         for k, row in enumerate(verdict.rows):
             if row.plan.path is not None:
-                self._draw_way(row.method, row.plan.path, k, span)
+                self._draw_way(row.method, row.plan.path, (k, len(verdict.rows)), span)
         self._value = self._draw_value(verdict, low, high, span)
         # On the floor, above all ways.
         self._stage.raise_to("ends", 0.0005 * span * (2 * len(verdict.rows) + 2))
@@ -138,21 +138,26 @@ class PlanningScene:
         whose = "the start" if row is None else row.method
         return ValueFloor(self._stage, slices, whose, corner, 0.02 * span, _INK)
 
-    def _draw_way(self, method: str, path: TrailerPath, number: int, span: float) -> None:
+    def _draw_way(
+        self, method: str, path: TrailerPath, place: tuple[int, int], span: float
+    ) -> None:
         """Swept area and way on the floor, and the cart itself.
 
-        Planners that agree cover each other, so the later ones are lower and slimmer.
+        Planners that agree cover each other, so the later ones are lower and slimmer: the place is
+        a number and how many there are.
         """
+        number, count = place
         colour = METHOD_COLOURS[method]
         trailer, stage = self._trailer, self._stage
-        shade = paint(*colour, 0.22)
+        # Many areas on top of each other shall still let the floor through.
+        shade = paint(*colour, min(0.22, 0.8 / len(self._paths)))
         stage.raise_to(f"ways/{method}/swept", 0.0005 * span * (2 * number + 1))
         stage.mesh(f"ways/{method}/swept", flat_mesh(swept_area(path, trailer)), shade)
         stage.raise_to(f"ways/{method}/line", 0.0005 * span * (2 * number + 2))
         points = path.states[:, :2]
         stage.mesh(
             f"ways/{method}/line",
-            bar_mesh(points[:-1], points[1:], (0.012 - 0.003 * min(number, 3)) * span),
+            bar_mesh(points[:-1], points[1:], 0.003 * line_width(number, count) * span),
             paint(*colour),
         )
         size = trailer.length

@@ -42,10 +42,9 @@ def save_value_picture(path: Path, verdict: Verdict) -> bool:
             lines = axes.contour(piece.x, piece.y, times, levels, colors="black", linewidths=0.4)
             axes.clabel(lines, levels[::2], fontsize=7, fmt="%g")
         _draw_cart(axes, verdict, piece)
-    for axes in panels[-1]:
         axes.set_xlabel("x [m]")
-    for axes in panels[:, 0]:
         axes.set_ylabel("y [m]")
+        axes.label_outer()
     whose = "the start" if row is None else row.method
     figure.suptitle(f"Time to go at heading theta and trailer angle beta of {whose}")
     if filled is not None:
