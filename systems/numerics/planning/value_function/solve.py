@@ -55,8 +55,9 @@ def solve_value_function(
         grid: Where; leaving it is not allowed.
         polish: Passes with cubic interpolation; 0: linear only.
         progress: Called after each pass with its number and the largest change [s].
-        obstacles: The world in whose free region tractor and trailer stay. Interpolation needs
-            free nodes all around, so that passages of less than a few cells count as shut.
+        obstacles: The world in whose free region tractor and trailer stay. Beside walls the nodes
+            in reach speak for their cell: times there are good to a cell, and values of states
+            within a cell of a wall are infinite; see `among_walls.planner` for paths from there.
         discs: What the cart covers; by default `covering_discs(trailer)`.
 
     Raises:
