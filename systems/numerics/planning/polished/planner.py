@@ -6,14 +6,16 @@ from dataclasses import replace
 from time import perf_counter
 
 from ...errors import require
+from ..dubins import dubins_paths
 from ..extremals.planner import plan_by_extremals
 from ..goal import Goal
 from ..minimum_time.guess import resampled
 from ..minimum_time.planner import checked_start, plan_by_casadi
 from ..minimum_time.problem import Attempt, Problem
 from ..minimum_time.refinement import with_placed_switches
-from ..minimum_time.seeds import default_seeds
+from ..minimum_time.seeds import seed_along
 from ..plan import Plan, TrailerPath
+from ..reeds_shepp import reeds_shepp_paths
 from ..trailer import Trailer
 from ..value_function.descents import descents
 from ..value_function.grid import THESIS_STEP
@@ -26,12 +28,12 @@ WAYS, SEEDS = 2, 5
 # More for a cart that may reverse, which has more ways to choose from.
 _SEEDS_WITH_REVERSE = 14
 # Fewer where the extremal solver has found a path.
-_WAYS_BESIDE, _SEEDS_BESIDE = 1, 3
+_WAYS_BESIDE, _SEEDS_BESIDE = 1, 4
 # A box is reached sooner than its middle, where car paths end: those that are so many turning radii
 # longer than the quickest way down the table are not tried.
 _LONGER = 2.0
 # Of the programme that is solved from every seed, where few are enough to tell which is best.
-_COARSE_INTERVALS, _QUICK_ITERATIONS = 20, 25
+_COARSE_INTERVALS, _QUICK_ITERATIONS = 16, 25
 # Of the one in which the best path is solved again, when its switches cannot be placed.
 _INTERVALS, _MAX_ITERATIONS = 60, 200
 # How much less time counts as less.
@@ -98,8 +100,7 @@ def plan_polished(
     elif ways and not exact:
         longest = ways[0].time + _LONGER / trailer.turn_rate
     seeds = [(f"way {k} down the table", way.path) for k, way in enumerate(ways, 1)]
-    seeds += [("car path", path) for path in _car_paths(problem, longest)]
-    seeds = seeds[:most]
+    seeds += [("car path", path) for path in _car_paths(problem, longest, most - len(seeds))]
     coarse = [(name, quick.solve(resampled(path, _COARSE_INTERVALS))) for name, path in seeds]
     found = [each for each in coarse if each[1].is_path]
     notes: dict[str, object] = {
@@ -131,10 +132,18 @@ def plan_polished(
     )
 
 
-def _car_paths(problem: Problem, longest: float) -> list[TrailerPath]:
-    """Words of a car that take at most so long."""
-    (paths,) = default_seeds(problem)
-    return [path for path in paths if path.times[-1] <= longest]
+def _car_paths(problem: Problem, longest: float, most: int) -> list[TrailerPath]:
+    """The shortest words of a car, if they take at most so long."""
+    trailer = problem.trailer
+    radius = trailer.speed / trailer.turn_rate
+    first, last = tuple(problem.start[:3].tolist()), problem.goal.state[:3]
+    words = dubins_paths(first, last, radius)
+    if trailer.reverse:
+        words += reeds_shepp_paths(first, last, radius)
+    near = [word for word in words if word.length <= longest * trailer.speed]
+    betas = float(problem.start[3]), problem.goal.state[3]
+    shortest = sorted(near, key=lambda word: word.length)[:most]
+    return [seed_along([word], trailer, betas) for word in shortest]
 
 
 def _refined(problem: Problem, found: list[Attempt], fell_back: list[str]) -> Attempt:
