@@ -4,7 +4,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ...systems.numerics.planning.among_walls.clear import require_clear_ends
 from ...systems.numerics.planning.lower_bound import lower_bound
+from ...systems.numerics.planning.minimum_time.footprint import covering_discs
 from ...systems.numerics.planning.plan import Plan
 from ...systems.numerics.planning.value_function.value_function import ValueFunction
 from .methods import METHODS
@@ -83,6 +85,10 @@ def ask_methods(question: PlanningQuestion, methods: Sequence[str]) -> Verdict:
     Raises:
         InvalidInput: The question cannot be meant, for instance starts in a wall.
     """
+    if question.world is not None:
+        # Those that do not look at walls would not say so.
+        body = covering_discs(question.trailer)
+        require_clear_ends(question.world, body, question.start, question.goal)
     rows = []
     for name in methods:
         plan = METHODS[name](question)

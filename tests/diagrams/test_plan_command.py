@@ -1,5 +1,6 @@
 """`sightfield plan` compares planners, and says in one line what is wrong."""
 
+import itertools
 import json
 import subprocess
 import sys
@@ -100,9 +101,9 @@ def test_neither_end_may_be_in_an_obstacle(run, tmp_path):
     file = tmp_path / "room.wkt"
     room = "(-2 -2, 9 -2, 9 9, -2 9, -2 -2)"
     file.write_text(f"POLYGON ({room}, (2 2, 3 2, 3 3, 2 3, 2 2))", encoding="utf-8")
-    for end in ("start", "goal"):
+    for end, method in itertools.product(("start", "goal"), ("all", "primitive")):
         with pytest.raises(InvalidInput, match=f"`{end}` must keep the vehicle clear of walls"):
-            run("--world", file, "--method", "casadi", f"--{end}", 2.5, 2.5, 0, 0)
+            run("--world", file, "--method", method, f"--{end}", 2.5, 2.5, 0, 0)
 
 
 def test_a_goal_that_the_grid_cannot_resolve_is_said_to_be_wider(run):
