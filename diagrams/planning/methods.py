@@ -97,7 +97,7 @@ def promises_optimum(method: str, ask: PlanningQuestion) -> bool:
     """Whether a planner claims that no path of the cart takes less time to the goal.
 
     Extremals meet x, y and theta exactly, and only drive forwards. Polished paths were as quick as
-    those from every seed in all of 400 questions, forwards (benchmarks/bench_polished.py).
+    those from every seed, or quicker, in all of 400 random questions (compare bench_planners.py).
     """
     if method == "extremal":
         return not any(ask.goal.tolerance[:3]) and not ask.trailer.reverse
