@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..plan import TrailerPath
-from .held_angle import hold_beta
-from .motions import control_set, shift_of
+from .motions import control_set, hold_beta, shift_of
 from .rollout import inside
 from .value_function import ValueFunction
 
