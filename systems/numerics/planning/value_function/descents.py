@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..plan import TrailerPath
-from .motions import control_set, hold_beta, shift_of
+from .held_angle import hold_beta
+from .motions import control_set, shift_of
 from .rollout import inside
 from .value_function import ValueFunction
 
@@ -113,7 +114,7 @@ def descents(value: ValueFunction, start, width: int = WIDTH) -> list[Descent]:
             first = min(first, time)
         ends = along[-1].reshape(-1, 4)
         ahead = times.ravel()
-        totals = ahead + value.time_to_go(ends)
+        totals = ahead + value.interpolated(ends)
         going = ~entered.ravel() & (ahead < min(limit, LATE * first)) & np.isfinite(totals)
         if arrivals:
             going &= totals < HOPELESS * first

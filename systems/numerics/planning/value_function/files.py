@@ -40,6 +40,7 @@ def save_value_function(value: ValueFunction, path: str | os.PathLike[str]) -> N
         "converged": value.converged,
         "wall_time": value.wall_time,
         "warnings": value.warnings,
+        "walled": value.walled,
         "placement": value.placement,
     }
     target = Path(path)
@@ -102,6 +103,7 @@ def load_value_function(path: str | os.PathLike[str]) -> ValueFunction:
             converged=about["converged"],
             wall_time=about["wall_time"],
             warnings=tuple(about["warnings"]),
+            walled=about["walled"],
             placement=tuple(about["placement"]),
         )
     except (KeyError, TypeError, AttributeError) as error:

@@ -5,27 +5,35 @@ import math
 import numpy as np
 
 from ...compiled import compiled, kernel
+from .grid import Grid
 from .sweeps import FAR, between
 
 
-@compiled
-def look_up(table, x_min, y_min, step, states, out):
-    """Value at each state, into out (n,): clipped cubic.
+def look_up(table: np.ndarray, grid: Grid, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Value at each state, by limited cubics, and how much the nodes of its cell differ.
 
-    Infinite outside the grid, and where a node of the state's own cell is unreachable.
+    The value is infinite outside the grid, and where a node of the state's own cell is unreachable.
 
     Args:
         table: Shape (n_theta, n_beta, n_y, n_x), float32; infinite: unreachable.
-        x_min, y_min, step: Of the grid [m].
+        grid: Where its nodes are.
         states: x, y, theta, beta, shape (n, 4).
-        out: Shape (n,).
+
+    Returns:
+        Values and spreads, each of shape (n,).
     """
+    values, spreads = np.full(len(states), np.inf), np.zeros(len(states))
+    _look_up(table, grid.x_min, grid.y_min, grid.step, states, values, spreads)
+    return values, spreads
+
+
+@compiled
+def _look_up(table, x_min, y_min, step, states, out, spreads):
     theta_count, beta_count, y_count, x_count = table.shape
     parts = np.empty(4, dtype=np.float32)
     values = np.empty((4, 4, 4, 4), dtype=np.float32)
     nodes = np.empty((4, 4), dtype=np.int64)
     for s in range(len(states)):
-        out[s] = np.inf
         x = (states[s, 0] - x_min) / step
         y = (states[s, 1] - y_min) / step
         # Rounding must not put a state on the edge of the grid outside.
@@ -39,7 +47,9 @@ def look_up(table, x_min, y_min, step, states, out):
         parts[1] = _place(beta, beta_count, True, nodes[1])
         parts[2] = _place(y, y_count, False, nodes[2])
         parts[3] = _place(x, x_count, False, nodes[3])
-        out[s] = _interpolate(table, nodes, parts, values)
+        spreads[s] = _gather(table, nodes, parts, values)
+        if spreads[s] < np.inf:
+            out[s] = _interpolate(parts, values)
 
 
 @kernel
@@ -60,22 +70,31 @@ def _place(cell, count, periodic, nodes):
 
 
 @kernel
-def _interpolate(table, nodes, parts, values):
-    """Clipped cubic in beta, y, x, theta in turn; a part of zero needs no other node."""
+def _gather(table, nodes, parts, values):
+    """Values at the nodes around; returns the spread of those with weight in a straight line.
+
+    Infinite, if one of these is unreachable.
+    """
+    low, high = np.float32(np.inf), np.float32(0.0)
     for a in range(4):
         for b in range(4):
             for c in range(4):
                 for d in range(4):
                     value = table[nodes[0, a], nodes[1, b], nodes[2, c], nodes[3, d]]
-                    inner = (
+                    if (
                         _counts(a, parts[0])
                         and _counts(b, parts[1])
                         and _counts(c, parts[2])
                         and _counts(d, parts[3])
-                    )
-                    if inner and value == np.inf:
-                        return np.inf
-                    values[a, b, c, d] = value if value < FAR else FAR
+                    ):
+                        low, high = min(low, value), max(high, value)
+                    values[a, b, c, d] = min(value, FAR)
+    return np.float32(np.inf) if high == np.inf else high - low
+
+
+@kernel
+def _interpolate(parts, values):
+    """Limited cubic in beta, y, x, theta in turn, into the first of the values."""
     for a in range(4):
         for c in range(4):
             for d in range(4):

@@ -1,4 +1,8 @@
-"""Exact times near the goal: the first moment at which a single arc enters the goal box."""
+"""Times near the goal without interpolation: words of up to three arcs that enter the goal box.
+
+There the time to go jumps, where a cart that just misses the box has to come round again. To mix
+values across the jump, next to the goal, would spoil all that is behind.
+"""
 
 import math
 
@@ -7,23 +11,38 @@ import numpy as np
 from ...compiled import compiled
 from ..goal import Goal
 from ..trailer import Trailer
+from .arc_words import Words, angles_after, within_jackknife, words_of
+from .box_entries import enter_box
 from .grid import Grid
-from .motions import control_set, hold_beta
+from .held_angle import half_angle_map, half_angles
+from .motions import control_set, shift_of
 from .obstacles import Walls, overlaps
 from .sweeps import FAR
 
-# Times are found to this fraction of 1 / turn rate.
-RESOLUTION = 1e-3
-# Samples between two steps of the integration of beta.
-FINER = 20
-# Samples between two looks for walls.
-LOOK = 100
+# Arcs before the last: how many, the lattice of their durations, in angles between theta nodes, and
+# how long a word may be [1 / turn rate].
+BEFORE_LAST = 2
+LATTICE = 0.5
+LONGEST = 4.0
+# Distance of samples of the last arc, between which entries are interpolated [1 / turn rate].
+SAMPLE = 0.05
+# Samples from one look for walls to the next.
+LOOK = 2
 
 
 def first_hits(
-    grid: Grid, trailer: Trailer, goal: Goal, scale: float, walls: Walls | None = None
+    grid: Grid,
+    trailer: Trailer,
+    goal: Goal,
+    scale: float,
+    *,
+    walls: Walls | None = None,
+    mirrored: bool = False,
 ) -> np.ndarray:
-    """When the best single arc from each node first enters the box; zero inside it.
+    """When the best word from each node first enters the box; zero inside it.
+
+    Words have up to three arcs, or one among walls: the last is left at the moment of entry. An arc
+    alone may go on for a turn, or straight across the grid.
 
     Args:
         grid: Where the nodes are [m].
@@ -31,44 +50,62 @@ def first_hits(
         goal: The box [m]; x and y have finite tolerances.
         scale: Length of a turning radius [m].
         walls: Which arcs must not lead through.
+        mirrored: Whether the mirror images of nodes take as long.
 
     Returns:
-        Shape of the grid, float32 [1 / turn rate]; FAR where no arc of up to one turn, nor a
-        straight line, enters it.
+        Shape of the grid, float32 [1 / turn rate]; FAR where no word enters it.
     """
-    table = np.full(grid.shape, FAR, dtype=np.float32)
     x_min, y_min, x_max, y_max = grid.bounds
+    radius = scale / grid.step
     reach = math.hypot(x_max - x_min, y_max - y_min) / scale
     _, _, thetas, betas = grid.axes()
-    starts = np.remainder(betas + math.pi, math.tau) - math.pi
-    box = np.array(
-        [(goal.state[0] - x_min) / grid.step, (goal.state[1] - y_min) / grid.step, *goal.state[2:]]
-    )
+    place = np.array([(goal.state[0] - x_min), (goal.state[1] - y_min)]) / grid.step
+    box = np.concatenate([place, goal.state[2:]])
     # Rounding must not drop a node on the face of the box.
-    widths = np.array(goal.tolerance) / np.array([grid.step, grid.step, 1.0, 1.0]) + 1e-9
-    for v, omega in control_set(trailer):
-        horizon = math.tau if omega else reach
-        knots = math.ceil(horizon / (FINER * RESOLUTION))
-        paths = _refined(hold_beta(starts, v, omega, knots * FINER * RESOLUTION, knots, trailer))
-        if trailer.jackknife < math.pi:
-            # Beyond the limit a trailer may only fold back; see `make_motions`.
-            limit = np.maximum(trailer.jackknife, np.abs(starts))
-            paths[np.maximum.accumulate(np.abs(paths) > limit, axis=0)] = np.nan
-        offsets = np.arange(len(paths)) * RESOLUTION
-        cells = scale / grid.step
-        if walls is None:
-            _enter(table, thetas, paths, offsets, v, omega, cells, box, widths)
-        else:
-            hits = np.full(grid.shape, FAR, dtype=np.float32)
-            _enter(hits, thetas, paths, offsets, v, omega, cells, box, widths)
-            place = np.array([x_min, y_min, grid.step])
-            _drop_walled(hits, walls, thetas, paths, int(v), int(omega), scale, place)
+    widths = np.array(goal.tolerance) / [grid.step, grid.step, 1.0, 1.0] + 1e-9
+    controls = control_set(trailer)
+    words = words_of(
+        trailer, 0 if walls is not None else BEFORE_LAST, LONGEST, LATTICE * grid.theta_step
+    )
+    words.ends[:, :2] *= radius
+    limited = trailer.jackknife < math.pi
+    allowed = within_jackknife(words, betas, trailer.jackknife)
+    table = np.full(grid.shape, FAR, dtype=np.float32)
+    for control, (v, omega) in enumerate(controls):
+        hits = table if walls is None else np.full(grid.shape, FAR, dtype=np.float32)
+        count = math.ceil((math.tau if omega else reach) / SAMPLE)
+        times = SAMPLE * np.arange(count + 1)
+        dx, dy = shift_of(0.0, v, omega, times)
+        maps = half_angle_map(trailer, v, omega, times)
+        lasts = np.column_stack([dx * radius, dy * radius, omega * times])
+        lengths = ((LONGEST - words.ends[:, 3]) / SAMPLE).astype(int).clip(0, count) + 1
+        lengths[0] = count
+        keep = words.last != control
+        chosen = Words(*(column[keep] for column in words))
+        kept = (chosen.ends, chosen.maps, allowed[keep], lengths[keep])
+        rows = len(thetas) // 2 + 1 if mirrored else len(thetas)
+        nodes = (thetas[:rows], half_angles(betas))
+        enter_box(hits, *nodes, *kept, lasts, maps, box, widths, SAMPLE, limited)
+        if walls is not None:
+            angles = angles_after(maps, betas)
+            corner = np.array([x_min, y_min, grid.step])
+            _drop_walled(hits, walls, thetas, angles, int(v), int(omega), scale, corner)
             np.minimum(table, hits, out=table)
+    if mirrored:
+        _reflect(table)
     return table
 
 
+def _reflect(table: np.ndarray) -> None:
+    """Fill the rows of negative theta from those of positive theta."""
+    theta_count, beta_count = table.shape[:2]
+    betas = -np.arange(beta_count) % beta_count
+    for t in range(theta_count // 2 + 1, theta_count):
+        table[t] = table[theta_count - t][betas, ::-1]
+
+
 @compiled
-def _drop_walled(hits, walls, thetas, paths, v, omega, scale, place):
+def _drop_walled(hits, walls, thetas, angles, v, omega, scale, corner):
     """Forget arcs that lead through a wall, looked at LOOK samples apart."""
     theta_count, beta_count, y_count, x_count = hits.shape
     for t in range(theta_count):
@@ -77,56 +114,15 @@ def _drop_walled(hits, walls, thetas, paths, v, omega, scale, place):
                 for i in range(x_count):
                     if hits[t, b, j, i] >= FAR:
                         continue
-                    count = round(hits[t, b, j, i] / RESOLUTION)
+                    count = math.ceil(hits[t, b, j, i] / SAMPLE)
                     for n in range(count // LOOK + 2):
-                        k = min(n * LOOK, count)
-                        half = omega * k * RESOLUTION / 2
-                        chord = v * k * RESOLUTION * scale
+                        k = min(n * LOOK, count, len(angles) - 1)
+                        half = omega * k * SAMPLE / 2
+                        chord = v * k * SAMPLE * scale
                         if omega != 0 and k > 0:
                             chord *= math.sin(half) / half
-                        x = place[0] + i * place[2] + chord * math.cos(thetas[t] + half)
-                        y = place[1] + j * place[2] + chord * math.sin(thetas[t] + half)
-                        if overlaps(walls, x, y, thetas[t] + 2 * half, paths[k, b]):
+                        x = corner[0] + i * corner[2] + chord * math.cos(thetas[t] + half)
+                        y = corner[1] + j * corner[2] + chord * math.sin(thetas[t] + half)
+                        if overlaps(walls, x, y, thetas[t] + 2 * half, angles[k, b]):
                             hits[t, b, j, i] = FAR
                             break
-
-
-def _refined(path: np.ndarray) -> np.ndarray:
-    """Linear interpolation between the rows of a path, FINER steps each."""
-    parts = np.arange(FINER)[:, None] / FINER
-    fine = path[:-1, None] * (1 - parts) + path[1:, None] * parts
-    return np.concatenate([fine.reshape(-1, path.shape[1]), path[-1:]])
-
-
-@compiled
-def _enter(table, thetas, paths, offsets, v, omega, scale, box, widths):
-    """Lower the table by the entries of one control. Places are in cells."""
-    theta_count, beta_count, y_count, x_count = table.shape
-    for t in range(theta_count):
-        for k in range(len(offsets)):
-            time = offsets[k]
-            theta = thetas[t] + omega * time
-            gap = theta - box[2]
-            if abs(gap - 2.0 * math.pi * np.rint(gap / (2.0 * math.pi))) > widths[2]:
-                continue
-            if omega == 0:
-                dx = v * time * math.cos(theta)
-                dy = v * time * math.sin(theta)
-            else:
-                dx = v * omega * (math.sin(theta) - math.sin(thetas[t]))
-                dy = v * omega * (math.cos(thetas[t]) - math.cos(theta))
-            x = box[0] - dx * scale
-            y = box[1] - dy * scale
-            left = max(0, math.ceil(x - widths[0]))
-            right = min(x_count - 1, math.floor(x + widths[0]))
-            low = max(0, math.ceil(y - widths[1]))
-            high = min(y_count - 1, math.floor(y + widths[1]))
-            if left > right or low > high:
-                continue
-            for b in range(beta_count):
-                gap = paths[k, b] - box[3]
-                off = abs(gap - 2.0 * math.pi * np.rint(gap / (2.0 * math.pi)))
-                if off <= widths[3]:
-                    for j in range(low, high + 1):
-                        for i in range(left, right + 1):
-                            table[t, b, j, i] = min(table[t, b, j, i], np.float32(time))

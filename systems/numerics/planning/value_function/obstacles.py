@@ -11,7 +11,8 @@ from ..minimum_time.clearance import signed_distance
 from ..minimum_time.footprint import TRACTOR, TRAILER, Discs
 from ..trailer import Trailer
 from .grid import Grid
-from .motions import MULTIPLES, control_set, hold_beta
+from .held_angle import hold_beta
+from .motions import control_set, step_multiples
 
 # Places that are looked at in one angle between theta nodes.
 LOOKS = 2
@@ -96,7 +97,8 @@ def shut_ways(grid: Grid, trailer: Trailer, walls: Walls, scale: float) -> np.nd
     """
     shut = np.zeros(grid.shape, dtype=np.uint32)
     _, _, thetas, betas = grid.axes()
-    longest = max(MULTIPLES)
+    multiples = step_multiples(grid)
+    longest = max(multiples)
     headings = math.tau / (HEADINGS * grid.theta_count) * np.arange(HEADINGS * grid.theta_count)
     tractor, towed = (_rooms(walls, body, headings) for body in (TRACTOR, TRAILER))
     radius = scale / grid.step
@@ -105,7 +107,7 @@ def shut_ways(grid: Grid, trailer: Trailer, walls: Walls, scale: float) -> np.nd
         path = hold_beta(betas, v, omega, longest * grid.theta_step, 8 * longest, trailer)
         path = path[:: 8 // LOOKS]
         # Which bits are lost when the first overlap is at each look.
-        looks = LOOKS * np.array(MULTIPLES)
+        looks = LOOKS * np.array(multiples)
         bits = np.uint32(1) << np.arange(len(looks), dtype=np.uint32) + len(looks) * group
         lost = np.array([bits[looks >= k].sum() for k in range(len(path))], dtype=np.uint32)
         pace = grid.theta_step / LOOKS

@@ -94,12 +94,14 @@ def plan_by_value_function(
         value = value.moved(*goal.state[:3])
     driven = roll_out(value, start)
     path, way = driven.path if driven.arrived else None, "step by step"
+    fallbacks = driven.fallbacks
     if path is None or driven.late:
         # The sign alone can lead into a loop; longer views lead out of it.
         far = descents(value, start)
         if far and (path is None or far[0].time < path.times[-1]):
             step = value.grid.theta_step / trailer.turn_rate / STEPS_PER_ANGLE
             path, way = refined_path(far[0].path, trailer, step), "looking far ahead"
+            fallbacks = path.times[:-1]
     time = float(path.times[-1]) if path is not None else math.inf
     late = is_late(value, driven.promised, time)
     notes: dict[str, object] = {
@@ -110,7 +112,7 @@ def plan_by_value_function(
         "scheme": value.scheme,
         "grid": value.grid.shape,
         "tolerance": value.goal.tolerance,
-        "fallbacks": driven.fallbacks.tolist(),
+        "fallbacks": fallbacks.tolist(),
         "warnings": list(value.warnings),
     }
     if math.isinf(driven.promised):

@@ -10,7 +10,8 @@ import numpy as np
 
 from ..plan import TrailerPath
 from ..trailer import Trailer
-from .motions import control_set, hold_beta, shift_of
+from .held_angle import hold_beta
+from .motions import control_set, shift_of
 from .value_function import ValueFunction
 
 # Steps of a path in one angle between theta nodes.
@@ -53,7 +54,7 @@ def bang_bang(value: ValueFunction, state) -> float:
     """
     step = 0.5 * value.grid.theta_step
     shift = np.array([[0, 0, step, step], [0, 0, -step, -step]])
-    ahead, behind = value.time_to_go(np.asarray(state, dtype=float) + shift)
+    ahead, behind = value.interpolated(np.asarray(state, dtype=float) + shift)
     if ahead == behind:
         return 0.0
     return value.trailer.turn_rate * (-1.0 if ahead > behind else 1.0)
@@ -65,7 +66,7 @@ def look_ahead(value: ValueFunction, state) -> tuple[float, float]:
     times = np.array(LOOK_AHEAD) * value.grid.theta_step / trailer.turn_rate
     pairs = control_set(trailer) * [trailer.speed, trailer.turn_rate]
     feet = np.array([[drive(trailer, state, v, w, time) for time in times] for v, w in pairs])
-    promised = (value.time_to_go(feet) + times).min(axis=1)
+    promised = (value.interpolated(feet) + times).min(axis=1)
     # Straight on, where all are alike.
     order = np.lexsort((np.abs(pairs[:, 1]), promised))
     v, omega = pairs[order[0]]
@@ -114,14 +115,14 @@ def roll_out(value: ValueFunction, start) -> Rollout:
     while not arrived and len(controls) * step < limit and math.isfinite(to_go):
         v, omega = trailer.speed, bang_bang(value, state) if by_sign else 0.0
         ahead = drive(trailer, state, v, omega, step)
-        if omega == 0.0 or value.time_to_go(ahead) > to_go - 0.5 * step:
+        if omega == 0.0 or value.interpolated(ahead) > to_go - 0.5 * step:
             fallbacks.append(len(controls) * step)
             v, omega = look_ahead(value, state)
             ahead = drive(trailer, state, v, omega, step)
         state = ahead
         states.append(state)
         controls.append((v, omega))
-        to_go = float(value.time_to_go(state))
+        to_go = float(value.interpolated(state))
         # Not by the time to go: between nodes, it is zero a little outside of the box too.
         arrived = bool(inside(value, state))
     path = TrailerPath(

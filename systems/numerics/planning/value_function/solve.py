@@ -1,9 +1,9 @@
 """Fast sweeping for the time to go of a tractor with a trailer.
 
-A node takes the best of long steps under constant control, the goal's neighbourhood is exact, and
-the passes go up and down in theta: some thirty of them with linear interpolation, then as many
-with clipped cubic interpolation, whose values replace the old ones (their minimum would lock
-undershoot in).
+A node takes the best of long steps under constant control, words of arcs into the goal bound it
+from above, and the passes go up and down in theta: some twenty of them with linear interpolation,
+then a few with limited cubic interpolation, whose values replace the old ones (their minimum would
+lock undershoot in).
 
 Source: Zhang 2014, 3.5.1; semi-Lagrangian steps that end on theta nodes are ours.
 """
@@ -29,10 +29,12 @@ from .sweeps import FAR, LIMIT, settle_row, sweep_row
 from .value_function import ValueFunction
 
 # Passes with cubic interpolation.
-POLISH = 24
-# Passes with linear interpolation, at most, and the change below which they end [1 / turn rate].
+POLISH = 8
+# Passes with linear interpolation, at most, and the change below which they end: alone, and before
+# cubic ones [1 / turn rate].
 LINEAR_LIMIT = 400
 LINEAR_CHANGE = 1e-3
+ROUGH_CHANGE = 0.1
 
 Progress = Callable[[int, float], None]
 
@@ -73,15 +75,15 @@ def solve_value_function(
     if obstacles is not None:
         walls = make_walls(obstacles, discs or covering_discs(trailer), grid)
         shut = shut_ways(grid, cart, walls, scale)
-    near = first_hits(grid, cart, box, scale, walls)
     mirrored = walls is None and is_mirrored(grid, box)
+    near = first_hits(grid, cart, box, scale, walls=walls, mirrored=mirrored)
     sweep = _Sweep(grid, near, motions, mirrored, shut)
     unit = 1.0 / trailer.turn_rate
     sweeps, change, converged = 0, math.inf, False
     while sweeps < LINEAR_LIMIT and not converged:
         change = sweep(cubic=False, upwards=sweeps % 2 == 0)
         sweeps += 1
-        converged = change < LINEAR_CHANGE
+        converged = change < (ROUGH_CHANGE if polish else LINEAR_CHANGE)
         if progress:
             progress(sweeps, change * unit)
     for _ in range(polish):
@@ -101,6 +103,7 @@ def solve_value_function(
         converged=converged,
         wall_time=perf_counter() - started,
         warnings=warnings,
+        walled=walls is not None,
     )
 
 

@@ -16,23 +16,31 @@ FAR = np.float32(1e12)
 LIMIT = np.float32(1e3)
 SIXTH = np.float32(1.0 / 6.0)
 ONE = np.float32(1.0)
+# How much the second differences of neighbours may differ where values are smooth
+# [1 / turn rate].
+RATIO = np.float32(8.0)
+SLACK = np.float32(0.05)
 
 
 @kernel
 def between(a, b, c, d, part):
-    """Clipped cubic between b and c; a, b, c, d in a row, part in [0, 1) from b to c.
+    """Limited cubic between b and c; a, b, c, d in a row, part in [0, 1) from b to c.
 
-    Clipped in each direction by itself: clipped to the eight corners of a cell alone, times come
-    out a tenth too short. The straight line is kept where a or d is unreachable.
+    A cubic is the straight line less a share of the second differences p and q at b and c. Beside
+    a jump one of them is large and says nothing of the values between: it may exceed RATIO times
+    the other by SLACK at most. Clipped in each direction by itself: clipped to the eight corners of
+    a cell alone, times come out a tenth too short.
     """
     rest = ONE - part
     line = rest * b + part * c
     p = a - b - b + c
     q = b - c - c + d
+    bound = RATIO * min(abs(p), abs(q)) + SLACK
+    p = min(max(p, -bound), bound)
+    q = min(max(q, -bound), bound)
     cubic = line - part * rest * SIXTH * ((rest + ONE) * p + (part + ONE) * q)
-    low = min(b, c)
-    clipped = min(max(cubic, low), max(b, c))
-    return clipped if abs(cubic) < LIMIT else line
+    clipped = min(max(cubic, min(b, c)), max(b, c))
+    return clipped if bound < LIMIT else line
 
 
 @kernel
@@ -73,7 +81,7 @@ def sweep_row(table, t, cubic, durations, turns, xc, xp, yc, yp, bc, bp, width, 
     Args:
         table: Shape (n_theta, n_beta, n), with n = n_y * width.
         t: Number of the row.
-        cubic: Whether to interpolate with clipped cubics, and to forget the old values.
+        cubic: Whether to interpolate with limited cubics, and to forget the old values.
         durations, turns, xc, xp, yc, yp, bc, bp: See `Motions`.
         width: Nodes of a line, with its unreachable columns.
         best: Where the update goes, shape (n_beta, n).

@@ -8,6 +8,7 @@ import numpy as np
 from ...errors import require, require_finite
 from ..goal import Goal
 from ..trailer import Trailer
+from .beyond_jumps import look_beyond_jumps
 from .grid import Grid
 from .lookup import look_up
 
@@ -31,6 +32,7 @@ class ValueFunction:
         converged: Whether the passes ended because nothing changed any more.
         wall_time: [s].
         warnings: What a reader should know of the answer.
+        walled: Whether there are obstacles.
         placement: Pose (x, y, heading) of the table's frame in the world [m], [m], [rad].
     """
 
@@ -44,26 +46,41 @@ class ValueFunction:
     converged: bool
     wall_time: float = 0.0
     warnings: tuple[str, ...] = ()
+    walled: bool = False
     placement: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0))
 
     def time_to_go(self, states) -> np.ndarray:
         """Interpolated time from states to the box, shape (..., 4) -> (...,) [s].
 
+        Where it jumps within a cell of an open field, it is looked up beyond the jump.
         Zero inside the box; infinite off the grid, beyond the jackknife limit, and where the goal
         is out of reach on this grid.
         """
         local = self.to_table(states)
         flat = np.ascontiguousarray(local.reshape(-1, 4))
-        out = np.empty(len(flat))
-        grid = self.grid
-        look_up(self.table, grid.x_min, grid.y_min, grid.step, flat, out)
+        if self.walled:
+            times, _ = look_up(self.table, self.grid, flat)
+        else:
+            times = look_beyond_jumps(self.table, self.grid, self.trailer, flat)
+        return self._settled(flat, times).reshape(local.shape[:-1])
+
+    def interpolated(self, states) -> np.ndarray:
+        """The same without a look beyond jumps: quick, and enough to compare neighbours."""
+        local = self.to_table(states)
+        flat = np.ascontiguousarray(local.reshape(-1, 4))
+        return self._settled(flat, look_up(self.table, self.grid, flat)[0]).reshape(
+            local.shape[:-1]
+        )
+
+    def _settled(self, flat: np.ndarray, out: np.ndarray) -> np.ndarray:
+        """Times with the box and the jackknife limit seen to."""
         gaps = np.abs(flat - np.array(self.goal.state))
         gaps[:, 2:] = np.abs(np.remainder(gaps[:, 2:] + math.pi, math.tau) - math.pi)
         out[(gaps <= self.goal.tolerance).all(axis=1) & np.isfinite(out)] = 0.0
         beta = np.remainder(flat[:, 3] + math.pi, math.tau) - math.pi
         if self.trailer.jackknife < math.pi:
             out[np.abs(beta) > self.trailer.jackknife + 1e-9] = np.inf
-        return out.reshape(local.shape[:-1])
+        return out
 
     def to_table(self, states) -> np.ndarray:
         """States in the table's own frame, shape (..., 4)."""

@@ -8,9 +8,10 @@ import pytest
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.planning.dubins import dubins_lengths
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
+from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import Grid
-from sightfield.systems.numerics.planning.value_function.motions import hold_beta
+from sightfield.systems.numerics.planning.value_function.held_angle import hold_beta
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 
 # Least times of the thesis's case, by multiple shooting from every Dubins word.
@@ -58,18 +59,17 @@ def test_the_thesis_case_is_near_its_optimum(solved):
     assert solved().time_to_go([-3, -3, 0, 0]) == pytest.approx(THESIS_CASE, rel=0.03)
 
 
-def test_refinement_brings_the_times_down(states):
-    # The box stays as it is; without polish, times are too long.
+def test_halving_the_grid_halves_the_error(states):
+    # The box stays as it is.
     goal = Goal(state=(0, 0, 0, 0), tolerance=(0.4, 0.4, 0.55, 0.55))
-    coarse, fine = (
-        solve_value_function(Trailer(), goal, Grid.of_step(step), polish=0).time_to_go(states)
-        for step in (0.4, 0.2)
-    )
-    out = coarse > 0
-    assert np.median(fine[out] / coarse[out]) < 0.99
-    assert (fine <= 1.02 * coarse).mean() > 0.9
-    straight = np.hypot(*np.maximum(np.abs(states[:, :2]) - 0.4, 0).T)
-    assert (fine >= straight - 0.01).all()
+    starts = states[:16]
+    best = np.array([plan_by_casadi(Trailer(), start, goal).time for start in starts])
+    errors = []
+    for step in (0.4, 0.2):
+        value = solve_value_function(Trailer(), goal, Grid.of_step(step))
+        errors.append(np.median(np.abs(value.time_to_go(starts) / best - 1)))
+    assert errors[0] < 0.02
+    assert errors[1] < 0.5 * errors[0]
 
 
 def test_mirror_images_take_as_long(solved, states):
@@ -128,9 +128,9 @@ def test_with_beta_free_the_times_are_those_of_a_car(solved):
     assert np.ptp(value.table[:, :, reached], axis=1).max() < 1e-3
 
 
-def test_reverse_is_never_slower(solved, states):
+def test_reverse_is_never_slower(solved):
     forward, both = solved(polish=0), solved(polish=0, reverse=True)
-    assert (both.time_to_go(states) <= forward.time_to_go(states) + 0.01).all()
+    assert (both.table <= forward.table + 2e-3).all()
     assert both.time_to_go([1, 0, 0, 0]) < 1.5 < forward.time_to_go([1, 0, 0, 0])
 
 

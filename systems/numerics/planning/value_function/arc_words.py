@@ -1,0 +1,97 @@
+"""Words of arcs, and where they take the cart: each arc one control, held for a while.
+
+What they do to the trailer's angle is the product of the matrices of their arcs.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..trailer import Trailer
+from .held_angle import half_angle_map, half_angles
+from .motions import control_set, shift_of
+
+
+class Words(NamedTuple):
+    """Words from a common start at the origin, heading along x; lengths in turning radii.
+
+    Attributes:
+        ends: dx, dy, dtheta, duration, shape (n, 4).
+        maps: What they do to the half angle of the trailer, see `half_angle_map`, shape (n, 2, 2).
+        last: Number of their last control, -1 of the empty word, shape (n,).
+        roots: Number of the word that is one lattice step shorter; of the empty word itself,
+            shape (n,).
+    """
+
+    ends: np.ndarray
+    maps: np.ndarray
+    last: np.ndarray
+    roots: np.ndarray
+
+
+def angles_after(maps, betas) -> np.ndarray:
+    """Beta after each of some words, (n, 2, 2) and (m,) -> (n, m), in (-pi, pi] [rad]."""
+    s, c = np.moveaxis(np.einsum("nij,mj->nmi", maps, half_angles(betas)), -1, 0)
+    return np.remainder(2 * np.arctan2(s, c) + math.pi, math.tau) - math.pi
+
+
+def words_of(trailer: Trailer, arcs: int, longest: float, lattice: float) -> Words:
+    """All words of up to so many arcs, whose durations are multiples of a lattice.
+
+    No two neighbours are alike, and no arc turns by a whole turn.
+
+    Args:
+        trailer: Normalised.
+        arcs: Largest number of arcs; 0: the empty word alone.
+        longest: Largest duration of a word [1 / turn rate].
+        lattice: Step of the durations [1 / turn rate].
+    """
+    controls = control_set(trailer)
+    empty = Words(np.zeros((1, 4)), np.eye(2)[None], np.array([-1]), np.array([0]))
+    parts, level, first = [empty], empty, 0
+    for _ in range(arcs):
+        found = []
+        count = first + len(level.ends)
+        for number in range(len(level.ends)):
+            for control, (v, omega) in enumerate(controls):
+                if control == level.last[number]:
+                    continue
+                x, y, theta, spent = level.ends[number]
+                limit = min(longest - spent, math.tau - lattice) if omega else longest - spent
+                times = lattice * np.arange(1, math.floor(limit / lattice + 1e-9) + 1)
+                dx, dy = shift_of(theta, v, omega, times)
+                ends = np.column_stack([x + dx, y + dy, theta + omega * times, spent + times])
+                maps = half_angle_map(trailer, v, omega, times) @ level.maps[number]
+                roots = np.arange(count - 1, count - 1 + len(times))
+                roots[:1] = first + number
+                found.append(Words(ends, maps, np.full(len(times), control), roots))
+                count += len(times)
+        first += len(level.ends)
+        level = _joined(found)
+        parts.append(level)
+    return _joined(parts)
+
+
+def _joined(parts: list[Words]) -> Words:
+    return Words(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+
+
+def within_jackknife(words: Words, betas, limit: float) -> np.ndarray:
+    """Whether beta keeps within a limit, or within what it was, all along each word.
+
+    It is looked at on the lattice.
+
+    Args:
+        words: From `words_of`.
+        betas: At the start, shape (m,) [rad].
+        limit: Largest |beta| [rad].
+
+    Returns:
+        Shape (n, m).
+    """
+    size = np.abs(angles_after(words.maps, betas))
+    allowed = size <= np.maximum(limit, size[0]) + 1e-9
+    for number, root in enumerate(words.roots):
+        allowed[number] &= allowed[root]
+    return allowed

@@ -1,0 +1,67 @@
+"""The trailer's angle under held controls, in closed form.
+
+tan(beta / 2) obeys a Riccati equation, so that the pair (sin(beta / 2), cos(beta / 2)) is carried
+by a 2 x 2 matrix, but for its length, and the matrices of successive controls multiply. For a turn
+of the normalised cart this is (3.28).
+"""
+
+import math
+
+import numpy as np
+
+from ..trailer import Trailer
+
+
+def half_angle_map(trailer: Trailer, v, omega, durations) -> np.ndarray:
+    """Matrices that take (sin, cos) of beta / 2 to a multiple of it after held controls.
+
+    Args:
+        trailer: Whose equations.
+        v, omega: The controls, which broadcast with the durations [m/s], [rad/s].
+        durations: Shape (...) [s].
+
+    Returns:
+        Shape (..., 2, 2).
+    """
+    v, omega, durations = np.broadcast_arrays(
+        *(np.asarray(a, float) for a in (v, omega, durations))
+    )
+    hitch = trailer.hitch_offset / trailer.length
+    pull = -v / (2 * trailer.length)
+    rise, fall = omega * (1 + hitch) / 2, omega * (hitch - 1) / 2
+    # The square of the matrix of rates is a multiple of one: its exponential has two terms.
+    root = np.sqrt(pull * pull + rise * fall + 0j)
+    even = np.real(np.cosh(root * durations))
+    slow = np.abs(root) * durations < 1e-9
+    odd = np.real(np.sinh(root * durations) / np.where(slow, 1, root))
+    odd = np.where(slow, durations, odd)
+    rows = [[even + pull * odd, rise * odd], [fall * odd, even - pull * odd]]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def half_angles(betas) -> np.ndarray:
+    """Pairs (sin, cos) of beta / 2, shape (...) -> (..., 2)."""
+    halves = np.asarray(betas, dtype=float) / 2
+    return np.stack([np.sin(halves), np.cos(halves)], axis=-1)
+
+
+def hold_beta(beta, v, omega, duration, count: int, trailer: Trailer) -> np.ndarray:
+    """Beta at equally spaced moments under held controls, unwrapped.
+
+    Args:
+        beta, v, omega: Arrays that broadcast [rad], [m/s], [rad/s].
+        duration: Until the last moment, one for all or for each [s].
+        count: Number of moments after the start; from one to the next beta must change by less
+            than half a turn.
+        trailer: Whose equations.
+
+    Returns:
+        Shape (count + 1, *shape) [rad]; the start first.
+    """
+    beta, v, omega, duration = np.broadcast_arrays(beta, v, omega, duration)
+    parts = np.linspace(0.0, 1.0, count + 1).reshape(-1, *[1] * beta.ndim)
+    maps = half_angle_map(trailer, v, omega, parts * duration)
+    pairs = np.einsum("...ij,...j->...i", maps, half_angles(beta))
+    path = 2 * np.arctan2(pairs[..., 0], pairs[..., 1])
+    steps = np.remainder(np.diff(path, axis=0) + math.pi, math.tau) - math.pi
+    return np.concatenate([beta[None], beta + np.cumsum(steps, axis=0)])
