@@ -23,9 +23,9 @@ os.environ["XLA_FLAGS"] = "--xla_cpu_multi_thread_eigen=false intra_op_paralleli
 os.environ["JAX_PLATFORMS"] = "cpu"
 
 import hj_reachability as hj  # noqa: E402  (reads the flags)
-import jax  # noqa: E402
-import jax.numpy as jnp  # noqa: E402
-import numpy as np  # noqa: E402
+import jax  # noqa: E402  (reads the flags)
+import jax.numpy as jnp  # noqa: E402  (reads the flags)
+import numpy as np  # noqa: E402  (starts threads, as BLAS does)
 
 # Steps of the solver between two looks at the states.
 STEPS = 3

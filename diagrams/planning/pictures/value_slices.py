@@ -72,7 +72,7 @@ def slices_along(
         nodes[..., 0], nodes[..., 1] = np.meshgrid(x, y)
         nodes[..., 2:] = theta, beta
         state = (at_x, at_y, theta, beta)
-        slices.append(ValueSlice(moment, state, x, y, value.time_to_go(nodes)))
+        slices.append(ValueSlice(moment, state, x, y, value.interpolated(nodes)))
     return slices
 
 

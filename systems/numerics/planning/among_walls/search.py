@@ -14,11 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled
+from ..arc_words.held_controls import control_set, hold_beta, shift_of
 from ..goal import Goal
 from ..plan import TrailerPath
 from ..trailer import Trailer
-from ..value_function.held_angle import hold_beta
-from ..value_function.motions import control_set, shift_of
 from ..value_function.obstacles import Walls, overlaps
 from ..value_function.value_function import ValueFunction
 from .lookup import look_up_in_reach

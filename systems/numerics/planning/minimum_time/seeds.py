@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
+from ..arc_words.quickest import quickest_word, word_path
 from ..car_path import CarPath
 from ..dubins import dubins_paths
 from ..plan import TrailerPath
@@ -27,7 +28,8 @@ _LOOPS = 3
 def default_seeds(problem: Problem) -> list[list[TrailerPath]]:
     """Groups of seeds from a start to the centre of a goal, each for when those before it fail.
 
-    In the open: the words of Dubins, and with reverse the shortest words of Reeds and Shepp. With
+    In the open: the words of Dubins, and with reverse the shortest words of Reeds and Shepp; into a
+    box also the quickest word of three arcs, which may only just enter it. With
     obstacles: those words that stay in the world; and the shortest ways round the obstacles, as
     plain polylines, which the solver bends until the cart can follow them, and as chains of Dubins
     paths. The next group ends the chains with longer Dubins words, so that there are loops in which
@@ -42,6 +44,10 @@ def default_seeds(problem: Problem) -> list[list[TrailerPath]]:
     betas = float(problem.start[3]), problem.goal.state[3]
     seeds = [seed_along([path], trailer, betas) for path in paths]
     if obstacles is None or discs is None:
+        width, height = problem.goal.tolerance[:2]
+        if width > 0 and height > 0 and math.isfinite(width + height):
+            word = quickest_word(trailer, problem.start, problem.goal)
+            seeds += [] if word is None else [word_path(trailer, problem.start, word)]
         return [seeds]
     area = obstacles.polygon
     seeds = [each for each in seeds if area.covers(shapely.LineString(each.states[:, :2]))]

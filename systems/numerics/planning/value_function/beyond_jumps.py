@@ -9,11 +9,18 @@ import math
 
 import numpy as np
 
+from ..arc_words.held_controls import (
+    control_set,
+    half_angle_map,
+    half_angles,
+    normalised,
+    shift_of,
+)
+from ..arc_words.quickest import quickest_word
+from ..goal import Goal
 from ..trailer import Trailer
 from .grid import Grid
-from .held_angle import half_angle_map, half_angles
 from .lookup import look_up
-from .motions import control_set, normalised, shift_of
 
 # Spread of the nodes of a cell that is a jump [1 / turn rate].
 JUMP = 1.5
@@ -22,16 +29,18 @@ AHEAD = 3.2
 
 
 def look_beyond_jumps(
-    table: np.ndarray, grid: Grid, trailer: Trailer, states: np.ndarray
+    table: np.ndarray, grid: Grid, trailer: Trailer, goal: Goal, states: np.ndarray
 ) -> np.ndarray:
-    """Interpolated times, and beyond jumps the least over long steps to smooth cells.
+    """Interpolated times, and beyond jumps the least of long steps to smooth cells and words.
 
     Turns end on theta nodes, so that there is one direction less to interpolate. Where no foot is
-    in a smooth cell, the interpolated time stays.
+    in a smooth cell, the interpolated time stays, unless a word into the goal takes less. Words
+    cost some milliseconds for each state beside a jump.
 
     Args:
         table, grid: Of an open field.
         trailer: Whose time it is.
+        goal: The box, in the table's frame.
         states: In the table's frame, shape (n, 4).
 
     Returns:
@@ -47,7 +56,9 @@ def look_beyond_jumps(
     totals = ahead.reshape(durations.shape) + durations
     totals[around.reshape(durations.shape) > jump] = np.inf
     best = totals.min(axis=1)
-    times[at] = np.where(np.isfinite(best), best, times[at])
+    words = [quickest_word(trailer, state, goal) for state in states[at]]
+    entries = np.array([math.inf if word is None else word.time for word in words])
+    times[at] = np.minimum(np.where(np.isfinite(best), best, times[at]), entries)
     return times
 
 

@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arc_words.held_controls import control_set, hold_beta, shift_of
 from ..plan import TrailerPath
-from .held_angle import hold_beta
-from .motions import control_set, shift_of
 from .rollout import inside
 from .value_function import ValueFunction
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arc_words.held_controls import control_set, hold_beta, shift_of
 from ..trailer import Trailer
 from .grid import THESIS_ANGLES, Grid
-from .held_angle import hold_beta
 
 # Durations of the steps on the thesis's grid, in angles between theta nodes.
 MULTIPLES = (1, 2, 4)
@@ -55,30 +55,6 @@ def step_multiples(grid: Grid) -> tuple[int, ...]:
     """Durations of steps, in angles between theta nodes."""
     finer = (grid.theta_count / THESIS_ANGLES) ** SHORTENING
     return tuple(multiple * max(1, round(finer)) for multiple in MULTIPLES)
-
-
-def normalised(trailer: Trailer) -> Trailer:
-    """The same trailer with lengths in turning radii and times in 1 / turn rate."""
-    radius = trailer.speed / trailer.turn_rate
-    return Trailer(
-        length=trailer.length / radius,
-        hitch_offset=trailer.hitch_offset / radius,
-        reverse=trailer.reverse,
-        jackknife=trailer.jackknife,
-    )
-
-
-def control_set(trailer: Trailer) -> np.ndarray:
-    """v, omega in {-1, 0, 1}, shape (3, 2), or (6, 2) with reverse."""
-    speeds = (1, -1) if trailer.reverse else (1,)
-    return np.array([(v, omega) for v in speeds for omega in (-1, 0, 1)])
-
-
-def shift_of(theta, v, omega, duration):
-    """Shift (dx, dy) of the tractor under held controls (3.26), (3.27); broadcasts."""
-    half = omega * duration / 2
-    chord = v * duration * np.sinc(half / math.pi)
-    return chord * np.cos(theta + half), chord * np.sin(theta + half)
 
 
 def make_motions(grid: Grid, trailer: Trailer, scale: float) -> Motions:

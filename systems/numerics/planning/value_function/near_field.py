@@ -9,13 +9,12 @@ import math
 import numpy as np
 
 from ...compiled import compiled
+from ..arc_words.box_entries import enter_box
+from ..arc_words.held_controls import control_set, half_angles
+from ..arc_words.words import angles_after, endings_of, within_jackknife, words_of
 from ..goal import Goal
 from ..trailer import Trailer
-from .arc_words import Words, angles_after, within_jackknife, words_of
-from .box_entries import enter_box
 from .grid import Grid
-from .held_angle import half_angle_map, half_angles
-from .motions import control_set, shift_of
 from .obstacles import Walls, overlaps
 from .sweeps import FAR
 
@@ -63,33 +62,25 @@ def first_hits(
     box = np.concatenate([place, goal.state[2:]])
     # Rounding must not drop a node on the face of the box.
     widths = np.array(goal.tolerance) / [grid.step, grid.step, 1.0, 1.0] + 1e-9
-    controls = control_set(trailer)
-    words = words_of(
-        trailer, 0 if walls is not None else BEFORE_LAST, LONGEST, LATTICE * grid.theta_step
-    )
-    words.ends[:, :2] *= radius
+    before = 0 if walls is not None else BEFORE_LAST
+    words = words_of(trailer, before, LONGEST, LATTICE * grid.theta_step)
     limited = trailer.jackknife < math.pi
     allowed = within_jackknife(words, betas, trailer.jackknife)
+    rows = len(thetas) // 2 + 1 if mirrored else len(thetas)
+    nodes = thetas[:rows], half_angles(betas)
+    cells = np.array([radius, radius, 1.0, 1.0])
     table = np.full(grid.shape, FAR, dtype=np.float32)
-    for control, (v, omega) in enumerate(controls):
+    nowhere = np.zeros((0, 0, 0, 0), dtype=np.int32)
+    for last in endings_of(trailer, words, LONGEST, reach, SAMPLE):
         hits = table if walls is None else np.full(grid.shape, FAR, dtype=np.float32)
-        count = math.ceil((math.tau if omega else reach) / SAMPLE)
-        times = SAMPLE * np.arange(count + 1)
-        dx, dy = shift_of(0.0, v, omega, times)
-        maps = half_angle_map(trailer, v, omega, times)
-        lasts = np.column_stack([dx * radius, dy * radius, omega * times])
-        lengths = ((LONGEST - words.ends[:, 3]) / SAMPLE).astype(int).clip(0, count) + 1
-        lengths[0] = count
-        keep = words.last != control
-        chosen = Words(*(column[keep] for column in words))
-        kept = (chosen.ends, chosen.maps, allowed[keep], lengths[keep])
-        rows = len(thetas) // 2 + 1 if mirrored else len(thetas)
-        nodes = (thetas[:rows], half_angles(betas))
-        enter_box(hits, *nodes, *kept, lasts, maps, box, widths, SAMPLE, limited)
+        first = last.words.ends * cells, last.words.maps, allowed[last.numbers], last.lengths
+        ending = last.shifts * cells[:3], last.maps
+        enter_box(hits, nowhere, *nodes, *first, *ending, box, widths, SAMPLE, limited)
         if walls is not None:
-            angles = angles_after(maps, betas)
+            angles = angles_after(last.maps, betas)
+            v, omega = control_set(trailer)[last.control].tolist()
             corner = np.array([x_min, y_min, grid.step])
-            _drop_walled(hits, walls, thetas, angles, int(v), int(omega), scale, corner)
+            _drop_walled(hits, walls, thetas, angles, v, omega, scale, corner)
             np.minimum(table, hits, out=table)
     if mirrored:
         _reflect(table)

@@ -7,12 +7,12 @@ import numpy as np
 
 from ...compiled import compiled, kernel
 from ...geometry.world import World
+from ..arc_words.held_controls import control_set, hold_beta
 from ..minimum_time.clearance import signed_distance
 from ..minimum_time.footprint import TRACTOR, TRAILER, Discs
 from ..trailer import Trailer
 from .grid import Grid
-from .held_angle import hold_beta
-from .motions import control_set, step_multiples
+from .motions import step_multiples
 
 # Places that are looked at in one angle between theta nodes.
 LOOKS = 2

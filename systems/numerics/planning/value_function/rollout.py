@@ -8,10 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arc_words.held_controls import control_set, hold_beta, shift_of
 from ..plan import TrailerPath
 from ..trailer import Trailer
-from .held_angle import hold_beta
-from .motions import control_set, shift_of
 from .value_function import ValueFunction
 
 # Steps of a path in one angle between theta nodes.

@@ -18,11 +18,12 @@ import numpy as np
 from ...errors import require
 from ...geometry.world import World
 from ..among_walls.sweeps import sweep_walled_row
+from ..arc_words.held_controls import normalised
 from ..goal import Goal
 from ..minimum_time.footprint import Discs, covering_discs
 from ..trailer import Trailer
 from .grid import Grid
-from .motions import Motions, make_motions, normalised
+from .motions import Motions, make_motions
 from .near_field import first_hits
 from .obstacles import make_walls, shut_ways
 from .sweeps import FAR, LIMIT, settle_row, sweep_row

@@ -61,7 +61,7 @@ class ValueFunction:
         if self.walled:
             times, _ = look_up(self.table, self.grid, flat)
         else:
-            times = look_beyond_jumps(self.table, self.grid, self.trailer, flat)
+            times = look_beyond_jumps(self.table, self.grid, self.trailer, self.goal, flat)
         return self._settled(flat, times).reshape(local.shape[:-1])
 
     def interpolated(self, states) -> np.ndarray:

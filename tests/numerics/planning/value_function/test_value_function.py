@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.planning.arc_words.held_controls import hold_beta
 from sightfield.systems.numerics.planning.dubins import dubins_lengths
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import Grid
-from sightfield.systems.numerics.planning.value_function.held_angle import hold_beta
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 
 # Least times of the thesis's case, by multiple shooting from every Dubins word.

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..trailer import Trailer
-from .held_angle import half_angle_map, half_angles
-from .motions import control_set, shift_of
+from .held_controls import control_set, half_angle_map, half_angles, shift_of
 
 
 class Words(NamedTuple):
@@ -95,3 +94,49 @@ def within_jackknife(words: Words, betas, limit: float) -> np.ndarray:
     for number, root in enumerate(words.roots):
         allowed[number] &= allowed[root]
     return allowed
+
+
+class Endings(NamedTuple):
+    """What may follow some words: one control, held until a sample of time.
+
+    Attributes:
+        control: Its number.
+        words: Those whose last control is another.
+        numbers: Theirs among all words, shape (n,).
+        lengths: Largest number of a sample after each word, shape (n,).
+        shifts: dx, dy, dtheta until each sample, shape (n_samples, 3).
+        maps: What they do to the half angle of the trailer, shape (n_samples, 2, 2).
+    """
+
+    control: int
+    words: Words
+    numbers: np.ndarray
+    lengths: np.ndarray
+    shifts: np.ndarray
+    maps: np.ndarray
+
+
+def endings_of(
+    trailer: Trailer, words: Words, longest: float, reach: float, sample: float
+) -> list[Endings]:
+    """The last arcs of words, one set for each control.
+
+    Args:
+        trailer: Normalised.
+        words: What comes before.
+        longest: Largest duration of a word with its last arc [1 / turn rate].
+        reach: Largest duration of a straight alone; a turn alone may go once round.
+        sample: Distance of samples [1 / turn rate].
+    """
+    found = []
+    for control, (v, omega) in enumerate(control_set(trailer)):
+        count = math.ceil((math.tau if omega else reach) / sample)
+        times = sample * np.arange(count + 1)
+        shifts = np.column_stack([*shift_of(0.0, v, omega, times), omega * times])
+        numbers = np.flatnonzero(words.last != control)
+        chosen = Words(*(column[numbers] for column in words))
+        lengths = ((longest - chosen.ends[:, 3]) / sample).astype(int).clip(0, count) + 1
+        lengths[0] = count
+        maps = half_angle_map(trailer, v, omega, times)
+        found.append(Endings(control, chosen, numbers, lengths, shifts, maps))
+    return found

@@ -60,6 +60,7 @@ def _comes_round(start, soon, after):
 @compiled
 def enter_box(
     table,
+    found,
     thetas,
     halves,
     ends,
@@ -80,6 +81,7 @@ def enter_box(
 
     Args:
         table: Times so far, shape (n_theta, n_beta, n_y, n_x).
+        found: Where the numbers of the words go, of the same shape; or of no elements.
         thetas: Of the rows to lower, shape (m,) [rad].
         halves: (sin, cos) of half of beta, shape (n_beta, 2).
         ends, maps: Of the words without their last arcs, see `Words`.
@@ -96,6 +98,8 @@ def enter_box(
     goal_s, goal_c = math.sin(box[3] / 2), math.cos(box[3] / 2)
     bound = math.sin(min(widths[3], math.pi) / 2) ** 2
     turn = lasts[1, 2]
+    single = x_count * y_count == 1
+    pace = math.hypot(lasts[1, 0], lasts[1, 1]) * 1.01
     for t in range(len(thetas)):
         cos, sin = math.cos(thetas[t]), math.sin(thetas[t])
         for w in range(len(ends)):
@@ -106,8 +110,14 @@ def enter_box(
             # Of the box, back along the word.
             x0 = box[0] - (cos * ends[w, 0] - sin * ends[w, 1])
             y0 = box[1] - (sin * ends[w, 0] + cos * ends[w, 1])
+            longest = min(lengths[w], len(lasts) - 1)
+            reach = longest * pace
+            if first > longest or (
+                single and max(abs(x0) - widths[0], abs(y0) - widths[1]) > reach
+            ):
+                continue
             c, s = math.cos(theta), math.sin(theta)
-            for k in range(first, min(lengths[w], len(lasts) - 1) + 1):
+            for k in range(first, longest + 1):
                 if _excess(theta + lasts[k, 2] - box[2], widths[2]) > 0.0:
                     break
                 x = x0 - (c * lasts[k, 0] - s * lasts[k, 1])
@@ -158,4 +168,7 @@ def enter_box(
                             part = _later(folded, moved_x, abs(i - x) - widths[0])
                             part = _later(part, moved_y, abs(j - y) - widths[1])
                             value = np.float32(time + part * (k - p) * sample)
-                            table[t, b, j, i] = min(table[t, b, j, i], value)
+                            if value < table[t, b, j, i]:
+                                table[t, b, j, i] = value
+                                if found.size:
+                                    found[t, b, j, i] = w

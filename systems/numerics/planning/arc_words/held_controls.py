@@ -1,4 +1,4 @@
-"""The trailer's angle under held controls, in closed form.
+"""The cart under held controls, in closed form.
 
 tan(beta / 2) obeys a Riccati equation, so that the pair (sin(beta / 2), cos(beta / 2)) is carried
 by a 2 x 2 matrix, but for its length, and the matrices of successive controls multiply. For a turn
@@ -10,6 +10,30 @@ import math
 import numpy as np
 
 from ..trailer import Trailer
+
+
+def normalised(trailer: Trailer) -> Trailer:
+    """The same trailer with lengths in turning radii and times in 1 / turn rate."""
+    radius = trailer.speed / trailer.turn_rate
+    return Trailer(
+        length=trailer.length / radius,
+        hitch_offset=trailer.hitch_offset / radius,
+        reverse=trailer.reverse,
+        jackknife=trailer.jackknife,
+    )
+
+
+def control_set(trailer: Trailer) -> np.ndarray:
+    """v, omega in {-1, 0, 1}, shape (3, 2), or (6, 2) with reverse."""
+    speeds = (1, -1) if trailer.reverse else (1,)
+    return np.array([(v, omega) for v in speeds for omega in (-1, 0, 1)])
+
+
+def shift_of(theta, v, omega, duration):
+    """Shift (dx, dy) of the tractor under held controls (3.26), (3.27); broadcasts."""
+    half = omega * duration / 2
+    chord = v * duration * np.sinc(half / math.pi)
+    return chord * np.cos(theta + half), chord * np.sin(theta + half)
 
 
 def half_angle_map(trailer: Trailer, v, omega, durations) -> np.ndarray:
