@@ -1,0 +1,1 @@
+"""The omni-directional camera, what it sees, and what is estimated from its pictures."""
