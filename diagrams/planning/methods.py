@@ -10,6 +10,8 @@ from ...systems.numerics.planning.extremals.primitives import plan_by_primitives
 from ...systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from ...systems.numerics.planning.plan import Plan
 from ...systems.numerics.planning.polished.planner import plan_polished
+from ...systems.numerics.planning.thesis_scheme.planner import METHOD as AVERAGING
+from ...systems.numerics.planning.thesis_scheme.planner import plan_by_averaging
 from ...systems.numerics.planning.value_function.grid import Grid
 from ...systems.numerics.planning.value_function.planner import (
     grid_around,
@@ -84,13 +86,35 @@ def _polished(ask: PlanningQuestion) -> Plan:
     return plan_polished(ask.trailer, ask.start, ask.goal, value=table)
 
 
+def _averaging(ask: PlanningQuestion) -> Plan:
+    goal = ask.goal
+    why = None
+    if ask.world is not None:
+        return _blind_to_walls(AVERAGING, ask)
+    if ask.trailer.reverse:
+        why = "it drives forwards only"
+    elif any(map(math.isinf, goal.tolerance[:2])):
+        why = "its grid is a square around the goal"
+    elif math.prod(_grid(ask).shape) > NODES_LIMIT:
+        why = "its grid would be too large"
+    if why is not None:
+        status = f"not applicable: {why}"
+        return Plan(method=AVERAGING, goal=goal, status=status, converged=False)
+    return plan_by_averaging(
+        ask.trailer, ask.start, goal, step=ask.grid_step, progress=ask.progress
+    )
+
+
 METHODS: dict[str, Callable[[PlanningQuestion], Plan]] = {
     "casadi": _casadi,
     "extremal": _in_the_open("extremal", plan_by_extremals),
     "value-function": _value_function,
     "polished": _polished,
     "primitive": _in_the_open("primitive", plan_by_primitives),
+    AVERAGING: _averaging,
 }
+# The thesis's table is not the time to go: it is there to compare with, for who asks for it.
+VARIANTS = {AVERAGING}
 
 
 def promises_optimum(method: str, ask: PlanningQuestion) -> bool:
@@ -107,10 +131,12 @@ def promises_optimum(method: str, ask: PlanningQuestion) -> bool:
 
 
 def chosen_methods(name: str) -> list[str]:
-    """The names that one name stands for: itself, or with "all" every one.
+    """The names that one name stands for: itself, or with "all" every one but variants.
 
     Raises:
         InvalidInput: There is no such method.
     """
     require_one_of("method", name, [*METHODS, "all"])
-    return list(METHODS) if name == "all" else [name]
+    if name == "all":
+        return [each for each in METHODS if each not in VARIANTS]
+    return [name]

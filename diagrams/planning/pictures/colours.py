@@ -11,6 +11,7 @@ METHOD_COLOURS: dict[str, tuple[float, float, float]] = {
     "value-function": (0.10, 0.55, 0.35),
     "polished": (0.88, 0.68, 0.00),
     "primitive": (0.58, 0.22, 0.64),
+    "averaging": (0.45, 0.45, 0.45),
 }
 
 # How much white is mixed in, so that ways and carts stand out.

@@ -28,6 +28,7 @@ from .near_field import first_hits
 from .obstacles import make_walls, shut_ways
 from .sweeps import FAR, LIMIT, settle_row, sweep_row
 from .value_function import ValueFunction
+from .warm_start import carried_over
 
 # Passes with cubic interpolation.
 POLISH = 8
@@ -49,6 +50,7 @@ def solve_value_function(
     progress: Progress | None = None,
     obstacles: World | None = None,
     discs: Discs | None = None,
+    warm_start: ValueFunction | None = None,
 ) -> ValueFunction:
     """Shortest times to a box from every node of a grid.
 
@@ -62,6 +64,8 @@ def solve_value_function(
             in reach speak for their cell: times there are good to a cell, and values of states
             within a cell of a wall are infinite; see `among_walls.planner` for paths from there.
         discs: What the cart covers; by default `covering_discs(trailer)`.
+        warm_start: A table of the same cart and goal on another grid, where the passes start from;
+            then linear ones only reach what it does not, and need `polish` to correct the rest.
 
     Raises:
         InvalidInput: The goal is off the grid, or an option is out of its range.
@@ -80,6 +84,12 @@ def solve_value_function(
     near = first_hits(grid, cart, box, scale, walls=walls, mirrored=mirrored)
     sweep = _Sweep(grid, near, motions, mirrored, shut)
     unit = 1.0 / trailer.turn_rate
+    if warm_start is not None:
+        require(polish > 0, "polish", "be positive with a warm start", polish)
+        require(warm_start.trailer == trailer, "warm_start", "be for this trailer", "another")
+        same = warm_start.goal == box and warm_start.placement == (0.0, 0.0, 0.0)
+        require(same, "warm_start", "be for the goal as the grid resolves it", warm_start.goal)
+        sweep.start_from(carried_over(warm_start, grid) / np.float32(unit))
     sweeps, change, converged = 0, math.inf, False
     while sweeps < LINEAR_LIMIT and not converged:
         change = sweep(cubic=False, upwards=sweeps % 2 == 0)
@@ -180,6 +190,12 @@ class _Sweep:
             m.beta_cells,
             m.beta_parts,
         )
+
+    def start_from(self, times: np.ndarray) -> None:
+        """Lower the table to times, shape of the grid [1 / turn rate]."""
+        grid = self._grid
+        table = self._table.reshape(*grid.shape[:3], self._width)[..., : grid.x_count]
+        np.minimum(table, times, out=table)
 
     def __call__(self, *, cubic: bool, upwards: bool) -> float:
         """One pass; returns the largest change."""

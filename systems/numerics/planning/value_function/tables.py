@@ -1,7 +1,7 @@
 """Tables of the open field, solved once in a process and used for every start and goal."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from ..goal import Goal
 from ..trailer import Trailer
@@ -17,7 +17,9 @@ REACHES = (3.0, 4.5, 6.75, 10.0, 15.0)
 # Tables that are kept, the last used ones.
 _KEPT = 8
 
-_tables: dict[tuple[Trailer, Goal, Grid], ValueFunction] = {}
+Solver = Callable[..., ValueFunction]
+
+_tables: dict[tuple[Solver, Trailer, Goal, Grid], ValueFunction] = {}
 
 
 def open_field_table(
@@ -26,6 +28,7 @@ def open_field_table(
     goal: Goal,
     step: float,
     progress: Progress | None = None,
+    solve: Solver = solve_value_function,
 ) -> ValueFunction | None:
     """A table around a goal that holds a start, from those of this process if one fits.
 
@@ -36,6 +39,7 @@ def open_field_table(
             heading.
         step: Distance of nodes in turning radii.
         progress: See `solve_value_function`; not called for a table of before.
+        solve: What solves for a table.
 
     Returns:
         The table, placed at the goal; None for a start farther away than any of `REACHES`, or a
@@ -55,10 +59,10 @@ def open_field_table(
     centred = Goal(state=(0.0, 0.0, 0.0, beta), tolerance=goal.tolerance)
     far = (width * radius, height * radius, 0.0, 0.0)
     grid = grid_around(trailer, far, centred, step)
-    key = trailer, centred, grid
+    key = solve, trailer, centred, grid
     table = _tables.pop(key, None)
     if table is None:
-        table = solve_value_function(trailer, centred, grid, progress=progress)
+        table = solve(trailer, centred, grid, progress=progress)
     _tables[key] = table
     for oldest in list(_tables)[:-_KEPT]:
         del _tables[oldest]

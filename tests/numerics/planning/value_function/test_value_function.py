@@ -205,3 +205,17 @@ def test_bad_steps_are_refused(step):
 def test_nan_is_refused(solved):
     with pytest.raises(InvalidInput, match="`states` must be numbers; got NaN"):
         solved().time_to_go([0, 0, math.nan, 0])
+
+
+def test_a_warm_start_needs_fewer_passes_for_the_same_times(solved, states):
+    box = Goal(state=(0, 0, 0, 0), tolerance=(0.4, 0.4, 0.55, 0.55))
+    coarse = solve_value_function(Trailer(), box, Grid.of_step(0.4))
+    cold = solve_value_function(Trailer(), box, Grid.of_step(0.2), polish=12)
+    warm = solve_value_function(Trailer(), box, Grid.of_step(0.2), polish=12, warm_start=coarse)
+    assert warm.sweeps < cold.sweeps
+    one, other = warm.interpolated(states), cold.interpolated(states)
+    assert np.quantile(np.abs(one - other), 0.95) < 0.02
+    with pytest.raises(InvalidInput, match="warm_start"):
+        solve_value_function(Trailer(length=2.0), box, Grid.of_step(0.2), warm_start=coarse)
+    with pytest.raises(InvalidInput, match="polish"):
+        solve_value_function(Trailer(), box, Grid.of_step(0.2), polish=0, warm_start=coarse)
