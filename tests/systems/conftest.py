@@ -15,6 +15,10 @@ from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import Grid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
+from sightfield.systems.numerics.vision.omni_optics import OmniCamera
+from sightfield.systems.numerics.vision.sensor import Sensor
+from sightfield.systems.numerics.vision.shells import shell_of
+from sightfield.systems.numerics.vision.surroundings import Surroundings
 from sightfield.systems.planning.path_follower import PathFollower
 from sightfield.systems.planning.tractor_trailer import TractorTrailer
 from sightfield.systems.planning.value_function_feedback import ValueFunctionFeedback
@@ -31,6 +35,7 @@ from sightfield.systems.tracking.velocity_selector import VelocitySelector
 from sightfield.systems.tracking.wall_sliding import WallSliding
 from sightfield.systems.tracking.wall_stop import WallStop
 from sightfield.systems.tracking.waypoint_evaders import WaypointEvaders
+from sightfield.systems.vision.omni_camera import OmniCameraSensor
 
 
 @pytest.fixture(scope="session")
@@ -57,6 +62,12 @@ def system_examples() -> dict[str, Callable[[], LeafSystem]]:
         "HeadingController": lambda: HeadingController(2),
         "LineOfSight": lambda: LineOfSight(world, **teams),
         "MeshcatVelocity": lambda: MeshcatVelocity(page(), 0.3),
+        "OmniCameraSensor": lambda: OmniCameraSensor(
+            OmniCamera(width=64, height=48, focal_length=86.0),
+            Sensor(),
+            Surroundings(world=world),
+            [shell_of("red"), shell_of("green")],
+        ),
         "PathFollower": lambda: PathFollower(
             Trailer(), driven_path(Trailer(), (0, 0, 0, 0), [(1, 0, 1)])
         ),

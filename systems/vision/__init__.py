@@ -1,0 +1,1 @@
+"""LeafSystems of the vision story: cameras, and what estimates from their pictures."""

@@ -1,0 +1,142 @@
+"""An omni-directional camera on a robot, as a source of pictures."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.common.containers import namedview
+from pydrake.common.value import Value
+from pydrake.systems.framework import LeafSystem
+from pydrake.systems.sensors import ImageRgba8U
+
+from ..drake_types import read, state_vector
+from ..numerics.errors import require, require_positive
+from ..numerics.vision.omni_optics import OmniCamera
+from ..numerics.vision.ray_table import make_ray_table
+from ..numerics.vision.rendering import render
+from ..numerics.vision.sensor import Sensor, expose, is_dropped
+from ..numerics.vision.shells import Shell
+from ..numerics.vision.surroundings import Surroundings
+
+FrameView = namedview("Frame", ["number", "time", "arrived"])
+
+
+class OmniCameraSensor(LeafSystem):
+    """Takes pictures of floor, walls and the other robots' shells at the camera's rate.
+
+    At each tick k of the period the poses are sampled and, unless the picture is lost, held:
+    `image` is what they look like, drawn when it is first asked for, and stays until the next
+    picture arrives. It is black before the first. `frame` holds the number k of the picture that
+    `image` shows, or -1 before the first; when it was taken; and 1 if the latest picture arrived,
+    0 if it was lost. `exposure_pose` is where the robot was when the picture was taken.
+
+    .. pydrake_system::
+
+        name: OmniCameraSensor
+        input_ports:
+        - pose
+        - shell_position
+        output_ports:
+        - image
+        - frame
+        - exposure_pose
+
+    ==============  ===========  =========  =======
+    port            size         unit       frame
+    ==============  ===========  =========  =======
+    pose            3            m, m, rad  world
+    shell_position  2 M          m          world
+    image           ImageRgba8U  -          picture
+    frame           3            -, s, -    -
+    exposure_pose   3            m, m, rad  world
+    ==============  ===========  =========  =======
+
+    The picture's top is the robot's front, its right the robot's left (`omni_optics`).
+
+    Source: Zhang 2014, 2.2.4.1 and Figures 2.7 to 2.9.
+
+    Args:
+        camera: Optics and size of the picture.
+        sensor: Quality of the picture, losses, seed.
+        surroundings: Floor and walls.
+        shells: Of the M other robots, in the order of their positions.
+        own_shell: Of the robot that carries the camera, seen from above; or None.
+        period: Between pictures [s].
+
+    Raises:
+        InvalidInput: The period is not positive, or the own shell reaches up to the mirror.
+    """
+
+    def __init__(
+        self,
+        camera: OmniCamera,
+        sensor: Sensor,
+        surroundings: Surroundings,
+        shells: Sequence[Shell],
+        *,
+        own_shell: Shell | None = None,
+        period: float = 0.1,
+    ):
+        super().__init__()
+        require_positive("period", period)
+        lowest = camera.pinhole_height + camera.mirror_distance
+        require(
+            own_shell is None or own_shell.top < lowest,
+            "own_shell",
+            f"stay below the mirror, {lowest:g} m",
+            own_shell,
+        )
+        self._camera, self._sensor, self._surroundings = camera, sensor, surroundings
+        self._rays = make_ray_table(camera)
+        self._others = list(shells)
+        self._own = [] if own_shell is None else [own_shell]
+        self.period = float(period)
+        self._pose = self.DeclareVectorInputPort("pose", 3)
+        self._positions = self.DeclareVectorInputPort("shell_position", 2 * len(shells))
+        # A picture is drawn from what is held: the state is small, and its picture is cached.
+        start = FrameView.Zero()
+        start.number = -1.0
+        self._frame = self.DeclareDiscreteState(state_vector(start[:]))
+        self._held = self.DeclareDiscreteState(state_vector(np.zeros(3 + 2 * len(shells))))
+        self.DeclareInitializationDiscreteUpdateEvent(self._sample)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
+        state = {self.xd_ticket()}
+        self.DeclareAbstractOutputPort(
+            "image",
+            lambda: Value(ImageRgba8U(camera.width, camera.height)),
+            self._calc_image,
+            prerequisites_of_calc=state,
+        )
+        self.DeclareStateOutputPort("frame", self._frame)
+        self.DeclareVectorOutputPort(
+            "exposure_pose", 3, self._calc_exposure_pose, prerequisites_of_calc=state
+        )
+
+    def _sample(self, context, discrete_state):
+        tick = round(context.get_time() / self.period)
+        frame = FrameView(discrete_state.get_mutable_vector(self._frame).get_mutable_value())
+        frame.arrived = not is_dropped(self._sensor, tick)
+        if frame.arrived:
+            frame.number, frame.time = tick, context.get_time()
+            held = np.concatenate([read(self._pose, context), read(self._positions, context)])
+            discrete_state.set_value(self._held, held)
+
+    def _calc_image(self, context, output):
+        image = output.get_mutable_value().mutable_data
+        frame = FrameView(context.get_discrete_state(self._frame).value())
+        if frame.number < 0:
+            image[:] = [0, 0, 0, 255]
+            return
+        held = context.get_discrete_state(self._held).value()
+        pose, positions = held[:3], held[3:].reshape(-1, 2)
+        light = render(
+            self._camera,
+            self._rays,
+            self._surroundings,
+            pose,
+            [*self._others, *self._own],
+            np.vstack([positions, *[pose[:2] for _ in self._own]]),
+        )
+        image[:] = expose(self._sensor, light, round(frame.number))
+
+    def _calc_exposure_pose(self, context, output):
+        output.set_value(context.get_discrete_state(self._held).value()[:3])
