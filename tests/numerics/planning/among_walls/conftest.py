@@ -22,6 +22,15 @@ def headland():
 
 
 @pytest.fixture(scope="session")
+def free_wall():
+    """A wall that stands between the start and the goal, to be driven round."""
+    wall = [(1.3, 1.5), (1.7, 1.5), (1.7, 7), (1.3, 7)]
+    world = make_world([(-5, -5), (11, -5), (11, 11), (-5, 11)], [wall])
+    goal = Goal(state=(6.0, 3.0, 0.0, 0.0), tolerance=THESIS_TOLERANCE)
+    return world, (-2.0, 3.0, 0.0, 0.0), goal
+
+
+@pytest.fixture(scope="session")
 def standing_rows():
     """A wall of standing crop from one end of a field, between the start and the goal."""
     crop = [(0, 3.8), (8.5, 3.8), (8.5, 4.2), (0, 4.2)]
