@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from pydrake.common.containers import namedview
-from pydrake.common.value import Value
+from pydrake.common.value import AbstractValue  # pyright: ignore[reportMissingModuleSource]  # part of a compiled module
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
@@ -102,7 +102,7 @@ class OmniCameraSensor(LeafSystem):
         state = {self.xd_ticket()}
         self.DeclareAbstractOutputPort(
             "image",
-            lambda: Value(ImageRgba8U(camera.width, camera.height)),
+            lambda: AbstractValue.Make(ImageRgba8U(camera.width, camera.height)),
             self._calc_image,
             prerequisites_of_calc=state,
         )

@@ -126,7 +126,7 @@ def trace(
                 if sunk < far and sunk < hit:
                     hit, shell, what, facing = sunk, m, ROBOT, 1.0
         # Walls nearer than that: the side where the ray runs into one, or its top.
-        begin, end, after = list_starts[sectors[n]], list_starts[sectors[n] + 1], 0.0
+        begin, end, after = int(list_starts[sectors[n]]), int(list_starts[sectors[n] + 1]), 0.0
         while True:
             entry, k = next_crossing(edges, lists, begin, end, sine, cosine, after, True)
             if entry >= hit:
