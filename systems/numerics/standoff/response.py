@@ -1,0 +1,125 @@
+"""How a stand-off loop answers from a starting distance, and what becomes of it."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from ..errors import require, require_finite, require_positive
+from .equilibria import equilibria, singularities
+from .loop import StandoffLoop
+
+SETTLED, SINGULAR, DIVERGED, MOVING = "settled", "singular", "diverged", "moving"
+
+# As a part of the distance between the equilibria: who is this far away is lost, and who is this
+# near to an equilibrium, in place and in rate, has settled.
+_LOST, _NEAR = 1e6, 1e-7
+# How near to the singularity, in 1 - K_D f', the equation counts as broken down.
+_BREAKDOWN = 1e-9
+_TOLERANCE = 1e-11
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """A motion of the loop.
+
+    Attributes:
+        times: Shape (n,) [s].
+        y: True distance, shape (n,) [m].
+        integral: Of f, shape (n,) [m s].
+        outcome: `settled` at an equilibrium, `singular`: ran into the singularity, where the
+            equation ends, `diverged`, or `moving` still.
+        end: Where it settled or stopped [m]; infinite if it diverged.
+    """
+
+    times: np.ndarray
+    y: np.ndarray
+    integral: np.ndarray
+    outcome: str
+    end: float
+
+
+def still_integral(loop: StandoffLoop, y: float) -> float:
+    """The integral with which a loop starts at rest, y' = 0, from a distance [m]; [m s]."""
+    return -loop.kp * loop.miss(y) / loop.ki if loop.integrates else 0.0
+
+
+def respond(
+    loop: StandoffLoop, start: float, *, duration: float = 60.0, integral: float = 0.0
+) -> Response:
+    """Solve the closed loop from a distance.
+
+    Args:
+        loop: The closed loop.
+        start: Distance at the start [m].
+        duration: At most so long [s].
+        integral: Of f at the start [m s]; zero for P and PD.
+
+    Raises:
+        InvalidInput: The start is not finite or a singularity, the duration is not positive, or
+            there is no equilibrium.
+    """
+    require_start(loop, start)
+    require_positive("duration", duration)
+    rests = [each.y for each in equilibria(loop)]
+    span = rests[1] - rests[0]
+    side = math.copysign(1.0, loop.inertia(start))
+    gain = loop.integral_gain
+
+    def rates(_, state):
+        return [loop.rate(state[0], state[1]), loop.miss(state[0]) if gain else 0.0]
+
+    def breakdown(_, state):
+        return side * loop.inertia(state[0]) - _BREAKDOWN
+
+    def lost(_, state):
+        return _LOST * span - abs(state[0] - rests[0])
+
+    def settled(_, state):
+        off = min(abs(state[0] - rest) for rest in rests)
+        return max(off, gain / loop.kp * abs(state[1])) - _NEAR * span
+
+    for event in (breakdown, lost, settled):
+        event.terminal = True  # type: ignore[attr-defined]  # how SciPy marks events
+    path = solve_ivp(
+        rates,
+        (0.0, duration),
+        [start, integral],
+        # Implicit: the equation is stiff beside the singularity.
+        method="Radau" if loop.derivative_gain else "DOP853",
+        rtol=_TOLERANCE if not loop.derivative_gain else 1e-9,
+        atol=_TOLERANCE * span,
+        events=(breakdown, lost, settled),
+    )
+    y = path.y[0]
+    hits = [len(times) > 0 for times in path.t_events]
+    outcome, end = MOVING, float(y[-1])
+    if hits[2] or settled(0.0, path.y[:, -1]) <= 0:
+        outcome, end = SETTLED, min(rests, key=lambda rest: abs(rest - end))
+    elif hits[1]:
+        outcome, end = DIVERGED, math.copysign(math.inf, end - rests[0])
+    # Beside the singularity the rate outgrows every step size, and the solver gives up.
+    elif hits[0] or path.status == -1:
+        outcome, end = _ending(loop, end)
+    return Response(path.t, y, path.y[1], outcome, end)
+
+
+def require_start(loop: StandoffLoop, start: float) -> None:
+    """Refuse a start that is not finite, or on a singularity.
+
+    Raises:
+        InvalidInput: It is.
+    """
+    require_finite("start", start)
+    on_it = abs(loop.inertia(start)) < _BREAKDOWN
+    place = "".join(f" at {y:.9g} m" for y in singularities(loop))
+    require(not on_it, "start", f"not lie on the singularity{place}", start)
+
+
+def _ending(loop: StandoffLoop, end: float) -> tuple[str, float]:
+    """Why a solution stopped early: at a singularity, or by growing without bound."""
+    places = singularities(loop)
+    if places and abs(loop.inertia(end)) < 1e-3:
+        return SINGULAR, places[0]
+    return DIVERGED, math.copysign(math.inf, end)

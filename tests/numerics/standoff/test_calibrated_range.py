@@ -1,0 +1,30 @@
+"""Outside its calibration an estimate that holds its error makes other equilibria."""
+
+import numpy as np
+import pytest
+
+from sightfield.systems.numerics.standoff.calibrated_range import held_equilibria, held_error
+from sightfield.systems.numerics.standoff.loop import StandoffLoop
+
+
+def test_the_thesis_loop_rests_outside_its_calibration():
+    near, middle, far = held_equilibria(StandoffLoop())
+    # With the error of 15 inches held, the bias all but vanishes.
+    assert near.y == pytest.approx(0.2016772, abs=1e-6)
+    assert (near.stable, near.calibrated) == (True, False)
+    assert middle.y == pytest.approx(1.4360983, abs=1e-6)
+    assert (middle.stable, middle.calibrated) == (False, True)
+    # A pursuer that lost its way settles here, and takes it for 0.2 m.
+    assert far.y == pytest.approx(1.6456405, abs=1e-6)
+    assert (far.stable, far.calibrated) == (True, False)
+
+
+@pytest.mark.parametrize("reference", [-0.5, 0.2, 0.45, 0.58])
+def test_held_equilibria_are_all_sign_changes_of_the_held_miss(reference):
+    loop = StandoffLoop(reference=reference)
+    y = np.linspace(-3, 3, 600_001)
+    miss = held_error(loop, y) - y + reference
+    change = np.flatnonzero(np.diff(np.sign(miss)))
+    found = held_equilibria(loop)
+    np.testing.assert_allclose([each.y for each in found], y[change], atol=2e-5)
+    assert [each.stable for each in found] == [miss[k] > 0 for k in change]
