@@ -19,9 +19,15 @@ from sightfield.systems.numerics.vision.omni_optics import OmniCamera
 from sightfield.systems.numerics.vision.sensor import Sensor
 from sightfield.systems.numerics.vision.shells import shell_of
 from sightfield.systems.numerics.vision.surroundings import Surroundings
+from sightfield.systems.numerics.standoff.error_model import THESIS_ERROR
+from sightfield.systems.numerics.standoff.loop import StandoffLoop
+from sightfield.systems.numerics.standoff.sampled_pid import SampledPid
 from sightfield.systems.planning.path_follower import PathFollower
 from sightfield.systems.planning.tractor_trailer import TractorTrailer
 from sightfield.systems.planning.value_function_feedback import ValueFunctionFeedback
+from sightfield.systems.standoff.closed_loop import StandoffClosedLoop
+from sightfield.systems.standoff.range_estimator import BiasedRangeEstimator
+from sightfield.systems.standoff.standoff_pid import StandoffPid
 from sightfield.systems.tracking.adversarial_evaders import AdversarialEvaders
 from sightfield.systems.tracking.agent_team import AgentTeam
 from sightfield.systems.tracking.assignment import Assignment
@@ -58,6 +64,7 @@ def system_examples() -> dict[str, Callable[[], LeafSystem]]:
         "AdversarialEvaders": lambda: AdversarialEvaders(world, **teams, **speeds),
         "AgentTeam": lambda: AgentTeam([[0, 0], [1, 1]], top_speed=0.3),
         "Assignment": lambda: Assignment(world, **teams),
+        "BiasedRangeEstimator": lambda: BiasedRangeEstimator(THESIS_ERROR),
         "DifferentialDriveTeam": lambda: DifferentialDriveTeam(np.zeros((2, 3)), **limits),
         "HeadingController": lambda: HeadingController(2),
         "LineOfSight": lambda: LineOfSight(world, **teams),
@@ -74,6 +81,8 @@ def system_examples() -> dict[str, Callable[[], LeafSystem]]:
         "PursuitFieldController": lambda: PursuitFieldController(world, **teams, **speeds),
         "RandomWalkEvaders": lambda: RandomWalkEvaders(3, top_speed=0.3),
         "SightLossMonitor": lambda: SightLossMonitor(world, **teams, period=0.1),
+        "StandoffClosedLoop": lambda: StandoffClosedLoop(StandoffLoop(), 0.1),
+        "StandoffPid": lambda: StandoffPid(StandoffLoop(), SampledPid()),
         "TractorTrailer": lambda: TractorTrailer(Trailer()),
         "TrackingScene": lambda: TrackingScene(
             world,

@@ -1,0 +1,1 @@
+"""LeafSystems that keep a distance by a biased estimate: estimator, controller, closed loop."""
