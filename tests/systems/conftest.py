@@ -15,13 +15,13 @@ from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import Grid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
+from sightfield.systems.numerics.standoff.error_model import THESIS_ERROR
+from sightfield.systems.numerics.standoff.loop import StandoffLoop
+from sightfield.systems.numerics.standoff.sampled_pid import SampledPid
 from sightfield.systems.numerics.vision.omni_optics import OmniCamera
 from sightfield.systems.numerics.vision.sensor import Sensor
 from sightfield.systems.numerics.vision.shells import shell_of
 from sightfield.systems.numerics.vision.surroundings import Surroundings
-from sightfield.systems.numerics.standoff.error_model import THESIS_ERROR
-from sightfield.systems.numerics.standoff.loop import StandoffLoop
-from sightfield.systems.numerics.standoff.sampled_pid import SampledPid
 from sightfield.systems.planning.path_follower import PathFollower
 from sightfield.systems.planning.tractor_trailer import TractorTrailer
 from sightfield.systems.planning.value_function_feedback import ValueFunctionFeedback
@@ -34,6 +34,7 @@ from sightfield.systems.tracking.assignment import Assignment
 from sightfield.systems.tracking.differential_drive_team import DifferentialDriveTeam
 from sightfield.systems.tracking.heading_controller import HeadingController
 from sightfield.systems.tracking.line_of_sight import LineOfSight
+from sightfield.systems.tracking.modified_field import ModifiedField
 from sightfield.systems.tracking.pursuit_field_controller import PursuitFieldController
 from sightfield.systems.tracking.random_walk_evaders import RandomWalkEvaders
 from sightfield.systems.tracking.sight_loss_monitor import SightLossMonitor
@@ -69,6 +70,7 @@ def system_examples() -> dict[str, Callable[[], LeafSystem]]:
         "HeadingController": lambda: HeadingController(2),
         "LineOfSight": lambda: LineOfSight(world, **teams),
         "MeshcatVelocity": lambda: MeshcatVelocity(page(), 0.3),
+        "ModifiedField": lambda: ModifiedField(**teams, weight=0.5, top_speed=0.3),
         "OmniCameraSensor": lambda: OmniCameraSensor(
             OmniCamera(width=64, height=48, focal_length=86.0),
             Sensor(),
