@@ -43,6 +43,7 @@ from sightfield.systems.tracking.wall_sliding import WallSliding
 from sightfield.systems.tracking.wall_stop import WallStop
 from sightfield.systems.tracking.waypoint_evaders import WaypointEvaders
 from sightfield.systems.vision.omni_camera import OmniCameraSensor
+from sightfield.systems.vision.shared_estimate import SharedEstimate
 
 
 @pytest.fixture(scope="session")
@@ -82,6 +83,9 @@ def system_examples() -> dict[str, Callable[[], LeafSystem]]:
         ),
         "PursuitFieldController": lambda: PursuitFieldController(world, **teams, **speeds),
         "RandomWalkEvaders": lambda: RandomWalkEvaders(3, top_speed=0.3),
+        "SharedEstimate": lambda: SharedEstimate(
+            [world], cameras=2, evaders=3, speed=0.1, period=0.1
+        ),
         "SightLossMonitor": lambda: SightLossMonitor(world, **teams, period=0.1),
         "StandoffClosedLoop": lambda: StandoffClosedLoop(StandoffLoop(), 0.1),
         "StandoffPid": lambda: StandoffPid(StandoffLoop(), SampledPid()),
