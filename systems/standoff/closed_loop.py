@@ -67,8 +67,7 @@ def StandoffClosedLoop_(T):
                 require(start_rate is None, "start_rate", "be left out for P and PD", start_rate)
             self.loop = loop
             self.initial = tuple(float(value) for value in initial)
-            size = len(initial)
-            state = self.DeclareContinuousState(BasicVector_[T](list(self.initial)), size, 0, 0)
+            state = self.DeclareContinuousState(BasicVector_[T](list(self.initial)))
             self.DeclareStateOutputPort("state", state)
 
         def _construct_copy(self, other, converter=None):

@@ -2,11 +2,12 @@
 
 With eps the estimated minus the wanted distance, at every sample
 
-    d = (eps - w) / tau,   u = feed_forward + K_P eps + K_I z + K_D d,   v = u within the limit,
-    w += (1 - exp(-h / tau)) (eps - w),   z += h (eps + (v - u) / K_P)
+    d = (1 - exp(-h / tau)) (eps - w) / h,   u = feed_forward + K_P eps + K_I z + K_D d,
+    v = u within the limit,   w += h d,   z += h (eps + (v - u) / K_P)
 
-with z the integral, w the filtered miss, h the sample time, tau the filter's time constant, and v
-the command. At the limit the integral moves to where it alone gives the limit, so that it does not
+with z the integral, w the filtered miss, d its rate, h the sample time, tau the filter's time
+constant, and v the command. The rate is exactly that of w, so that no derivative is lost or gained
+between samples: d = (eps - w) / tau would be too strong by half of h / tau. At the limit the integral moves to where it alone gives the limit, so that it does not
 wind up. The filter starts at the first miss, so that switching on gives no kick.
 
 Source: Zhang 2014, 2.2.6, which has the ideal law; filter and anti-windup by back-calculation are
@@ -66,7 +67,7 @@ def pid_step(state, estimate, feed_forward, loop: StandoffLoop, sampled: Sampled
     integral, filtered, started = state
     miss = estimate - loop.reference
     filtered = filtered + (1 - started) * (miss - filtered)
-    derivative = (miss - filtered) / sampled.filter_time
+    derivative = sampled.blend * (miss - filtered) / sampled.period
     wanted = (
         feed_forward
         + loop.kp * miss
@@ -75,5 +76,5 @@ def pid_step(state, estimate, feed_forward, loop: StandoffLoop, sampled: Sampled
     )
     command = wanted if math.isinf(sampled.limit) else clip_symmetric(wanted, sampled.limit)
     integral = integral + sampled.period * (miss + (command - wanted) / loop.kp)
-    filtered = filtered + sampled.blend * (miss - filtered)
+    filtered = filtered + sampled.period * derivative
     return (integral, filtered, 1.0 + 0.0 * miss), command
