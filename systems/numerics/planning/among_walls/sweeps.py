@@ -9,7 +9,7 @@ half of its weight: that puts the edge of what is in reach between the nodes, to
 import numpy as np
 
 from ...compiled import compiled, kernel
-from ..value_function.sweeps import FAR, LIMIT, between
+from ..value_function.sweeps import FAR, LIMIT, between, blend, blend_four
 
 # Weight of the reachable nodes from which on they stand for their cell.
 MAJORITY = np.float32(0.5)
@@ -25,19 +25,6 @@ def _blend_known(a, b, part, values, known):
         one, two = a[i] < LIMIT, b[i] < LIMIT
         values[i] = (rest * a[i] if one else ZERO) + (part * b[i] if two else ZERO)
         known[i] = (rest if one else ZERO) + (part if two else ZERO)
-
-
-@kernel
-def _blend(a, b, part, out):
-    rest = ONE - part
-    for i in range(len(out)):
-        out[i] = rest * a[i] + part * b[i]
-
-
-@kernel
-def _blend_four(a, b, c, d, part, out):
-    for i in range(len(out)):
-        out[i] = between(a[i], b[i], c[i], d[i], part)
 
 
 @kernel
@@ -94,16 +81,16 @@ def sweep_walled_row(table, t, cubic, shut, durations, turns, xc, xp, yc, yp, bc
             foot = margin + yc[c, t] * width + xc[c, t]
             bit = np.uint32(1) << np.uint32(c)
             _blend_known(p1, p2, bp[c, b], values[margin:end], known[margin:end])
-            _blend(values[foot:], values[foot + width :], yp[c, t], value_line)
-            _blend(known[foot:], known[foot + width :], yp[c, t], known_line)
+            blend(values[foot:], values[foot + width :], yp[c, t], value_line)
+            blend(known[foot:], known[foot + width :], yp[c, t], known_line)
             if not cubic:
                 _take_linear(
                     value_line, known_line, xp[c, t], durations[c], shut[t, b], bit, best[b]
                 )
                 continue
             p0, p3 = source[(k - 1) % beta_count], source[(k + 2) % beta_count]
-            _blend_four(p0, p1, p2, p3, bp[c, b], plane[margin:end])
-            _blend_four(
+            blend_four(p0, p1, p2, p3, bp[c, b], plane[margin:end])
+            blend_four(
                 plane[foot - 1 - width :],
                 plane[foot - 1 :],
                 plane[foot - 1 + width :],

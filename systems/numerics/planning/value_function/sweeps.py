@@ -44,7 +44,7 @@ def between(a, b, c, d, part):
 
 
 @kernel
-def _blend(a, b, part, out):
+def blend(a, b, part, out):
     """out = (1 - part) a + part b."""
     rest = np.float32(1.0) - part
     for i in range(len(out)):
@@ -52,7 +52,8 @@ def _blend(a, b, part, out):
 
 
 @kernel
-def _blend_four(a, b, c, d, part, out):
+def blend_four(a, b, c, d, part, out):
+    """out = what is `between` b and c, all along four lines."""
     for i in range(len(out)):
         out[i] = between(a[i], b[i], c[i], d[i], part)
 
@@ -104,8 +105,8 @@ def sweep_row(table, t, cubic, durations, turns, xc, xp, yc, yp, bc, bp, width, 
             foot = margin + yc[c, t] * width + xc[c, t]
             if cubic:
                 p0, p3 = source[(k - 1) % beta_count], source[(k + 2) % beta_count]
-                _blend_four(p0, p1, p2, p3, bp[c, b], inner)
-                _blend_four(
+                blend_four(p0, p1, p2, p3, bp[c, b], inner)
+                blend_four(
                     plane[foot - 1 - width :],
                     plane[foot - 1 :],
                     plane[foot - 1 + width :],
@@ -115,8 +116,8 @@ def sweep_row(table, t, cubic, durations, turns, xc, xp, yc, yp, bc, bp, width, 
                 )
                 _take_cubic(line, xp[c, t], durations[c], best[b])
             else:
-                _blend(p1, p2, bp[c, b], inner)
-                _blend(plane[foot:], plane[foot + width :], yp[c, t], line[: n + 1])
+                blend(p1, p2, bp[c, b], inner)
+                blend(plane[foot:], plane[foot + width :], yp[c, t], line[: n + 1])
                 _take_linear(line, xp[c, t], durations[c], best[b])
 
 
