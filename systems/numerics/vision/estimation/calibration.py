@@ -1,0 +1,194 @@
+"""The calibration of 2.2.4.2: k and h, the error curves of both models, and the parabola of (2.8).
+
+The thesis measures h and computes k. Here the exact optics are fitted to the same readings first,
+which gives h as well (the height of the mirror), the focal length, and the mirror's axis in the
+picture; only the mirror's radius and its distance from the pinhole are taken as known.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from ...errors import require, require_finite, require_non_negative, require_positive
+from ..omni_optics import OmniCamera, bearing_of
+from .range_models import (
+    MODELS,
+    exact_pixel_radius,
+    exact_range,
+    fit_parabola,
+    k_values,
+    thesis_range,
+)
+from .readings import ErrorCurve, Readings, error_curve
+
+# Residuals beyond this many pixels pull less: a picture with a wrong label must not bend all.
+_ROBUST = 0.5
+# Directions on more than half the circle tell where the mirror's axis is.
+_WIDEST_GAP = np.pi
+
+
+@dataclass(frozen=True, kw_only=True)
+class Calibration:
+    """What an estimator has to know of a camera and of the shells it looks for.
+
+    Attributes:
+        camera: Its optics, as fitted.
+        base: Height of the shells' bottom edges above the floor [m].
+        shell_radius: Of the shells [m].
+        shell_top: Height of the shells' top edges above the floor [m].
+        height: h of (2.4), of the mirror's focus above the bottom edges [m].
+        k: Of (2.4), the mean over the distances [px/rad].
+        k_spread: Standard deviation of k over the distances [px/rad].
+        parabola: a [1/m], b [-], c [m] of (2.8), the error of the thesis's model.
+        readings: What it was made from.
+    """
+
+    camera: OmniCamera
+    base: float
+    shell_radius: float
+    shell_top: float
+    height: float
+    k: float
+    k_spread: float
+    parabola: tuple[float, float, float]
+    readings: Readings
+
+    def __post_init__(self) -> None:
+        require_non_negative("base", self.base)
+        for name in ("shell_radius", "height", "k"):
+            require_positive(name, getattr(self, name))
+        require_non_negative("k_spread", self.k_spread)
+        require_finite("shell_top", self.shell_top)
+        require(self.shell_top > self.base, "shell_top", "be above the base", self.shell_top)
+        require(len(self.parabola) == 3, "parabola", "be a, b and c", self.parabola)
+        for value in self.parabola:
+            require_finite("parabola", value)
+        # The curves are read between pixel radii, which must rise with the distance.
+        rising = bool(np.all(np.diff(self.curves["exact"].pixel_radius) > 0))
+        require(rising, "readings", "show farther shells farther out", "others")
+
+    def range_of(self, model: str, pixel_radius: np.ndarray | float) -> np.ndarray:
+        """Distances by a model of MODELS, any shape [px] -> same shape [m]."""
+        if model == "thesis":
+            return thesis_range(pixel_radius, k=self.k, height=self.height)
+        return exact_range(pixel_radius, camera=self.camera, base=self.base)
+
+    @cached_property
+    def pixel_radius(self) -> np.ndarray:
+        """Pixel radius of each reading about the fitted axis, shape (n,) [px]."""
+        return _radius(self.camera, self.readings)
+
+    @cached_property
+    def curves(self) -> Mapping[str, ErrorCurve]:
+        """The error curve of each model on the readings."""
+        radius = self.pixel_radius
+        return {
+            model: error_curve(self.readings, radius, self.range_of(model, radius))
+            for model in MODELS
+        }
+
+    @cached_property
+    def bearing_error(self) -> np.ndarray:
+        """Measured less true bearing of each reading, shape (n,) [rad]."""
+        turn = bearing_of(self.camera, self.readings.pixels) - self.readings.bearing
+        return (turn + np.pi) % (2 * np.pi) - np.pi
+
+    @property
+    def bearing_rms(self) -> float:
+        """Root mean square of the bearing's error [rad]."""
+        return float(np.sqrt(np.mean(self.bearing_error**2)))
+
+
+def calibrate(
+    readings: Readings,
+    *,
+    camera: OmniCamera,
+    base: float,
+    shell_radius: float,
+    shell_top: float,
+    height: float | None = None,
+) -> Calibration:
+    """Calibrate both models on the same readings.
+
+    Args:
+        readings: From pictures of shells at known places.
+        camera: The optics as measured with a ruler; the fit starts there.
+        base: Height of the shells' bottom edges above the floor [m].
+        shell_radius: Of the shells [m].
+        shell_top: Height of their top edges above the floor [m].
+        height: h, if it was measured; None: of the fitted optics, by F = D / 4 [m].
+
+    Raises:
+        InvalidInput: A number is out of range, or the readings fit no such mirror.
+    """
+    fitted = fit_optics(readings, camera, base)
+    if height is None:
+        height = fitted.focus_height - base
+    require_positive("height", height)
+    radius = _radius(fitted, readings)
+    values = k_values(readings.means(radius), readings.distances, height=height)
+    k = float(values.mean())
+    estimate = readings.means(thesis_range(radius, k=k, height=height))
+    require(bool(np.isfinite(estimate).all()), "height", "put all shells below the horizon", height)
+    return Calibration(
+        camera=fitted,
+        base=base,
+        shell_radius=shell_radius,
+        shell_top=shell_top,
+        height=float(height),
+        k=k,
+        k_spread=float(values.std(ddof=1)),
+        parabola=fit_parabola(readings.distances, estimate),
+        readings=readings,
+    )
+
+
+def fit_optics(readings: Readings, camera: OmniCamera, base: float) -> OmniCamera:
+    """Fit height, focal length and, if the directions tell it, the axis's pixel.
+
+    Least squares of the pixel radii, robust against single wrong labels.
+
+    Raises:
+        InvalidInput: The readings fit no mirror of this size.
+    """
+    turns = np.sort(np.unique(readings.bearing % (2 * np.pi)))
+    gaps = np.diff(np.append(turns, turns[0] + 2 * np.pi))
+    size = 4 if len(turns) >= 3 and gaps.max() < _WIDEST_GAP else 2
+    distances, where = np.unique(readings.distance, return_inverse=True)
+    low = base - camera.mirror_distance + 1e-3
+
+    def fitted(values: np.ndarray) -> OmniCamera:
+        height, log_focal, *axis = values.tolist()
+        return replace(
+            camera,
+            pinhole_height=height,
+            focal_length=camera.focal_length * float(np.exp(log_focal)),
+            centre=tuple(axis or camera.axis_pixel.tolist()),
+        )
+
+    def residuals(values: np.ndarray) -> np.ndarray:
+        guess = fitted(values)
+        return exact_pixel_radius(distances, camera=guess, base=base)[where] - _radius(
+            guess, readings
+        )
+
+    start = np.array([camera.pinhole_height, 0.0, *camera.axis_pixel])[:size]
+    bounds = np.array([(max(low, 1e-3), 5.0), (-2.0, 2.0), (-np.inf, np.inf), (-np.inf, np.inf)])
+    found = least_squares(
+        residuals,
+        np.clip(start, bounds[:size, 0] + 1e-6, bounds[:size, 1] - 1e-6),
+        bounds=(bounds[:size, 0], bounds[:size, 1]),
+        x_scale=np.array([0.1, 0.1, 1.0, 1.0])[:size],
+        loss="soft_l1",
+        f_scale=_ROBUST,
+    )
+    off = float(np.median(np.abs(residuals(found.x))))
+    require(off < 3, "readings", "fit the mirror to 3 pixels", f"{off:.1f} pixels")
+    return fitted(found.x)
+
+
+def _radius(camera: OmniCamera, readings: Readings) -> np.ndarray:
+    return np.linalg.norm(readings.pixels - camera.axis_pixel, axis=1)

@@ -1,0 +1,40 @@
+"""What came of looking for a shell: an estimate, a doubtful one, or none and why."""
+
+from enum import IntEnum
+
+
+class Outcome(IntEnum):
+    """What came of looking for one colour of shell in one picture.
+
+    The first three come with an estimate, the others with none.
+    """
+
+    SEEN = 0
+    # Narrower than a shell at its range: something hides a side of it.
+    PARTLY_HIDDEN = 1
+    # A little outside the calibrated range: the estimate is an extrapolation.
+    OUTSIDE_CALIBRATION = 2
+    # An empty picture: the camera dropped the frame.
+    NO_PICTURE = 3
+    NO_BLOB = 4
+    TWO_BLOBS = 5
+    # The blob reaches the border of the picture.
+    CUT_OFF = 6
+    # No shell has that outline: it surrounds the mirror's axis, or has no clear inner edge.
+    NO_SHELL_SHAPE = 7
+    # Wider than a shell at its range: its base is hidden and it is nearer, or it is two shells.
+    TOO_WIDE = 8
+    # So narrow that there is no telling where its middle is.
+    MOSTLY_HIDDEN = 9
+    # Far outside the calibrated range, or above the model's horizon.
+    OUT_OF_RANGE = 10
+
+    @property
+    def has_estimate(self) -> bool:
+        """Whether an estimate comes with it."""
+        return self <= Outcome.OUTSIDE_CALIBRATION
+
+    @property
+    def words(self) -> str:
+        """For people: as "two blobs"."""
+        return self.name.lower().replace("_", " ")

@@ -1,0 +1,181 @@
+"""The procedure of 2.2.4.2 finds the optics that took the pictures."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.vision.estimation.calibration import calibrate
+from sightfield.systems.numerics.vision.estimation.labelled_pictures import (
+    LabelledPicture,
+    read_pictures,
+    simulated_pictures,
+)
+from sightfield.systems.numerics.vision.estimation.range_models import implied_k
+from sightfield.systems.numerics.vision.estimation.readings import THESIS_DISTANCES, Readings
+from sightfield.systems.numerics.vision.estimation.shell_colours import COLOURS
+from sightfield.systems.numerics.vision.omni_optics import OmniCamera
+from sightfield.systems.numerics.vision.sensor import Sensor
+from sightfield.systems.numerics.vision.shells import Shell
+
+DISTANCES = np.array(THESIS_DISTANCES)
+
+
+def test_the_distances_are_the_thesis_s():
+    assert pytest.approx(np.arange(15, 61, 5) * 0.0254) == DISTANCES
+
+
+def test_pictures_give_the_k_and_h_that_the_optics_imply(camera, calibration, shell_sizes):
+    # The optics imply h by F = D / 4, and k by the exact path of each ray.
+    base = shell_sizes["base"]
+    implied = implied_k(camera, base, DISTANCES)
+    assert calibration.height == pytest.approx(camera.focus_height - base, abs=2e-3)
+    assert calibration.k == pytest.approx(implied.mean(), rel=2e-3)
+    assert calibration.k_spread == pytest.approx(implied.std(ddof=1), rel=0.05)
+    assert calibration.camera.focal_length == pytest.approx(camera.focal_length, rel=3e-3)
+    assert calibration.camera.axis_pixel == pytest.approx(camera.axis_pixel, abs=0.15)
+
+
+def test_the_exact_model_errs_at_least_five_times_less(calibration):
+    thesis, exact = calibration.curves["thesis"], calibration.curves["exact"]
+    assert 5 * exact.mean_absolute_error < thesis.mean_absolute_error
+    assert 5 * exact.rms.mean() < thesis.rms.mean()
+
+
+def test_the_thesis_model_errs_most_far_away_as_in_figure_2_11(calibration):
+    error = calibration.curves["thesis"].mean_error
+    assert error[-1] > 0.1
+    assert np.argmax(np.abs(error)) == len(error) - 1
+    a, b, c = calibration.parabola
+    assert a > 0
+    assert a * DISTANCES**2 + b * DISTANCES + c == pytest.approx(error, abs=0.02)
+
+
+def test_the_spread_over_the_directions_grows_with_the_distance(calibration):
+    spread = calibration.curves["exact"].spread
+    assert spread[:3].mean() < spread[-3:].mean() < 0.03
+
+
+@pytest.mark.parametrize("directions", [1, 8])
+@pytest.mark.parametrize(("focal", "lift"), [(1.1, 0.03), (0.9, -0.05)])
+def test_ideal_readings_give_the_optics_from_a_wrong_start(
+    camera, ideal_readings, shell_sizes, directions, focal, lift
+):
+    start = replace(
+        camera,
+        focal_length=focal * camera.focal_length,
+        pinhole_height=camera.pinhole_height + lift,
+    )
+    found = calibrate(ideal_readings(directions=directions), camera=start, **shell_sizes)
+    assert found.height == pytest.approx(camera.focus_height - shell_sizes["base"], abs=1e-6)
+    assert found.camera.focal_length == pytest.approx(camera.focal_length, rel=1e-6)
+    assert found.curves["exact"].rms == pytest.approx(np.zeros(10), abs=1e-6)
+    assert found.k == pytest.approx(implied_k(camera, shell_sizes["base"], DISTANCES).mean())
+
+
+def test_an_axis_beside_the_middle_of_the_picture_is_found(camera, ideal_readings, shell_sizes):
+    optics = replace(camera, centre=(325.0, 236.0))
+    found = calibrate(ideal_readings(optics=optics), camera=camera, **shell_sizes)
+    assert found.camera.axis_pixel == pytest.approx([325, 236], abs=1e-4)
+    assert found.bearing_rms < 1e-4
+
+
+def test_one_wrong_label_does_not_bend_the_fit(camera, ideal_readings, shell_sizes):
+    readings = ideal_readings()
+    distance = readings.distance.copy()
+    distance[5] = THESIS_DISTANCES[1]
+    wrong = replace(readings, distance=distance)
+    found = calibrate(wrong, camera=camera, **shell_sizes)
+    assert found.height == pytest.approx(camera.focus_height - shell_sizes["base"], abs=3e-3)
+
+
+def test_a_label_so_wrong_that_farther_shells_are_farther_in_is_refused(
+    camera, ideal_readings, shell_sizes
+):
+    readings = ideal_readings()
+    distance = readings.distance.copy()
+    distance[5] = THESIS_DISTANCES[-1]
+    with pytest.raises(InvalidInput, match="`readings` must show farther shells farther out"):
+        calibrate(replace(readings, distance=distance), camera=camera, **shell_sizes)
+
+
+def test_a_measured_height_is_kept(camera, ideal_readings, shell_sizes):
+    found = calibrate(ideal_readings(), camera=camera, height=0.3, **shell_sizes)
+    assert found.height == 0.3
+    assert found.k == pytest.approx(
+        np.mean(found.curves["thesis"].pixel_radius / np.arctan(DISTANCES / 0.3))
+    )
+
+
+def test_pictures_without_a_shell_are_skipped_and_named(camera):
+    shell = Shell()
+    pictures = list(
+        simulated_pictures(camera, Sensor(), shell, distances=[0.4, 0.6, 0.8, 1.0], directions=1)
+    )
+    away = next(
+        simulated_pictures(
+            camera, Sensor(), Shell(colour=(30, 165, 60)), distances=[0.9], directions=1
+        )
+    )
+    readings, skipped = read_pictures([*pictures, away], camera, COLOURS["red"])
+    assert len(readings.distance) == 4
+    assert skipped == [f"{away.name}: no blob"]
+    with pytest.raises(InvalidInput, match=r"`pictures` must show blue shells; got .*: no blob"):
+        read_pictures(pictures, camera, COLOURS["blue"])
+
+
+@pytest.mark.parametrize(
+    ("picture", "message"),
+    [
+        (np.zeros((480, 640, 3), np.uint8), r"`a.png` must show something; got one colour"),
+        (np.zeros((10, 20, 3), np.uint8), "`a.png` must be 640 x 480 pixels; got 20 x 10"),
+    ],
+)
+def test_nonsense_pictures_are_named(camera, picture, message):
+    with pytest.raises(InvalidInput, match=message):
+        read_pictures([LabelledPicture("a.png", 0.5, 0.0, picture)], camera, COLOURS["red"])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"distance": np.full(80, 0.5)}, "`readings` must hold at least 4 different distances"),
+        ({"distance": np.full(80, np.nan)}, "`readings.distance` must be finite"),
+        ({"distance": np.linspace(-1, 1, 80)}, "`readings.distance` must be positive"),
+        ({"bearing": np.zeros(3)}, "`readings` must hold a distance, a bearing and a pixel"),
+    ],
+)
+def test_readings_that_make_no_sense_are_refused(ideal_readings, change, message):
+    with pytest.raises(InvalidInput, match=message):
+        replace(ideal_readings(), **change)
+
+
+def test_readings_of_no_such_mirror_are_refused(camera, ideal_readings, shell_sizes):
+    readings = ideal_readings()
+    mirrored = Readings(
+        distance=readings.distance[::-1].copy(), bearing=readings.bearing, pixels=readings.pixels
+    )
+    with pytest.raises(InvalidInput, match="`readings` must fit the mirror to 3 pixels"):
+        calibrate(mirrored, camera=camera, **shell_sizes)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"base": -0.1}, "`base`"),
+        ({"shell_radius": 0.0}, "`shell_radius` must be positive"),
+        ({"shell_top": 0.01}, "`shell_top` must be above the base"),
+        ({"height": -1.0}, "`height` must be positive"),
+    ],
+)
+def test_sizes_out_of_range_are_refused(camera, ideal_readings, shell_sizes, change, message):
+    with pytest.raises(InvalidInput, match=message):
+        calibrate(ideal_readings(), camera=camera, **(shell_sizes | change))
+
+
+def test_a_camera_of_another_kind_is_calibrated_as_well(ideal_readings, shell_sizes):
+    optics = OmniCamera(mirror_radius=0.04, mirror_distance=0.1, focal_length=700.0)
+    found = calibrate(ideal_readings(optics=optics), camera=optics, **shell_sizes)
+    implied = implied_k(optics, shell_sizes["base"], DISTANCES)
+    assert found.k == pytest.approx(implied.mean(), rel=1e-6)

@@ -1,0 +1,142 @@
+"""Picture files are read whole or refused, and folders say where their shells stood."""
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+
+from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.vision.estimation.labelled_pictures import LabelledPicture
+from sightfield.systems.numerics.vision.estimation.picture_folders import (
+    load_pictures,
+    read_labels,
+    save_pictures,
+)
+from sightfield.systems.numerics.vision.estimation.pictures import load_picture, save_picture
+
+
+@pytest.fixture
+def picture():
+    """Colourful noise, smooth enough for JPEG."""
+    noise = np.random.default_rng(0).integers(0, 255, (6, 8, 3), np.uint8)
+    return cv2.resize(noise, (80, 60), interpolation=cv2.INTER_LINEAR)
+
+
+def test_a_png_comes_back_as_it_was(tmp_path, picture):
+    save_picture(tmp_path / "a.png", picture)
+    assert np.array_equal(load_picture(tmp_path / "a.png"), picture)
+
+
+def test_alpha_is_left_out(tmp_path, picture):
+    alpha = np.dstack([picture[:, :, ::-1], np.full((60, 80), 9, np.uint8)])
+    cv2.imwrite(str(tmp_path / "a.png"), alpha)
+    assert np.array_equal(load_picture(tmp_path / "a.png"), picture)
+
+
+def test_a_jpeg_keeps_red_red(tmp_path, picture):
+    cv2.imwrite(str(tmp_path / "a.jpg"), picture[:, :, ::-1])
+    assert np.abs(load_picture(tmp_path / "a.jpg").astype(int) - picture).mean() < 5
+
+
+@pytest.mark.parametrize("suffix", ["png", "jpg"])
+@pytest.mark.parametrize("share", [0.0, 0.02, 0.3, 0.7, 0.99])
+def test_a_file_cut_short_is_refused(tmp_path, picture, suffix, share):
+    path = tmp_path / f"a.{suffix}"
+    cv2.imwrite(str(path), picture)
+    path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
+    with pytest.raises(InvalidInput, match=rf"`picture` must be a whole .*; got .*a\.{suffix}"):
+        load_picture(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "pixels", "message"),
+    [
+        ("deep.png", np.zeros((4, 5, 3), np.uint16), "`picture` must hold 8-bit .*; got uint16"),
+        ("grey.png", np.zeros((4, 5), np.uint8), "`picture` must have colours; got .*grey.png"),
+    ],
+)
+def test_other_depths_are_refused(tmp_path, name, pixels, message):
+    cv2.imwrite(str(tmp_path / name), pixels)
+    with pytest.raises(InvalidInput, match=message):
+        load_picture(tmp_path / name)
+
+
+def test_what_is_no_picture_file_is_refused(tmp_path):
+    (tmp_path / "a.txt").write_text("hello")
+    (tmp_path / "a.png").write_bytes(b"\x89PNG IDAT junk IEND")
+    for name, message in (
+        ("a.txt", "must end in"),
+        ("a.png", "must decode"),
+        ("b.png", "must be readable"),
+    ):
+        with pytest.raises(InvalidInput, match=message):
+            load_picture(tmp_path / name)
+
+
+def test_names_say_the_place(tmp_path, picture):
+    names = {
+        "15in_90deg.png": (0.381, math.pi / 2),
+        "red_0.5m_-1.5rad.png": (0.5, -1.5),
+        "640mm_270deg_again.png": (0.64, -math.pi / 2),
+        "60cm_+45deg.png": (0.6, math.pi / 4),
+    }
+    for name in names:
+        save_picture(tmp_path / name, picture)
+    (tmp_path / "notes.txt").write_text("windy")
+    found = {label.file.name: (label.distance, label.bearing) for label in read_labels(tmp_path)}
+    assert found.keys() == names.keys()
+    for name, place in names.items():
+        assert found[name] == pytest.approx(place)
+
+
+def test_a_table_says_the_place(tmp_path, picture):
+    for name in ("a.png", "b.png"):
+        save_picture(tmp_path / name, picture)
+    table = "file, distance_in, bearing_deg\na.png, 20, 180\nb.png, 30, -90\n"
+    (tmp_path / "shells.csv").write_text(table)
+    a, b = load_pictures(read_labels(tmp_path))
+    assert (a.name, a.distance, a.bearing) == ("a.png", pytest.approx(0.508), math.pi)
+    assert (b.name, b.distance, b.bearing) == ("b.png", pytest.approx(0.762), -math.pi / 2)
+    assert np.array_equal(a.picture, picture)
+
+
+def test_saved_pictures_come_back(tmp_path, picture):
+    saved = [LabelledPicture("a.png", 0.1 + 0.2, -1.0, picture)]
+    assert save_pictures(tmp_path, saved) == 1
+    (again,) = load_pictures(read_labels(tmp_path))
+    assert again[:3] == saved[0][:3]
+    assert np.array_equal(again.picture, picture)
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("name,distance_m,bearing_rad\n", "`shells.csv` must have a column file; got name"),
+        ("file,distance_m\n", "`shells.csv` must have one column of bearing_rad, bearing_deg"),
+        ("file,distance_m,distance_in,bearing_rad\n", "must have one column of distance_m"),
+        ("file,distance_m,bearing_rad\n", "`pictures` must hold .* files; got none in"),
+        ("file,distance_m,bearing_rad\nb.png,1,0\n", "line 2` must name a file in the folder"),
+        ("file,distance_m,bearing_rad\na.png,far,0\n", "line 2` must hold numbers; got far"),
+        ("file,distance_m,bearing_rad\na.png,1\n", "line 2` must hold numbers; got None"),
+        ("file,distance_m,bearing_rad\na.png,-1,0\n", "line 2` must have a positive distance"),
+        ("file,distance_m,bearing_rad\na.png,1,nan\n", "line 2` must have a finite bearing"),
+        ("", "`shells.csv` must have a column file; got"),
+    ],
+)
+def test_a_table_that_makes_no_sense_is_refused(tmp_path, picture, table, message):
+    save_picture(tmp_path / "a.png", picture)
+    (tmp_path / "shells.csv").write_text(table)
+    with pytest.raises(InvalidInput, match=message):
+        read_labels(tmp_path)
+
+
+def test_a_name_without_a_place_is_refused(tmp_path, picture):
+    save_picture(tmp_path / "holiday.png", picture)
+    with pytest.raises(InvalidInput, match=r"a table shells.csv; got holiday.png"):
+        read_labels(tmp_path)
+
+
+def test_no_folder_is_refused(tmp_path):
+    with pytest.raises(InvalidInput, match="`pictures` must be a folder"):
+        read_labels(tmp_path / "nowhere")
