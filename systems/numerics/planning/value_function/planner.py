@@ -17,7 +17,7 @@ from ..trailer import Trailer
 from .descents import descents
 from .grid import THESIS_STEP, Grid
 from .rollout import STEPS_PER_ANGLE, is_late, roll_out
-from .solve import POLISH, Progress, solve_value_function, widened
+from .solve import Progress, solve_value_function, widened
 from .value_function import ValueFunction
 
 # Room for loops around the start and the goal, in turning radii.
@@ -30,7 +30,7 @@ def plan_by_value_function(
     goal: Goal,
     *,
     step: float = THESIS_STEP,
-    polish: int = POLISH,
+    polish: int | None = None,
     value: ValueFunction | None = None,
     progress: Progress | None = None,
     obstacles: World | None = None,
@@ -49,7 +49,7 @@ def plan_by_value_function(
         goal: The box. With a table that was solved for a goal elsewhere, the box turns with the
             goal's heading.
         step: Distance of nodes in turning radii: 0.2 is the thesis's grid.
-        polish: Passes with cubic interpolation.
+        polish: See `solve_value_function`.
         value: A table to reuse, of the same cart and for a goal of the same beta and tolerance.
         progress: See `solve_value_function`.
         obstacles: Walls to keep clear of, on a grid over all of that world; see `plan_from_table`

@@ -30,7 +30,7 @@ from .sweeps import FAR, LIMIT, settle_row, sweep_row
 from .value_function import ValueFunction
 from .warm_start import carried_over
 
-# Passes with cubic interpolation.
+# Passes with cubic interpolation, in the open.
 POLISH = 8
 # Passes with linear interpolation, at most, and the change below which they end: alone, and before
 # cubic ones [1 / turn rate].
@@ -46,7 +46,7 @@ def solve_value_function(
     goal: Goal,
     grid: Grid,
     *,
-    polish: int = POLISH,
+    polish: int | None = None,
     progress: Progress | None = None,
     obstacles: World | None = None,
     discs: Discs | None = None,
@@ -58,7 +58,8 @@ def solve_value_function(
         trailer: The cart; forward only or with reverse.
         goal: The box; a tolerance below one cell is widened to it, with a warning.
         grid: Where; leaving it is not allowed.
-        polish: Passes with cubic interpolation; 0: linear only.
+        polish: Passes with cubic interpolation; 0: linear only. By default a few in the open, and
+            none among walls, where cubics take too much from what is beside the way.
         progress: Called after each pass with its number and the largest change [s].
         obstacles: The world in whose free region tractor and trailer stay. Beside walls the nodes
             in reach speak for their cell: times there are good to a cell, and values of states
@@ -70,6 +71,8 @@ def solve_value_function(
     Raises:
         InvalidInput: The goal is off the grid, or an option is out of its range.
     """
+    if polish is None:
+        polish = POLISH if obstacles is None else 0
     require(isinstance(polish, int) and polish >= 0, "polish", "be zero or more", polish)
     started = perf_counter()
     box, warnings = widened(goal, grid)
