@@ -18,7 +18,9 @@ from sightfield.systems.numerics.planning.value_function.solve import solve_valu
 from sightfield.systems.numerics.standoff.error_model import THESIS_ERROR
 from sightfield.systems.numerics.standoff.loop import StandoffLoop
 from sightfield.systems.numerics.standoff.sampled_pid import SampledPid
-from sightfield.systems.numerics.vision.omni_optics import OmniCamera
+from sightfield.systems.numerics.vision.estimation.calibration import Calibration, calibrate
+from sightfield.systems.numerics.vision.estimation.readings import Readings
+from sightfield.systems.numerics.vision.omni_optics import OmniCamera, project
 from sightfield.systems.numerics.vision.sensor import Sensor
 from sightfield.systems.numerics.vision.shells import shell_of
 from sightfield.systems.numerics.vision.surroundings import Surroundings
@@ -43,11 +45,29 @@ from sightfield.systems.tracking.wall_sliding import WallSliding
 from sightfield.systems.tracking.wall_stop import WallStop
 from sightfield.systems.tracking.waypoint_evaders import WaypointEvaders
 from sightfield.systems.vision.omni_camera import OmniCameraSensor
+from sightfield.systems.vision.position_filter import PositionFilter
 from sightfield.systems.vision.shared_estimate import SharedEstimate
+from sightfield.systems.vision.shell_estimator import ShellEstimator
 
 
 @pytest.fixture(scope="session")
-def system_examples() -> dict[str, Callable[[], LeafSystem]]:
+def ideal_calibration() -> Calibration:
+    """Of the default camera and shell, on readings without noise."""
+    camera, shell = OmniCamera(), shell_of("red")
+    distance, bearing = np.linspace(0.3, 1.6, 8), np.linspace(-3, 3, 8)
+    at = np.column_stack([np.cos(bearing), np.sin(bearing)]) * distance[:, None]
+    pixels, _ = project(camera, np.column_stack([at, np.full(8, shell.base)]))
+    return calibrate(
+        Readings(distance=distance, bearing=bearing, pixels=pixels),
+        camera=camera,
+        base=shell.base,
+        shell_radius=shell.radius,
+        shell_top=shell.top,
+    )
+
+
+@pytest.fixture(scope="session")
+def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
     """How to make a small one of each LeafSystem, by class name (templates without `_`).
 
     Choose sizes that differ from each other (2 pursuers, 3 evaders), so that a test which mixes
@@ -81,11 +101,13 @@ def system_examples() -> dict[str, Callable[[], LeafSystem]]:
         "PathFollower": lambda: PathFollower(
             Trailer(), driven_path(Trailer(), (0, 0, 0, 0), [(1, 0, 1)])
         ),
+        "PositionFilter": lambda: PositionFilter(3),
         "PursuitFieldController": lambda: PursuitFieldController(world, **teams, **speeds),
         "RandomWalkEvaders": lambda: RandomWalkEvaders(3, top_speed=0.3),
         "SharedEstimate": lambda: SharedEstimate(
             [world], cameras=2, evaders=3, speed=0.1, period=0.1
         ),
+        "ShellEstimator": lambda: ShellEstimator(ideal_calibration, ["red", "green"]),
         "SightLossMonitor": lambda: SightLossMonitor(world, **teams, period=0.1),
         "StandoffClosedLoop": lambda: StandoffClosedLoop(StandoffLoop(), 0.1),
         "StandoffPid": lambda: StandoffPid(StandoffLoop(), SampledPid()),
