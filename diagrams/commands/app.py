@@ -8,6 +8,7 @@ import typer
 from ...systems.numerics.errors import SightfieldError
 from .corner import corner
 from .plan import plan_app
+from .standoff import standoff
 from .track import track
 from .world import world
 
@@ -23,6 +24,7 @@ app = typer.Typer(
 app.command()(track)
 app.command()(world)
 app.command()(corner)
+app.command()(standoff)
 app.add_typer(plan_app, name="plan")
 
 

@@ -7,8 +7,9 @@ With eps the estimated minus the wanted distance, at every sample
 
 with z the integral, w the filtered miss, d its rate, h the sample time, tau the filter's time
 constant, and v the command. The rate is exactly that of w, so that no derivative is lost or gained
-between samples: d = (eps - w) / tau would be too strong by half of h / tau. At the limit the integral moves to where it alone gives the limit, so that it does not
-wind up. The filter starts at the first miss, so that switching on gives no kick.
+between samples: d = (eps - w) / tau would be too strong by half of h / tau. At the limit the
+integral moves to where it alone gives the limit, so that it does not wind up. The filter starts at
+the first miss, so that switching on gives no kick.
 
 Source: Zhang 2014, 2.2.6, which has the ideal law; filter and anti-windup by back-calculation are
 textbook (Astrom and Murray, Feedback Systems, 11.4).

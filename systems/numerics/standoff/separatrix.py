@@ -92,6 +92,8 @@ def separatrix(loop: StandoffLoop) -> Separatrix:
         method="DOP853",
         rtol=_TOLERANCE,
         atol=_TOLERANCE,
+        # Finer than the accuracy asks for, so that the points make a smooth line.
+        max_step=0.05,
         events=(emptied, stopped, escaped),
     )
     units = np.array([distance, loop.kp * root * distance / loop.ki])

@@ -1,0 +1,89 @@
+"""A proof of attraction by sums of squares, with Drake's `RegionOfAttraction`.
+
+P and PI are polynomial. PD and PID are rational, with q = 1 - K_D f' below the line. Drake's
+implicit form wants a residual that is a polynomial in state and rates, which a Python system
+cannot give; but q x' = p is implied by x' = p / q, and so is q^2 x' = p q, which is polynomial, has
+the same orbits, and runs them in the same direction on both sides of the singularity q = 0. A
+Lyapunov function of the one is one of the other, and its certified set cannot pass q = 0, where
+the polynomial field is at rest.
+
+Drake's wheel solves semidefinite programmes with Clarabel, CSDP and SCS; Clarabel is used here.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydrake.solvers import ClarabelSolver
+from pydrake.symbolic import Expression, Variable
+from pydrake.systems.analysis import RegionOfAttraction, RegionOfAttractionOptions
+from pydrake.systems.primitives import SymbolicVectorSystem
+
+from ...systems.numerics.standoff.equilibria import wanted_equilibrium
+from ...systems.numerics.standoff.loop import StandoffLoop
+
+# The solver's tolerance lets a set reach about 1e-7 too far.
+_SAFETY = 1 + 2e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """V(x) = (x - rest)^T matrix (x - rest) falls along all motions in V < 1.
+
+    Attributes:
+        rest: The wanted equilibrium, y, and 0 for the integral [m], [m s].
+        matrix: Shape (1, 1) or (2, 2).
+        low, high: Where V = 1 with an empty integral: starts between them settle [m].
+    """
+
+    rest: np.ndarray
+    matrix: np.ndarray
+    low: float
+    high: float
+
+    def value(self, states: np.ndarray) -> np.ndarray:
+        """V of states of shape (..., 1) or (..., 2)."""
+        off = np.asarray(states) - self.rest
+        return np.einsum("...i,ij,...j->...", off, self.matrix, off)
+
+
+def sum_of_squares_certificate(loop: StandoffLoop) -> Certificate:
+    """The largest level set of the linear loop's Lyapunov function that can be proved attracted.
+
+    The exact region (see `region_of_attraction`) is larger: a quadratic V reaches as far to one
+    side as to the other.
+
+    Raises:
+        InvalidInput: There is no equilibrium.
+        RuntimeError: The solver fails.
+    """
+    names = [Variable("y"), Variable("z")][: 2 if loop.integrates else 1]
+    rest = np.array([wanted_equilibrium(loop).y, 0.0])[: len(names)]
+    y = Expression(names[0])
+    inertia = loop.inertia(y) if loop.derivative_gain else Expression(1.0)
+    drive = loop.kp * loop.miss(y)
+    field = [drive * inertia]
+    if loop.integrates:
+        drive = drive + loop.ki * Expression(names[1])
+        field = [drive * inertia, loop.miss(y) * inertia * inertia]
+    # Any: the stubs put the dtype of an array where its shape belongs.
+    state: Any = np.array(names)
+    dynamics: Any = np.array([each.Expand() for each in field])
+    system = SymbolicVectorSystem(state=state, dynamics=dynamics)
+    context = system.CreateDefaultContext()
+    context.SetContinuousState(rest)  # pyright: ignore[reportArgumentType]  # as above
+    options = RegionOfAttractionOptions()
+    options.state_variables = state
+    options.solver_id = ClarabelSolver.id()
+    lyapunov = RegionOfAttraction(system, context, options)
+    matrix = _SAFETY * _quadratic_form(lyapunov, names)
+    reach = 1 / np.sqrt(matrix[0, 0])
+    return Certificate(rest, matrix, float(rest[0] - reach), float(rest[0] + reach))
+
+
+def _quadratic_form(lyapunov: Expression, names: list[Variable]) -> np.ndarray:
+    """Half the Hessian of a quadratic expression."""
+    hessian = np.array(
+        [[lyapunov.Differentiate(a).Differentiate(b).Expand() for b in names] for a in names]
+    )
+    return np.vectorize(lambda entry: float(entry.Evaluate()))(hessian) / 2

@@ -1,0 +1,122 @@
+"""What `sightfield standoff` says and leaves in a folder."""
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...systems.numerics.standoff.equilibria import wanted_equilibrium
+from ...systems.numerics.standoff.loop import StandoffLoop
+from ...systems.numerics.standoff.region import region_of_attraction
+from ...systems.numerics.standoff.response import DIVERGED, respond
+from .analysis import StandoffAnalysis
+from .pictures.linear_pictures import save_linear_pictures
+from .pictures.phase_picture import save_phase_picture
+from .pictures.replay import write_standoff_replay
+from .pictures.response_picture import save_response_picture
+from .run import StandoffRun, run_standoff
+from .scenario import StandoffScenario
+
+# Of the block diagram's run [s], and the evader's motion in it, in half the top speed of the
+# thesis's pursuer, 0.3 m/s.
+DURATION = 10.0
+EVADER_SPEED, EVADER_SWAY = 0.15, 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class StandoffReport:
+    """A start, and what becomes of it.
+
+    Attributes:
+        summary: For JSON; see `ROWS`.
+        run: Of the block diagram.
+    """
+
+    summary: dict[str, object]
+    run: StandoffRun
+
+
+# Unit and meaning of each entry of a summary.
+ROWS = {
+    "controller": ("", "P, PI, PD or PID"),
+    "start": ("m", "true distance at the start"),
+    "reference": ("m", "distance to keep, r"),
+    "attracted": ("", "whether the start lies in the region of attraction"),
+    "outcome": ("", "of the closed form: settled, singular, diverged or moving"),
+    "end": ("m", "where the closed form ends"),
+    "bias": ("m", "of the wanted equilibrium: true distance less r"),
+    "settling_time": ("s", "until the closed form stays within 2 % of its way"),
+    "sampled_end": ("m", "where the block diagram is after 10 s, evader moving"),
+    "sampled_estimate": ("m", "what it takes that distance for"),
+}
+
+
+def standoff_report(loop: StandoffLoop, start: float) -> StandoffReport:
+    """Follow one start in closed form, and as a block diagram behind a moving evader.
+
+    Raises:
+        InvalidInput: There is no equilibrium, or the start lies on a singularity.
+    """
+    motion = respond(loop, start)
+    wanted = wanted_equilibrium(loop).y
+    run = run_standoff(
+        StandoffScenario(
+            loop=loop, start=start, evader_speed=EVADER_SPEED, evader_sway=EVADER_SWAY
+        ),
+        DURATION,
+    )
+    summary: dict[str, object] = {
+        "controller": loop.controller,
+        "start": start,
+        "reference": loop.reference,
+        "attracted": region_of_attraction(loop).holds(start),
+        "outcome": motion.outcome,
+        "end": None if motion.outcome == DIVERGED else motion.end,
+        "bias": wanted - loop.reference,
+        "settling_time": _settling_time(motion.times, motion.y, motion.end),
+        "sampled_end": None if run.lost else float(run.distance[-1]),
+        "sampled_estimate": None if run.lost else float(run.estimate[-1]),
+    }
+    return StandoffReport(summary, run)
+
+
+def write_report(
+    folder: Path, loop: StandoffLoop, report: StandoffReport, found: StandoffAnalysis | None
+) -> list[str]:
+    """Write the JSON, pictures and the replay; return their names.
+
+    summary.json is what the command prints as JSON; beside an analysis the start's summary is
+    run.json.
+
+    Args:
+        folder: Exists.
+        loop: What the report is of.
+        report: Of a start.
+        found: Its analysis, if that was asked for.
+    """
+    start = report.summary["start"]
+    assert isinstance(start, float)
+    names = ["summary.json", "responses.png"]
+    _write_json(folder / "summary.json", report.summary if found is None else found.as_object())
+    save_response_picture(folder / "responses.png", loop, start)
+    if found is not None:
+        _write_json(folder / "run.json", report.summary)
+        names += ["run.json", *save_linear_pictures(folder, found), "phase.png"]
+        save_phase_picture(folder / "phase.png", found)
+    title = f"{loop.controller}: keep {loop.reference:g} m"
+    write_standoff_replay(folder / "replay.html", report.run, title)
+    return [*names, "replay.html"]
+
+
+def _settling_time(times: np.ndarray, y: np.ndarray, end: float) -> float | None:
+    """When the distance enters the last 2 % of its way for good; None if it diverges."""
+    if not math.isfinite(end):
+        return None
+    outside = np.flatnonzero(np.abs(y - end) > 0.02 * abs(y[0] - end))
+    return float(times[min(outside[-1] + 1, len(times) - 1)]) if len(outside) else 0.0
+
+
+def _write_json(path: Path, thing: object) -> None:
+    path.write_text(json.dumps(thing, indent=2) + "\n", encoding="utf-8")

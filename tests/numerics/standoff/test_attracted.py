@@ -1,0 +1,37 @@
+"""Many states at once go where single ones go."""
+
+import numpy as np
+import pytest
+
+from sightfield.systems.numerics.standoff.attracted import attracted_states
+from sightfield.systems.numerics.standoff.equilibria import wanted_equilibrium
+from sightfield.systems.numerics.standoff.error_model import ErrorModel
+from sightfield.systems.numerics.standoff.loop import StandoffLoop
+from sightfield.systems.numerics.standoff.response import respond
+from sightfield.systems.numerics.standoff.separatrix import separatrix
+
+
+@pytest.mark.parametrize("controller", ["PI", "PID"])
+def test_states_settle_as_their_motions_do(controller):
+    loop = StandoffLoop(controller=controller)
+    random = np.random.default_rng(1)
+    y, integral = random.uniform(-2.0, 1.28, 40), random.uniform(-2.0, 2.0, 40)
+    rest = wanted_equilibrium(loop).y
+    settled = [
+        abs(respond(loop, start, integral=sum_).end - rest) < 1e-5
+        for start, sum_ in zip(y.tolist(), integral.tolist(), strict=True)
+    ]
+    assert 5 < sum(settled) < 35
+    assert attracted_states(loop, y, integral).tolist() == settled
+
+
+@pytest.mark.parametrize("controller", ["PI", "PID"])
+@pytest.mark.parametrize("mirror", [1, -1])
+def test_the_border_is_the_separatrix(controller, mirror):
+    error = ErrorModel(a=mirror * 1.062, b=-0.7598, c=mirror * 0.137)
+    loop = StandoffLoop(controller=controller, reference=mirror * 0.2, error=error)
+    border = separatrix(loop)
+    near = np.flatnonzero(np.abs(border.points[:, 0] - wanted_equilibrium(loop).y) < 1.0)[5:]
+    y, integral = border.points[near].T
+    assert not attracted_states(loop, y, integral + mirror * 0.01).any()
+    assert attracted_states(loop, y, integral - mirror * 0.01).all()
