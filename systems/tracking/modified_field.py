@@ -10,8 +10,9 @@ from ..numerics.tracking.modified_field import modified_velocities
 class ModifiedField(LeafSystem):
     """Adds a pull towards each pursuer's own evader to the pursuit field.
 
-    v = w v_o + (1 - w) v', v' of the length top_speed and towards the evader; it falls to zero
-    over the distance `fade` before the distance `stand_off`. Pursuers without an evader stay.
+    v = w v_o + (1 - w) v', v' of the length top_speed and towards the evader. The part of v towards
+    the evader is limited to top_speed (distance - stand_off) / fade, from -top_speed to top_speed.
+    Pursuers without an evader stay.
 
     .. pydrake_system::
 
@@ -41,8 +42,8 @@ class ModifiedField(LeafSystem):
         evaders: Number of evaders Ne.
         weight: w, from 0 (the pull alone) to 1 (the field alone).
         top_speed: Of the pursuers [m/s].
-        stand_off: Where the pull ends [m].
-        fade: Over what distance before that it falls [m].
+        stand_off: Distance from the evader to keep [m].
+        fade: From there, the way over which the limit grows to the top speed [m].
 
     Raises:
         InvalidInput: A number is out of its range.
@@ -56,7 +57,7 @@ class ModifiedField(LeafSystem):
         weight: float,
         top_speed: float,
         stand_off: float = 0.45,
-        fade: float = 0.15,
+        fade: float = 0.2,
     ):
         super().__init__()
         require_finite("weight", weight)

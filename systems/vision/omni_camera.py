@@ -1,14 +1,14 @@
 """An omni-directional camera on a robot, as a source of pictures."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from pydrake.common.containers import namedview
 from pydrake.common.value import AbstractValue  # pyright: ignore[reportMissingModuleSource]  # part of a compiled module
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from ..drake_types import read, state_vector
+from ..drake_types import read
 from ..numerics.errors import require, require_positive
 from ..numerics.vision.omni_optics import OmniCamera
 from ..numerics.vision.ray_table import make_ray_table
@@ -17,7 +17,24 @@ from ..numerics.vision.sensor import Sensor, expose, is_dropped
 from ..numerics.vision.shells import Shell
 from ..numerics.vision.surroundings import Surroundings
 
-FrameView = namedview("Frame", ["number", "time", "arrived"])
+
+@dataclass(frozen=True, eq=False)
+class Exposure:
+    """What a picture is drawn from.
+
+    Attributes:
+        number: Of the picture, or -1 before the first.
+        time: When it was taken [s].
+        arrived: Whether the latest picture arrived; this is it then.
+        pose: Of the camera: x, y [m], heading [rad], shape (3,).
+        positions: Of the shells, shape (2 M,) [m].
+    """
+
+    number: int
+    time: float
+    arrived: bool
+    pose: np.ndarray
+    positions: np.ndarray
 
 
 class OmniCameraSensor(LeafSystem):
@@ -93,50 +110,55 @@ class OmniCameraSensor(LeafSystem):
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._positions = self.DeclareVectorInputPort("shell_position", 2 * len(shells))
         # A picture is drawn from what is held: the state is small, and its picture is cached.
-        start = FrameView.Zero()
-        start.number = -1.0
-        self._frame = self.DeclareDiscreteState(state_vector(start[:]))
-        self._held = self.DeclareDiscreteState(state_vector(np.zeros(3 + 2 * len(shells))))
-        self.DeclareInitializationDiscreteUpdateEvent(self._sample)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
-        state = {self.xd_ticket()}
+        # Abstract, because Drake forgets what it has cached of discrete states whenever any in
+        # the diagram changes, many times for each picture.
+        nothing = Exposure(-1, 0.0, False, np.zeros(3), np.zeros(2 * len(shells)))
+        self._exposure = self.DeclareAbstractState(AbstractValue.Make(nothing))
+        self.DeclareInitializationUnrestrictedUpdateEvent(self._sample)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._sample)
+        state = {self.abstract_state_ticket(self._exposure)}
         self.DeclareAbstractOutputPort(
             "image",
             lambda: AbstractValue.Make(ImageRgba8U(camera.width, camera.height)),
             self._calc_image,
             prerequisites_of_calc=state,
         )
-        self.DeclareStateOutputPort("frame", self._frame)
+        self.DeclareVectorOutputPort("frame", 3, self._calc_frame, prerequisites_of_calc=state)
         self.DeclareVectorOutputPort(
             "exposure_pose", 3, self._calc_exposure_pose, prerequisites_of_calc=state
         )
 
-    def _sample(self, context, discrete_state):
+    def _held(self, context) -> Exposure:
+        return context.get_abstract_state(self._exposure).get_value()
+
+    def _sample(self, context, state):
         tick = round(context.get_time() / self.period)
-        frame = FrameView(discrete_state.get_mutable_vector(self._frame).get_mutable_value())
-        frame.arrived = not is_dropped(self._sensor, tick)
-        if frame.arrived:
-            frame.number, frame.time = tick, context.get_time()
-            held = np.concatenate([read(self._pose, context), read(self._positions, context)])
-            discrete_state.set_value(self._held, held)
+        if is_dropped(self._sensor, tick):
+            exposure = replace(self._held(context), arrived=False)
+        else:
+            pose, positions = read(self._pose, context), read(self._positions, context)
+            exposure = Exposure(tick, context.get_time(), True, pose, positions)
+        state.get_mutable_abstract_state(self._exposure).set_value(exposure)
 
     def _calc_image(self, context, output):
         image = output.get_mutable_value().mutable_data
-        frame = FrameView(context.get_discrete_state(self._frame).value())
-        if frame.number < 0:
+        held = self._held(context)
+        if held.number < 0:
             image[:] = [0, 0, 0, 255]
             return
-        held = context.get_discrete_state(self._held).value()
-        pose, positions = held[:3], held[3:].reshape(-1, 2)
         light = render(
             self._camera,
             self._rays,
             self._surroundings,
-            pose,
+            held.pose,
             [*self._others, *self._own],
-            np.vstack([positions, *[pose[:2] for _ in self._own]]),
+            np.vstack([held.positions.reshape(-1, 2), *[held.pose[:2] for _ in self._own]]),
         )
-        image[:] = expose(self._sensor, light, round(frame.number))
+        image[:] = expose(self._sensor, light, held.number)
+
+    def _calc_frame(self, context, output):
+        held = self._held(context)
+        output.set_value([held.number, held.time, held.arrived])
 
     def _calc_exposure_pose(self, context, output):
-        output.set_value(context.get_discrete_state(self._held).value()[:3])
+        output.set_value(self._held(context).pose)

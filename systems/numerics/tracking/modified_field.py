@@ -1,7 +1,7 @@
 """The modified pursuit: the pursuit field, and a pull towards the evader that keeps it near.
 
-Source: Zhang 2014, 2.2.5, (2.7) and Figure 2.14. The thesis's pull does not end; here it fades
-out at a stand-off distance, since the robots have bodies.
+Source: Zhang 2014, 2.2.5, (2.7) and Figure 2.14. The thesis's robots may close in on their evaders
+without end; here the speed at which they do is limited near by, since robots have bodies.
 """
 
 import math
@@ -9,6 +9,9 @@ import math
 import numpy as np
 
 from ..compiled import compiled
+
+# An evader nearer than this has no direction: the pursuer waits [m].
+SAME_SPOT = 1e-9
 
 
 @compiled
@@ -24,14 +27,15 @@ def modified_velocities(
 ) -> np.ndarray:
     """v = w v_o + (1 - w) v' for each pursuer (2.7).
 
-    v' is as long as the speed and points at the pursuer's own evader; over the last stretch before
-    the stand-off distance it falls to zero.
+    v' is as long as the speed and points at the pursuer's own evader. The part of v towards the
+    evader is then limited to speed * (distance - stand_off) / fade, from -speed to speed, so
+    that at the stand-off distance the pursuer comes no nearer, and nearer than that it backs off.
 
     Args:
         weight: w, from 0 (the pull alone) to 1 (the field alone).
         speed: Top speed [m/s].
-        stand_off: Distance from the evader at which the pull is zero [m].
-        fade: Length of the stretch over which it falls to zero [m].
+        stand_off: Distance from the evader to keep [m].
+        fade: From there, the way over which the limit grows to the speed [m].
         pursuers, evaders: Positions, shapes (2 n,), (2 m,) [m].
         assignment: Each pursuer's evader, -1 for none, shape (n,).
         field: Velocities v_o of the pursuit field, shape (2 n,) [m/s].
@@ -47,8 +51,15 @@ def modified_velocities(
         x = evaders[2 * j] - pursuers[2 * i]
         y = evaders[2 * j + 1] - pursuers[2 * i + 1]
         distance = math.hypot(x, y)
-        pull = speed * min(max((distance - stand_off) / fade, 0.0), 1.0)
-        scale = pull / distance if distance > 0.0 else 0.0
-        velocities[2 * i] = weight * field[2 * i] + (1.0 - weight) * scale * x
-        velocities[2 * i + 1] = weight * field[2 * i + 1] + (1.0 - weight) * scale * y
+        if distance < SAME_SPOT:
+            continue
+        x, y = x / distance, y / distance
+        vx = weight * field[2 * i] + (1.0 - weight) * speed * x
+        vy = weight * field[2 * i + 1] + (1.0 - weight) * speed * y
+        limit = speed * min(max((distance - stand_off) / fade, -1.0), 1.0)
+        excess = max(vx * x + vy * y - limit, 0.0)
+        vx, vy = vx - excess * x, vy - excess * y
+        # Backing off and running along the field at once may be too fast.
+        scale = min(speed / max(math.hypot(vx, vy), SAME_SPOT * speed), 1.0)
+        velocities[2 * i], velocities[2 * i + 1] = scale * vx, scale * vy
     return velocities

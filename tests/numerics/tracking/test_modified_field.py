@@ -41,17 +41,21 @@ def test_a_pursuer_without_an_evader_stays():
 
 
 @pytest.mark.parametrize(
-    ("distance", "share"), [(0.7, 1), (0.6, 1), (0.5, 0.5), (0.4, 0), (0.1, 0)]
+    ("distance", "share"),
+    [(0.7, 1), (0.6, 1), (0.5, 0.5), (0.4, 0), (0.3, -0.5), (0.2, -1), (0.1, -1)],
 )
-def test_the_pull_fades_out_at_the_stand_off_distance(distance, share):
+def test_near_the_evader_closing_in_is_limited_and_turns_into_backing_off(distance, share):
     velocities = modified(0.0, [[2, 1]], [[2, 1 - distance]], [0], field=[0.3, 0])
     np.testing.assert_allclose(velocities, [[0, -share * SPEED]], atol=1e-12)
 
 
-def test_on_the_evaders_spot_there_is_no_pull():
-    np.testing.assert_array_equal(
-        modified(0.5, [[2, 1]], [[2, 1]], [0], field=[0.2, 0]), [[0.1, 0]]
-    )
+def test_a_field_away_from_the_evader_is_not_limited():
+    velocities = modified(1.0, [[0, 0]], [[0.4, 0]], [0], field=[-0.2, 0.1])
+    np.testing.assert_allclose(velocities, [[-0.2, 0.1]], atol=1e-12)
+
+
+def test_on_the_evaders_spot_the_pursuer_waits():
+    np.testing.assert_array_equal(modified(0.5, [[2, 1]], [[2, 1]], [0], field=[0.2, 0]), [[0, 0]])
 
 
 @given(st.floats(0, 1), st.floats(-3, 3), st.floats(-3, 3), st.floats(0, 6.3))
