@@ -6,6 +6,7 @@ import sys
 import typer
 
 from ...systems.numerics.errors import SightfieldError
+from .camera import camera_app
 from .corner import corner
 from .plan import plan_app
 from .standoff import standoff
@@ -26,6 +27,7 @@ app.command()(world)
 app.command()(corner)
 app.command()(standoff)
 app.add_typer(plan_app, name="plan")
+app.add_typer(camera_app, name="camera")
 
 
 def main() -> None:

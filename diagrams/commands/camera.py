@@ -1,0 +1,16 @@
+"""`sightfield camera`: calibrate an omni-directional camera, take pictures, and read them."""
+
+import typer
+
+from .camera_calibrate import calibrate
+from .camera_estimate import estimate
+from .camera_render import render
+
+camera_app = typer.Typer(
+    help="Calibrate an omni-directional camera, take pictures with it, and read them.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+camera_app.command()(calibrate)
+camera_app.command()(render)
+camera_app.command()(estimate)

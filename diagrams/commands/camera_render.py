@@ -1,0 +1,143 @@
+"""`sightfield camera render`: pictures of the simulated camera."""
+
+import json
+import math
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import shapely
+import typer
+
+from ...systems.numerics.errors import InvalidInput, require
+from ...systems.numerics.geometry.world import make_world
+from ...systems.numerics.geometry.world_files import load_world
+from ...systems.numerics.vision.estimation.labelled_pictures import (
+    simulated_pictures,
+)
+from ...systems.numerics.vision.estimation.picture_folders import (
+    TABLE,
+    save_pictures,
+)
+from ...systems.numerics.vision.estimation.pictures import (
+    save_picture,
+)
+from ...systems.numerics.vision.estimation.readings import THESIS_DISTANCES
+from ...systems.numerics.vision.ray_table import make_ray_table
+from ...systems.numerics.vision.rendering import render as render_light
+from ...systems.numerics.vision.sensor import Sensor, expose
+from ...systems.numerics.vision.shells import shell_of
+from ...systems.numerics.vision.surroundings import Surroundings
+from ..outputs import output_folder
+from ..vision.calibration.camera_file import load_camera
+from .camera_options import (
+    COLOUR_HELP,
+    QUALITY,
+    SHELL,
+    BaseOption,
+    BlurOption,
+    CameraOption,
+    ExposureOption,
+    JsonOption,
+    NoiseOption,
+    PoseOption,
+    RadiusOption,
+    SeedOption,
+    TopOption,
+)
+
+
+def render(
+    out: Annotated[Path, typer.Option(help="Folder for picture.png, or a calibration's pictures.")],
+    shell: Annotated[
+        list[str] | None,
+        typer.Option(metavar="COLOUR:X:Y", help=f"A shell; again for more. {COLOUR_HELP}; [m]."),
+    ] = None,
+    pose: PoseOption = (0.0, 0.0, 0.0),
+    world: Annotated[
+        Path | None, typer.Option(help="Walls: WKT, GeoJSON or ROS map [default: a room].")
+    ] = None,
+    wall_height: Annotated[float, typer.Option(help="[m].")] = 0.5,
+    practice: Annotated[
+        bool,
+        typer.Option(
+            "--practice", help="All pictures of a calibration instead, of the first shell's colour."
+        ),
+    ] = False,
+    directions: Annotated[int, typer.Option(help="Of --practice, at each distance.")] = 8,
+    camera: CameraOption = None,
+    base: BaseOption = SHELL.base,
+    top: TopOption = SHELL.top,
+    radius: RadiusOption = SHELL.radius,
+    noise: NoiseOption = QUALITY.noise,
+    blur: BlurOption = QUALITY.blur,
+    exposure: ExposureOption = QUALITY.exposure,
+    seed: SeedOption = 0,
+    as_json: JsonOption = False,
+) -> None:
+    """Take a picture with the simulated camera, or the pictures of a calibration (15-60 inches)."""
+    optics = load_camera(camera)
+    sensor = Sensor(noise=noise, blur=blur, exposure=exposure, seed=seed)
+    asked = [_parsed_shell(each) for each in shell or ["red:0.8:0"]]
+    shells = [shell_of(each, radius=radius, base=base, top=top) for each, _ in asked]
+    places = np.array([place for _, place in asked])
+    with output_folder(out) as folder:
+        if practice:
+            taken = simulated_pictures(
+                optics, sensor, shells[0], distances=THESIS_DISTANCES, directions=directions
+            )
+            count = save_pictures(folder, taken)
+            summary: dict[str, object] = {"pictures": count, "table": TABLE}
+        else:
+            scene = _scene(world, pose, places, wall_height)
+            light = render_light(optics, make_ray_table(optics), scene, pose, shells, places)
+            save_picture(folder / "picture.png", expose(sensor, light, 0))
+            away = places - pose[:2]
+            turns = np.arctan2(away[:, 1], away[:, 0]) - pose[2]
+            summary = {
+                "picture": "picture.png",
+                "pose": list(pose),
+                "shells": [
+                    {
+                        "colour": name,
+                        "position": list(place),
+                        "range": float(math.hypot(*far) - radius),
+                        "bearing": math.remainder(float(turn), 2 * math.pi),
+                    }
+                    for (name, place), far, turn in zip(asked, away, turns, strict=True)
+                ],
+            }
+        text = json.dumps(summary, indent=2)
+        (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+    typer.echo(text if as_json else f"Wrote {'pictures' if practice else 'picture.png'} to {out}")
+
+
+def _parsed_shell(text: str) -> tuple[str, tuple[float, float]]:
+    """Colour and position of a shell, from COLOUR:X:Y."""
+    colour, *numbers = text.split(":")
+    try:
+        x, y = (float(each) for each in numbers)
+    except ValueError:
+        raise InvalidInput(f"`--shell` must have the form COLOUR:X:Y; got {text}") from None
+    require(math.isfinite(x) and math.isfinite(y), "--shell", "have a finite place", text)
+    return colour, (x, y)
+
+
+def _scene(
+    world: Path | None,
+    pose: tuple[float, float, float],
+    places: np.ndarray,
+    wall_height: float,
+) -> Surroundings:
+    """A world's walls, or a room 2 m larger than what is in it."""
+    for value in pose:
+        require(math.isfinite(value), "pose", "be finite", pose)
+    if world is None:
+        low, high = (f(np.vstack([places, pose[:2]]), axis=0) for f in (np.min, np.max))
+        (west, south), (east, north) = (low - 2).tolist(), (high + 2).tolist()
+        room = make_world([[west, south], [east, south], [east, north], [west, north]], [])
+    else:
+        room = load_world(world).world
+        free = room.polygon.covers(shapely.Point(pose[:2]))
+        require(free, "pose", "be in the free region of the world", pose[:2])
+    return Surroundings(world=room, wall_height=wall_height)

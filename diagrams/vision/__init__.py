@@ -1,0 +1,1 @@
+"""Calibrating omni-directional cameras, and tracking on their pictures."""

@@ -1,0 +1,1 @@
+"""Calibration of omni-directional cameras: reports, pictures, and estimates drawn into pictures."""
