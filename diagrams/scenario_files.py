@@ -7,6 +7,7 @@ names the key from the root, as in `pursuers.top_speed`.
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
+from types import ModuleType
 from typing import Any, TypeVar
 
 import yaml
@@ -21,22 +22,22 @@ Schema = TypeVar("Schema")
 NO_OTHER_KEYS = ConfigDict(extra="forbid")
 
 
-def builtin_scenarios() -> list[str]:
-    """Names of the scenarios that come with the package."""
-    folder = resources.files(scenarios)
+def builtin_scenarios(package: ModuleType = scenarios) -> list[str]:
+    """Names of the scenarios that come in a package, by default those of `sightfield track`."""
+    folder = resources.files(package)
     return sorted(Path(each.name).stem for each in folder.iterdir() if each.name.endswith(".yaml"))
 
 
-def find_scenario(name: str) -> Path:
-    """The file of a built-in scenario, or the path itself.
+def find_scenario(name: str, package: ModuleType = scenarios) -> Path:
+    """The file of a scenario in a package, or the path itself.
 
     Raises:
         InvalidInput: Neither a built-in name nor a file.
     """
-    if name in builtin_scenarios():
-        return Path(str(resources.files(scenarios).joinpath(f"{name}.yaml")))
+    if name in builtin_scenarios(package):
+        return Path(str(resources.files(package).joinpath(f"{name}.yaml")))
     path = Path(name)
-    known = ", ".join(builtin_scenarios())
+    known = ", ".join(builtin_scenarios(package))
     require(path.is_file(), "scenario", f"be a YAML file or one of {known}", name)
     return path
 

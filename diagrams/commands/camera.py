@@ -5,6 +5,7 @@ import typer
 from .camera_calibrate import calibrate
 from .camera_estimate import estimate
 from .camera_render import render
+from .camera_track import track_on_pictures
 
 camera_app = typer.Typer(
     help="Calibrate an omni-directional camera, take pictures with it, and read them.",
@@ -14,3 +15,4 @@ camera_app = typer.Typer(
 camera_app.command()(calibrate)
 camera_app.command()(render)
 camera_app.command()(estimate)
+camera_app.command("track")(track_on_pictures)

@@ -7,8 +7,13 @@ import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.systems.framework import LeafSystem
 
+from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.tracking.meshcat_velocity import MeshcatVelocity
 from sightfield.diagrams.tracking.scene import TrackingScene
+from sightfield.diagrams.vision import scenarios
+from sightfield.diagrams.vision.tracking.picture_game import set_up_picture_game
+from sightfield.diagrams.vision.tracking.picture_scene import PictureScene
+from sightfield.diagrams.vision.tracking.scenario import PictureTrackingScenario
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.planning.driven_path import driven_path
 from sightfield.systems.numerics.planning.goal import Goal
@@ -82,6 +87,12 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
     def page() -> Meshcat:
         return Meshcat(MeshcatParams(port=0))
 
+    def pictures() -> PictureScene:
+        scenario = load_scenario(PictureTrackingScenario, find_scenario("omni_2v2", scenarios))
+        game = set_up_picture_game(scenario)
+        periods = {"publish_period": 0.05, "shown_period": 0.25}
+        return PictureScene(game, page(), **periods, recording=False)
+
     return {
         "AdversarialEvaders": lambda: AdversarialEvaders(world, **teams, **speeds),
         "AgentTeam": lambda: AgentTeam([[0, 0], [1, 1]], top_speed=0.3),
@@ -102,6 +113,7 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
             Trailer(), driven_path(Trailer(), (0, 0, 0, 0), [(1, 0, 1)])
         ),
         "PositionFilter": lambda: PositionFilter(3),
+        "PictureScene": pictures,
         "PursuitFieldController": lambda: PursuitFieldController(world, **teams, **speeds),
         "RandomWalkEvaders": lambda: RandomWalkEvaders(3, top_speed=0.3),
         "SharedEstimate": lambda: SharedEstimate(

@@ -1,3 +1,5 @@
+"""Rays off a mirror ball, and back."""
+
 import math
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""What an omni-directional camera sees among walls and shells."""
+
 import dataclasses
 import math
 

@@ -1,3 +1,5 @@
+"""From light to pixels."""
+
 import math
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""One estimate of each evader from all pictures."""
+
 import numpy as np
 import pytest
 from hypothesis import given

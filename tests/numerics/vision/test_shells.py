@@ -1,3 +1,5 @@
+"""The coloured shells."""
+
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput

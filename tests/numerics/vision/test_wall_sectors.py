@@ -1,3 +1,5 @@
+"""Walls by the bearing at which they can be met."""
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,3 +1,5 @@
+"""The camera as a system: pictures at its rate."""
+
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator

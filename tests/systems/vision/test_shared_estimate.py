@@ -1,3 +1,5 @@
+"""What pursuers together know of evaders."""
+
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator

@@ -1,0 +1,1 @@
+"""Scenarios of `sightfield camera track` that come with the package."""

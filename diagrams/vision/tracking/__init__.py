@@ -1,0 +1,1 @@
+"""Tracking on pictures alone: scenarios, diagram, run, scene and report."""

@@ -1,0 +1,200 @@
+"""Tracking on pictures: a tracking game whose pursuers know of evaders what cameras tell them."""
+
+from collections.abc import Callable
+
+import numpy as np
+from pydrake.geometry import Meshcat
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.primitives import ConstantVectorSource, Demultiplexer
+
+from ....systems.numerics.geometry.edge_index import build_edge_index
+from ....systems.numerics.geometry.visibility_polygon import visibility_polygon
+from ....systems.tracking.assignment import Assignment
+from ....systems.tracking.line_of_sight import LineOfSight
+from ....systems.tracking.modified_field import ModifiedField
+from ....systems.tracking.pursuit_field_controller import PursuitFieldController
+from ....systems.tracking.sight_loss_monitor import SightLossMonitor
+from ...tracking.evasion import AddEvasion
+from ...tracking.make_tracking import PICTURE_PERIOD
+from ...tracking.scene import TrackingScene, View
+from ...tracking.team_ports import AddTeam
+from .eyes import AddEyes
+from .picture_game import PictureGame
+from .picture_scene import PictureScene
+from .shown_field import modified_field_of
+
+# How often the pictures shown beside the map change [s].
+SHOWN_PERIOD = 0.25
+
+
+def MakePictureTracking(
+    game: PictureGame,
+    meshcat: Meshcat | None = None,
+    *,
+    recording: bool = False,
+    view: Callable[[], View] = View,
+) -> Diagram:
+    """Make the diagram of a game that is tracked on pictures.
+
+    Output ports, in the order in which data flows: `pursuer_position` (2 Np) [m],
+    `evader_position` (2 Ne) [m], `visibility` (Np Ne), `evader_estimate` (2 Ne) [m], where the
+    pursuers put the evaders, `evader_known` (Ne), 0 for one never seen, `valid` (Np Ne), 1 where a
+    pursuer's picture gives an estimate, `frame` (3 Np) of the cameras, `assignment` (Np),
+    `pursuer_velocity` (2 Np) and `evader_velocity` (2 Ne), as desired [m/s], `pursuer_direction`
+    (2 Np), `evader_direction` (2 Ne), and `loss` (2) as in `MakeTracking`. On true positions there
+    are no `valid` and `frame`.
+
+    Args:
+        game: What is played.
+        meshcat: Where to draw it; None draws nothing.
+        recording: Record what is drawn, for `write_replay`.
+        view: Whose view to show at each picture.
+    """
+    builder = DiagramBuilder()
+    outputs = AddPictureTracking(builder, game)
+    if meshcat is not None:
+        _add_scenes(builder, game, outputs, meshcat, recording, view)
+    for name, output in outputs.items():
+        if not name.startswith("image_"):
+            builder.ExportOutput(output, name)
+    diagram = builder.Build()
+    diagram.set_name("picture_tracking")
+    return diagram
+
+
+def AddPictureTracking(builder: DiagramBuilder, game: PictureGame) -> dict[str, OutputPort]:
+    """Wire a game into a diagram; return its outputs by name, `image_0`, ... among them."""
+    scenario, world, vision = game.scenario, game.world, game.scenario.vision
+    pursuers, evaders, period = scenario.pursuers, scenario.evaders, scenario.period
+    sizes = {"pursuers": pursuers.size, "evaders": evaders.size}
+    pursuing = AddTeam(
+        builder, "pursuer", pursuers, game.pursuer_starts, game.pursuer_regions, period
+    )
+    evading = AddTeam(builder, "evader", evaders, game.evader_starts, game.evader_regions, period)
+    truth = {"pursuer_position": pursuing.position, "evader_position": evading.position}
+
+    def add(name, system, known):
+        """Add a system, connect its inputs to what is known, and add its outputs to that."""
+        builder.AddNamedSystem(name, system)
+        for k in range(system.num_input_ports()):
+            port = system.get_input_port(k)
+            builder.Connect(known[port.get_name()], port)
+        for k in range(system.num_output_ports()):
+            output = system.get_output_port(k)
+            known[output.get_name()] = output
+        return system
+
+    add("line_of_sight", LineOfSight(world, **sizes), truth)
+    whom = pursuers.size * evaders.size
+    blocks = Demultiplexer([whom, truth["sight"].size() - whom])
+    builder.AddNamedSystem("sight_blocks", blocks)
+    builder.Connect(truth["sight"], blocks.get_input_port())
+
+    eyes: dict[str, OutputPort] = {}
+    if vision.senses == "pictures":
+        eyes = AddEyes(builder, game, evading.position)
+    belief = {
+        "pursuer_position": pursuing.position,
+        "evader_position": eyes.get("evader_estimate", evading.position),
+    }
+    add("believed_sight", LineOfSight(world, **sizes), belief)
+    belief["assignment"] = _add_assignment(builder, game, belief)
+    field = PursuitFieldController(
+        world,
+        **sizes,
+        top_speed=pursuers.top_speed,
+        speed_ratio=scenario.speed_ratio,
+        field=pursuers.field,
+        risk_vectors=pursuers.risk_vectors,
+        period=period,
+    )
+    belief["field_velocity"] = add("pursuit_field", field, belief).GetOutputPort("velocity")
+    modified = ModifiedField(
+        **sizes,
+        weight=vision.weight,
+        top_speed=pursuers.top_speed,
+        stand_off=vision.stand_off,
+        fade=vision.fade,
+    )
+    velocity = add("modified_field", modified, belief).GetOutputPort("velocity")
+    builder.Connect(velocity, pursuing.velocity)
+    evasion = AddEvasion(builder, game.tracking, truth, None)
+    builder.Connect(evasion, evading.velocity)
+    monitor = SightLossMonitor(world, **sizes, period=period)
+    return {
+        "pursuer_position": pursuing.position,
+        "evader_position": evading.position,
+        "visibility": blocks.get_output_port(0),
+        **eyes,
+        "assignment": belief["assignment"],
+        "pursuer_velocity": velocity,
+        "evader_velocity": evasion,
+        "pursuer_direction": pursuing.direction,
+        "evader_direction": evading.direction,
+        "loss": add("sight_loss", monitor, truth).GetOutputPort("loss"),
+    }
+
+
+def _add_assignment(
+    builder: DiagramBuilder, game: PictureGame, belief: dict[str, OutputPort]
+) -> OutputPort:
+    """Add what says who trails whom: the scenario's own choice, or its rule."""
+    scenario, pursuers = game.scenario, game.scenario.pursuers
+    if scenario.vision.targets:
+        trailed = np.array(scenario.vision.targets, dtype=float)
+        # Drake's stubs put the dtype of an array where its shape belongs.
+        targets = ConstantVectorSource(trailed)  # pyright: ignore[reportArgumentType]
+        return builder.AddNamedSystem("assignment", targets).get_output_port()
+    rule = Assignment(
+        game.world,
+        pursuers=pursuers.size,
+        evaders=scenario.evaders.size,
+        rule=pursuers.assignment,
+        risk_functions=pursuers.risk_functions,
+        extra=pursuers.extra,
+        seed=scenario.seed,
+    )
+    builder.AddNamedSystem("assignment", rule)
+    for name in ("pursuer_position", "evader_position", "sight"):
+        builder.Connect(belief[name], rule.GetInputPort(name))
+    return rule.GetOutputPort("assignment")
+
+
+def _add_scenes(
+    builder: DiagramBuilder,
+    game: PictureGame,
+    outputs: dict[str, OutputPort],
+    meshcat: Meshcat,
+    recording: bool,
+    view: Callable[[], View],
+) -> None:
+    """Draw the map as `sightfield track` does, and the pictures beside it."""
+    scenario = game.scenario
+    period = scenario.period * max(round(PICTURE_PERIOD / scenario.period), 1)
+    index = build_edge_index(game.world)
+    scene = TrackingScene(
+        game.world,
+        game.pursuer_regions,
+        meshcat,
+        pursuers=scenario.pursuers.size,
+        evaders=scenario.evaders.size,
+        robot_radius=scenario.pursuers.radius,
+        publish_period=period,
+        visibility_polygon=lambda point: visibility_polygon(index, np.asarray(point)),
+        pursuit_field=modified_field_of(game),
+        recording=recording,
+        view=view,
+    )
+    scenes: list[TrackingScene | PictureScene] = [scene]
+    builder.AddNamedSystem("scene", scene)
+    if scenario.vision.senses == "pictures":
+        # After the map's, whose recording it joins.
+        pictures = PictureScene(
+            game, meshcat, publish_period=period, shown_period=SHOWN_PERIOD, recording=recording
+        )
+        builder.AddNamedSystem("picture_scene", pictures)
+        scenes.append(pictures)
+    for each in scenes:
+        for k in range(each.num_input_ports()):
+            port = each.get_input_port(k)
+            builder.Connect(outputs[port.get_name()], port)

@@ -1,0 +1,152 @@
+"""What a run of tracking on pictures is made of: a tracking game, and its pursuers' cameras."""
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from pydantic import ConfigDict
+
+from ....systems.numerics.errors import (
+    require,
+    require_finite,
+    require_non_negative,
+    require_one_of,
+    require_positive,
+)
+from ....systems.numerics.vision.estimation.range_models import MODELS
+from ....systems.numerics.vision.omni_optics import OmniCamera
+from ....systems.numerics.vision.sensor import Sensor
+from ....systems.numerics.vision.shells import SHELL_COLOURS, Shell, shell_of
+from ...scenario_files import NO_OTHER_KEYS
+from ...tracking.scenario import TrackingScenario
+
+# What pursuers know of evaders: the cameras' estimates, or where they are.
+SENSES = ("pictures", "truth")
+
+# How pursuers look in each other's pictures: grey.
+_PURSUER_COLOUR = (88, 90, 95)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Optics(OmniCamera):
+    """The pursuers' cameras, all equal."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quality(Sensor):
+    """The quality of their pictures; each camera adds its number to the seed."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+
+@dataclass(frozen=True, kw_only=True)
+class Vision:
+    """How pursuers see, and the strategy that goes with it."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+    # w of (2.7): 1 for the pursuit field alone, 0 for the pull towards the evader alone.
+    weight: float = 0.5
+    # Distance from the evader to keep [m], and the way over which the limit on closing in grows
+    # from there to the top speed [m].
+    stand_off: float = 0.45
+    fade: float = 0.2
+    # What pursuers know of evaders: "pictures" or "truth".
+    senses: str = "pictures"
+    # The evader that each pursuer trails, by number; empty: as pursuers.assignment says.
+    targets: list[int] = field(default_factory=list)
+    # The colour of each evader's shell, a name in SHELL_COLOURS, all different.
+    colours: list[str]
+    # Radius of the shells [m].
+    shell_radius: float = Shell().radius
+    # Between pictures [s].
+    picture_period: float = 0.1
+    # Height of the walls [m].
+    wall_height: float = 0.5
+    # Mirror and camera.
+    optics: Optics = Optics()
+    # Exposure, blur, noise, losses.
+    quality: Quality = Quality()
+    # How ranges are read: "exact" or "thesis".
+    model: str = "exact"
+    # Calibration file; empty: the cameras are calibrated in simulation before the run.
+    calibration: str = ""
+    # Distances to shells' near sides over which that is done, least and greatest [m].
+    calibrated_range: list[float] = field(default_factory=lambda: [0.2, 4.0])
+
+    def __post_init__(self) -> None:
+        require_finite("weight", self.weight)
+        require(0 <= self.weight <= 1, "weight", "lie in [0, 1]", self.weight)
+        require_non_negative("stand_off", self.stand_off)
+        for name in ("fade", "shell_radius", "picture_period", "wall_height"):
+            require_positive(name, getattr(self, name))
+        span = self.calibrated_range
+        require(
+            len(span) == 2 and 0 < span[0] < span[1],
+            "calibrated_range",
+            "be [least, greatest], both positive",
+            span,
+        )
+        require_one_of("senses", self.senses, SENSES)
+        require_one_of("model", self.model, MODELS)
+        for j, colour in enumerate(self.colours):
+            require_one_of(f"colours.{j}", colour, SHELL_COLOURS)
+        different = len(set(self.colours)) == len(self.colours)
+        require(different, "colours", "all be different", self.colours)
+
+    @property
+    def evader_shells(self) -> list[Shell]:
+        """The shells that cameras look for."""
+        return [shell_of(colour, radius=self.shell_radius) for colour in self.colours]
+
+    @property
+    def pursuer_shell(self) -> Shell:
+        """What a pursuer looks like, from outside and in its own mirror."""
+        return Shell(radius=0.1, top=0.18, colour=_PURSUER_COLOUR)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PictureTrackingScenario(TrackingScenario):
+    """A game of sight in which pursuers know of evaders only what their pictures show."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+    # How pursuers see.
+    vision: Vision
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        vision = self.vision
+        require(
+            self.pursuers.model == "differential_drive",
+            "pursuers.model",
+            "be differential_drive, for a camera needs a heading",
+            self.pursuers.model,
+        )
+        require(
+            len(vision.colours) == self.evaders.size,
+            "vision.colours",
+            f"have {self.evaders.size} entries, one per evader",
+            vision.colours,
+        )
+        require(
+            len(vision.targets) in (0, self.pursuers.size),
+            "vision.targets",
+            f"have {self.pursuers.size} entries or none",
+            vision.targets,
+        )
+        for i, target in enumerate(vision.targets):
+            require(
+                0 <= target < self.evaders.size,
+                f"vision.targets.{i}",
+                f"lie in [0, {self.evaders.size})",
+                target,
+            )
+        ticks = vision.picture_period / self.period
+        require(
+            abs(ticks - round(ticks)) < 1e-9 and ticks > 0.5,
+            "vision.picture_period",
+            f"be a multiple of `period`, which is {self.period}",
+            vision.picture_period,
+        )
