@@ -21,6 +21,8 @@ from .shell_colours import ShellColour, colour_mask, hue_saturation_value
 # Blobs of fewer pixels are noise.
 _MIN_AREA = 12
 _KERNEL = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+# Half of the part of a blob's width that counts as its middle.
+_MIDDLE = 0.1
 # A base whose lines scatter more than this has no clear edge [px].
 _MAX_EDGE_ERROR = 1.5
 
@@ -37,7 +39,7 @@ class Detection:
         bearing: Of the shell, counter-clockwise from the robot's front [rad].
         width: Angle that the shell takes up as seen from the axis [rad].
         skew: How far the blob's mean bearing is from the middle between its sides [rad].
-        outer_radius: Greatest distance of its pixels from the axis [px].
+        outer_radius: Greatest distance of the pixels in its middle from the axis [px].
         area: Pixels of the largest blob of the colour, whatever the outcome.
     """
 
@@ -87,18 +89,15 @@ def _detect(picture: np.ndarray, mask: np.ndarray, axis: np.ndarray) -> Detectio
     blobs = np.flatnonzero(areas >= _MIN_AREA)
     if len(blobs) != 1:
         return Detection(outcome=Outcome.TWO_BLOBS if len(blobs) else Outcome.NO_BLOB, area=area)
-    label = int(blobs[0]) + 1
-    mask[:] = 0
-    mask[window] = labels == label
-    rows, columns = np.nonzero(mask)
+    blob = (labels == int(blobs[0]) + 1).astype(np.uint8)
+    rows, columns = np.nonzero(blob)
+    rows, columns = rows + top, columns + left
     height, width = mask.shape
-    if (
-        rows.min() == 0
-        or columns.min() == 0
-        or rows.max() == height - 1
-        or columns.max() == width - 1
-    ):
+    borders = (rows.min(), columns.min(), height - 1 - rows.max(), width - 1 - columns.max())
+    if 0 in borders:
         return Detection(outcome=Outcome.CUT_OFF, area=area)
+    mask[:] = 0
+    mask[window] = blob
     return _measure(picture, mask, columns, rows, axis)
 
 
@@ -143,6 +142,6 @@ def _measure(
         bearing=bearing,
         width=width,
         skew=abs(mean - 0.5 * float(turn.min() + turn.max())),
-        outer_radius=float(radius.max()),
+        outer_radius=float(radius[np.abs(turn - mean) <= _MIDDLE * width + 0.5 * weight].max()),
         area=len(rows),
     )

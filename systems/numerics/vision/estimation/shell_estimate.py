@@ -21,8 +21,9 @@ from .shell_detection import Detection
 _PARTLY, _MOSTLY, _TOO_WIDE = 0.85, 0.35, 1.25
 # Noise of a width: a share of it, and pixels at its two sides.
 _WIDTH_SHARE, _WIDTH_PIXELS = 0.01, 0.7
-# Noise of the mean bearing against the sides', and of the outer edge.
-_SKEW_PIXELS, _OUTER_PIXELS = 0.5, 0.6
+# Noise of the mean bearing against the sides'; and of the outer edge, beyond the half pixel by
+# which the blob reaches over it.
+_SKEW_PIXELS, _OUTER_PIXELS = 0.5, 0.1
 # What the raster does to all lines of an edge alike, where it runs along a row or column [px].
 _RASTER = 0.25
 # Estimates go on to this share of the nearest calibrated distance and of the farthest.
@@ -133,11 +134,9 @@ def _doubts(
     elif ratio < 1 - noise:
         # What is taken for the nearest point of the base is beside it.
         range_doubt = radius * (1 - math.sqrt(1 - (1 - ratio) ** 2))
-    # The top edge is seen out to the shell's sides; a nearer shell whose base is hidden shows its
-    # own top edge further in.
+    # A nearer shell whose base is hidden shows its top edge further in.
     outer = detection.outer_radius + _OUTER_PIXELS
-    side = float(exact_range(outer, camera=calibration.camera, base=calibration.shell_top))
-    by_top = math.hypot(side, radius) - radius
+    by_top = float(exact_range(outer, camera=calibration.camera, base=calibration.shell_top))
     return range_doubt + max(distance - by_top, 0.0), bearing_doubt
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from .calibration import Calibration
 from .outcomes import Outcome
-from .pictures import as_rgb, require_size
+from .pictures import as_rgb, has_contrast, require_size
 from .shell_colours import ShellColour
 from .shell_detection import Detection, detect_shells
 from .shell_estimate import ShellEstimate, estimate_shell
@@ -37,7 +37,7 @@ def search_shells(
     picture = as_rgb(picture)
     camera = calibration.camera
     require_size(picture, camera.width, camera.height)
-    if np.all(picture == picture[0, 0]):
+    if not has_contrast(picture):
         detections = [Detection(outcome=Outcome.NO_PICTURE) for _ in colours]
     else:
         detections = detect_shells(picture, colours, camera.axis_pixel)

@@ -24,8 +24,7 @@ def seen(calibration):
     def detect(distance, **changes):
         camera, radius = calibration.camera, RED.radius
         (p,) = exact_pixel_radius([distance], camera=camera, base=RED.base)
-        side = np.sqrt((distance + radius) ** 2 - radius**2)
-        (outer,) = exact_pixel_radius([side], camera=camera, base=RED.top)
+        (outer,) = exact_pixel_radius([distance], camera=camera, base=RED.top)
         whole = Detection(
             outcome=Outcome.SEEN,
             pixel=(float(camera.axis_pixel[0]), float(camera.axis_pixel[1] - p)),
@@ -34,7 +33,7 @@ def seen(calibration):
             bearing=0.0,
             width=2 * np.arcsin(radius / (distance + radius)),
             skew=0.0,
-            outer_radius=float(outer),
+            outer_radius=float(outer) + 0.4,
             area=200,
         )
         return replace(whole, **changes)
