@@ -47,7 +47,8 @@ def test_pictures_of_the_thesis_arena_with_four_shells():
         times.append(time.process_time() - began)
     rate = 1 / float(np.median(times[5:]))
     print(
-        f"\n640 x 480 pixels, four shells, blur and noise: {rate:.0f} pictures per second of one core"
+        "\n640 x 480 pixels, four shells, blur and noise: "
+        f"{rate:.0f} pictures per second of one core"
     )
 
 
