@@ -19,8 +19,8 @@ from pydrake.symbolic import Expression, Variable
 from pydrake.systems.analysis import RegionOfAttraction, RegionOfAttractionOptions
 from pydrake.systems.primitives import SymbolicVectorSystem
 
-from ...systems.numerics.standoff.equilibria import wanted_equilibrium
 from ...systems.numerics.standoff.loop import StandoffLoop
+from ...systems.numerics.standoff.normalised import normalise
 
 # The solver's tolerance lets a set reach about 1e-7 too far.
 _SAFETY = 1 + 2e-6
@@ -57,26 +57,29 @@ def sum_of_squares_certificate(loop: StandoffLoop) -> Certificate:
         InvalidInput: There is no equilibrium.
         RuntimeError: The solver fails.
     """
-    names = [Variable("y"), Variable("z")][: 2 if loop.integrates else 1]
-    rest = np.array([wanted_equilibrium(loop).y, 0.0])[: len(names)]
-    y = Expression(names[0])
-    inertia = loop.inertia(y) if loop.derivative_gain else Expression(1.0)
-    drive = loop.kp * loop.miss(y)
-    field = [drive * inertia]
+    # In the loop's own units the equilibrium is exactly at rest, and the programme well scaled.
+    unit = normalise(loop)
+    names = [Variable("x"), Variable("w")][: 2 if loop.integrates else 1]
+    x = Expression(names[0])
+    inertia = unit.inertia(x) if loop.derivative_gain else Expression(1.0)
+    field = [unit.miss(x) * inertia]
     if loop.integrates:
-        drive = drive + loop.ki * Expression(names[1])
-        field = [drive * inertia, loop.miss(y) * inertia * inertia]
+        drive = unit.miss(x) + Expression(names[1])
+        field = [drive * inertia, unit.ratio * unit.miss(x) * inertia * inertia]
     # Any: the stubs put the dtype of an array where its shape belongs.
     state: Any = np.array(names)
     dynamics: Any = np.array([each.Expand() for each in field])
     system = SymbolicVectorSystem(state=state, dynamics=dynamics)
     context = system.CreateDefaultContext()
-    context.SetContinuousState(rest)  # pyright: ignore[reportArgumentType]  # as above
+    origin: Any = np.zeros(len(names))
+    context.SetContinuousState(origin)
     options = RegionOfAttractionOptions()
     options.state_variables = state
     options.solver_id = ClarabelSolver.id()
     lyapunov = RegionOfAttraction(system, context, options)
-    matrix = _SAFETY * _quadratic_form(lyapunov, names)
+    scale = np.array([unit.distance, unit.integral_unit])[: len(names)]
+    matrix = _SAFETY * _quadratic_form(lyapunov, names) / np.outer(scale, scale)
+    rest = np.array([unit.rest, 0.0])[: len(names)]
     reach = 1 / np.sqrt(matrix[0, 0])
     return Certificate(rest, matrix, float(rest[0] - reach), float(rest[0] + reach))
 

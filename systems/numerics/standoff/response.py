@@ -7,7 +7,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from ..errors import require, require_finite, require_positive
-from .equilibria import equilibria, singularities
+from .equilibria import equilibria, root_slope, singularities
 from .loop import StandoffLoop
 
 SETTLED, SINGULAR, DIVERGED, MOVING = "settled", "singular", "diverged", "moving"
@@ -82,13 +82,15 @@ def respond(
 
     for event in (breakdown, lost, settled):
         event.terminal = True  # type: ignore[attr-defined]  # how SciPy marks events
+    weak = loop.integrates and loop.ki < 1e-3 * loop.kp**2 * root_slope(loop)
+    stiff = weak or loop.derivative_gain > 0
     path = solve_ivp(
         rates,
         (0.0, duration),
         [start, integral],
-        # Implicit: the equation is stiff beside the singularity.
-        method="Radau" if loop.derivative_gain else "DOP853",
-        rtol=_TOLERANCE if not loop.derivative_gain else 1e-9,
+        # Implicit: stiff beside the singularity, and with a weak integral.
+        method="Radau" if stiff else "DOP853",
+        rtol=1e-9 if stiff else _TOLERANCE,
         atol=_TOLERANCE * span,
         events=(breakdown, lost, settled),
     )

@@ -17,15 +17,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from .energy import edge
-from .equilibria import root_slope, wanted_equilibrium
 from .loop import StandoffLoop
+from .normalised import normalise
 
 # From the saddle, as a part of its distance to the equilibrium; the square is what is neglected.
 _OFFSET = 1e-6
 # How many times farther than the saddle the border is traced before it counts as endless.
 _FAR = 1e6
-_TOLERANCE = 1e-12
+# K_I / (K_P^2 s) below which an explicit solver takes very many steps.
+_WEAK = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,56 +54,49 @@ def separatrix(loop: StandoffLoop) -> Separatrix:
     Raises:
         InvalidInput: There is no equilibrium.
     """
-    # In units of the distance d from equilibrium to saddle, mirrored if a < 0: y = rest + d x,
-    # z = (scale) w, in which f is s d x (x / x_0 - 1), with x_0 the other equilibrium.
-    rest, border = wanted_equilibrium(loop).y, edge(loop)
-    distance, root = border - rest, root_slope(loop)
-    other = root / (loop.error.a * distance)
-    damping = loop.derivative_gain * root
-    # K_I z in units of K_P s d; time in units of 1 / (K_P s).
-    ratio = loop.ki / (loop.kp**2 * root)
-
-    def miss(x):
-        return x * (x / other - 1)
-
-    def inertia(x):
-        return 1 + damping - 2 * damping * x / other
+    unit = normalise(loop)
 
     def backward(_, state):
         x, w = state
-        rates = -np.array([miss(x) + w, ratio * miss(x) * inertia(x)])
+        miss = unit.miss(x)
+        x_rate, w_rate = -(miss + w), -unit.ratio * miss * unit.inertia(x)
         # At a pace that grows with the distance: a spiral outwards takes equal times per turn.
-        return rates * (1 + math.hypot(x, w)) / math.hypot(*rates)
+        pace = (1 + math.hypot(x, w)) / math.hypot(x_rate, w_rate)
+        return [x_rate * pace, w_rate * pace]
 
-    saddle = np.array([1.0, -miss(1.0)])
-    growth = 2 / other - 1
-    # Of w in the smooth equations: d(miss * inertia) / dx.
-    force = growth * inertia(1.0) - 2 * damping / other * miss(1.0)
-    slowest = (growth - math.sqrt(growth**2 + 4 * ratio * force)) / 2
+    saddle = np.array([1.0, -unit.miss(1.0)])
+    # Of the smooth equations there: d(m) / dx, and d(m q) / dx.
+    growth = 2 / unit.other - 1
+    force = growth * unit.inertia(1.0) - 2 * unit.damping / unit.other * unit.miss(1.0)
+    slowest = (growth - math.sqrt(growth**2 + 4 * unit.ratio * force)) / 2
     direction = np.array([-1.0, growth - slowest])
     start = saddle + _OFFSET * direction / np.hypot(*direction)
+    far = _FAR / min(1.0, unit.ratio)
     emptied = _event(lambda state: state[1], terminal=False)
-    stopped = _event(lambda state: miss(state[0]) + state[1], terminal=True)
-    escaped = _event(lambda state: _FAR - math.hypot(state[0], state[1]), terminal=True)
+    stopped = _event(lambda state: unit.miss(state[0]) + state[1], terminal=True)
+    escaped = _event(lambda state: far - math.hypot(state[0], state[1]), terminal=True)
+    # With a weak integral the motions creep along m + w = 0. Both ways are good to 1e-9.
+    stiff = unit.ratio < _WEAK
+    tolerance = 1e-10 if stiff else 1e-12
     path = solve_ivp(
         backward,
         (0.0, 1000.0),
         start,
-        method="DOP853",
-        rtol=_TOLERANCE,
-        atol=_TOLERANCE,
+        method="Radau" if stiff else "DOP853",
+        rtol=tolerance,
+        atol=tolerance,
         # Finer than the accuracy asks for, so that the points make a smooth line.
         max_step=0.05,
         events=(emptied, stopped, escaped),
     )
-    units = np.array([distance, loop.kp * root * distance / loop.ki])
-    origin = np.array([rest, 0.0])
+    units = np.array([unit.distance, unit.integral_unit])
+    origin = np.array([unit.rest, 0.0])
     at_empty, at_still = path.y_events[0], path.y_events[1]
     return Separatrix(
-        saddle=(border, float(saddle[1] * units[1])),
+        saddle=(float(origin[0] + units[0]), float(saddle[1] * units[1])),
         points=origin + np.vstack([saddle, path.y.T]) * units,
-        empty=float(rest + distance * at_empty[0, 0]),
-        still=float(rest + distance * at_still[0, 0]) if len(at_still) else None,
+        empty=float(unit.rest + unit.distance * at_empty[0, 0]),
+        still=float(unit.rest + unit.distance * at_still[0, 0]) if len(at_still) else None,
     )
 
 
