@@ -99,12 +99,12 @@ class ShellEstimator(LeafSystem):
             self.DeclareVectorOutputPort(name, size * count, calc, prerequisites_of_calc=sources)
 
     def _calc_search(self, context, value):
-        picture = self._image.Eval(context).data  # type: ignore[attr-defined]  # stubs: object
+        picture = self._image.Eval(context).data  # type: ignore[attr-defined]  # the stubs say object
         found = search_shells(picture, self._colours, self._calibration, self._model)
         value.set_value([estimate for _, estimate in found])
 
     def _estimates(self, context) -> list[ShellEstimate]:
-        return self._search.Eval(context)  # type: ignore[return-value]  # stubs: object
+        return self._search.Eval(context)  # type: ignore[return-value]  # the stubs say object
 
     def _located(self, context):
         pose, radius = read(self._pose, context), self._calibration.shell_radius
