@@ -30,7 +30,7 @@ class StandoffAnalysis:
         region: Starts with an empty integral that settle at the wanted equilibrium.
         region_at_rest: The same for starts with y' = 0, as in the thesis's Figure 2.20.
         energy_interval: The part of the region that the energy certifies in closed form [m].
-        certificate: The part that a sum of squares certifies.
+        certificate: The part that a sum of squares certifies; None if the solver finds none.
         margin: Delay that the ideal loop bears.
         filtered_margin: Delay that it bears with the derivative filtered.
         filter_time: Time constant of that filter [s].
@@ -45,7 +45,7 @@ class StandoffAnalysis:
     region: Region
     region_at_rest: Region
     energy_interval: tuple[float, float]
-    certificate: Certificate
+    certificate: Certificate | None
     margin: DelayMargin
     filtered_margin: DelayMargin
     filter_time: float

@@ -93,9 +93,10 @@ def _draw_plane(axes: Axes, found: StandoffAnalysis) -> None:
     inside = np.where((edge(loop) - y) * loop.error.a > 0, energy(loop, y, integral), np.nan)
     axes.contour(y, integral, inside, levels=[level], colors=[CERTIFIED], linestyles="--")
     axes.plot([], [], "--", color=CERTIFIED, label="certified by the energy")
-    states = np.stack([y, integral], axis=-1)
-    axes.contour(y, integral, found.certificate.value(states), levels=[1.0], colors=["#b8860b"])
-    axes.plot([], [], color="#b8860b", label="certified by sums of squares")
+    if found.certificate is not None:
+        values = found.certificate.value(np.stack([y, integral], axis=-1))
+        axes.contour(y, integral, values, levels=[1.0], colors=["#b8860b"])
+        axes.plot([], [], color="#b8860b", label="certified by sums of squares")
     axes.axhline(0, color="black", linewidth=0.5)
     axes.set_xlim(low, high)
     axes.set_ylim(-top, top)
@@ -106,8 +107,9 @@ def _draw_intervals(axes: Axes, found: StandoffAnalysis, height: float) -> None:
     """Certified intervals as bars below and above the axis."""
     low, high = found.energy_interval
     axes.plot([low, high], [-height] * 2, "--", color=CERTIFIED, label="certified by the energy")
-    low, high = found.certificate.low, found.certificate.high
-    axes.plot([low, high], [height] * 2, color="#b8860b", label="certified by sums of squares")
+    if found.certificate is not None:
+        sure = [found.certificate.low, found.certificate.high]
+        axes.plot(sure, [height] * 2, color="#b8860b", label="certified by sums of squares")
     model = found.loop.error
     axes.axvspan(
         model.shortest, model.longest, 0, 0.02, color=CALIBRATED, ec="#c9b26b",
@@ -117,7 +119,9 @@ def _draw_intervals(axes: Axes, found: StandoffAnalysis, height: float) -> None:
 
 def _view(found: StandoffAnalysis) -> tuple[float, float]:
     """Distances worth seeing: equilibria, singularities, what is certified, and some way beyond."""
-    sure = (found.certificate.low, found.certificate.high)
+    sure = found.energy_interval
+    if found.certificate is not None:
+        sure = (found.certificate.low, found.certificate.high)
     places = [*(each.y for each in found.equilibria), *found.singularities, *sure]
     span = max(places) - min(places)
     extra = [end for end in (found.region.low, found.region.high) if math.isfinite(end)]

@@ -8,6 +8,7 @@ import pytest
 from sightfield.diagrams.standoff.analysis import analyse_standoff
 from sightfield.diagrams.standoff.certificate import sum_of_squares_certificate
 from sightfield.diagrams.standoff.linear import drake_poles, frequency_response, root_locus
+from sightfield.diagrams.standoff.pictures.phase_picture import draw_phase_portrait
 from sightfield.systems.numerics.standoff.delay import crossover_frequencies, open_loop
 from sightfield.systems.numerics.standoff.equilibria import equilibria, wanted_equilibrium
 from sightfield.systems.numerics.standoff.error_model import ErrorModel
@@ -48,6 +49,7 @@ def test_the_bode_diagram_of_python_control_is_the_open_loop(controller, filter_
 def test_sums_of_squares_certify_a_part_of_the_region(controller, kd):
     loop = StandoffLoop(controller=controller, kd=kd)
     found, region = sum_of_squares_certificate(loop), region_of_attraction(loop)
+    assert found is not None
     assert region.low < found.low < found.rest[0] < found.high <= region.high
     # On one state nothing but the equilibrium or the singularity bounds it.
     if not loop.integrates:
@@ -102,6 +104,21 @@ def test_an_error_that_bends_the_other_way_is_analysed_too():
         controller="PID", reference=-0.2, error=ErrorModel(a=-1.062, b=-0.7598, c=-0.137)
     )
     found, mirrored = analyse_standoff(loop), analyse_standoff(StandoffLoop(controller="PID"))
+    assert found.certificate is not None
+    assert mirrored.certificate is not None
     assert found.region.high == pytest.approx(-mirrored.region.low, abs=1e-8)
     assert found.certificate.low == pytest.approx(-mirrored.certificate.high, abs=1e-4)
     assert found.energy_interval[0] == pytest.approx(-mirrored.energy_interval[1])
+
+
+def test_without_a_certificate_the_rest_of_the_analysis_stands(monkeypatch):
+    def demand_that_fails(*_):
+        raise SystemExit("condition 'result.is_success()' failed")
+
+    module = "sightfield.diagrams.standoff.certificate.RegionOfAttraction"
+    monkeypatch.setattr(module, demand_that_fails)
+    found = analyse_standoff(StandoffLoop())
+    assert found.certificate is None
+    assert found.region == region_of_attraction(StandoffLoop())
+    (axes,) = draw_phase_portrait(found).axes
+    assert "certified by sums of squares" not in axes.get_legend_handles_labels()[1]
