@@ -15,6 +15,7 @@ from rich.table import Table
 from ...systems.numerics.errors import InvalidInput, require, require_non_negative
 from ..outputs import output_folder
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
+from ..tracking.game import with_random_starts
 from ..tracking.live_page import open_live_page
 from ..vision import scenarios
 from ..vision.tracking.picture_game import set_up_picture_game
@@ -44,7 +45,10 @@ def track_on_pictures(
         str | None,
         typer.Option(metavar="W,W,...", help="Run at each of these weights, and compare."),
     ] = None,
-    seeds: Annotated[int, typer.Option(help="With --sweep: runs at each weight.")] = 1,
+    seeds: Annotated[
+        int,
+        typer.Option(help="With --sweep: runs at each weight; more than 1 start at random places."),
+    ] = 1,
     seconds: Annotated[float | None, typer.Option(help="Horizon [s].")] = None,
     seed: Annotated[int | None, typer.Option(help="Of everything random.")] = None,
     out: Annotated[
@@ -122,6 +126,9 @@ def _sweep(
 ) -> None:
     """Run every weight with every seed, and show the means."""
     require(seeds > 0, "--seeds", "be positive", seeds)
+    if seeds > 1:
+        elsewhere = with_random_starts(scenario)
+        scenario = replace(scenario, pursuers=elsewhere.pursuers, evaders=elsewhere.evaders)
     numbers = range(scenario.seed, scenario.seed + seeds)
     with output_folder(out) if out is not None else nullcontext() as folder:
         with _bar(console, console.is_terminal) as bar:

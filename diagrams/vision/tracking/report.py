@@ -97,6 +97,6 @@ def draw_sweep(sweep: WeightSweep) -> Figure:
         axes.plot(sweep.weights, np.array(means, dtype=float), "o-", color="tab:blue")
         axes.set_xlabel("weight w of the pursuit field (2.7)")
         axes.set_ylabel(label)
-        axes.set_ylim(bottom=0)
+        axes.set_ylim(0, 1.08 * max(float(np.nanmax(values, initial=0.0)), 1e-3))
         axes.grid(alpha=0.3)
     return figure
