@@ -78,6 +78,7 @@ def plan(
 ) -> None:
     """Ask one planner or all of them, and drive what they answer through the plant."""
     if context.invoked_subcommand is not None:
+        _refuse_given(context)
         return
     require(
         not (point and goal_tolerance is not None),
@@ -146,6 +147,18 @@ def sweep(
             Console().print(remark, markup=False)
     else:
         Console().print(_sweep_table(results))
+
+
+def _refuse_given(context: typer.Context) -> None:
+    """Refuse options that stand before a subcommand, which has its own."""
+    sources = {
+        option.opts[0]: context.get_parameter_source(option.name)
+        for option in context.command.params
+        if option.name
+    }
+    given = [name for name, source in sources.items() if source and source.name == "COMMANDLINE"]
+    what = f"stand without {', '.join(given)} before it"
+    require(not given, f"plan {context.invoked_subcommand}", what, "both")
 
 
 def _grid_step(grid: str) -> float:

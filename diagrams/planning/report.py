@@ -19,7 +19,7 @@ def write_report(verdict: Verdict, folder: Path) -> list[str]:
         verdict: Of some planners.
         folder: Exists.
     """
-    names = ["verdict.json", "paths.npz", "paths.png", "states.png", "replay.html"]
+    names = ["verdict.json", "paths.npz", "paths.png", "replay.html"]
     text = json.dumps(as_object(verdict), indent=2)
     (folder / names[0]).write_text(text + "\n", encoding="utf-8")
     arrays: dict[str, np.ndarray] = {}
@@ -30,8 +30,10 @@ def write_report(verdict: Verdict, folder: Path) -> list[str]:
             arrays[f"{row.method}/controls"] = row.plan.path.controls
     np.savez_compressed(folder / names[1], **arrays)  # type: ignore[arg-type]  # none is called allow_pickle
     save_paths_picture(folder / names[2], verdict)
-    save_states_picture(folder / names[3], verdict)
-    write_planning_replay(folder / names[4], verdict)
+    write_planning_replay(folder / names[3], verdict)
+    if arrays:
+        save_states_picture(folder / "states.png", verdict)
+        names.append("states.png")
     if save_value_picture(folder / "value.png", verdict):
         names.append("value.png")
     return names

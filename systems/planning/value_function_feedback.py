@@ -30,7 +30,9 @@ class ValueFunctionFeedback(LeafSystem):
     control  2     m/s, rad/s        tractor
     =======  ====  ================  =======
 
-    `state` holds x, y, theta, beta; `control` v, omega. Defined for double.
+    `state` holds x, y, theta, beta; `control` v, omega. Defined for double. The control jumps, so
+    hold it (`ZeroOrderHold`) for a small part of the time between theta nodes on its way to a
+    plant: an integrator with error control would chatter along its switches.
 
     Source: Zhang 2014, (3.20).
 

@@ -63,11 +63,16 @@ def test_a_folder_gets_numbers_paths_and_pictures(run, tmp_path):
 
 
 @pytest.mark.filterwarnings("error")
-def test_without_a_path_there_are_pictures_all_the_same(run, tmp_path):
+def test_without_a_path_there_is_nothing_over_time(run, tmp_path):
     case = ("--method", "primitive", "--jackknife", 0.1, "--out", tmp_path)
     assert "unreachable" in run(*case).stdout
     assert (tmp_path / "paths.png").stat().st_size > 5000
-    assert (tmp_path / "states.png").stat().st_size > 5000
+    assert not (tmp_path / "states.png").exists()
+
+
+def test_options_before_sweep_are_refused(run):
+    with pytest.raises(InvalidInput, match="`plan sweep` must stand without --point before it"):
+        run("--point", "sweep", "--count", 2)
 
 
 def test_the_sweep_leaves_its_figure(run, tmp_path):

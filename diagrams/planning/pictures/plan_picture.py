@@ -22,7 +22,7 @@ def save_paths_picture(path: Path, verdict: Verdict) -> None:
     figure = Figure(figsize=(7.0, 6.4), layout="constrained")
     axes = figure.add_subplot()
     _draw_paths(axes, verdict)
-    axes.legend(frameon=False)
+    axes.legend(edgecolor="none", framealpha=0.8)
     # Equal scales leave room above and below a wide plan.
     figure.savefig(path, dpi=_SIZE, bbox_inches="tight")
 
@@ -74,7 +74,7 @@ def save_states_picture(path: Path, verdict: Verdict) -> None:
         axes.tick_params(labelbottom=axes is rows[-1])
     figure.align_ylabels(rows)
     rows[-1].set_xlabel("time [s]")
-    plane.legend(frameon=False)
+    plane.legend(edgecolor="none", framealpha=0.8)
     figure.savefig(path, dpi=_SIZE)
 
 
@@ -95,7 +95,7 @@ def save_sweep_picture(path: Path, sweep: Sweep) -> None:
     widths = ", ".join(f"{width:g}" for width in sweep.tolerance)
     axes.set_title(f"Into a box of half-widths {widths}", fontsize="medium")
     axes.grid(alpha=0.3)
-    axes.legend(frameon=False)
+    axes.legend(edgecolor="none", framealpha=0.8)
     figure.savefig(path, dpi=_SIZE)
 
 

@@ -46,7 +46,8 @@ def save_value_picture(path: Path, verdict: Verdict) -> bool:
         axes.set_ylabel("y [m]")
         axes.label_outer()
     whose = "the start" if row is None else row.method
-    figure.suptitle(f"Time to go at heading theta and trailer angle beta of {whose}")
+    between = " " if columns > 1 else "\n"
+    figure.suptitle(f"Time to go at heading theta and{between}trailer angle beta of {whose}")
     if filled is not None:
         figure.colorbar(filled, ax=panels, label="time to go [s]", shrink=0.8)
     figure.savefig(path, dpi=_SIZE)

@@ -40,6 +40,7 @@ class Trailer:
         require_positive("turn_rate", self.turn_rate)
         require_positive("length", self.length)
         require_finite("hitch_offset", self.hitch_offset)
+        require(isinstance(self.reverse, bool), "reverse", "be true or false", self.reverse)
         require(0 < self.jackknife <= math.pi, "jackknife", "lie in (0, pi]", self.jackknife)
 
     @property

@@ -18,9 +18,9 @@ from ..arc_words.held_controls import control_set, hold_beta, shift_of
 from ..goal import Goal
 from ..plan import TrailerPath
 from ..trailer import Trailer
-from ..value_function.obstacles import Walls, overlaps
 from ..value_function.value_function import ValueFunction
 from .lookup import look_up_in_reach
+from .obstacles import Walls, overlaps
 
 # Looks for walls and for the goal, in one step.
 LOOKS = 8

@@ -53,11 +53,14 @@ def half_angle_map(trailer: Trailer, v, omega, durations) -> np.ndarray:
     hitch = trailer.hitch_offset / trailer.length
     pull = -v / (2 * trailer.length)
     rise, fall = omega * (1 + hitch) / 2, omega * (hitch - 1) / 2
-    # The square of the matrix of rates is a multiple of one: its exponential has two terms.
-    root = np.sqrt(pull * pull + rise * fall + 0j)
-    even = np.real(np.cosh(root * durations))
-    slow = np.abs(root) * durations < 1e-9
-    odd = np.real(np.sinh(root * durations) / np.where(slow, 1, root))
+    # The square of the matrix of rates is a multiple of one: its exponential has two terms. Where
+    # they grow, both are divided by the first, for a short trailer would let them overflow.
+    square = pull * pull + rise * fall
+    root = np.sqrt(np.abs(square))
+    phase = root * durations
+    slow, grows = phase < 1e-9, square > 0
+    even = np.where(grows, 1.0, np.cos(phase))
+    odd = np.where(grows, np.tanh(phase), np.sin(phase)) / np.where(slow, 1.0, root)
     odd = np.where(slow, durations, odd)
     rows = [[even + pull * odd, rise * odd], [fall * odd, even - pull * odd]]
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))

@@ -6,7 +6,7 @@ from time import perf_counter
 
 import numpy as np
 
-from ...errors import require, require_finite
+from ...errors import InvalidInput, require, require_finite
 from ...geometry.world import World
 from ..among_walls.clear import require_clear_ends, walls_part
 from ..goal import Goal
@@ -132,8 +132,13 @@ def _commonest(statuses: list[str]) -> str:
 
 def checked_start(trailer: Trailer, start: Sequence[float]) -> np.ndarray:
     """The start as an array, after refusing what cannot be one."""
-    require(len(start) == 4, "start", "be (x, y, theta, beta)", start)
-    for value in start:
-        require_finite("start", float(value))
-    require(abs(start[3]) <= trailer.jackknife, "start", "have |beta| within jackknife", start[3])
+    try:
+        entries = [float(value) for value in start]
+    except (TypeError, ValueError):
+        raise InvalidInput(f"`start` must be four numbers; got {start}") from None
+    require(len(entries) == 4, "start", "be (x, y, theta, beta)", start)
+    for value in entries:
+        require_finite("start", value)
+    bent = abs(math.remainder(start[3], math.tau))
+    require(bent <= trailer.jackknife, "start", "have |beta| within jackknife", start[3])
     return np.array(start, dtype=float)

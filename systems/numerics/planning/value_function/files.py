@@ -26,11 +26,13 @@ def save_value_function(value: ValueFunction, path: str | os.PathLike[str]) -> N
     Args:
         value: What to save.
         path: Where; the name is kept as it is.
+
+    Raises:
+        InvalidInput: The folder does not exist or cannot be written to, or the path is a folder.
     """
     about = {
         "format": FORMAT,
         "version": VERSION,
-        "checksum": _checksum(value.table),
         "grid": asdict(value.grid),
         "trailer": asdict(value.trailer),
         "goal": asdict(value.goal),
@@ -43,9 +45,14 @@ def save_value_function(value: ValueFunction, path: str | os.PathLike[str]) -> N
         "walled": value.walled,
         "placement": value.placement,
     }
+    about["checksum"] = _checksum(value.table, about)
     target = Path(path)
     require(target.parent.is_dir(), "path", "be in a folder that exists", target)
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=target.name, suffix=".part")
+    require(not target.is_dir(), "path", "be a file", target)
+    try:
+        handle, name = tempfile.mkstemp(dir=target.parent, prefix=target.name, suffix=".part")
+    except OSError as error:
+        raise InvalidInput(f"`path` must be writable; got {target}: {error.strerror}") from None
     try:
         with os.fdopen(handle, "wb") as file:
             np.savez(file, about=np.array(json.dumps(about)), table=value.table)
@@ -114,9 +121,11 @@ def load_value_function(path: str | os.PathLike[str]) -> ValueFunction:
         f"have a table of shape {value.grid.shape}",
         table.shape,
     )
-    require(_checksum(table) == about.get("checksum"), "file", "match its checksum", path)
+    said = about.pop("checksum", None)
+    require(_checksum(table, about) == said, "file", "match its checksum", path)
     return value
 
 
-def _checksum(table: np.ndarray) -> int:
-    return zlib.crc32(table.tobytes())
+def _checksum(table: np.ndarray, about: dict[str, object]) -> int:
+    """Of the numbers, and of what is said of them but for the checksum."""
+    return zlib.crc32(json.dumps(about, sort_keys=True).encode(), zlib.crc32(table.tobytes()))

@@ -5,13 +5,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
 
-from ...errors import require, require_finite
+from ...errors import require
 from ...geometry.world import World
 from ..among_walls.clear import require_clear_ends, walls_part
 from ..among_walls.planner import METHOD, grid_within, plan_from_table
 from ..driven_path import refined_path
 from ..goal import Goal
 from ..minimum_time.footprint import Discs, covering_discs
+from ..minimum_time.planner import checked_start
 from ..plan import Plan
 from ..trailer import Trailer
 from .descents import descents
@@ -61,10 +62,7 @@ def plan_by_value_function(
             something else.
     """
     began = perf_counter()
-    require(len(start) == 4, "start", "be (x, y, theta, beta)", start)
-    for entry in start:
-        require_finite("start", float(entry))
-    require(abs(start[3]) <= trailer.jackknife, "start", "have |beta| within jackknife", start[3])
+    start = checked_start(trailer, start).tolist()
     if obstacles is not None:
         body = discs or covering_discs(trailer)
         require(value is None, "value", "be left out among obstacles", "a table")
@@ -116,7 +114,7 @@ def plan_by_value_function(
         "warnings": list(value.warnings),
     }
     if math.isinf(driven.promised):
-        status = "unreachable"
+        status = "unreachable on this grid"
     elif path is None:
         status = "lost on the way"
     elif late:

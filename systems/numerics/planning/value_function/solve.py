@@ -17,6 +17,7 @@ import numpy as np
 
 from ...errors import require
 from ...geometry.world import World
+from ..among_walls.obstacles import make_walls, shut_ways
 from ..among_walls.sweeps import sweep_walled_row
 from ..arc_words.held_controls import normalised
 from ..goal import Goal
@@ -25,7 +26,6 @@ from ..trailer import Trailer
 from .grid import Grid
 from .motions import Motions, make_motions
 from .near_field import first_hits
-from .obstacles import make_walls, shut_ways
 from .sweeps import FAR, LIMIT, settle_row, sweep_row
 from .value_function import ValueFunction
 from .warm_start import carried_over

@@ -88,7 +88,7 @@ class ValueFunction:
         require(
             states.ndim > 0 and states.shape[-1] == 4, "states", "have shape (..., 4)", states.shape
         )
-        require(not np.isnan(states).any(), "states", "be numbers", "NaN")
+        require(bool(np.isfinite(states).all()), "states", "be finite numbers", "others")
         x, y, heading = self.placement
         dx, dy = states[..., 0] - x, states[..., 1] - y
         states[..., 0] = math.cos(heading) * dx + math.sin(heading) * dy

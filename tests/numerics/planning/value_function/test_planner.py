@@ -75,7 +75,7 @@ def test_a_start_at_the_goal_takes_no_time(solved):
 def test_off_the_table_is_unreachable(solved):
     goal = Goal(state=(0.0, 0.0, 0.0, 0.0), tolerance=THESIS_TOLERANCE)
     plan = plan_by_value_function(Trailer(), (9.0, 0.0, 0.0, 0.0), goal, value=solved())
-    assert plan.status == "unreachable"
+    assert plan.status == "unreachable on this grid"
     assert plan.time == math.inf
     assert plan.path is None
     assert not plan.converged

@@ -203,7 +203,7 @@ def test_bad_steps_are_refused(step):
 
 
 def test_nan_is_refused(solved):
-    with pytest.raises(InvalidInput, match="`states` must be numbers; got NaN"):
+    with pytest.raises(InvalidInput, match="`states` must be finite numbers"):
         solved().time_to_go([0, 0, math.nan, 0])
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.planning.among_walls.obstacles import make_walls, shut_ways
 from sightfield.systems.numerics.planning.driven_path import driven_path
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.minimum_time.footprint import covering_discs
@@ -13,7 +14,6 @@ from sightfield.systems.numerics.planning.minimum_time.overlap import deepest_ov
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import Grid
 from sightfield.systems.numerics.planning.value_function.motions import make_motions
-from sightfield.systems.numerics.planning.value_function.obstacles import make_walls, shut_ways
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 
 GOAL = Goal(state=(6.0, 3.0, 0.0, 0.0), tolerance=(0.4, 0.4, 0.55, 0.55))
