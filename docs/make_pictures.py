@@ -17,6 +17,7 @@ SIGHTFIELD = Path(sys.executable).with_name("sightfield")
 # Picture, command that leaves a replay in its folder, moment of that [s].
 REPLAYS = [
     ("thesis_3v4", ["track", "thesis_3v4", "--no-meshcat"], 20.0),
+    ("omni_2v2", ["camera", "track", "omni_2v2", "--no-meshcat"], 6.0),
     ("plan_replay", ["plan"], 2.5),
 ]
 
@@ -24,6 +25,8 @@ REPLAYS = [
 DRAWINGS = [
     ("risk_vectors", ["track", "risk_vectors", "--no-replay"], "tracks.png"),
     ("corner", ["corner"], "corner.png"),
+    ("calibration", ["camera", "calibrate"], "error_curves.png"),
+    ("standoff", ["standoff", "--controller", "PD", "--analyse"], "responses.png"),
     ("plan", ["plan"], "paths.png"),
 ]
 

@@ -11,13 +11,12 @@ import pytest
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
-LINES = [
-    line.split("#")[0].strip()
+SCRIPTS = [
+    [line.split("#")[0].strip() for line in block.strip().split("\n")]
     for kind, block in BLOCKS
     if kind == "sh"
-    for line in block.split("\n")
 ]
-COMMANDS = [line for line in LINES if line.startswith("sightfield")]
+COMMANDS = [script for script in SCRIPTS if script[0].startswith("sightfield")]
 MAP = "POLYGON ((0 0, 9 0, 9 7, 0 7, 0 0), (3 3, 5 3, 5 5, 3 5, 3 3))"
 
 
@@ -25,20 +24,27 @@ def test_there_are_commands():
     assert len(COMMANDS) >= 5
 
 
-@pytest.mark.parametrize("line", COMMANDS)
-def test_commands_run(line, tmp_path):
+@pytest.mark.parametrize("script", COMMANDS, ids=lambda script: script[0])
+def test_commands_run_one_after_the_other(script, tmp_path):
     (tmp_path / "map.wkt").write_text(MAP)
-    words = shlex.split(line.replace("map.yaml", "map.wkt"))
-    words[0] = str(Path(sys.executable).with_name("sightfield"))
-    done = subprocess.run(
-        words, cwd=tmp_path, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
+    for line in script:
+        words = shlex.split(line.replace("map.yaml", "map.wkt"))
+        words[0] = str(Path(sys.executable).with_name(words[0]))
+        done = subprocess.run(
+            words,
+            cwd=tmp_path,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
 
 
 def test_make_targets_exist():
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    targets = [line.split()[1] for line in LINES if line.startswith("make ")]
+    lines = [line for script in SCRIPTS for line in script]
+    targets = [line.split()[1] for line in lines if line.startswith("make ")]
     assert targets
     assert all(re.search(rf"^{target}:", makefile, re.MULTILINE) for target in targets)
 
