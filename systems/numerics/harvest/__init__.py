@@ -1,0 +1,1 @@
+"""The harvest: fields, schedules and routes of combines and their grain carts."""

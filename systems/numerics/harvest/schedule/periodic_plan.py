@@ -1,0 +1,278 @@
+"""Periodic plans of a round by linear programming, for fleets of any make.
+
+With the cart beside each combine for the durations s_i, and travel times d_i between, the load
+that visit i finds is r_f times the time since the cart left that combine; it is linear in the
+s_i. Tanks and cart set bounds, and so every question about the round is a linear programme:
+the longest and the shortest period, and how much slower the cart could drive. For equal
+combines the answers are those of (3.1) to (3.10).
+"""
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linprog
+
+from ...errors import require
+from .fleet import Fleet
+from .rounds import Round
+
+Vector = NDArray[np.float64]
+
+# Part of a tank, a time or a load by which answers of the programme may miss a bound.
+_ACCURACY = 1e-9
+
+
+class Aim(Enum):
+    """What a plan makes as large as it can."""
+
+    FULL_TANKS = "full tanks"  # the longest period: the cart drives least, as in the thesis
+    EARLY = "early"  # the shortest period: the tanks stay as empty as they can
+
+
+@dataclass(frozen=True)
+class PeriodicPlan:
+    """A round with times, repeated for ever; time 0 is the start of its first visit.
+
+    Attributes:
+        fleet: The combines.
+        round: The visits.
+        period: After which all repeats [s].
+        starts: Of unloading, (V,) [s].
+        emptied: When the tank is empty, (V,) [s].
+        leaves: When the cart leaves, (V,) [s].
+        loads_at_start: Of the tank that each visit finds, (V,) [kg].
+        taken: What the cart takes over in each visit, (V,) [kg].
+    """
+
+    fleet: Fleet
+    round: Round
+    period: float
+    starts: tuple[float, ...]
+    emptied: tuple[float, ...]
+    leaves: tuple[float, ...]
+    loads_at_start: tuple[float, ...]
+    taken: tuple[float, ...]
+
+    @property
+    def waits(self) -> tuple[float, ...]:
+        """How long the cart stays with each emptied combine, (V,) [s]."""
+        return tuple(leave - empty for leave, empty in zip(self.leaves, self.emptied, strict=True))
+
+    @property
+    def stagger(self) -> tuple[float, ...]:
+        """When each combine, empty, begins to cut, so that all repeats from the start, (N,) [s].
+
+        Relative to time 0; infinite for combines that the round does not serve.
+        """
+        begins = [math.inf] * self.fleet.size
+        for visit in reversed(range(self.round.size)):
+            combine = self.round.combines[visit]
+            filling = self.loads_at_start[visit] / self.fleet.fill_rates[combine]
+            begins[combine] = self.starts[visit] - filling
+        return tuple(begins)
+
+
+def plan_round(
+    fleet: Fleet,
+    round_: Round,
+    fill: float = 1.0,
+    aim: Aim = Aim.FULL_TANKS,
+    period: float | None = None,
+) -> PeriodicPlan | None:
+    """The periodic plan of a round, or None if there is none.
+
+    Among the plans that are as good, waits are as even as they can be.
+
+    Args:
+        fleet: The combines.
+        round_: The visits.
+        fill: Part of each tank, and of the cart, that the plan uses; above 0 up to 1.
+        aim: Which of the possible periods.
+        period: This period instead [s].
+    """
+    require(0 < fill <= 1, "fill", "lie above 0 and up to 1", fill)
+    if _is_alone(round_):
+        return _plan_alone(fleet, round_, fill)
+    model = _Model(fleet, round_, fill)
+    if period is None:
+        sign = -1.0 if aim is Aim.FULL_TANKS else 1.0
+        best = model.solve(sign * model.period_row)
+        if best is None:
+            return None
+        period = model.period_of(best)
+    even = model.solve_evenly(period)
+    return None if even is None else model.plan_of(even)
+
+
+def travel_scale_max(fleet: Fleet, round_: Round, fill: float = 1.0) -> float:
+    """The largest factor on all travel times with which the round has a plan.
+
+    Infinite if nothing is to be driven; negative or less than 1: as it is, it has none. Minus
+    infinity if even driving in no time does not help.
+    """
+    if _is_alone(round_) or not any(round_.travel_times):
+        possible = plan_round(fleet, round_, fill) is not None
+        return math.inf if possible else -math.inf
+    best = _Model(fleet, round_, fill).solve_scale()
+    return -math.inf if best is None else best
+
+
+def _is_alone(round_: Round) -> bool:
+    """Whether a cart stands by one combine and has nowhere else to go."""
+    return set(round_.combines) == {round_.combines[0]} and round_.truck is None
+
+
+def _plan_alone(fleet: Fleet, round_: Round, fill: float) -> PeriodicPlan:
+    """One combine, one cart: it comes when the tank is full, and goes when it is empty."""
+    combine = round_.combines[0]
+    load = fill * fleet.capacities[combine]
+    emptied = load / fleet.net_rate(combine)
+    return PeriodicPlan(
+        fleet=fleet,
+        round=round_,
+        period=emptied + load / fleet.fill_rates[combine],
+        starts=(0.0,),
+        emptied=(emptied,),
+        leaves=(emptied,),
+        loads_at_start=(load,),
+        taken=(load + fleet.fill_rates[combine] * emptied,),
+    )
+
+
+class _Model:
+    """The linear programme; unknowns are V loads, V waits, in units of a tank and of its filling.
+
+    Row by row: load_i = r_f (sum of stays and ways since the cart last left that combine), where
+    a stay is load / (r_u - r_f) + wait and a way by the truck takes in addition as long as the
+    grain of its block takes to unload.
+    """
+
+    def __init__(self, fleet: Fleet, round_: Round, fill: float) -> None:
+        self.fleet, self.round = fleet, round_
+        size = round_.size
+        numbers = list(round_.combines)
+        self._load_unit = np.array([fleet.capacities[n] for n in numbers])
+        self._time_unit = max(fleet.filling_time(n) for n in numbers)
+        rates = np.array([fleet.fill_rates[n] for n in numbers])
+        net = np.array([fleet.net_rate(n) for n in numbers])
+        eye, none = np.eye(size), np.zeros((size, size))
+        loads = np.hstack([eye * self._load_unit[:, None], none])
+        self._waits = np.hstack([none, eye * self._time_unit])
+        self._stays = loads / net[:, None] + self._waits
+        self._taken = loads + rates[:, None] * self._stays
+        # Ways: constant part, part that grows with what the truck gets, part that a scale acts on.
+        self._ways = np.zeros((size, 2 * size))
+        self._stops = np.zeros(size)
+        self._driven = np.array(round_.travel_times)
+        room_rows = []
+        truck = round_.truck
+        if truck is not None:
+            for visit in np.flatnonzero(round_.trips):
+                grain = self._taken[round_.block(int(visit))].sum(axis=0)
+                self._ways[visit] = grain / truck.unload_rate
+                self._stops[visit] = truck.stop_time
+                room_rows.append(grain / (fill * truck.cart_capacity))
+        self._room_rows = np.array(room_rows).reshape(len(room_rows), 2 * size)
+        # What has passed since the cart last left the combine of each visit: a row of ones.
+        since = np.zeros((size, size))
+        since_ways = np.zeros((size, size))
+        for visit in range(size):
+            for back in range(1, round_.previous(visit) + 1):
+                since_ways[visit, (visit - back) % size] += 1.0
+                if back < round_.previous(visit):
+                    since[visit, (visit - back) % size] += 1.0
+        unit = (rates / self._load_unit)[:, None]
+        self._equal = loads / self._load_unit[:, None] - unit * (
+            since @ self._stays + since_ways @ self._ways
+        )
+        self._equal_stops = unit[:, 0] * (since_ways @ self._stops)
+        self._equal_driven = unit[:, 0] * (since_ways @ self._driven)
+        tank, wait = (0.0, fill), (0.0, None)
+        self._bounds: list[tuple[float | None, float | None]] = [*[tank] * size, *[wait] * size]
+        self.period_row = (self._stays + self._ways).sum(axis=0) / self._time_unit
+        self._period_rest = float(self._stops.sum() + self._driven.sum())
+
+    def period_of(self, unknowns: Vector) -> float:
+        return float(self.period_row @ unknowns) * self._time_unit + self._period_rest
+
+    def solve(self, cost: Vector) -> Vector | None:
+        """The unknowns of least cost at the travel times as they are."""
+        return _solved(
+            cost, self._room_rows, self._equal, self._equal_stops + self._equal_driven, self._bounds
+        )
+
+    def solve_scale(self) -> float | None:
+        """The largest factor on the travel times."""
+        rooms = len(self._room_rows)
+        equal = np.hstack([self._equal, -self._equal_driven[:, None]])
+        room = np.hstack([self._room_rows, np.zeros((rooms, 1))])
+        cost = np.zeros(equal.shape[1])
+        cost[-1] = -1.0
+        best = _solved(cost, room, equal, self._equal_stops, [*self._bounds, (None, None)])
+        return None if best is None else float(best[-1])
+
+    def solve_evenly(self, period: float) -> Vector | None:
+        """The unknowns of a period whose least wait is as long as it can be."""
+        size = self.round.size
+        equal = np.vstack([self._equal, self.period_row])
+        equal = np.hstack([equal, np.zeros((size + 1, 1))])
+        right = (period - self._period_rest) / self._time_unit
+        sides = np.append(self._equal_stops + self._equal_driven, right)
+        # least - wait_i <= 0 beside room rows that end at 1.
+        least = np.hstack([-self._waits / self._time_unit, np.ones((size, 1))])
+        room = np.hstack([self._room_rows, np.zeros((len(self._room_rows), 1))])
+        cost = np.append(np.zeros(2 * size), -1.0)
+        limits = np.append(np.zeros(size), np.ones(len(room)))
+        best = _solved(
+            cost, np.vstack([least, room]), equal, sides, [*self._bounds, (0.0, None)], limits
+        )
+        return None if best is None else best[:-1]
+
+    def plan_of(self, unknowns: Vector) -> PeriodicPlan:
+        """The plan in [s] and [kg]; loads follow from the waits without the solver's tolerance."""
+        size = self.round.size
+        waits = np.maximum(unknowns[size:], 0.0)
+        sides = self._equal_stops + self._equal_driven - self._equal[:, size:] @ waits
+        exact = np.concatenate([np.linalg.solve(self._equal[:, :size], sides), waits])
+        stays, loads = self._stays @ exact, exact[:size] * self._load_unit
+        ways = self._driven + self._stops + self._ways @ exact
+        starts = np.concatenate([[0.0], np.cumsum(stays + ways)[:-1]])
+        leaves = starts + stays
+        return PeriodicPlan(
+            fleet=self.fleet,
+            round=self.round,
+            period=float((stays + ways).sum()),
+            starts=tuple(starts.tolist()),
+            emptied=tuple((leaves - self._waits @ exact).tolist()),
+            leaves=tuple(leaves.tolist()),
+            loads_at_start=tuple(loads.tolist()),
+            taken=tuple((self._taken @ exact).tolist()),
+        )
+
+
+def _solved(
+    cost: Vector,
+    rows: Vector,
+    equal: Vector,
+    sides: Vector,
+    bounds: list[tuple[float | None, float | None]],
+    limits: Vector | None = None,
+) -> Vector | None:
+    """The optimum of a linear programme, or None if it has no solution."""
+    answer = linprog(
+        cost,
+        A_ub=rows if len(rows) else None,
+        b_ub=(np.ones(len(rows)) if limits is None else limits) if len(rows) else None,
+        A_eq=equal,
+        b_eq=sides,
+        bounds=bounds,
+        method="highs",
+        options={
+            "primal_feasibility_tolerance": _ACCURACY,
+            "dual_feasibility_tolerance": _ACCURACY,
+        },
+    )
+    return np.asarray(answer.x) if answer.status == 0 else None

@@ -1,0 +1,236 @@
+"""What a cart's round does to the tanks, event by event, without any step of time.
+
+Between events each load is linear: a combine that works fills its tank, a cart beside it empties
+the tank and then takes over what is cut. A full tank runs over, and what runs over is counted.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...errors import require
+from .fleet import Fleet, require_count
+from .periodic_plan import PeriodicPlan
+from .rounds import Round
+from .timetable import LoadLine, Timetable, Visit
+
+# Part of a tank that rounding may put above its capacity.
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class CartRun:
+    """What one cart is told to do.
+
+    Attributes:
+        round: The visits that it repeats.
+        first_start: When it is beside the first combine [s].
+        plan: It neither starts to unload nor leaves before this plan does; none: it starts when
+            it comes and leaves when the tank is empty. It never leaves a tank that is not empty,
+            unless the cart is full; then it drives by the truck at once.
+        travel_factors: By how much longer each way takes than planned; one number or one for
+            each visit of the whole run, repeated as needed.
+        unload_factors: The same for emptying a tank: by as much its load falls more slowly.
+    """
+
+    round: Round
+    first_start: float = 0.0
+    plan: PeriodicPlan | None = None
+    travel_factors: ArrayLike = 1.0
+    unload_factors: ArrayLike = 1.0
+
+
+def simulate_schedule(
+    fleet: Fleet,
+    runs: CartRun | Sequence[CartRun],
+    cycles: int,
+    initial_loads: Sequence[float] | None = None,
+    start_times: Sequence[float] | None = None,
+) -> Timetable:
+    """Follow the carts through a number of rounds.
+
+    Args:
+        fleet: The combines. One that no cart serves fills and runs over.
+        runs: One for each cart; no combine is served by two of them.
+        cycles: Number of rounds.
+        initial_loads: Of the tanks, (N,) [kg]; none: empty.
+        start_times: When each combine begins to cut, (N,) [s]; none: at time 0.
+    """
+    require_count("cycles", cycles)
+    runs = [runs] if isinstance(runs, CartRun) else list(runs)
+    served = [combine for run in runs for combine in set(run.round.combines)]
+    require(len(set(served)) == len(served), "runs", "share no combine", sorted(served))
+    begins = (0.0,) * fleet.size if start_times is None else tuple(start_times)
+    loads = (0.0,) * fleet.size if initial_loads is None else tuple(initial_loads)
+    for name, values in (("start_times", begins), ("initial_loads", loads)):
+        require(len(values) == fleet.size, name, f"have {fleet.size} entries", values)
+    for load, capacity in zip(loads, fleet.capacities, strict=True):
+        require(0 <= load <= capacity, "initial_loads", "fit into the tanks", load)
+    tanks = [_Tank(fleet, n, begins[n], loads[n]) for n in range(fleet.size)]
+    visits: list[Visit] = []
+    carts: list[LoadLine] = []
+    end = max(begins)
+    for number, run in enumerate(runs):
+        made, line = _drive(run, number, cycles, tanks)
+        visits += made
+        carts.append(line)
+        end = max(end, made[-1].leave)
+        for combine in set(run.round.combines):
+            tanks[combine].fill_until(made[-1].leave)
+    for combine in set(range(fleet.size)) - set(served):
+        tanks[combine].fill_until(end)
+    return Timetable(
+        visits=tuple(sorted(visits, key=lambda visit: visit.start_unloading)),
+        tanks=tuple(tank.line() for tank in tanks),
+        carts=tuple(carts),
+        lost=tuple(tank.lost for tank in tanks),
+        overflows={n: tank.overflow for n, tank in enumerate(tanks) if tank.overflow < math.inf},
+    )
+
+
+class _Tank:
+    """Load of one combine's tank, from event to event."""
+
+    def __init__(self, fleet: Fleet, combine: int, begin: float, load: float) -> None:
+        self.capacity = fleet.capacities[combine]
+        self.rate = fleet.fill_rates[combine]
+        self.net_rate = fleet.net_rate(combine)
+        self.begin, self.time, self.load = begin, begin, load
+        self.lost, self.overflow = 0.0, math.inf
+        self._points = [(begin, load)]
+
+    def put(self, time: float, load: float) -> None:
+        """State the load at a time."""
+        self.time, self.load = time, load
+        self._points.append((time, load))
+
+    def fill_until(self, time: float) -> None:
+        """Cut with no cart beside."""
+        load = self.load + self.rate * (time - self.time)
+        if load > self.capacity * (1.0 + _ROUNDING):
+            self.overflow = min(self.overflow, self.time + (self.capacity - self.load) / self.rate)
+            self.lost += load - self.capacity
+            self.put(max(self.time, time - (load - self.capacity) / self.rate), self.capacity)
+        self.put(time, min(load, self.capacity))
+
+    def line(self) -> LoadLine:
+        """The load over time."""
+        times, loads = np.array(self._points).T
+        return LoadLine(times=times, loads=loads)
+
+
+def _drive(
+    run: CartRun, number: int, cycles: int, tanks: list[_Tank]
+) -> tuple[list[Visit], LoadLine]:
+    """The visits of one cart, and its own load."""
+    round_, truck = run.round, run.round.truck
+    travel_factors = np.atleast_1d(np.asarray(run.travel_factors, dtype=float)).tolist()
+    unload_factors = np.atleast_1d(np.asarray(run.unload_factors, dtype=float)).tolist()
+    room = math.inf if truck is None else truck.cart_capacity
+    held, time = 0.0, run.first_start
+    points = [(time, held)]
+    visits: list[Visit] = []
+    for count in range(cycles * round_.size):
+        lap, place = divmod(count, round_.size)
+        tank = tanks[round_.combines[place]]
+        start, planned = max(time, tank.begin), -math.inf
+        if run.plan is not None:
+            lap_start = run.first_start + lap * run.plan.period
+            start = max(start, lap_start + run.plan.starts[place])
+            planned = lap_start + run.plan.leaves[place]
+        tank.fill_until(start)
+        load, net = tank.load, tank.net_rate / unload_factors[count % len(unload_factors)]
+        until_empty, until_full = load / net, (room - held) / (net + tank.rate)
+        emptied = start + min(until_empty, until_full)
+        left_over = load - net * until_full if until_full < until_empty else 0.0
+        taken = load - left_over + tank.rate * (emptied - start)
+        leave = max(emptied, planned)
+        if leave > emptied:
+            leave = min(leave, emptied + max(room - held - taken, 0.0) / tank.rate)
+        points += [(start, held), (emptied, held + taken)]
+        taken += tank.rate * (leave - emptied)
+        held += taken
+        points.append((leave, held))
+        tank.put(emptied, left_over)
+        tank.put(leave, left_over)
+        full = held >= room * (1.0 - _ROUNDING)
+        by_truck = truck is not None and (round_.trips[place] or full)
+        visits.append(
+            Visit(
+                combine=round_.combines[place],
+                arrive=time,
+                start_unloading=start,
+                emptied=emptied,
+                leave=leave,
+                load_at_start=load,
+                taken=taken,
+                by_truck=by_truck,
+                cart=number,
+            )
+        )
+        way = round_.travel_times[place]
+        factor = travel_factors[count % len(travel_factors)]
+        if truck is None or not by_truck:
+            time = leave + factor * way
+            continue
+        there = leave + factor * truck.travel_time
+        gone = there + truck.stop_time + held / truck.unload_rate
+        points += [(there, held), (gone, 0.0)]
+        held, time = 0.0, gone + factor * truck.travel_time
+    times, loads = np.array(points).T
+    return visits, LoadLine(times=times, loads=loads)
+
+
+def plan_timetable(
+    plan: PeriodicPlan,
+    cycles: int,
+    initial_loads: Sequence[float] | None = None,
+    start_times: Sequence[float] | None = None,
+    ready: float = -math.inf,
+) -> Timetable:
+    """What the cart follows: the visits of a plan from where the tanks are now.
+
+    The first round comes as late as no tank holds more than the plan says; tanks with less are
+    emptied sooner, and the cart waits there for longer (t'_n of the thesis). If the cart cannot
+    be there in time it starts when it is ready, and catches up while the plan has waits.
+
+    Args:
+        plan: Which visits, and how far apart.
+        cycles: Number of rounds.
+        initial_loads: Of the tanks, (N,) [kg]; none: empty.
+        start_times: When each combine begins to cut, (N,) [s]; none: one after another by the
+            plan's stagger, of which time 0 is the first start of unloading.
+        ready: When the cart can be beside the first combine [s].
+    """
+    run, begins = first_run(plan, initial_loads, start_times, ready)
+    return simulate_schedule(plan.fleet, run, cycles, initial_loads, begins)
+
+
+def first_run(
+    plan: PeriodicPlan,
+    initial_loads: Sequence[float] | None = None,
+    start_times: Sequence[float] | None = None,
+    ready: float = -math.inf,
+) -> tuple[CartRun, tuple[float, ...]]:
+    """The cart's run of `plan_timetable`, and when the combines begin."""
+    fleet, round_ = plan.fleet, plan.round
+    loads = (0.0,) * fleet.size if initial_loads is None else tuple(initial_loads)
+    if start_times is None:
+        begins = tuple(
+            begin + load / rate if math.isfinite(begin) else 0.0
+            for begin, load, rate in zip(plan.stagger, loads, fleet.fill_rates, strict=True)
+        )
+    else:
+        begins = tuple(start_times)
+    require(len(begins) == fleet.size, "start_times", f"have {fleet.size} entries", begins)
+    require(len(loads) == fleet.size, "initial_loads", f"have {fleet.size} entries", loads)
+    latest = math.inf
+    for visit in range(round_.size):
+        combine = round_.combines[visit]
+        if combine not in round_.combines[:visit]:
+            filling = (plan.loads_at_start[visit] - loads[combine]) / fleet.fill_rates[combine]
+            latest = min(latest, begins[combine] + filling - plan.starts[visit])
+    return CartRun(round=round_, first_start=max(latest, ready), plan=plan), begins
