@@ -1,0 +1,192 @@
+"""Can these carts serve these combines, and what is the plan? All parts put together."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ...errors import require, require_non_negative
+from .carts import CartGroup, assign_combines
+from .fleet import Fleet, Truck
+from .limits import unloading_share
+from .periodic_plan import Aim, PeriodicPlan, plan_round
+from .robustness import jitter_limit, plan_for_jitter, plan_jitter
+from .simulation import CartRun, first_run, simulate_schedule
+from .timetable import Timetable
+
+
+@dataclass(frozen=True)
+class CartPlan:
+    """What one cart does.
+
+    Attributes:
+        group: Its combines, its round, and how much slower its driving could be.
+        plan: Its times, or None if there are none.
+        phase: When its first round starts [s].
+        period_min: The shortest period it could keep, that of a cart that never waits [s].
+        jitter: What its plan certainly stands, as a part of each time.
+        jitter_max: The largest that any strategy stands, without a truck; with one, what the
+            plan of the shortest period certainly stands.
+    """
+
+    group: CartGroup
+    plan: PeriodicPlan | None
+    phase: float
+    period_min: float
+    jitter: float
+    jitter_max: float
+
+
+@dataclass(frozen=True)
+class ScheduleAnswer:
+    """A fleet's schedule.
+
+    Attributes:
+        fleet: The combines.
+        truck: Where carts unload; none: they hold any amount.
+        carts: One entry for each cart that is used.
+        feasible: Whether every cart has a plan, and one that stands the jitter asked for.
+        reasons: Why not, one sentence each.
+    """
+
+    fleet: Fleet
+    truck: Truck | None
+    carts: tuple[CartPlan, ...]
+    feasible: bool
+    reasons: tuple[str, ...]
+
+    @property
+    def travel_scale(self) -> float:
+        """By which factor all driving could be slower; less than 1: there is no schedule."""
+        return min(cart.group.travel_scale for cart in self.carts)
+
+    @property
+    def jitter_max(self) -> float:
+        """The largest jitter that every cart stands if it never waits."""
+        return min(cart.jitter_max for cart in self.carts)
+
+    @property
+    def plans(self) -> tuple[PeriodicPlan, ...]:
+        """The plan of each cart; only of a schedule that is feasible."""
+        return tuple(cart.plan for cart in self.carts if cart.plan is not None)
+
+
+def answer_schedule(
+    fleet: Fleet,
+    carts: int = 1,
+    truck: Truck | None = None,
+    fill: float = 1.0,
+    jitter: float | None = None,
+) -> ScheduleAnswer:
+    """Split the combines among carts, and plan each cart's round.
+
+    Carts keep one period where they can, each a part of it after the one before, so that they
+    come to the truck in turn.
+
+    Args:
+        fleet: The combines.
+        carts: How many there are at most.
+        truck: Where carts of finite capacity unload.
+        fill: Part of each tank that is used.
+        jitter: Choose that part so that this jitter is certainly stood, as in `plan_jitter`.
+    """
+    require(0 < fill <= 1, "fill", "lie above 0 and up to 1", fill)
+    require(jitter is None or fill == 1.0, "jitter", "come without fill", jitter)
+    if jitter is not None:
+        require_non_negative("jitter", jitter)
+    groups = assign_combines(fleet, carts, truck)
+    plans = [_plan_cart(fleet, group, fill, jitter) for group in groups]
+    reasons = tuple(reason for cart in plans for reason in _reasons(fleet, cart, fill, jitter))
+    feasible = all(cart.plan is not None for cart in plans)
+    if feasible and jitter is None:
+        plans = _in_turn(fleet, plans, fill)
+    return ScheduleAnswer(
+        fleet=fleet, truck=truck, carts=tuple(plans), feasible=feasible, reasons=reasons
+    )
+
+
+def answer_timetable(
+    answer: ScheduleAnswer,
+    cycles: int,
+    initial_loads: Sequence[float] | None = None,
+    start_times: Sequence[float] | None = None,
+    ready: float = -math.inf,
+) -> Timetable:
+    """The timetable of all carts, as `plan_timetable` makes that of one.
+
+    Without start times each combine begins by its cart's plan, and that at the cart's phase.
+    """
+    require(answer.feasible, "answer", "be feasible", "; ".join(answer.reasons))
+    runs: list[CartRun] = []
+    begins = [0.0] * answer.fleet.size if start_times is None else list(start_times)
+    for cart in answer.carts:
+        assert cart.plan is not None
+        run, of_cart = first_run(cart.plan, initial_loads, start_times, ready)
+        if start_times is None:
+            run = replace(run, first_start=run.first_start + cart.phase)
+            for combine in cart.group.order:
+                begins[combine] = of_cart[combine] + cart.phase
+        runs.append(run)
+    return simulate_schedule(answer.fleet, runs, cycles, initial_loads, begins)
+
+
+def _plan_cart(fleet: Fleet, group: CartGroup, fill: float, jitter: float | None) -> CartPlan:
+    """The plan of one cart by itself."""
+    early = plan_round(fleet, group.round, aim=Aim.EARLY)
+    if early is None:
+        limit = -1.0
+    elif group.round.truck is None:
+        limit = jitter_limit(fleet, group.round)
+    else:
+        limit = plan_jitter(early)
+    if jitter is None:
+        plan = plan_round(fleet, group.round, fill)
+    else:
+        plan = plan_for_jitter(fleet, group.round, jitter)
+    return CartPlan(
+        group=group,
+        plan=plan,
+        phase=0.0,
+        period_min=math.inf if early is None else early.period,
+        jitter=-1.0 if plan is None else plan_jitter(plan),
+        jitter_max=limit,
+    )
+
+
+def _in_turn(fleet: Fleet, carts: list[CartPlan], fill: float) -> list[CartPlan]:
+    """The same carts with one period where there is one, and phases."""
+    if len(carts) == 1:
+        return carts
+    period = min(cart.plan.period for cart in carts if cart.plan is not None)
+    again = [plan_round(fleet, cart.group.round, fill, period=period) for cart in carts]
+    if any(plan is None for plan in again):
+        return carts
+    return [
+        replace(cart, plan=plan, phase=k * period / len(carts), jitter=plan_jitter(plan))
+        for k, (cart, plan) in enumerate(zip(carts, again, strict=True))
+        if plan is not None
+    ]
+
+
+def _reasons(fleet: Fleet, cart: CartPlan, fill: float, jitter: float | None) -> list[str]:
+    """Why a cart has no plan, in words."""
+    if cart.plan is not None:
+        return []
+    order, round_ = cart.group.order, cart.group.round
+    who = f"one cart with {len(order)} combines"
+    share = unloading_share(fleet, order)
+    if share > 1.0 + 1e-12:
+        return [
+            f"{who}: unloading alone takes {share:.4g} of its time, so that none is left to drive"
+        ]
+    if cart.period_min < math.inf:
+        if jitter is not None:
+            most = f"{cart.jitter_max:.4g}"
+            return [
+                f"{who}: no plan is certain to stand a jitter of {jitter:.4g}; {most} is the limit"
+            ]
+        return [f"{who}: {fill:.4g} of each tank is too little, though full tanks would do"]
+    scale = cart.group.travel_scale
+    if scale > 0:
+        return [f"{who}: driving takes too long; it would have to take {scale:.4g} of its time"]
+    what = "the cart's room and its ways by the truck leave" if round_.truck else "unloading leaves"
+    return [f"{who}: {what} no time to drive between combines"]

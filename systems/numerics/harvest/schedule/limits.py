@@ -1,0 +1,88 @@
+"""How far the sequential strategy reaches for any fleet: the limit on driving, and the reasons.
+
+A round without trips to a truck visits each combine once. With rho_n = r_fn / r_un and ways of D
+in all, a cart that never waits has the period P = D / (1 - sum rho_n) and finds the loads
+L_n = r_fn (1 - rho_n) P. No other sequential strategy finds less, because in any period the cart
+must stay with combine n at least as long as unloading what it cut takes, rho_n P.
+"""
+
+import math
+from collections.abc import Iterable, Iterator
+
+from .fleet import Fleet, Truck
+from .periodic_plan import travel_scale_max
+from .rounds import Round, sequential_round
+
+# A round of more visits is not worth the wait.
+_LONGEST_ROUND = 144
+
+
+def unloading_share(fleet: Fleet, combines: Iterable[int]) -> float:
+    """Part of a cart's time that goes into unloading alone, sum of r_f / r_u; less than 1."""
+    return math.fsum(fleet.fill_rates[n] / fleet.unload_rates[n] for n in combines)
+
+
+def earliest_loads(fleet: Fleet, round_: Round) -> tuple[float, ...]:
+    """L_n of a cart that never waits and needs no truck, for each visit, (V,) [kg]."""
+    spare = 1.0 - unloading_share(fleet, round_.combines)
+    driving = math.fsum(round_.travel_times)
+    if driving == 0:
+        period = 0.0 if spare >= -1e-12 else math.inf
+    else:
+        period = driving / spare if spare > 0 else math.inf
+    return tuple(
+        fleet.fill_rates[n] * (1.0 - fleet.fill_rates[n] / fleet.unload_rates[n]) * period
+        for n in round_.combines
+    )
+
+
+def driving_scale(fleet: Fleet, round_: Round) -> float:
+    """By which factor all driving could at most be slower; less than 1: there is no schedule."""
+    if round_.truck is not None:
+        return travel_scale_max(fleet, round_)
+    loads = earliest_loads(fleet, round_)
+    scales = [
+        fleet.capacities[n] / load if load > 0 else math.inf
+        for n, load in zip(round_.combines, loads, strict=True)
+    ]
+    return min(scales)
+
+
+def first_to_overflow(fleet: Fleet, round_: Round) -> tuple[int, ...]:
+    """The combines whose tanks are the first to run over if the cart gets slower."""
+    loads = earliest_loads(fleet, round_)
+    if not all(math.isfinite(load) for load in loads):
+        return tuple(sorted(set(round_.combines)))
+    parts = [load / fleet.capacities[n] for n, load in zip(round_.combines, loads, strict=True)]
+    worst = max(parts) * (1.0 - 1e-9)
+    return tuple(n for n, part in zip(round_.combines, parts, strict=True) if part >= worst)
+
+
+def best_round(fleet: Fleet, order: tuple[int, ...], truck: Truck | None) -> tuple[Round, float]:
+    """The round that leaves most time for driving, and its `driving_scale`.
+
+    With a truck, trips after every number of visits are tried, up to what the cart can hold.
+    Among equals the one with fewest trips.
+    """
+    if truck is None:
+        round_ = sequential_round(fleet, order)
+        return round_, driving_scale(fleet, round_)
+    best: tuple[Round, float] | None = None
+    for every in _trip_intervals(fleet, order, truck):
+        round_ = sequential_round(fleet, order, truck, every)
+        scale = driving_scale(fleet, round_)
+        if best is None or scale >= best[1] * (1.0 - 1e-9):
+            best = round_, scale
+    assert best is not None  # a trip after every visit is always among them
+    return best
+
+
+def _trip_intervals(fleet: Fleet, order: tuple[int, ...], truck: Truck) -> Iterator[int]:
+    """Numbers of visits from one trip to the next that are worth a try, in rising order."""
+    size = len(order)
+    # Full tanks in every visit: what a cart has to hold at the most.
+    laps = truck.cart_capacity / math.fsum(fleet.capacities[n] for n in order)
+    most = max(2 * size, size * (math.ceil(laps) + 1))
+    for every in range(1, most + 1):
+        if math.lcm(every, size) <= _LONGEST_ROUND and (every <= 2 * size or every % size == 0):
+            yield every
