@@ -1,0 +1,1 @@
+"""The social network on a Matrix homeserver."""

@@ -1,0 +1,99 @@
+"""What a social network is to the pursuer: requests, answers, and the pictures of friends.
+
+Agents are integers from 0. No call waits for a server: what a call sets going is carried out when
+it can be, and its outcome is found among later `responses`.
+
+Source: Zhang 2014, 2.3.2; the interface is ours.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+from ...errors import SightfieldError
+
+
+class NotFriends(SightfieldError):
+    """Pictures of an agent were asked for that is not a friend."""
+
+
+class Answer(Enum):
+    """What an agent does with a request, or with a friendship. Silence is no answer."""
+
+    ACCEPTED = "accepted"
+    REJECTED = "rejected"
+    UNFRIENDED = "unfriended"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Response:
+    """Something an agent did.
+
+    Attributes:
+        agent: Who.
+        answer: What.
+    """
+
+    agent: int
+    answer: Answer
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """A picture in an agent's album.
+
+    Attributes:
+        id: Its name, unlike that of any other picture of the network.
+        agent: Who posted it.
+        time: When it was taken [s].
+        data: The encoded file. PNG or JPEG is expected, but people post anything.
+    """
+
+    id: str
+    agent: int
+    time: float
+    data: bytes
+
+
+class SocialNetwork(Protocol):
+    """One pursuer's account and the albums of the common agents."""
+
+    def agents(self) -> tuple[int, ...]:
+        """All agents that have an account, rising."""
+        ...
+
+    def begin(self) -> None:
+        """Start a run. In memory everything is forgotten; a server keeps what it knows."""
+        ...
+
+    def advance(self, iteration: int) -> None:
+        """The next iteration's answers are due: between sending requests and reading responses."""
+        ...
+
+    def request(self, agent: int) -> None:
+        """Ask an agent for its friendship. Asking twice is asking once."""
+        ...
+
+    def withdraw(self, agent: int) -> None:
+        """Take a request back; if it was accepted meanwhile, end the friendship."""
+        ...
+
+    def responses(self) -> list[Response]:
+        """What agents did since the last call, in order."""
+        ...
+
+    def friends(self) -> frozenset[int]:
+        """Agents whose album the pursuer may read now."""
+        ...
+
+    def post(self, agent: int, picture: Picture) -> None:
+        """Put a picture into its agent's album, behind the earlier ones."""
+        ...
+
+    def latest(self, agent: int, count: int) -> list[Picture]:
+        """A friend's most recent pictures, newest first, at most `count`.
+
+        Raises:
+            NotFriends: The agent is not a friend.
+        """
+        ...

@@ -1,0 +1,1 @@
+"""LeafSystems of the social story: making friends, reading their pictures, finding the evader."""
