@@ -1,0 +1,1 @@
+"""Fields, and the ways of combines that harvest them from the perimeter inwards."""

@@ -1,0 +1,68 @@
+"""A field: its boundary, the obstacles in it, and the strip round it that may be driven on."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import shapely
+
+from ...errors import require_non_negative, require_positive
+from ...geometry.world import World, make_world
+
+# Width of the strip outside of the boundary, unless told otherwise [m].
+MARGIN = 12.0
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """A field of one uniform crop.
+
+    Attributes:
+        world: The crop's region; its obstacles are places without crop that nothing drives on.
+        margin: Width of the strip outside of the boundary on which combines may turn and the cart
+            may drive [m].
+    """
+
+    world: World
+    margin: float = MARGIN
+
+    def __post_init__(self) -> None:
+        require_non_negative("margin", self.margin)
+
+    @classmethod
+    def rectangle(cls, width: float, height: float, *, margin: float = MARGIN) -> "Field":
+        """A field from (0, 0) to (width, height) [m].
+
+        Raises:
+            InvalidInput: A side is not positive, or the margin is negative.
+        """
+        require_positive("width", width)
+        require_positive("height", height)
+        return cls(make_world([(0, 0), (width, 0), (width, height), (0, height)]), margin)
+
+    @property
+    def polygon(self) -> shapely.Polygon:
+        """Where the crop grows."""
+        return self.world.polygon
+
+    @property
+    def area(self) -> float:
+        """Area of the crop [m^2]."""
+        return self.world.free_area
+
+    @cached_property
+    def outline(self) -> shapely.Polygon:
+        """The field with its obstacles filled."""
+        return shapely.Polygon(self.world.boundary)
+
+    @cached_property
+    def obstacles(self) -> tuple[shapely.Polygon, ...]:
+        """The obstacles as polygons."""
+        return tuple(shapely.Polygon(ring) for ring in self.world.obstacles)
+
+    @cached_property
+    def ground(self) -> shapely.Polygon:
+        """Everything that may be driven on, once the crop is cut: the field with its margin."""
+        wide = self.outline.buffer(self.margin, join_style="mitre", mitre_limit=2.0)
+        ground = wide.difference(shapely.union_all(list(self.obstacles)))
+        assert isinstance(ground, shapely.Polygon)
+        return ground

@@ -1,0 +1,137 @@
+"""Links: how a combine gets from one loop to another without driving over crop."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from ...planning.car_path import CarPath
+from ...planning.reeds_shepp import reeds_shepp_lengths, reeds_shepp_paths
+from .track import Track, car_track, forward_track, join_tracks
+
+# Spacing of the points that are checked [m].
+CHECK = 0.5
+
+# What may be touched [m]: lines run along the edges of where they may.
+TOUCH = 0.05
+
+# Words tried for each pair of poses, and ends tried for each start.
+MOST_WORDS = 10
+MOST_ENDS = 40
+
+
+@dataclass(frozen=True, eq=False)
+class Passable:
+    """Where a combine may drive on its way.
+
+    Attributes:
+        ground: Where its middle has to stay.
+        forward_taboo: Where it may not drive forwards. The edge of the crop that it is about to
+            cut is not among it: the header is down.
+        reverse_taboo: Where it may not back up: all standing crop.
+    """
+
+    ground: BaseGeometry
+    forward_taboo: BaseGeometry
+    reverse_taboo: BaseGeometry
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "ground", self.ground.buffer(TOUCH))
+        for name in ("forward_taboo", "reverse_taboo"):
+            object.__setattr__(self, name, getattr(self, name).buffer(-TOUCH))
+        shapely.prepare([self.ground, self.forward_taboo, self.reverse_taboo])
+
+    def admits(self, path: CarPath) -> bool:
+        """Whether a path is clear, checked at points."""
+        count = max(2, int(np.ceil(path.length / CHECK)) + 1)
+        distances = np.linspace(0.0, path.length, count)
+        x, y, _ = path.poses(distances).T
+        if not shapely.contains_xy(self.ground, x, y).all():
+            return False
+        ends = np.cumsum(np.abs(path.lengths))
+        piece = np.minimum(np.searchsorted(ends, distances), len(ends) - 1)
+        back = np.array(path.lengths)[piece] < 0
+        if shapely.contains_xy(self.forward_taboo, x[~back], y[~back]).any():
+            return False
+        return not shapely.contains_xy(self.reverse_taboo, x[back], y[back]).any()
+
+
+def shortest_link(
+    start: Sequence[float], ends: np.ndarray, radius: float, passable: Passable
+) -> tuple[int, Track] | None:
+    """The shortest clear Reeds-Shepp path from a pose to one of several.
+
+    Args:
+        start: x, y, theta.
+        ends: The same, shape (n, 3).
+        radius: Of the arcs [m].
+        passable: Where it may run.
+
+    Returns:
+        Number of the end and the way to it; None if there is none among those tried.
+    """
+    lengths = reeds_shepp_lengths(start, ends, radius)
+    best: tuple[int, CarPath] | None = None
+    for index in np.argsort(lengths)[:MOST_ENDS].tolist():
+        if best is not None and lengths[index] >= best[1].length:
+            break
+        for path in reeds_shepp_paths(start, ends[index].tolist(), radius)[:MOST_WORDS]:
+            if best is not None and path.length >= best[1].length:
+                break
+            if passable.admits(path):
+                best = index, path
+                break
+    if best is None:
+        return None
+    return best[0], car_track(best[1], radius / 16)
+
+
+def link_along(
+    start: Sequence[float],
+    ends: np.ndarray,
+    lines: Sequence[tuple[np.ndarray, np.ndarray]],
+    radius: float,
+    passable: Passable,
+) -> tuple[int, Track] | None:
+    """A clear way by a line that has been driven before: onto it, along it, and off it.
+
+    Args:
+        start: x, y, theta.
+        ends: The same, shape (n, 3).
+        lines: Closed lines with their headings, shapes (m, 2) and (m,); all are tried.
+        radius: Of the arcs [m].
+        passable: Where it may run.
+
+    Returns:
+        As `shortest_link`.
+    """
+    best: tuple[int, Track] | None = None
+    for points, headings in lines:
+        step = max(1, len(points) // 48)
+        places = np.arange(0, len(points), step)
+        poses = np.column_stack([points[places], headings[places]])
+        onto = shortest_link(start, poses, radius, passable)
+        if onto is None:
+            continue
+        near = np.linalg.norm(poses[:, None, :2] - ends[None, :, :2], axis=2).min(axis=1)
+        for place in np.argsort(near)[:12].tolist():
+            off = shortest_link(poses[place], ends, radius, passable)
+            if off is None:
+                continue
+            along = _along(points, headings, places[onto[0]], places[place])
+            track = join_tracks([onto[1], *along, off[1]])
+            if best is None or track.length < best[1].length:
+                best = off[0], track
+            break
+    return best
+
+
+def _along(points: np.ndarray, headings: np.ndarray, first: int, last: int) -> list[Track]:
+    """A closed line from one of its points on to another."""
+    if first == last:
+        return []
+    count = len(points)
+    order = (first + np.arange((last - first) % count + 1)) % count
+    return [forward_track(points[order], headings[order])]

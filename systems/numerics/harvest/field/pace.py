@@ -1,0 +1,156 @@
+"""Who has to wait for whom, so that the left of every combine stays open."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .combine_path import CombinePath
+from .swept_cells import CropCells
+
+# Places looked at in each header's width of way.
+SAMPLES = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Holds:
+    """Stations beyond which one combine drives only when another has got far enough.
+
+    Attributes:
+        waiting: Number of the one.
+        other: Number of the other.
+        beside: Whether the crop is on the one's left; else it is in its way.
+        stations: Of the one, increasing, shape (k,) [m].
+        passed: Station at which the other cuts the crop there, or any before; shape (k,) [m].
+        needs: Station that the other has to have reached, never decreasing, shape (k,) [m].
+    """
+
+    waiting: int
+    other: int
+    beside: bool
+    stations: np.ndarray
+    passed: np.ndarray
+    needs: np.ndarray
+
+    def limit(self, progress: float) -> float:
+        """How far the one may drive when the other is at a station [m]."""
+        index = int(np.searchsorted(self.needs, progress + 1e-9, side="right"))
+        return float(self.stations[index]) if index < len(self.stations) else np.inf
+
+
+def find_holds(
+    paths: Sequence[CombinePath], cells: CropCells, header: float, gap: float
+) -> tuple[Holds, ...]:
+    """What each combine waits for: the crop on its left cut, and its cutter a gap ahead.
+
+    On its way to a loop, and in reverse, it waits for the crop in its way instead.
+
+    Args:
+        paths: Of the combines.
+        cells: As they are cut, if every loop is driven after those outside of it.
+        header: Width of the header [m].
+        gap: Way by which the combine on the left is to be ahead [m].
+    """
+    found = []
+    for n, path in enumerate(paths):
+        at = np.arange(0.0, path.length, header / SAMPLES)
+        working = (path.loop_at(at) >= 0) & (path.gear_at(at) > 0)
+        for beside, where in ((True, at[working]), (False, at[~working])):
+            points = path.alongside(header if beside else 0.0, where)[:, :2]
+            row, column, on = cells.cell_of(points)
+            by = np.where(on, cells.cut_by[row, column], -1)
+            when = cells.cut_at[row, column]
+            for m, other in enumerate(paths):
+                theirs = by == m
+                if m != n and theirs.any():
+                    passed = np.maximum.accumulate(when[theirs])
+                    needs = np.minimum(passed + gap, other.length)
+                    found.append(Holds(n, m, beside, where[theirs], passed, needs))
+    return tuple(found)
+
+
+def least_delays(holds: Sequence[Holds], combines: int, most: float) -> np.ndarray:
+    """Ways that the first combine drives before each other starts, so that they rarely wait.
+
+    Args:
+        holds: Who waits for whom.
+        combines: Number of combines.
+        most: Longest delay of one after the one before [m].
+
+    Returns:
+        Shape (combines,) [m].
+    """
+    delays = np.zeros(combines)
+    for n in range(1, combines):
+        wanted = [
+            delays[hold.other] + float((hold.needs - hold.stations).max())
+            for hold in holds
+            if hold.waiting == n and hold.other < n
+        ]
+        delays[n] = np.clip(max(wanted, default=0.0), delays[n - 1], delays[n - 1] + most)
+    return delays
+
+
+@dataclass(frozen=True, eq=False)
+class Timeline:
+    """When everybody is where, if all drive at one speed and wait as they have to.
+
+    Attributes:
+        clock: Way that a combine without any waiting would have driven, shape (k,) [m].
+        progress: Stations of all combines, shape (k, combines) [m].
+        waits: Way that each would have driven while it waited, without its start delay [m].
+        stuck: Combines that went on unasked, since all were waiting.
+    """
+
+    clock: np.ndarray
+    progress: np.ndarray
+    waits: np.ndarray
+    stuck: tuple[int, ...]
+
+    def clock_at(self, combine: int, stations: np.ndarray) -> np.ndarray:
+        """When a combine goes on from stations, after what waiting it does there [m]."""
+        progress = self.progress[:, combine]
+        index = np.searchsorted(progress, stations + 1e-9, side="right") - 1
+        index = np.clip(index, 0, len(self.clock) - 1)
+        return self.clock[index] + np.maximum(stations - progress[index], 0.0)
+
+    def station_at(self, combine: int, clock: np.ndarray) -> np.ndarray:
+        """Stations of a combine at given times [m]."""
+        return np.interp(clock, self.clock, self.progress[:, combine])
+
+
+def station_limits(holds: Sequence[Holds], progress: np.ndarray) -> np.ndarray:
+    """How far each combine may drive for now, shape (combines,) -> (combines,) [m]."""
+    limits = np.full(len(progress), np.inf)
+    for hold in holds:
+        limit = hold.limit(progress[hold.other])
+        limits[hold.waiting] = min(limits[hold.waiting], limit)
+    return limits
+
+
+def run_timeline(
+    lengths: Sequence[float],
+    delays: np.ndarray,
+    holds: Sequence[Holds],
+    step: float,
+) -> Timeline:
+    """Let all combines drive, one step of the clock at a time [m]."""
+    ends = np.asarray(lengths, dtype=float)
+    now, clock = np.zeros(len(ends)), 0.0
+    waits = np.zeros(len(ends))
+    clocks, rows, stuck = [0.0], [now], []
+    while (now < ends).any():
+        free = np.minimum(station_limits(holds, now), ends)
+        able = np.clip(clock + step - delays, 0.0, step)
+        after = np.maximum(now, np.minimum(now + able, free))
+        if (after == now).all() and clock >= delays.max():
+            # All wait for each other: the one that is least far on goes on.
+            blocked = int(np.argmin(np.where(now < ends, now / ends, np.inf)))
+            stuck.append(blocked)
+            after[blocked] = min(now[blocked] + step, ends[blocked])
+        waits += np.where(now < ends, able - (after - now), 0.0) * (free < ends)
+        clock += step
+        now = after
+        clocks.append(clock)
+        rows.append(now)
+    return Timeline(np.array(clocks), np.array(rows), waits, tuple(dict.fromkeys(stuck)))

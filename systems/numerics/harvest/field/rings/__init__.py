@@ -1,0 +1,1 @@
+"""Rings round the crop, as closed lines that combines can drive."""
