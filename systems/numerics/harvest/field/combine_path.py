@@ -72,6 +72,21 @@ class CombinePath:
         """Number of the loop on the piece that begins at or before each station, shape (...)."""
         return self.loops[self._piece_at(stations)]
 
+    def turn_at(self, stations: np.ndarray | float) -> np.ndarray:
+        """Number of the loop worked on, or driven to, at each station, shape (...)."""
+        return self._turns[self._piece_at(stations)]
+
+    def end_of_turn(self, stations: np.ndarray | float) -> np.ndarray:
+        """Station at which the loop is done that is worked on, or driven to, shape (...) [m]."""
+        last = np.searchsorted(self._turns, self.turn_at(stations), side="right")
+        return self.stations[last]
+
+    @cached_property
+    def _turns(self) -> np.ndarray:
+        # On the way to a loop, the loop's number; after the last, one that is later than all.
+        filled = np.where(self.loops < 0, np.iinfo(int).max, self.loops)
+        return np.minimum.accumulate(filled[::-1])[::-1]
+
     def _piece_at(self, stations: np.ndarray | float) -> np.ndarray:
         piece = np.searchsorted(self.stations, stations, side="right") - 1
         return np.clip(piece, 0, len(self.gears) - 1)

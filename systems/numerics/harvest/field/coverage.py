@@ -9,11 +9,11 @@ import numpy as np
 from ...errors import require, require_non_negative, require_positive
 from .combine_path import CombinePath
 from .field import Field
-from .leftovers import find_passes
+from .leftovers import find_blocks
 from .pace import Holds, Timeline, find_holds, least_delays, run_timeline, station_limits
 from .rings.loops import lay_out_loops
 from .swept_cells import CropCells, Sweeps, bare_cells, cut_cells, join_sweeps
-from .tours import Tour, drive_loops, drive_passes
+from .tours import Tour, drive_blocks, drive_loops, park
 from .track import join_tracks, split_track
 
 # Most cells that coverage is measured with, and cells across a header.
@@ -155,8 +155,10 @@ def plan_coverage(
     size = max(header_width / CELLS_ACROSS, (field.outline.area / MOST_CELLS) ** 0.5)
     bare = bare_cells(field.world, size)
     after_loops = _cut_in_turn(bare, tours, header_width)
-    passes, hulls = find_passes(after_loops, header_width, least, field.ground)
-    reasons += drive_passes(field, tours, loops, passes, hulls, turning_radius)
+    blocks = find_blocks(after_loops, header_width, least, field.ground)
+    rows, problems = drive_blocks(field, tours, loops, blocks, turning_radius)
+    last = len(loops) + rows
+    reasons += problems + park(field, tours, loops, last, header_width, turning_radius)
     tours = [tour for tour in tours if tour.tracks]
 
     paths = [_path(tour, header_width) for tour in tours]
@@ -168,9 +170,8 @@ def plan_coverage(
         delays = spacing * np.arange(len(paths))
     lengths = [path.length for path in paths]
     timeline = run_timeline(lengths, delays, holds, header_width / 4)
-    reasons += [f"combine {n} went on although its left was not open" for n in timeline.stuck]
 
-    sweeps, rows = _in_order(paths, timeline)
+    sweeps, pieces = _in_order(paths, timeline)
     cells, areas = cut_cells(bare, sweeps, header_width)
     swept = sum(
         header_width * float(np.diff(p.stations)[(p.gears > 0) & (p.loops >= 0)].sum())
@@ -179,12 +180,11 @@ def plan_coverage(
     finished = []
     for n, path in enumerate(paths):
         cut = np.zeros(len(path.gears))
-        mine = rows[:, 0] == n
-        cut[rows[mine, 1]] = areas[mine]
+        mine = pieces[:, 0] == n
+        cut[pieces[mine, 1]] = areas[mine]
         finished.append(replace(path, cut_area=cut, start_delay=float(delays[n])))
     covered = float(areas.sum())
-    rings = [loop.ring for loop in loops]
-    rings += [-1] * (max(max(tour.order) for tour in tours) + 1 - len(loops))
+    rings = [*(loop.ring for loop in loops), *[-1] * rows]
     return CoveragePlan(
         field,
         header_width,

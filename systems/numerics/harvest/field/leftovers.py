@@ -12,10 +12,10 @@ from .swept_cells import CropCells
 
 @dataclass(frozen=True, eq=False)
 class Pass:
-    """A straight over left crop, to be driven in either direction.
+    """A straight over left crop.
 
     Attributes:
-        ends: Of the line, shape (2, 2) [m].
+        ends: Of the line, in the order of driving, shape (2, 2) [m].
         area: Crop on it [m^2].
     """
 
@@ -23,10 +23,23 @@ class Pass:
     area: float
 
 
-def find_passes(
+@dataclass(frozen=True, eq=False)
+class Block:
+    """A piece of left crop with the rows over it, from one side to the other.
+
+    Attributes:
+        rows: Passes, all in one direction; the first has the rest of them on its right.
+        hull: Round the piece.
+    """
+
+    rows: tuple[Pass, ...]
+    hull: shapely.Polygon
+
+
+def find_blocks(
     cells: CropCells, header: float, least_area: float, ground: BaseGeometry
-) -> tuple[list[Pass], list[shapely.Polygon]]:
-    """Passes over every piece of standing crop that is worth one.
+) -> list[Block]:
+    """Passes over every piece of standing crop that is worth some.
 
     Each piece is covered by parallel rows along the longer side of its smallest rectangle, evenly
     spaced and no farther apart than the header is wide.
@@ -36,15 +49,11 @@ def find_passes(
         header: Width of the header [m].
         least_area: Crop that a pass is worth driving for [m^2].
         ground: Where combines may be.
-
-    Returns:
-        The passes, and hulls of the pieces of crop.
     """
     standing = cells.has_crop & (cells.cut_by < 0)
     labels, count = ndimage.label(standing, structure=np.ones((3, 3)))
     x, y = cells.middles()
-    passes: list[Pass] = []
-    hulls: list[shapely.Polygon] = []
+    blocks: list[Block] = []
     for number, window in enumerate(ndimage.find_objects(labels, count), start=1):
         if window is None:
             continue
@@ -55,10 +64,11 @@ def find_passes(
             continue
         middles = np.stack([x[columns], y[rows]], axis=1)
         hull = shapely.MultiPoint(middles).convex_hull.buffer(cells.size)
-        passes += _rows_over(middles, areas, cells.size, header, least_area, ground)
         assert isinstance(hull, shapely.Polygon)
-        hulls.append(hull)
-    return passes, hulls
+        found = _rows_over(middles, areas, cells.size, header, least_area, ground)
+        if found:
+            blocks.append(Block(tuple(found), hull))
+    return blocks
 
 
 def _rows_over(
@@ -80,7 +90,8 @@ def _rows_over(
     count = max(1, int(np.ceil((high - low) / header - size / header)))
     spacing = (high - low) / count
     found = []
-    for k in range(count):
+    # From the left of their direction to the right.
+    for k in reversed(range(count)):
         row = (v >= low + k * spacing) & (v < low + (k + 1) * spacing + 1e-9)
         if areas[row].sum() < least_area:
             continue

@@ -21,7 +21,7 @@ class Holds:
         other: Number of the other.
         beside: Whether the crop is on the one's left; else it is in its way.
         stations: Of the one, increasing, shape (k,) [m].
-        passed: Station at which the other cuts the crop there, or any before; shape (k,) [m].
+        passed: Station at which the other cuts the crop there, shape (k,) [m].
         needs: Station that the other has to have reached, never decreasing, shape (k,) [m].
     """
 
@@ -43,11 +43,13 @@ def find_holds(
 ) -> tuple[Holds, ...]:
     """What each combine waits for: the crop on its left cut, and its cutter a gap ahead.
 
-    On its way to a loop, and in reverse, it waits for the crop in its way instead.
+    On its way to a loop, and in reverse, it waits for the crop in its way instead. Nobody waits
+    for a loop that is begun after its own, nor for what another does after the loop that it waits
+    for; so there is always one that can go on.
 
     Args:
         paths: Of the combines.
-        cells: As they are cut, if every loop is driven after those outside of it.
+        cells: As they are cut, if every loop waits for all those before it.
         header: Width of the header [m].
         gap: Way by which the combine on the left is to be ahead [m].
     """
@@ -60,12 +62,16 @@ def find_holds(
             row, column, on = cells.cell_of(points)
             by = np.where(on, cells.cut_by[row, column], -1)
             when = cells.cut_at[row, column]
+            turn = path.turn_at(where)
             for m, other in enumerate(paths):
-                theirs = by == m
-                if m != n and theirs.any():
-                    passed = np.maximum.accumulate(when[theirs])
-                    needs = np.minimum(passed + gap, other.length)
-                    found.append(Holds(n, m, beside, where[theirs], passed, needs))
+                theirs = np.flatnonzero(by == m)
+                theirs = theirs[other.turn_at(when[theirs]) < turn[theirs]]
+                if m != n and len(theirs):
+                    passed = when[theirs]
+                    needs = np.minimum(passed + gap, other.end_of_turn(passed))
+                    found.append(
+                        Holds(n, m, beside, where[theirs], passed, np.maximum.accumulate(needs))
+                    )
     return tuple(found)
 
 
@@ -99,13 +105,11 @@ class Timeline:
         clock: Way that a combine without any waiting would have driven, shape (k,) [m].
         progress: Stations of all combines, shape (k, combines) [m].
         waits: Way that each would have driven while it waited, without its start delay [m].
-        stuck: Combines that went on unasked, since all were waiting.
     """
 
     clock: np.ndarray
     progress: np.ndarray
     waits: np.ndarray
-    stuck: tuple[int, ...]
 
     def clock_at(self, combine: int, stations: np.ndarray) -> np.ndarray:
         """When a combine goes on from stations, after what waiting it does there [m]."""
@@ -138,19 +142,15 @@ def run_timeline(
     ends = np.asarray(lengths, dtype=float)
     now, clock = np.zeros(len(ends)), 0.0
     waits = np.zeros(len(ends))
-    clocks, rows, stuck = [0.0], [now], []
+    clocks, rows = [0.0], [now]
     while (now < ends).any():
         free = np.minimum(station_limits(holds, now), ends)
         able = np.clip(clock + step - delays, 0.0, step)
         after = np.maximum(now, np.minimum(now + able, free))
-        if (after == now).all() and clock >= delays.max():
-            # All wait for each other: the one that is least far on goes on.
-            blocked = int(np.argmin(np.where(now < ends, now / ends, np.inf)))
-            stuck.append(blocked)
-            after[blocked] = min(now[blocked] + step, ends[blocked])
         waits += np.where(now < ends, able - (after - now), 0.0) * (free < ends)
         clock += step
+        assert (after > now).any() or clock <= delays.max() + step, "one can always go on"
         now = after
         clocks.append(clock)
         rows.append(now)
-    return Timeline(np.array(clocks), np.array(rows), waits, tuple(dict.fromkeys(stuck)))
+    return Timeline(np.array(clocks), np.array(rows), waits)

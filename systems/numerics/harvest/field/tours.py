@@ -7,9 +7,10 @@ from dataclasses import field as attribute
 
 import numpy as np
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from .field import Field
-from .leftovers import Pass
+from .leftovers import Block, Pass
 from .links import Passable, link_along, shortest_link
 from .rings.laps import corner_runs, lap
 from .rings.loops import Loop
@@ -17,6 +18,9 @@ from .track import Track, straight_track
 
 # Places of a loop that are tried as its beginning.
 PLACES = 96
+
+# Part of what a combine should have behind it that is counted on.
+LAG = 0.8
 
 # Loops driven before that a longer way is looked for along.
 MOST_LINES = 6
@@ -58,6 +62,7 @@ def drive_loops(
     """
     tours = [Tour() for _ in range(combines)]
     reasons = []
+    starts: list[int] = []
     first_pose: np.ndarray | None = None
     for number, loop in enumerate(loops):
         tour = tours[number % combines]
@@ -71,68 +76,114 @@ def drive_loops(
         else:
             pose = tour.tracks[-1].end if tour.tracks else first_pose
             assert pose is not None
-            start, way = _way_to(field, loops, number, pose, radius)
+            late = _cut_late(loops, starts, number, header, combines)
+            start, way = _way_to(field, loops, number, pose, radius, late)
             if way is None:
                 reasons.append(f"no clear way to loop {number}: begun without one")
             else:
                 tour.add(way, -1, number)
+        starts.append(start)
         tour.add(lap(loop, start, header, radius, field.ground), number, number)
     return tours, reasons
 
 
-def drive_passes(
+def drive_blocks(
     field: Field,
     tours: Sequence[Tour],
     loops: Sequence[Loop],
-    passes: Sequence[Pass],
-    hulls: Sequence[shapely.Polygon],
+    blocks: Sequence[Block],
     radius: float,
-) -> list[str]:
-    """Append passes to tours, each to the one that is done with it first.
+) -> tuple[int, list[str]]:
+    """Append the rows over left crop to tours, each to the one that is done with it first.
+
+    Of each block, rows are taken from both sides inwards, with what is left on their right.
 
     Returns:
-        What went wrong.
+        How many rows are driven, and what went wrong.
     """
-    standing = shapely.union_all(list(hulls))
-    passable = Passable(field.ground, shapely.Polygon(), standing)
-    lines = [(loop.points, loop.headings) for loop in loops[:MOST_LINES]]
-    reasons = []
-    left = list(passes)
+    passable = Passable(
+        field.ground, shapely.Polygon(), shapely.union_all([block.hull for block in blocks])
+    )
+    lines = [(loop.points, loop.headings) for loop in loops[:1]]
+    left = [list(block.rows) for block in blocks]
+    known: dict[tuple, tuple[int, Track] | None] = {}
+
+    def way(k: int, poses: np.ndarray) -> tuple[int, Track] | None:
+        key = (k, len(tours[k].tracks), *poses.ravel().tolist())
+        if key not in known:
+            end = tours[k].tracks[-1].end
+            known[key] = shortest_link(end, poses, radius, passable) or link_along(
+                end, poses, lines, radius, passable
+            )
+        return known[key]
+
     number = len(loops)
-    while left:
+    reasons = []
+    while any(left):
         best = None
-        for tour in tours:
-            for each in left:
-                ends = _pass_poses(each)
-                if not tour.tracks:
-                    link: tuple[int, Track | None] | None = (0, None)
-                else:
-                    link = shortest_link(tour.tracks[-1].end, ends, radius, passable)
-                    if link is None and lines:
-                        link = link_along(tour.tracks[-1].end, ends, lines, radius, passable)
+        for rows in filter(None, left):
+            poses = np.concatenate([_pass_pose(rows[0], 1), _pass_pose(rows[-1], -1)])
+            for k, tour in enumerate(tours):
+                link = way(k, poses) if tour.tracks else (0, None)
                 if link is None:
                     continue
                 cost = tour.length + (link[1].length if link[1] else 0.0)
                 if best is None or cost < best[0]:
-                    best = cost, tour, each, ends[link[0]], link[1]
+                    best = cost, tour, rows, poses[link[0]], link
         if best is None:
-            reasons.append(f"no clear way to {len(left)} of the passes: left out")
+            reasons.append(f"no clear way to {sum(map(len, left))} rows: left out")
             break
-        _, tour, each, pose, way = best
-        if way is not None:
-            tour.add(way, -1, number)
-        length = float(np.hypot(*np.diff(each.ends, axis=0)[0]))
+        _, tour, rows, pose, (side, track) = best
+        if track is not None:
+            tour.add(track, -1, number)
+        row = rows.pop(-side)
+        length = float(np.hypot(*np.diff(row.ends, axis=0)[0]))
         tour.add(straight_track(pose.tolist(), length), number, number)
-        left.remove(each)
         number += 1
+    return number - len(loops), reasons
+
+
+def park(
+    field: Field,
+    tours: Sequence[Tour],
+    loops: Sequence[Loop],
+    number: int,
+    header: float,
+    radius: float,
+) -> list[str]:
+    """Send everybody to a place of their own on the first loop, out of the others' way.
+
+    Returns:
+        What went wrong.
+    """
+    if not loops:
+        return []
+    line = loops[0]
+    places = np.arange(0, len(line.points), max(1, len(line.points) // PLACES))
+    poses = _poses(line, places)
+    reasons = []
+    for k, tour in enumerate(tours):
+        if not tour.tracks:
+            continue
+        own = max((n for n in tour.numbers if 0 <= n < len(loops)), default=-1)
+        taboo = loops[own].inside if own >= 0 and tour.numbers[-1] == own else shapely.Polygon()
+        way = shortest_link(
+            tour.tracks[-1].end, poses, radius, Passable(field.ground, taboo, taboo)
+        )
+        if way is None:
+            reasons.append(f"combine {k} stays where it finishes: no clear way to the edge")
+            continue
+        tour.add(way[1], -1, number)
+        away = np.hypot(*(poses[:, :2] - poses[way[0], :2]).T)
+        poses = poses[away > 2.0 * header] if (away > 2.0 * header).any() else poses
     return reasons
 
 
-def _pass_poses(each: Pass) -> np.ndarray:
-    """Where a pass may begin: at either end; shape (2, 3)."""
-    course = np.diff(each.ends, axis=0)[0]
-    theta = math.atan2(course[1], course[0])
-    return np.column_stack([each.ends, [theta, theta + math.pi]])
+def _pass_pose(each: Pass, direction: int) -> np.ndarray:
+    """Where a row begins, driven in its direction, 1, or against it, -1; shape (1, 3)."""
+    ends = each.ends[::direction]
+    course = ends[1] - ends[0]
+    return np.array([[*ends[0], math.atan2(course[1], course[0])]])
 
 
 def _poses(loop: Loop, places: Sequence[int] | np.ndarray) -> np.ndarray:
@@ -179,26 +230,49 @@ def _first_start(
     return int(places[best]), lead
 
 
+def _cut_late(
+    loops: Sequence[Loop], starts: Sequence[int], number: int, header: float, combines: int
+) -> BaseGeometry:
+    """Crop that the others will still be at when a combine comes to begin a loop.
+
+    If they follow each other at equal distances, the k-th before it has k of N parts of its lap
+    behind it.
+    """
+    swaths = []
+    for k in range(1, min(combines, len(starts) + 1)):
+        loop, start = loops[number - k], starts[number - k]
+        done = round(LAG * len(loop.points) * k / combines)
+        order = (start + np.arange(done, len(loop.points))) % len(loop.points)
+        if loop.inside.contains(shapely.Point(loops[number].points[0])) and len(order) > 1:
+            swaths.append(shapely.LineString(loop.points[order]).buffer(header / 2))
+    return shapely.union_all(swaths)
+
+
 def _way_to(
     field: Field,
     loops: Sequence[Loop],
     number: int,
     pose: Sequence[float],
     radius: float,
+    late: BaseGeometry,
 ) -> tuple[int, Track | None]:
     """Where a loop is best begun, coming from a pose, and the way there."""
     loop = loops[number]
     count = len(loop.points)
     places = np.arange(0, count, max(1, count // PLACES))
     ends = _poses(loop, places)
-    passable = Passable(
-        field.ground, loop.inside.union(loop.waiting), loop.crop.union(loop.waiting)
-    )
-    found = shortest_link(pose, ends, radius, passable)
-    if found is None:
-        before = loops[max(0, number - MOST_LINES) : number] + loops[: min(1, number)]
-        lines = [(each.points, each.headings) for each in before]
-        found = link_along(pose, ends, lines, radius, passable)
+    before = [*loops[max(0, number - MOST_LINES) : number], *loops[: min(1, number)]]
+    lines = [(each.points, each.headings) for each in before]
+    for avoided in (late, shapely.Polygon()):
+        passable = Passable(
+            field.ground,
+            shapely.union_all([loop.inside, loop.waiting, avoided]),
+            shapely.union_all([loop.crop, loop.waiting, avoided]),
+        )
+        found = shortest_link(pose, ends, radius, passable)
+        if found is not None:
+            return int(places[found[0]]), found[1]
+    found = link_along(pose, ends, lines, radius, passable)
     if found is None:
         return int(places[np.argmin(np.hypot(*(ends[:, :2] - np.array(pose[:2])).T))]), None
     return int(places[found[0]]), found[1]

@@ -63,7 +63,7 @@ def lap(loop: Loop, start: int, header: float, radius: float, ground: BaseGeomet
         pose = _pose(loop, first)
         reach = _way_to_corner(pose, _pose(loop, last % count), min(turn, SHARPEST))
         reach += header / 2 * math.tan(min(turn, SHARPEST) / 2)
-        reach = min(reach, _room(pose, reach, ground))
+        reach = min(_crop_ahead(pose, reach, header, loop.crop), _room(pose, reach, ground))
         on = straight_track(pose, reach)
         stops.setdefault(first, []).append(join_tracks([on, on.reversed()]))
     for gate in loop.gates:
@@ -100,6 +100,18 @@ def _turns(loop: Loop) -> np.ndarray:
     """Turn of the heading on each piece of a loop, shape (n,) [rad]."""
     turns = np.roll(loop.headings, -1) - loop.headings
     return np.remainder(turns + math.pi, 2 * math.pi) - math.pi
+
+
+def _crop_ahead(
+    pose: tuple[float, float, float], reach: float, header: float, crop: shapely.Polygon
+) -> float:
+    """How far straight on the header has crop before it, no farther than told [m]."""
+    along = np.array([math.cos(pose[2]), math.sin(pose[2])])
+    left = header / 2 * np.array([-along[1], along[0]])
+    near, far = np.array(pose[:2]), np.array(pose[:2]) + reach * along
+    swath = shapely.Polygon([near - left, far - left, far + left, near + left])
+    found = shapely.get_coordinates(swath.intersection(crop))
+    return float(max(((found - near) @ along).max(initial=0.0), 0.0))
 
 
 def _room(pose: tuple[float, float, float], reach: float, ground: BaseGeometry) -> float:
