@@ -8,6 +8,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from ...planning.car_path import CarPath
+from ...planning.dubins import dubins_paths
 from ...planning.reeds_shepp import reeds_shepp_lengths, reeds_shepp_paths
 from .track import Track, car_track, forward_track, join_tracks
 
@@ -17,7 +18,7 @@ CHECK = 0.5
 # What may be touched [m]: lines run along the edges of where they may.
 TOUCH = 0.05
 
-# Words tried for each pair of poses, and ends tried for each start.
+# Words with backing up that are tried for each pair of poses, and ends tried for each start.
 MOST_WORDS = 10
 MOST_ENDS = 40
 
@@ -77,7 +78,7 @@ def shortest_link(
     for index in np.argsort(lengths)[:MOST_ENDS].tolist():
         if best is not None and lengths[index] >= best[1].length:
             break
-        for path in reeds_shepp_paths(start, ends[index].tolist(), radius)[:MOST_WORDS]:
+        for path in _words(start, ends[index].tolist(), radius):
             if best is not None and path.length >= best[1].length:
                 break
             if passable.admits(path):
@@ -86,6 +87,13 @@ def shortest_link(
     if best is None:
         return None
     return best[0], car_track(best[1], radius / 16)
+
+
+def _words(start: Sequence[float], end: Sequence[float], radius: float) -> list[CarPath]:
+    """Ways from a pose to another, shortest first; those without backing up are all among them."""
+    forward = dubins_paths(start, end, radius)
+    either = reeds_shepp_paths(start, end, radius)[:MOST_WORDS]
+    return sorted(forward + either, key=lambda path: path.length)
 
 
 def link_along(

@@ -33,7 +33,8 @@ class Tour:
     Attributes:
         tracks: One after the other.
         numbers: Of each track: number of the loop or pass; -1 for the way to one.
-        order: Of each track: number of the loop or pass that it belongs to or leads to.
+        order: Of each track: number of the loop or pass that it belongs to or leads to; less than
+            0 for the way from the edge of the field to the first one.
     """
 
     tracks: list[Track] = attribute(default_factory=list)
@@ -70,7 +71,8 @@ def drive_loops(
         if number < combines and loop.ring == number:
             start, lead = _first_start(field, loop, number, header, radius, first_pose)
             if lead is not None:
-                tour.add(lead, number, number)
+                # Cut before anything else, since all start from there.
+                tour.add(lead, number, number - combines)
             if first_pose is None:
                 first_pose = _poses(loop, [start])[0]
         else:

@@ -13,7 +13,7 @@ from .loops import Loop
 # corner, (R + l/2)^2 (tan(a/2) - a/2), is less than 2 % of a header's square.
 SQUARE_CORNER = math.radians(40.0)
 
-# Corners sharper than this are cut out as if they were not [rad].
+# What turns by more is the end of a strip, not a corner [rad].
 SHARPEST = math.radians(150.0)
 
 # Bends by less than this lie on a straight; corners bend by more than that, somewhere. Both are
@@ -61,8 +61,10 @@ def lap(loop: Loop, start: int, header: float, radius: float, ground: BaseGeomet
     stops: dict[int, list[Track]] = {}
     for first, last, turn in corner_runs(loop, radius):
         pose = _pose(loop, first)
-        reach = _way_to_corner(pose, _pose(loop, last % count), min(turn, SHARPEST))
-        reach += header / 2 * math.tan(min(turn, SHARPEST) / 2)
+        reach = header + 2 * radius
+        if turn < SHARPEST:
+            reach = _way_to_corner(pose, _pose(loop, last % count), turn)
+            reach += header / 2 * math.tan(turn / 2)
         reach = min(_crop_ahead(pose, reach, header, loop.crop), _room(pose, reach, ground))
         on = straight_track(pose, reach)
         stops.setdefault(first, []).append(join_tracks([on, on.reversed()]))
