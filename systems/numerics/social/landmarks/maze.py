@@ -1,0 +1,181 @@
+"""A maze with landmarks on its walls, and what the robots in it look like to one another."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import shapely
+
+from ...errors import require, require_finite, require_positive
+from ...geometry.world import World
+from .forward_camera import ForwardCamera
+
+
+def upright_square(middle: np.ndarray, side: float, facing: float) -> np.ndarray:
+    """Corners of an upright square: top left, top right, bottom right, bottom left as seen.
+
+    Args:
+        middle: x, y and height, shape (3,) [m].
+        side: [m].
+        facing: Direction of its front's normal [rad].
+
+    Returns:
+        Shape (4, 3) [m].
+    """
+    left = np.array([math.sin(facing), -math.cos(facing), 0.0])
+    up = np.array([0.0, 0.0, 1.0])
+    half = 0.5 * side
+    signs = ((1, 1), (-1, 1), (-1, -1), (1, -1))
+    return np.array([middle + half * (across * left + above * up) for across, above in signs])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Landmark:
+    """A square picture, unlike all others, that hangs upright on a wall."""
+
+    # Which picture: of `landmark_picture`.
+    number: int
+    # Of its middle, on the wall [m].
+    x: float
+    y: float
+    # Of its middle above the floor [m].
+    middle_height: float = 0.18
+    # Direction of the wall's normal, into free space [rad].
+    facing: float
+    # [m].
+    side: float = 0.26
+
+    def __post_init__(self) -> None:
+        require(self.number >= 0, "number", "be zero or positive", self.number)
+        for name in ("x", "y", "facing"):
+            require_finite(name, getattr(self, name))
+        require_positive("side", self.side)
+        require(
+            self.middle_height >= 0.5 * self.side,
+            "middle_height",
+            f"be at least half the side, {0.5 * self.side:g} m",
+            self.middle_height,
+        )
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Top left, top right, bottom right, bottom left as seen, shape (4, 3) [m]."""
+        middle = np.array([self.x, self.y, self.middle_height])
+        return upright_square(middle, self.side, self.facing)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MarkerBlock:
+    """An upright block on the evader's axis that shows the marker on every side.
+
+    Side k faces the evader's heading plus 2 pi k / copies.
+    """
+
+    copies: int = 4
+    # Of a square marker, as wide as the block's side [m].
+    side: float = 0.14
+    # Of the markers' middles above the floor [m].
+    middle_height: float = 0.16
+
+    def __post_init__(self) -> None:
+        require(self.copies >= 3, "copies", "be at least 3", self.copies)
+        require_positive("side", self.side)
+        require(
+            self.middle_height >= 0.5 * self.side,
+            "middle_height",
+            f"be at least half the side, {0.5 * self.side:g} m",
+            self.middle_height,
+        )
+
+    @property
+    def depth(self) -> float:
+        """From the axis to a side [m]."""
+        return 0.5 * self.side / math.tan(math.pi / self.copies)
+
+    @property
+    def radius(self) -> float:
+        """From the axis to an edge [m]."""
+        return 0.5 * self.side / math.sin(math.pi / self.copies)
+
+    def corners(self, pose: np.ndarray) -> np.ndarray:
+        """Corners of every copy when the evader is at a pose, shape (copies, 4, 3) [m]."""
+        x, y, heading = pose
+        facings = heading + 2 * math.pi * np.arange(self.copies) / self.copies
+        return np.array(
+            [
+                upright_square(
+                    np.array(
+                        [
+                            x + self.depth * math.cos(facing),
+                            y + self.depth * math.sin(facing),
+                            self.middle_height,
+                        ]
+                    ),
+                    self.side,
+                    facing,
+                )
+                for facing in facings
+            ]
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Maze:
+    """What all robots know of their surroundings, and the looks of the evader.
+
+    Attributes:
+        world: Free region between the walls.
+        landmarks: On its walls, no two with the same number.
+        marker: What the evader wears.
+        camera: Of every common agent.
+        wall_height: Of walls and obstacles alike [m].
+        robot_radius: Of every robot; the evader's block does not reach beyond it [m].
+        body_height: Of every robot without camera or block [m].
+    """
+
+    world: World
+    landmarks: tuple[Landmark, ...]
+    marker: MarkerBlock = field(default_factory=MarkerBlock)
+    camera: ForwardCamera = field(default_factory=ForwardCamera)
+    wall_height: float = 0.45
+    robot_radius: float = 0.1
+    body_height: float = 0.08
+
+    def __post_init__(self) -> None:
+        for name in ("wall_height", "robot_radius", "body_height"):
+            require_positive(name, getattr(self, name))
+        require(
+            self.body_height <= min(self.marker.middle_height, self.camera.lens_height),
+            "body_height",
+            "stay below lens and marker",
+            self.body_height,
+        )
+        require(
+            self.marker.radius <= self.robot_radius + 1e-9,
+            "robot_radius",
+            f"cover the marker block, {self.marker.radius:.4g} m",
+            self.robot_radius,
+        )
+        numbers = [landmark.number for landmark in self.landmarks]
+        require(len(set(numbers)) == len(numbers), "landmarks", "differ in number", numbers)
+        for i, landmark in enumerate(self.landmarks):
+            _require_on_wall(self, f"landmarks[{i}]", landmark)
+
+    def landmark(self, number: int) -> Landmark:
+        """The landmark of a number."""
+        return next(each for each in self.landmarks if each.number == number)
+
+
+def _require_on_wall(maze: Maze, name: str, landmark: Landmark) -> None:
+    """Refuse a landmark that does not lie flat on a wall with its front to free space."""
+    free, near = maze.world.polygon, 1e-6 * maze.world.size
+    base = shapely.LineString(landmark.corners[:2, :2])
+    require(free.boundary.buffer(near).covers(base), name, "hang on one wall, all of it", landmark)
+    step = 10 * near
+    front = shapely.Point(
+        landmark.x + step * math.cos(landmark.facing),
+        landmark.y + step * math.sin(landmark.facing),
+    )
+    require(free.contains(front), name, "face free space", landmark)
+    top = landmark.middle_height + 0.5 * landmark.side
+    require(top <= maze.wall_height + 1e-9, name, "end below the wall's top", f"{top:g} m")

@@ -1,0 +1,1 @@
+"""Which landmarks and markers a picture shows, and where in it."""
