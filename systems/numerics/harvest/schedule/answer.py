@@ -146,10 +146,17 @@ def _plan_cart(fleet: Fleet, group: CartGroup, fill: float, jitter: float | None
         group=group,
         plan=plan,
         phase=0.0,
-        period_min=math.inf if early is None else early.period,
+        period_min=_period_min(early),
         jitter=-1.0 if plan is None else plan_jitter(plan),
         jitter_max=limit,
     )
+
+
+def _period_min(early: PeriodicPlan | None) -> float:
+    """The period of a cart that never waits; none at all where it need not drive."""
+    if early is None:
+        return math.inf
+    return early.period if any(early.round.travel_times) else 0.0
 
 
 def _in_turn(fleet: Fleet, carts: list[CartPlan], fill: float) -> list[CartPlan]:
@@ -175,15 +182,11 @@ def _reasons(fleet: Fleet, cart: CartPlan, fill: float, jitter: float | None) ->
     who = f"one cart with {len(order)} combines"
     share = unloading_share(fleet, order)
     if share > 1.0 + 1e-12:
-        return [
-            f"{who}: unloading alone takes {share:.4g} of its time, so that none is left to drive"
-        ]
+        return [f"{who}: unloading alone takes {share:.4g} of its time; none is left to drive"]
+    if cart.period_min < math.inf and jitter is not None:
+        most = f"{cart.jitter_max:.4g} is the limit"
+        return [f"{who}: no plan is certain to stand a jitter of {jitter:.4g}; {most}"]
     if cart.period_min < math.inf:
-        if jitter is not None:
-            most = f"{cart.jitter_max:.4g}"
-            return [
-                f"{who}: no plan is certain to stand a jitter of {jitter:.4g}; {most} is the limit"
-            ]
         return [f"{who}: {fill:.4g} of each tank is too little, though full tanks would do"]
     scale = cart.group.travel_scale
     if scale > 0:

@@ -1,8 +1,9 @@
 """Several carts: which combines each of them serves.
 
 Carts do not wait for one another, so that a split is as good as its worst group: by how much the
-driving of that group's cart could be slower. Up to ten combines every split is tried; more are
-split into neighbours.
+driving of that group's cart could be slower. Up to ten combines every split is tried (six with
+trips to a truck, where each group takes a linear programme for every number of visits to a
+trip); more are split into neighbours.
 """
 
 from collections.abc import Iterator
@@ -16,7 +17,7 @@ from .rounds import Round
 from .tours import shortest_tour
 
 Group = tuple[int, ...]
-_ALL_SPLITS = 10
+_ALL_SPLITS, _ALL_SPLITS_WITH_TRUCK = 10, 6
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,8 @@ def assign_combines(fleet: Fleet, carts: int, truck: Truck | None = None) -> tup
         return scales, -sum(group[-1] - group[0] for group in split)
 
     everyone = tuple(range(fleet.size))
-    splits = _splits if fleet.size <= _ALL_SPLITS else _neighbour_splits
+    most = _ALL_SPLITS if truck is None else _ALL_SPLITS_WITH_TRUCK
+    splits = _splits if fleet.size <= most else _neighbour_splits
     best = max(splits(everyone, min(carts, fleet.size)), key=worth)
     return tuple(group_of(group) for group in best)
 

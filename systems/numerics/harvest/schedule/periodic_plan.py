@@ -95,7 +95,7 @@ def plan_round(
     """
     require(0 < fill <= 1, "fill", "lie above 0 and up to 1", fill)
     if _is_alone(round_):
-        return _plan_alone(fleet, round_, fill)
+        return _plan_alone(fleet, round_, fill, period)
     model = _Model(fleet, round_, fill)
     if period is None:
         sign = -1.0 if aim is Aim.FULL_TANKS else 1.0
@@ -125,20 +125,27 @@ def _is_alone(round_: Round) -> bool:
     return set(round_.combines) == {round_.combines[0]} and round_.truck is None
 
 
-def _plan_alone(fleet: Fleet, round_: Round, fill: float) -> PeriodicPlan:
-    """One combine, one cart: it comes when the tank is full, and goes when it is empty."""
+def _plan_alone(fleet: Fleet, round_: Round, fill: float, period: float | None) -> PeriodicPlan:
+    """One combine, one cart: it comes when the tank is full, and goes when it is empty.
+
+    In a shorter period it comes earlier, in a longer one it stays for longer.
+    """
     combine = round_.combines[0]
+    rate, net = fleet.fill_rates[combine], fleet.net_rate(combine)
     load = fill * fleet.capacities[combine]
-    emptied = load / fleet.net_rate(combine)
+    if period is None:
+        period = load / net + load / rate
+    load = min(load, period / (1.0 / net + 1.0 / rate))
+    leave = period - load / rate
     return PeriodicPlan(
         fleet=fleet,
         round=round_,
-        period=emptied + load / fleet.fill_rates[combine],
+        period=period,
         starts=(0.0,),
-        emptied=(emptied,),
-        leaves=(emptied,),
+        emptied=(load / net,),
+        leaves=(leave,),
         loads_at_start=(load,),
-        taken=(load + fleet.fill_rates[combine] * emptied,),
+        taken=(load + rate * leave,),
     )
 
 
