@@ -9,6 +9,7 @@ from ...systems.numerics.errors import SightfieldError
 from .camera import camera_app
 from .corner import corner
 from .plan import plan_app
+from .schedule import schedule
 from .standoff import standoff
 from .track import track
 from .world import world
@@ -26,6 +27,7 @@ app.command()(track)
 app.command()(world)
 app.command()(corner)
 app.command()(standoff)
+app.command()(schedule)
 app.add_typer(plan_app, name="plan")
 app.add_typer(camera_app, name="camera")
 

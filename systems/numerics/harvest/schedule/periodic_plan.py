@@ -107,16 +107,23 @@ def plan_round(
     return None if even is None else model.plan_of(even)
 
 
-def travel_scale_max(fleet: Fleet, round_: Round, fill: float = 1.0) -> float:
+def travel_scale_max(
+    fleet: Fleet, round_: Round, fill: float = 1.0, by_truck: bool = True
+) -> float:
     """The largest factor on all travel times with which the round has a plan.
 
     Infinite if nothing is to be driven; negative or less than 1: as it is, it has none. Minus
-    infinity if even driving in no time does not help.
+    infinity if even driving in no time does not help. Without `by_truck` the factor leaves the
+    ways by the truck as they are.
     """
-    if _is_alone(round_) or not any(round_.travel_times):
+    driven = [
+        way if by_truck or not trip else 0.0
+        for way, trip in zip(round_.travel_times, round_.trips, strict=True)
+    ]
+    if _is_alone(round_) or not any(driven):
         possible = plan_round(fleet, round_, fill) is not None
         return math.inf if possible else -math.inf
-    best = _Model(fleet, round_, fill).solve_scale()
+    best = _Model(fleet, round_, fill).solve_scale(driven)
     return -math.inf if best is None else best
 
 
@@ -195,8 +202,9 @@ class _Model:
         self._equal = loads / self._load_unit[:, None] - unit * (
             since @ self._stays + since_ways @ self._ways
         )
-        self._equal_stops = unit[:, 0] * (since_ways @ self._stops)
-        self._equal_driven = unit[:, 0] * (since_ways @ self._driven)
+        self._since_ways = unit * since_ways
+        self._equal_stops = self._since_ways @ self._stops
+        self._equal_driven = self._since_ways @ self._driven
         tank, wait = (0.0, fill), (0.0, None)
         self._bounds: list[tuple[float | None, float | None]] = [*[tank] * size, *[wait] * size]
         self.period_row = (self._stays + self._ways).sum(axis=0) / self._time_unit
@@ -211,14 +219,16 @@ class _Model:
             cost, self._room_rows, self._equal, self._equal_stops + self._equal_driven, self._bounds
         )
 
-    def solve_scale(self) -> float | None:
-        """The largest factor on the travel times."""
+    def solve_scale(self, driven: list[float]) -> float | None:
+        """The largest factor on some travel times, (V,) [s], of all."""
         rooms = len(self._room_rows)
-        equal = np.hstack([self._equal, -self._equal_driven[:, None]])
+        scaled = self._since_ways @ np.array(driven)
+        fixed = self._equal_stops + self._equal_driven - scaled
+        equal = np.hstack([self._equal, -scaled[:, None]])
         room = np.hstack([self._room_rows, np.zeros((rooms, 1))])
         cost = np.zeros(equal.shape[1])
         cost[-1] = -1.0
-        best = _solved(cost, room, equal, self._equal_stops, [*self._bounds, (None, None)])
+        best = _solved(cost, room, equal, fixed, [*self._bounds, (None, None)])
         return None if best is None else float(best[-1])
 
     def solve_evenly(self, period: float) -> Vector | None:

@@ -9,7 +9,7 @@ from .fleet import Fleet, Truck
 from .limits import best_round
 
 # Of a factor: exact without a truck; with one each trial is a linear programme for every round.
-_ACCURACY, _ACCURACY_WITH_TRUCK = 1e-12, 1e-4
+_ACCURACY, _ACCURACY_WITH_TRUCK = 1e-12, 1e-3
 _FARTHEST = 1e6
 
 

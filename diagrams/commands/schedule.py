@@ -1,0 +1,176 @@
+"""`sightfield schedule`: can these carts serve these combines, and what is the plan?"""
+
+import csv
+import json
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from ...systems.numerics.errors import InvalidInput, require, require_positive
+from ...systems.numerics.harvest.schedule.answer import answer_schedule
+from ...systems.numerics.harvest.schedule.first_round import drawn_timetable
+from ...systems.numerics.harvest.schedule.fleet import Fleet, Truck, line_of, require_count
+from ..outputs import output_folder
+from ..schedule.load_diagram import save_load_diagram
+from ..schedule.schedule_table import schedule_tables
+from ..schedule.summary import summarise
+
+# More take splits and programmes of a size that nobody waits for.
+_MOST_COMBINES = 20
+_MOST_CYCLES = 1000
+_EACH = "one number, or one for each combine with commas between"
+
+
+def schedule(
+    combines: Annotated[int, typer.Option(help="How many combines there are.")],
+    capacity: Annotated[str, typer.Option(help=f"Of a combine's tank [kg]: {_EACH}.")],
+    fill_rate: Annotated[str, typer.Option(help=f"Grain that a combine cuts [kg/s]: {_EACH}.")],
+    unload_rate: Annotated[str, typer.Option(help=f"Of a combine's auger [kg/s]: {_EACH}.")],
+    travel_time: Annotated[
+        str | None,
+        typer.Option(help="Of a cart between neighbours [s]: one number, or one for each gap."),
+    ] = None,
+    travel_times: Annotated[
+        Path | None,
+        typer.Option(help="Instead: a CSV file, from combine (row) to combine (column) [s]."),
+    ] = None,
+    carts: Annotated[int, typer.Option(help="How many grain carts there are.")] = 1,
+    cart_capacity: Annotated[
+        float | None, typer.Option(help="Of a cart, which then drives by a truck [kg].")
+    ] = None,
+    truck_travel_time: Annotated[
+        float | None, typer.Option(help="One way between a combine and the truck [s].")
+    ] = None,
+    truck_unload_rate: Annotated[
+        float | None, typer.Option(help="From cart to truck [kg/s] [default: at once].")
+    ] = None,
+    truck_stop_time: Annotated[
+        float | None, typer.Option(help="Spent at the truck besides unloading [s].")
+    ] = None,
+    fill: Annotated[
+        float, typer.Option(help="Part of each tank that the plan uses, up to 1.")
+    ] = 1.0,
+    jitter: Annotated[
+        float | None,
+        typer.Option(help="Plan so that each time may be longer by this part, say 0.1."),
+    ] = None,
+    cycles: Annotated[int, typer.Option(help="Rounds in the load diagram.")] = 2,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder to leave loads.png and summary.json in.")
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object and nothing else.")
+    ] = False,
+) -> None:
+    """Serve combines in turn so that all keep cutting and no tank runs over.
+
+    Combines are numbered from 0 in the order of their rows. Any unit of amount does in place of
+    the kilogram.
+    """
+    require_count("combines", combines)
+    require(combines <= _MOST_COMBINES, "combines", f"be at most {_MOST_COMBINES}", combines)
+    require_count("carts", carts)
+    require_count("cycles", cycles)
+    require(cycles <= _MOST_CYCLES, "cycles", f"be at most {_MOST_CYCLES}", cycles)
+    ways, gap = _ways(combines, travel_time, travel_times)
+    fleet = Fleet(
+        capacities=_each("capacity", capacity, combines),
+        fill_rates=_each("fill_rate", fill_rate, combines),
+        unload_rates=_each("unload_rate", unload_rate, combines),
+        travel_times=ways,
+    )
+    truck = _truck(cart_capacity, truck_travel_time, truck_unload_rate, truck_stop_time)
+    answer = answer_schedule(fleet, carts, truck, fill, jitter)
+    summary = summarise(answer, carts, gap, fill, jitter)
+    text = json.dumps(summary, indent=2, allow_nan=False)
+    if out is not None:
+        with output_folder(out) as folder:
+            (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+            save_load_diagram(folder / "loads.png", answer, drawn_timetable(answer, cycles))
+    if as_json:
+        typer.echo(text)
+        return
+    console = Console()
+    console.print(schedule_tables(summary))
+    if out is not None:
+        console.print(f"Wrote loads.png, summary.json to [bold]{out}[/]")
+
+
+def _ways(
+    combines: int, travel_time: str | None, travel_times: Path | None
+) -> tuple[tuple[tuple[float, ...], ...], float | None]:
+    """Travel times from each combine to each, and the one between neighbours if it is one."""
+    one = (travel_time is None) != (travel_times is None)
+    require(one, "travel_time", "come alone or as travel_times in a file", "both or none")
+    if travel_times is not None:
+        return _matrix(travel_times, combines), None
+    numbers = _numbers("travel_time", travel_time or "")
+    if len(numbers) == 1:
+        return line_of(numbers * (combines - 1)), _not_negative(numbers[0])
+    what = f"be one number or {combines - 1}, one for each gap"
+    require(len(numbers) == combines - 1, "travel_time", what, travel_time)
+    return line_of(numbers), None
+
+
+def _not_negative(travel_time: float) -> float:
+    require(
+        math.isfinite(travel_time) and travel_time >= 0,
+        "travel_time",
+        "be zero or positive",
+        travel_time,
+    )
+    return travel_time
+
+
+def _matrix(path: Path, combines: int) -> tuple[tuple[float, ...], ...]:
+    """The rows of a CSV file."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InvalidInput(
+            f"`travel_times` must be a readable file; got {path} ({error})"
+        ) from None
+    lines = [line for line in csv.reader(text.splitlines()) if line]
+    require(len(lines) == combines, "travel_times", f"have {combines} rows", len(lines))
+    return tuple(_numbers("travel_times", ",".join(line)) for line in lines)
+
+
+def _each(name: str, text: str, combines: int) -> tuple[float, ...]:
+    """One number for each combine."""
+    numbers = _numbers(name, text)
+    if len(numbers) == 1:
+        return numbers * combines
+    what = f"be one number or {combines}, one for each combine"
+    require(len(numbers) == combines, name, what, text)
+    return numbers
+
+
+def _numbers(name: str, text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(word) for word in text.split(","))
+    except ValueError:
+        raise InvalidInput(f"`{name}` must be numbers with commas between; got {text}") from None
+
+
+def _truck(
+    cart_capacity: float | None,
+    travel_time: float | None,
+    unload_rate: float | None,
+    stop_time: float | None,
+) -> Truck | None:
+    """The truck, if carts are of finite capacity."""
+    if cart_capacity is None:
+        given = [each for each in (travel_time, unload_rate, stop_time) if each is not None]
+        require(not given, "cart_capacity", "be given with a truck", None)
+        return None
+    if unload_rate is not None:
+        require_positive("truck_unload_rate", unload_rate)
+    return Truck(
+        cart_capacity=cart_capacity,
+        travel_time=travel_time or 0.0,
+        unload_rate=math.inf if unload_rate is None else unload_rate,
+        stop_time=stop_time or 0.0,
+    )

@@ -1,0 +1,1 @@
+"""`sightfield schedule`: an answer as a table, as JSON and as a load diagram."""
