@@ -1,0 +1,128 @@
+"""How likely an agent is to accept a request.
+
+Two models: a probability of its own for each agent, as in Table 2.4, and one that grows with the
+friends that the agent has in common with the pursuer (the future work of Zhang 2014, 4.4).
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from ...errors import require
+from .checks import require_chance, require_chances
+
+
+class Acceptance(Protocol):
+    """An acceptance model of a fixed number of agents."""
+
+    def count(self) -> int:
+        """Number of agents."""
+        ...
+
+    def probability(self, agent: int, friends: Collection[int]) -> float:
+        """That an agent who was asked accepts in one iteration, given the pursuer's friends."""
+        ...
+
+
+@dataclass(frozen=True)
+class OwnAcceptance:
+    """Each agent has its own probability, whoever the pursuer's friends are.
+
+    Attributes:
+        friending: Probability of each agent, per iteration.
+
+    Raises:
+        InvalidInput: A probability is none.
+    """
+
+    friending: tuple[float, ...]
+
+    def __post_init__(self):
+        require_chances("friending", self.friending)
+
+    def count(self) -> int:
+        return len(self.friending)
+
+    def probability(self, agent: int, friends: Collection[int]) -> float:
+        return self.friending[agent]
+
+
+@dataclass(frozen=True)
+class MutualFriendsAcceptance:
+    """Each friend in common gives the request one more chance.
+
+    With m friends of the pursuer among the agent's acquaintances, each of whom persuades it with
+    probability w independently, p(m) = 1 - (1 - p) (1 - w)^m.
+
+    Attributes:
+        friending: p of each agent, per iteration, without friends in common.
+        acquaintances: Pairs of agents that know each other.
+        persuasion: w.
+
+    Raises:
+        InvalidInput: A probability is none, or a pair is not of two agents.
+    """
+
+    friending: tuple[float, ...]
+    acquaintances: frozenset[tuple[int, int]]
+    persuasion: float = 0.2
+
+    def __post_init__(self):
+        require_chances("friending", self.friending)
+        require_chance("persuasion", self.persuasion)
+        for pair in self.acquaintances:
+            two = len(pair) == 2 and pair[0] != pair[1] and set(pair) <= set(range(self.count()))
+            require(two, "acquaintances", f"be pairs of two agents below {self.count()}", pair)
+
+    def count(self) -> int:
+        return len(self.friending)
+
+    def mutual_friends(self, agent: int, friends: Collection[int]) -> int:
+        """How many of the friends know the agent."""
+        return sum(
+            (agent, friend) in self.acquaintances or (friend, agent) in self.acquaintances
+            for friend in friends
+        )
+
+    def probability(self, agent: int, friends: Collection[int]) -> float:
+        refusal = (1 - self.persuasion) ** self.mutual_friends(agent, friends)
+        return 1 - (1 - self.friending[agent]) * refusal
+
+
+@dataclass(frozen=True, kw_only=True)
+class Temperaments:
+    """How the common agents answer.
+
+    Attributes:
+        acceptance: Who accepts how readily.
+        unfriending: Probability of each agent, per iteration, of ending a friendship.
+        rejection: Probability of each agent, per iteration, of saying no if it does not accept;
+            otherwise it is silent.
+
+    Raises:
+        InvalidInput: A probability is none, or the numbers of agents differ.
+    """
+
+    acceptance: Acceptance
+    unfriending: tuple[float, ...]
+    rejection: tuple[float, ...]
+
+    def __post_init__(self):
+        count = self.acceptance.count()
+        for name, values in (("unfriending", self.unfriending), ("rejection", self.rejection)):
+            require(len(values) == count, name, f"have {count} values", len(values))
+            require_chances(name, values)
+
+    @property
+    def count(self) -> int:
+        """Number of agents."""
+        return self.acceptance.count()
+
+
+def thesis_temperaments(rejection: Sequence[float] = (0.2, 0.2, 0.2)) -> Temperaments:
+    """Table 2.4's three agents. The table has no rejections, so their share is ours."""
+    return Temperaments(
+        acceptance=OwnAcceptance((0.4, 0.5, 0.3)),
+        unfriending=(0.05, 0.02, 0.04),
+        rejection=tuple(rejection),
+    )

@@ -1,0 +1,141 @@
+"""The pursuer's dealings with other agents, as a system."""
+
+import numpy as np
+from pydrake.systems.framework import EventStatus, LeafSystem
+
+from ..drake_types import read, state_vector
+from ..numerics.errors import require_positive
+from ..numerics.social.network.evolution import (
+    FRIEND,
+    Acquaintances,
+    EvolutionLimits,
+    evolve,
+    with_friends,
+)
+from ..numerics.social.network.information import update_tallies
+from ..numerics.social.network.interface import SocialNetwork
+
+
+class NetworkEvolution(LeafSystem):
+    """Makes friends and keeps them: Algorithm 2, one iteration each period.
+
+    An iteration asks at most N_req - |A| new agents while |F| + |A| < N_f, lets the network go on,
+    and reads its answers (`systems/numerics/social/network/evolution.py`).
+
+    .. pydrake_system::
+
+        name: NetworkEvolution
+        input_ports:
+        - interest
+        output_ports:
+        - connected
+        - waiting
+        - counters
+        - tallies
+        - requests_sent
+        - iteration
+
+    =============  ====  ====  =====
+    port           size  unit  frame
+    =============  ====  ====  =====
+    interest       n     any   -
+    connected      n     -     -
+    waiting        n     -     -
+    counters       n     -     -
+    tallies        2 n   -     -
+    requests_sent  1     -     -
+    iteration      1     -     -
+    =============  ====  ====  =====
+
+    `interest` may be left open: then new agents are asked in turn, else the most interesting come
+    first. `connected` and `waiting` are 1 for friends and for agents whose answer is awaited; a
+    counter is 0 for agents who are neither. `tallies` has two numbers for each agent: iterations in
+    which it was asked and accepted, and in which it was asked and did not. `iteration` is how many
+    are done.
+
+    The network is outside the simulation, as Meshcat is: it is told of the beginning when the
+    simulator is initialised, and from there a run with a network in memory repeats exactly.
+
+    Source: Zhang 2014, Algorithm 2.
+
+    Args:
+        network: Whose agents are 0 to n - 1.
+        limits: N_req, T_wait and N_f.
+        period: Between iterations [s].
+
+    Raises:
+        InvalidInput: The period is not positive.
+    """
+
+    def __init__(
+        self, network: SocialNetwork, limits: EvolutionLimits | None = None, *, period: float = 1.0
+    ):
+        super().__init__()
+        require_positive("period", period)
+        self._network, self._limits = network, limits or EvolutionLimits()
+        count = self._count = len(network.agents())
+        start = with_friends(count, ())
+        self._interest = self.DeclareVectorInputPort("interest", count)
+        self._status = self.DeclareDiscreteState(state_vector(np.array(start.status, dtype=float)))
+        self._queue = self.DeclareDiscreteState(state_vector(np.array(start.queue, dtype=float)))
+        self._tallies = self.DeclareDiscreteState(state_vector(np.zeros(2 * count)))
+        self._sent = self.DeclareDiscreteState(1)
+        self._iteration = self.DeclareDiscreteState(1)
+        self.DeclareInitializationDiscreteUpdateEvent(self._begin)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._iterate)
+        state = {self.xd_ticket()}
+        for name, calc in (
+            ("connected", self._calc_connected),
+            ("waiting", self._calc_waiting),
+            ("counters", self._calc_counters),
+        ):
+            self.DeclareVectorOutputPort(name, count, calc, prerequisites_of_calc=state)
+        self.DeclareStateOutputPort("tallies", self._tallies)
+        self.DeclareStateOutputPort("requests_sent", self._sent)
+        self.DeclareStateOutputPort("iteration", self._iteration)
+
+    def _write(self, state, known: Acquaintances) -> None:
+        state.set_value(self._status, np.array(known.status, dtype=float))
+        state.set_value(self._queue, np.array(known.queue, dtype=float))
+
+    def _begin(self, context, discrete_state):
+        self._network.begin()
+        # A server may remember friends of an earlier run.
+        self._write(discrete_state, with_friends(self._count, sorted(self._network.friends())))
+        for index, size in (
+            (self._tallies, 2 * self._count),
+            (self._sent, 1),
+            (self._iteration, 1),
+        ):
+            discrete_state.set_value(index, np.zeros(size))
+        return EventStatus.Succeeded()
+
+    def _iterate(self, context, discrete_state):
+        def values(index) -> np.ndarray:
+            return context.get_discrete_state(index).value()
+
+        known = Acquaintances(
+            tuple(int(each) for each in values(self._status)),
+            tuple(int(each) for each in values(self._queue)),
+        )
+        wanted = self._interest.HasValue(context)
+        interest = read(self._interest, context).tolist() if wanted else None
+        number = int(values(self._iteration)[0])
+        done = evolve(self._network, known, self._limits, number, interest)
+        tallies = update_tallies(values(self._tallies).reshape(-1, 2), done)
+        self._write(discrete_state, done.known)
+        discrete_state.set_value(self._tallies, tallies.ravel())
+        discrete_state.set_value(self._sent, values(self._sent) + done.requests_sent)
+        discrete_state.set_value(self._iteration, np.array([number + 1.0]))
+
+    def _calc_connected(self, context, output):
+        output.set_value((self._statuses(context) == FRIEND).astype(float))
+
+    def _calc_waiting(self, context, output):
+        output.set_value((self._statuses(context) >= 0).astype(float))
+
+    def _calc_counters(self, context, output):
+        output.set_value(np.maximum(self._statuses(context), 0))
+
+    def _statuses(self, context) -> np.ndarray:
+        return context.get_discrete_state(self._status).value()
