@@ -79,8 +79,8 @@ def answer_schedule(
 ) -> ScheduleAnswer:
     """Split the combines among carts, and plan each cart's round.
 
-    Carts keep one period where they can, each a part of it after the one before, so that they
-    come to the truck in turn.
+    Carts keep one period where they can (but for plans that stand a jitter), each starts a part
+    of it after the one before, so that they come to the truck in turn.
 
     Args:
         fleet: The combines.
@@ -97,8 +97,8 @@ def answer_schedule(
     plans = [_plan_cart(fleet, group, fill, jitter) for group in groups]
     reasons = tuple(reason for cart in plans for reason in _reasons(fleet, cart, fill, jitter))
     feasible = all(cart.plan is not None for cart in plans)
-    if feasible and jitter is None:
-        plans = _in_turn(fleet, plans, fill)
+    if feasible:
+        plans = _in_turn(plans if jitter is not None else _in_step(fleet, plans, fill))
     return ScheduleAnswer(
         fleet=fleet, truck=truck, carts=tuple(plans), feasible=feasible, reasons=reasons
     )
@@ -159,8 +159,8 @@ def _period_min(early: PeriodicPlan | None) -> float:
     return early.period if any(early.round.travel_times) else 0.0
 
 
-def _in_turn(fleet: Fleet, carts: list[CartPlan], fill: float) -> list[CartPlan]:
-    """The same carts with one period where there is one, and phases."""
+def _in_step(fleet: Fleet, carts: list[CartPlan], fill: float) -> list[CartPlan]:
+    """The same carts with one period, the shortest of theirs, if all can keep it."""
     if len(carts) == 1:
         return carts
     period = min(cart.plan.period for cart in carts if cart.plan is not None)
@@ -168,9 +168,18 @@ def _in_turn(fleet: Fleet, carts: list[CartPlan], fill: float) -> list[CartPlan]
     if any(plan is None for plan in again):
         return carts
     return [
-        replace(cart, plan=plan, phase=k * period / len(carts), jitter=plan_jitter(plan))
-        for k, (cart, plan) in enumerate(zip(carts, again, strict=True))
+        replace(cart, plan=plan, jitter=plan_jitter(plan))
+        for cart, plan in zip(carts, again, strict=True)
         if plan is not None
+    ]
+
+
+def _in_turn(carts: list[CartPlan]) -> list[CartPlan]:
+    """The same carts, each by an equal part of its period after the one before."""
+    return [
+        replace(cart, phase=k * cart.plan.period / len(carts))
+        for k, cart in enumerate(carts)
+        if cart.plan is not None
     ]
 
 

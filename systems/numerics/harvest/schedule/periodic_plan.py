@@ -90,7 +90,7 @@ def plan_round(
         fleet: The combines.
         round_: The visits.
         fill: Part of each tank, and of the cart, that the plan uses; above 0 up to 1.
-        aim: Which of the possible periods.
+        aim: Which of the possible periods; the longest if the shortest is none at all.
         period: This period instead [s].
     """
     require(0 < fill <= 1, "fill", "lie above 0 and up to 1", fill)
@@ -98,11 +98,13 @@ def plan_round(
         return _plan_alone(fleet, round_, fill, period)
     model = _Model(fleet, round_, fill)
     if period is None:
-        sign = -1.0 if aim is Aim.FULL_TANKS else 1.0
-        best = model.solve(sign * model.period_row)
-        if best is None:
+        signs = (-1.0,) if aim is Aim.FULL_TANKS else (1.0, -1.0)
+        found = [model.solve(sign * model.period_row) for sign in signs]
+        # Where nothing is driven, visits of no length to empty tanks solve all equations.
+        periods = [model.period_of(best) for best in found if best is not None]
+        period = next((each for each in periods if each > _ACCURACY * model.time_unit), None)
+        if period is None:
             return None
-        period = model.period_of(best)
     even = model.solve_evenly(period)
     return None if even is None else model.plan_of(even)
 
@@ -143,7 +145,7 @@ def _plan_alone(fleet: Fleet, round_: Round, fill: float, period: float | None) 
     if period is None:
         period = load / net + load / rate
     load = min(load, period / (1.0 / net + 1.0 / rate))
-    leave = period - load / rate
+    leave = max(period - load / rate, load / net)
     return PeriodicPlan(
         fleet=fleet,
         round=round_,
@@ -169,12 +171,12 @@ class _Model:
         size = round_.size
         numbers = list(round_.combines)
         self._load_unit = np.array([fleet.capacities[n] for n in numbers])
-        self._time_unit = max(fleet.filling_time(n) for n in numbers)
+        self.time_unit = max(fleet.filling_time(n) for n in numbers)
         rates = np.array([fleet.fill_rates[n] for n in numbers])
         net = np.array([fleet.net_rate(n) for n in numbers])
         eye, none = np.eye(size), np.zeros((size, size))
         loads = np.hstack([eye * self._load_unit[:, None], none])
-        self._waits = np.hstack([none, eye * self._time_unit])
+        self._waits = np.hstack([none, eye * self.time_unit])
         self._stays = loads / net[:, None] + self._waits
         self._taken = loads + rates[:, None] * self._stays
         # Ways: constant part, part that grows with what the truck gets, part that a scale acts on.
@@ -207,11 +209,11 @@ class _Model:
         self._equal_driven = self._since_ways @ self._driven
         tank, wait = (0.0, fill), (0.0, None)
         self._bounds: list[tuple[float | None, float | None]] = [*[tank] * size, *[wait] * size]
-        self.period_row = (self._stays + self._ways).sum(axis=0) / self._time_unit
+        self.period_row = (self._stays + self._ways).sum(axis=0) / self.time_unit
         self._period_rest = float(self._stops.sum() + self._driven.sum())
 
     def period_of(self, unknowns: Vector) -> float:
-        return float(self.period_row @ unknowns) * self._time_unit + self._period_rest
+        return float(self.period_row @ unknowns) * self.time_unit + self._period_rest
 
     def solve(self, cost: Vector) -> Vector | None:
         """The unknowns of least cost at the travel times as they are."""
@@ -236,10 +238,10 @@ class _Model:
         size = self.round.size
         equal = np.vstack([self._equal, self.period_row])
         equal = np.hstack([equal, np.zeros((size + 1, 1))])
-        right = (period - self._period_rest) / self._time_unit
+        right = (period - self._period_rest) / self.time_unit
         sides = np.append(self._equal_stops + self._equal_driven, right)
         # least - wait_i <= 0 beside room rows that end at 1.
-        least = np.hstack([-self._waits / self._time_unit, np.ones((size, 1))])
+        least = np.hstack([-self._waits / self.time_unit, np.ones((size, 1))])
         room = np.hstack([self._room_rows, np.zeros((len(self._room_rows), 1))])
         cost = np.append(np.zeros(2 * size), -1.0)
         limits = np.append(np.zeros(size), np.ones(len(room)))

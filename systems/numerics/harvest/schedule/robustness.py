@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import root_scalar
 
 from ...errors import require_non_negative
@@ -9,7 +11,10 @@ from .fleet import Fleet
 from .periodic_plan import Aim, PeriodicPlan, plan_round
 from .rounds import Round
 
-_STEPS = 40
+Matrix = NDArray[np.float64]
+
+# Halvings of the range of a plan's fill; rounds until the worst case has settled; rounding.
+_STEPS, _ROUNDS, _ROUNDING = 40, 10_000, 1e-9
 
 
 def jitter_limit(fleet: Fleet, round_: Round) -> float:
@@ -47,43 +52,53 @@ def jitter_limit(fleet: Fleet, round_: Round) -> float:
 def plan_jitter(plan: PeriodicPlan) -> float:
     """A j with which a plan's timetable certainly lets no tank run over.
 
-    The cart never leaves before the plan; from where it was last on time it may be 1 + j times
-    as slow. For each combine and each such place in between, what remains of its filling time
-    C / r_f must allow that, with every emptying as long as that of a full tank. Exact where the
-    place before is the one that counts, as in the thesis's plan, which stands no jitter at all:
-    its tanks are full to the brim when the cart comes. For trips, the cart must hold the grain
-    of full tanks.
+    The cart never leaves before the plan, and is 1 + j times as slow from where it was last on
+    time. Exact where that is the place before, as in the thesis's plan, which stands no jitter at
+    all: its tanks are full to the brim when the cart comes; and for the shortest period, whose
+    plan stands `jitter_limit`. For trips, the cart must hold the grain as well.
     """
-    fleet, round_ = plan.fleet, plan.round
-    size, truck = round_.size, round_.truck
-    if set(round_.combines) == {round_.combines[0]} and truck is None:
+    if _never_late(plan):
         return math.inf
-    emptying = [fleet.capacities[n] / fleet.net_rate(n) for n in round_.combines]
-    factor = _factor_of_room(plan, emptying)
-    for visit in range(size):
-        combine = round_.combines[visit]
-        slowed, fixed = 0.0, 0.0
-        for back in range(1, round_.previous(visit) + 1):
-            place = (visit - back) % size
-            slowed += round_.travel_times[place]
-            if truck is not None and round_.trips[place]:
-                fixed += truck.stop_time + truck.cart_capacity / truck.unload_rate
-            # From the previous leaving of this combine to the planned leaving of `place`.
-            passed = _since(plan, place, (visit - round_.previous(visit)) % size)
-            room = fleet.filling_time(combine) - passed - fixed
-            if slowed > 0:
-                factor = min(factor, room / slowed)
-            slowed += emptying[place]
-    return max(factor - 1.0, 0.0)
+    low, high = 1.0, 2.0
+    while stands_factor(plan, high):
+        low, high = high, 2.0 * high
+    while high - low > 1e-10 * high:
+        middle = (low + high) / 2
+        low, high = (middle, high) if stands_factor(plan, middle) else (low, middle)
+    return low - 1.0
+
+
+def stands_factor(plan: PeriodicPlan, factor: float) -> bool:
+    """Whether a plan's timetable is certain to hold if times are up to `factor` times as long."""
+    if _never_late(plan):
+        return True
+    fleet, round_ = plan.fleet, plan.round
+    numbers = list(round_.combines)
+    rates = np.array([fleet.fill_rates[n] for n in numbers])
+    net = np.array([fleet.net_rate(n) for n in numbers])
+    capacities = np.array([fleet.capacities[n] for n in numbers]) * (1.0 + _ROUNDING)
+    visits, before, passed, ways = _lateness(plan)
+    planned = np.array(plan.loads_at_start)
+    loads = planned
+    # Least loads that no lateness exceeds, from below: they rise to the worst case.
+    for _ in range(_ROUNDS):
+        late = passed + factor * (ways + before @ (loads / net))
+        worst = planned.copy()
+        np.maximum.at(worst, visits, rates[visits] * late)
+        if (worst > capacities).any():
+            return False
+        if (worst - loads <= _ROUNDING * 1e-3 * capacities).all():
+            return _has_room(plan, worst, factor)
+        loads = worst
+    return False
 
 
 def plan_for_jitter(fleet: Fleet, round_: Round, jitter: float) -> PeriodicPlan | None:
     """The plan of the longest period that certainly stands a jitter; None: there is none."""
     require_non_negative("jitter", jitter)
-    wanted = jitter * (1.0 - 1e-9) - 1e-12
 
     def stands(plan: PeriodicPlan | None) -> bool:
-        return plan is not None and plan_jitter(plan) >= wanted
+        return plan is not None and stands_factor(plan, 1.0 + jitter)
 
     full = plan_round(fleet, round_)
     if full is None or stands(full):
@@ -106,27 +121,51 @@ def plan_for_jitter(fleet: Fleet, round_: Round, jitter: float) -> PeriodicPlan 
     return best
 
 
-def _since(plan: PeriodicPlan, place: int, origin: int) -> float:
-    """Time from leaving at visit `origin` to leaving at visit `place`, within one round [s]."""
-    passed = plan.leaves[place] - plan.leaves[origin]
-    return passed if passed >= 0 else passed + plan.period
+def _never_late(plan: PeriodicPlan) -> bool:
+    """Whether the cart stands by one combine and has nowhere else to go."""
+    return plan.round.truck is None and len(set(plan.round.combines)) == 1
 
 
-def _factor_of_room(plan: PeriodicPlan, emptying: list[float]) -> float:
-    """The largest factor on emptyings with which the cart holds full tanks until each trip."""
+def _lateness(plan: PeriodicPlan) -> tuple[NDArray[np.int64], Matrix, Matrix, Matrix]:
+    """Every place from which the cart may have been late when it comes to a combine.
+
+    Returns:
+        One row for each visit and each place since the last one to its combine: the visit, (m,);
+        which emptyings lie between, (m, V); the planned time from leaving this combine to leaving
+        that place, with stops at the truck from there on, (m,) [s]; and the ways from there on,
+        (m,) [s].
+    """
+    round_, size = plan.round, plan.round.size
+    truck = round_.truck
+    visits, between, passed, ways = [], [], [], []
+    for visit in range(size):
+        slow, stops, emptied = 0.0, 0.0, np.zeros(size)
+        origin = (visit - round_.previous(visit)) % size
+        for back in range(1, round_.previous(visit) + 1):
+            place = (visit - back) % size
+            slow += round_.travel_times[place]
+            if truck is not None and round_.trips[place]:
+                stops += truck.stop_time + truck.cart_capacity / truck.unload_rate
+            since = plan.leaves[place] - plan.leaves[origin]
+            visits.append(visit)
+            between.append(emptied.copy())
+            passed.append(stops + (since if since >= 0 else since + plan.period))
+            ways.append(slow)
+            emptied[place] += 1.0
+    return np.array(visits), np.array(between), np.array(passed), np.array(ways)
+
+
+def _has_room(plan: PeriodicPlan, loads: Matrix, factor: float) -> bool:
+    """Whether the cart holds until each trip what such loads, and stays beside them, bring."""
     round_, fleet = plan.round, plan.fleet
     if round_.truck is None:
-        return math.inf
-    factor = math.inf
-    for visit in range(round_.size):
-        if not round_.trips[visit]:
-            continue
-        block = round_.block(visit)
-        tanks = math.fsum(fleet.capacities[round_.combines[i]] for i in block)
-        during = math.fsum(fleet.fill_rates[round_.combines[i]] * emptying[i] for i in block)
-        waits = math.fsum(
-            fleet.fill_rates[round_.combines[i]] * (plan.leaves[i] - plan.starts[i]) for i in block
-        )
-        # Each stay is the planned one or an emptying, whichever is longer; here both.
-        factor = min(factor, (round_.truck.cart_capacity - tanks - waits) / during)
-    return factor
+        return True
+    grain = [
+        loads[i]
+        + fleet.fill_rates[n]
+        * max(factor * loads[i] / fleet.net_rate(n), plan.leaves[i] - plan.starts[i])
+        for i, n in enumerate(round_.combines)
+    ]
+    room = round_.truck.cart_capacity * (1.0 + _ROUNDING)
+    trips = [visit for visit in range(round_.size) if round_.trips[visit]]
+    return all(math.fsum(grain[i] for i in round_.block(visit)) <= room for visit in trips)

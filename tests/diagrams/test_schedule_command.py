@@ -1,0 +1,160 @@
+"""`sightfield schedule` answers, draws, and says in one line what is wrong."""
+
+import json
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from sightfield.diagrams.commands.schedule import schedule
+from sightfield.systems.numerics.errors import InvalidInput
+
+app = typer.Typer(rich_markup_mode=None)
+app.command()(schedule)
+BASE = {"--combines": 3, "--capacity": 100, "--fill-rate": 1, "--unload-rate": 12}
+PNG = b"\x89PNG"
+
+
+@pytest.fixture
+def run():
+    """A function that runs the command, with what it needs; errors come through as exceptions."""
+
+    def invoke(*arguments, **changes):
+        options = BASE | {"--" + key.replace("_", "-"): value for key, value in changes.items()}
+        words = [str(word) for pair in options.items() for word in pair]
+        result = CliRunner().invoke(app, [*words, *map(str, arguments)])
+        if isinstance(result.exception, Exception):
+            raise result.exception
+        return result
+
+    return invoke
+
+
+@pytest.fixture
+def report(run):
+    """A function that runs the command and returns what it says as JSON."""
+    return lambda *arguments, **changes: json.loads(run("--json", *arguments, **changes).stdout)
+
+
+def test_three_combines_are_those_of_the_thesis(report):
+    found = report(travel_time=15)
+    assert found["feasible"] is True
+    assert found["travel_time_max"] == pytest.approx((12 - 3) * 100 / (4 * 11))  # (3.7)
+    wait = (100 - 2 * 100 / 11 - 4 * 15) / 2  # (3.9), both waits alike
+    assert found["waiting_times"] == pytest.approx([wait] * 3)
+    assert found["period"] == pytest.approx(100 + 100 / 11 + wait)
+    assert found["loads_at_start"] == pytest.approx([100, 3 * 15 + 100 / 11 + wait, 100])
+    assert found["binding"] == ["travel_time"]
+    assert found["combines_max"] == 12
+
+
+def test_an_infeasible_schedule_says_what_to_change(report):
+    found = report(travel_time=25)
+    assert found["feasible"] is False
+    assert found["binding"] == ["travel_time"]
+    assert found["period"] is None
+    changes = found["remedies"]
+    assert changes["travel_time"]["value"] == pytest.approx(900 / 44)
+    assert changes["capacity"]["value"] == pytest.approx(100 * 25 * 44 / 900)
+    assert changes["unload_rate"] is None
+    assert (changes["combines"], changes["carts"]) == (2, 2)
+    # What it says is enough.
+    assert report(travel_time=25, capacity=changes["capacity"]["value"] * 1.000001)["feasible"]
+    assert report(travel_time=25, carts=2)["feasible"]
+
+
+def test_too_many_combines_are_bound_by_the_unload_rate(report):
+    found = report(combines=13, travel_time=0)
+    assert found["feasible"] is False
+    assert "unload_rate" in found["binding"]
+    assert found["travel_time_max"] is None or found["travel_time_max"] <= 0
+
+
+def test_one_combine_needs_no_limit(report):
+    found = report(combines=1, travel_time=1000)
+    assert found["feasible"] is True
+    assert found["travel_time_max"] is None
+    assert found["waiting_times"] == pytest.approx([0])
+
+
+def test_combines_of_all_sorts_and_a_truck(report, tmp_path):
+    (tmp_path / "ways.csv").write_text("0, 6, 9\n6, 0, 4\n9, 4, 0\n")
+    found = report(
+        capacity="80,100,140",
+        fill_rate="1,0.8,1.5",
+        unload_rate="10,12,11",
+        travel_times=tmp_path / "ways.csv",
+        cart_capacity=400,
+        truck_travel_time=10,
+        truck_unload_rate=60,
+    )
+    assert found["feasible"] is True
+    assert found["travel_time_max"] is None
+    assert found["constraints"]["cart_capacity"]["slack"] > 0
+    visits = found["carts"][0]["visits"]
+    assert {visit["combine"] for visit in visits} == {0, 1, 2}
+    assert any(visit["by_truck"] for visit in visits)
+
+
+def test_a_cart_that_is_too_small_is_said_to_be(report):
+    found = report(travel_time=5, cart_capacity=20, truck_travel_time=30)
+    assert found["feasible"] is False
+    assert "cart_capacity" in found["binding"]
+    enough = found["remedies"]["cart_capacity"]["value"]
+    again = report(travel_time=5, cart_capacity=enough, truck_travel_time=30)
+    assert again["feasible"] is True
+
+
+def test_a_plan_for_a_jitter_waits_less(report):
+    plain, careful = report(travel_time=10), report(travel_time=10, jitter=0.3)
+    assert plain["jitter"] == pytest.approx(0, abs=1e-7)
+    assert careful["jitter"] >= 0.3 * (1 - 1e-6)
+    assert careful["period"] < plain["period"]
+
+
+@pytest.mark.parametrize("travel_time", [15, 25])
+def test_the_folder_holds_the_diagram_and_the_summary(run, tmp_path, travel_time):
+    out = tmp_path / "out"
+    text = run("--json", travel_time=travel_time, out=out).stdout
+    assert (out / "loads.png").read_bytes().startswith(PNG)
+    assert json.loads((out / "summary.json").read_text()) == json.loads(text)
+
+
+def test_the_table_is_readable(run):
+    said = run(travel_time=15).stdout
+    assert "Schedule of 3 combines and 1 cart: feasible" in said
+    assert "(binding)" in said
+    refused = run(travel_time=25).stdout
+    assert "not feasible" in refused
+    assert "Change one of these" in refused
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"combines": 0}, "`combines` must be at least 1; got 0"),
+        ({"combines": 999}, "`combines` must be at most 20; got 999"),
+        ({"capacity": 0}, "`capacity` must be positive; got 0.0"),
+        ({"capacity": "nan"}, "`capacity` must be a finite number; got nan"),
+        ({"capacity": "1,2"}, "`capacity` must be one number or 3, one for each combine"),
+        ({"fill_rate": "many"}, "`fill_rate` must be numbers with commas between; got many"),
+        ({"unload_rate": 1}, "`unload_rate` must exceed the fill rate"),
+        ({"travel_time": -1}, "`travel_time` must be zero or positive; got -1.0"),
+        ({"travel_time": "inf"}, "`travel_time` must be a finite number; got inf"),
+        ({"travel_time": "1,2,3"}, "`travel_time` must be one number or 2, one for each gap"),
+        ({"travel_times": "nothing.csv"}, "`travel_time` must come alone"),
+        ({"carts": 0}, "`carts` must be at least 1; got 0"),
+        ({"cart_capacity": 0}, "`cart_capacity` must be positive; got 0.0"),
+        ({"truck_travel_time": 5}, "`cart_capacity` must be given with a truck"),
+        ({"cart_capacity": 9, "truck_travel_time": -5}, "`truck_travel_time` must be zero"),
+        ({"fill": 2}, "`fill` must lie above 0 and up to 1; got 2.0"),
+        ({"jitter": -1}, "`jitter` must be zero or positive; got -1.0"),
+        ({"jitter": 0.1, "fill": 0.5}, "`jitter` must come without fill"),
+        ({"cycles": 0}, "`cycles` must be at least 1; got 0"),
+    ],
+)
+def test_absurd_input_gets_one_line(run, changes, message):
+    with pytest.raises(InvalidInput) as caught:
+        run(**{"travel_time": 5} | changes)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
