@@ -20,6 +20,10 @@ from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import Grid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
+from sightfield.systems.numerics.social.routes.following import FollowingLaw
+from sightfield.systems.numerics.social.routes.infrared import InfraredRing
+from sightfield.systems.numerics.social.routes.route_graph import build_route_graph
+from sightfield.systems.numerics.social.routes.wandering import WanderingLaw
 from sightfield.systems.numerics.standoff.error_model import THESIS_ERROR
 from sightfield.systems.numerics.standoff.loop import StandoffLoop
 from sightfield.systems.numerics.standoff.sampled_pid import SampledPid
@@ -32,6 +36,10 @@ from sightfield.systems.numerics.vision.surroundings import Surroundings
 from sightfield.systems.planning.path_follower import PathFollower
 from sightfield.systems.planning.tractor_trailer import TractorTrailer
 from sightfield.systems.planning.value_function_feedback import ValueFunctionFeedback
+from sightfield.systems.social.crowd_guard import CrowdGuard
+from sightfield.systems.social.infrared_sensors import InfraredSensors
+from sightfield.systems.social.route_pursuer import RoutePursuer
+from sightfield.systems.social.wanderers import Wanderers
 from sightfield.systems.standoff.closed_loop import StandoffClosedLoop
 from sightfield.systems.standoff.range_estimator import BiasedRangeEstimator
 from sightfield.systems.standoff.standoff_pid import StandoffPid
@@ -83,6 +91,7 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
     teams = {"pursuers": 2, "evaders": 3}
     speeds = {"top_speed": 0.3, "speed_ratio": 0.3}
     limits = {"top_speed": 0.3, "top_turn_rate": 2.0}
+    ring = InfraredRing()
 
     def page() -> Meshcat:
         return Meshcat(MeshcatParams(port=0))
@@ -98,8 +107,12 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "AgentTeam": lambda: AgentTeam([[0, 0], [1, 1]], top_speed=0.3),
         "Assignment": lambda: Assignment(world, **teams),
         "BiasedRangeEstimator": lambda: BiasedRangeEstimator(THESIS_ERROR),
+        "CrowdGuard": lambda: CrowdGuard(
+            count=3, ring=ring, margin=0.01, period=0.1, top_turn_rate=2.0
+        ),
         "DifferentialDriveTeam": lambda: DifferentialDriveTeam(np.zeros((2, 3)), **limits),
         "HeadingController": lambda: HeadingController(2),
+        "InfraredSensors": lambda: InfraredSensors(world, count=3, radius=0.1, ring=ring),
         "LineOfSight": lambda: LineOfSight(world, **teams),
         "MeshcatVelocity": lambda: MeshcatVelocity(page(), 0.3),
         "ModifiedField": lambda: ModifiedField(**teams, weight=0.5, top_speed=0.3),
@@ -116,6 +129,15 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "PictureScene": pictures,
         "PursuitFieldController": lambda: PursuitFieldController(world, **teams, **speeds),
         "RandomWalkEvaders": lambda: RandomWalkEvaders(3, top_speed=0.3),
+        "RoutePursuer": lambda: RoutePursuer(
+            build_route_graph([world]),
+            world,
+            [world],
+            law=FollowingLaw(),
+            ring=ring,
+            radius=0.1,
+            period=0.1,
+        ),
         "SharedEstimate": lambda: SharedEstimate(
             [world], cameras=2, evaders=3, speed=0.1, period=0.1
         ),
@@ -141,5 +163,6 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "VelocitySelector": lambda: VelocitySelector([0, 1, 1], sources=2),
         "WallSliding": lambda: WallSliding([world], count=2, period=0.1),
         "WallStop": lambda: WallStop([world], count=2, period=0.1, **limits),
+        "Wanderers": lambda: Wanderers(3, law=WanderingLaw(), ring=ring, period=0.1),
         "WaypointEvaders": lambda: WaypointEvaders([[[1, 1]], []], top_speed=0.3, period=0.1),
     }

@@ -1,0 +1,170 @@
+"""Following a route, and leaving it for a while where a robot is in the way.
+
+The pursuer knows its pose and the map, so it knows what its infrared sensors ought to say of the
+walls. A range that is shorter than that is another robot: the pursuer takes the direction nearest
+to its own that avoids it and stays in the free region, and comes back to the route behind it.
+
+Source: Zhang 2014, 2.3.4.3 ("deviate from original path based on the measurements of sensors");
+the law is ours.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import require_non_negative, require_positive
+from ...geometry.edge_index import EdgeIndex, point_is_free
+from ...geometry.segment_sight import segment_is_clear
+from .infrared import InfraredRing
+
+# Directions that are tried round the robot, and how far one has to be free [m].
+_DIRECTIONS, _PROBE = 72, 0.12
+# A range is unexplained if it is shorter than the map's by this [m].
+_SURPRISE = 0.02
+# What it costs to change the side on which robots are passed [rad].
+_CHANGE = math.radians(60)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FollowingLaw:
+    """How the pursuer goes along its route.
+
+    Attributes:
+        speed: [m/s].
+        turn_rate: Greatest [rad/s].
+        gain: Turn rate per heading error [1/s].
+        lookahead: How far along the route it aims [m].
+        stand_off: What is left of the route where it stops [m].
+        wary_range: A robot nearer than that is avoided, from rim to rim [m].
+        passing_gap: What is left between the rims when passing [m].
+    """
+
+    speed: float = 0.2
+    turn_rate: float = 2.0
+    gain: float = 4.0
+    lookahead: float = 0.12
+    stand_off: float = 0.35
+    wary_range: float = 0.18
+    passing_gap: float = 0.03
+
+    def __post_init__(self) -> None:
+        for name in ("speed", "turn_rate", "gain", "lookahead", "wary_range"):
+            require_positive(name, getattr(self, name))
+        for name in ("stand_off", "passing_gap"):
+            require_non_negative(name, getattr(self, name))
+
+
+@dataclass(frozen=True, eq=False)
+class Progress:
+    """Where a robot is along a route, shape (m, 2) [m].
+
+    Attributes:
+        arc: Of the route's point that is nearest to the robot, not before the last one [m].
+        rest: From there to the end [m].
+        aim: Where to go now, shape (2,) [m].
+        in_sight: Whether the straight way there is free.
+    """
+
+    arc: float
+    rest: float
+    aim: np.ndarray
+    in_sight: bool
+
+
+def progress_along(
+    index: EdgeIndex, route: np.ndarray, position: np.ndarray, arc: float, lookahead: float
+) -> Progress:
+    """Find a robot's place along a route, and what to aim at.
+
+    Args:
+        index: Edges of the free region.
+        route: Corners, shape (m, 2), m >= 1 [m].
+        position: Of the robot, shape (2,) [m].
+        arc: Where it was along the route [m].
+        lookahead: How far beyond its place it aims, or nearer, where that is out of sight [m].
+    """
+    starts, steps = route[:-1], np.diff(route, axis=0)
+    lengths = np.hypot(*steps.T)
+    before = np.concatenate([[0.0], np.cumsum(lengths)])
+    nearest, place = math.inf, float(before[-1])
+    for k in np.flatnonzero((lengths > 0) & (before[1:] >= arc)):
+        t = float(np.dot(position - starts[k], steps[k])) / lengths[k] ** 2
+        t = min(max(t, (arc - before[k]) / lengths[k], 0.0), 1.0)
+        distance = float(np.hypot(*(starts[k] + t * steps[k] - position)))
+        if distance < nearest:
+            nearest, place = distance, float(before[k] + t * lengths[k])
+    rest = float(before[-1]) - place
+    aim = point_at(route, place)
+    for share in (1.0, 0.75, 0.5, 0.25, 0.0):
+        aim = point_at(route, place + share * lookahead)
+        if segment_is_clear(index, *map(float, position), *map(float, aim)):
+            return Progress(place, rest, aim, True)
+    return Progress(place, rest, aim, False)
+
+
+def point_at(route: np.ndarray, arc: float) -> np.ndarray:
+    """The point of a route, shape (m, 2), at an arc length from its start, its ends beyond [m]."""
+    lengths = np.hypot(*np.diff(route, axis=0).T)
+    before = np.concatenate([[0.0], np.cumsum(lengths)])
+    return np.array([np.interp(arc, before, route[:, 0]), np.interp(arc, before, route[:, 1])])
+
+
+def deviation(
+    law: FollowingLaw,
+    ring: InfraredRing,
+    index: EdgeIndex,
+    pose: np.ndarray,
+    wish: float,
+    ranges: np.ndarray,
+    expected: np.ndarray,
+    radius: float,
+    side: float,
+) -> tuple[float | None, float]:
+    """The direction nearest to a wish that avoids robots and walls.
+
+    Args:
+        law: Parameters.
+        ring: The sensors.
+        index: Edges of the free region.
+        pose: Of the robot, shape (3,) [m], [m], [rad].
+        wish: Direction in which it would go [rad].
+        ranges: What its sensors say, shape (sensors,) [m].
+        expected: What they would say of the walls alone, shape (sensors,) [m].
+        radius: Of every robot [m].
+        side: Of the wish to which it turned last: 1 left, -1 right, 0 neither.
+
+    Returns:
+        The direction [rad], None if there is none, and the side of it.
+    """
+    surprising = (ranges < law.wary_range) & (ranges < expected - _SURPRISE)
+    if not surprising.any():
+        return wish, 0.0
+    x, y, heading = map(float, pose)
+    offsets = np.linspace(-math.pi, math.pi, _DIRECTIONS, endpoint=False)
+    costs = np.abs(offsets) + np.where(offsets * side < 0, _CHANGE, 0.0)
+    for k in np.argsort(costs, kind="stable"):
+        direction = wish + float(offsets[k])
+        blocked = False
+        for sensor in np.flatnonzero(surprising):
+            between = math.remainder(direction - heading - ring.bearings[sensor], 2 * math.pi)
+            distance = float(ranges[sensor]) + 2 * radius
+            spread = math.asin(min((2 * radius + law.passing_gap) / distance, 1.0))
+            blocked = blocked or abs(between) < spread
+        ahead = x + _PROBE * math.cos(direction), y + _PROBE * math.sin(direction)
+        free = segment_is_clear(index, x, y, *ahead) or not point_is_free(index, x, y)
+        if free and not blocked:
+            return direction, float(np.sign(offsets[k]))
+    return None, side
+
+
+def drive_towards(law: FollowingLaw, heading: float, direction: float | None) -> np.ndarray:
+    """Speed and turn rate, shape (2,) [m/s], [rad/s]: turn, and drive by the part that is ahead.
+
+    Without a direction the robot waits.
+    """
+    if direction is None:
+        return np.zeros(2)
+    error = math.remainder(direction - heading, 2 * math.pi)
+    rate = min(max(law.gain * error, -law.turn_rate), law.turn_rate)
+    return np.array([law.speed * max(math.cos(error), 0.0) ** 2, rate])
