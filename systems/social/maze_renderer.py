@@ -47,6 +47,8 @@ _LIGHTS = (((1.0, 0.6, -0.9), 0.35), ((-0.7, -1.0, -0.9), 0.3), ((0.2, -0.3, -1.
 _HEADLAMP = 0.65
 # What is nearer than this or farther is not drawn [m].
 _NEAREST, _FARTHEST = 0.02, 100.0
+# Pixels of a photograph are means over their area: rows and columns of the renderer's to one.
+_OVERSAMPLING = 2
 # Robots that are not there wait below the floor.
 _NOWHERE = RigidTransform([0.0, 0.0, -50.0])  # pyright: ignore[reportArgumentType, reportCallIssue]  # stubs want a shape
 
@@ -132,7 +134,10 @@ class MazeRenderer:
         turned = RigidTransform(RotationMatrix(_LOOKING_AHEAD), np.zeros(3))  # pyright: ignore[reportArgumentType, reportCallIssue]  # stubs want a shape
         self._camera.SetX_PB(context, _standing(common_agents[viewer], height) @ turned)
         image = self._camera.color_image_output_port().Eval(context)
-        return image.data[..., :3].copy()  # type: ignore[attr-defined]  # the stubs say object
+        # The stubs say object.
+        fine = np.ascontiguousarray(image.data[..., :3])  # type: ignore[attr-defined]
+        size = (self._maze.camera.width, self._maze.camera.height)
+        return np.asarray(cv2.resize(fine, size, interpolation=cv2.INTER_AREA))
 
     def _add_robot(self, name: str) -> FrameId:
         """A body, and on it a block with markers or a mast with a lens."""
@@ -184,10 +189,16 @@ def _standing(pose: np.ndarray, height: float) -> RigidTransform:
 
 
 def _camera(maze: Maze, scene: SceneGraph) -> RgbdSensor:
-    optics = maze.camera
-    f, (cx, cy) = optics.focal_pixels, optics.centre
+    optics, n = maze.camera, _OVERSAMPLING
+    # Drake 1.51 draws the axis half a pixel above and to the left of where it is told.
+    f, (cx, cy) = n * optics.focal_pixels, n * (optics.centre + 0.5)
     info = CameraInfo(
-        width=optics.width, height=optics.height, focal_x=f, focal_y=f, center_x=cx, center_y=cy
+        width=n * optics.width,
+        height=n * optics.height,
+        focal_x=f,
+        focal_y=f,
+        center_x=cx,
+        center_y=cy,
     )
     core = RenderCameraCore("vtk", info, ClippingRange(_NEAREST, _FARTHEST), RigidTransform())
     return RgbdSensor(
@@ -221,7 +232,7 @@ def _floor(maze: Maze) -> Poster:
 def _picture_mesh(poster: Poster) -> Mesh:
     # A hair in front of the wall that it hangs on.
     normal = np.cross(poster.corners[3] - poster.corners[0], poster.corners[1] - poster.corners[0])
-    corners = poster.corners + 1e-3 * normal / np.linalg.norm(normal)
+    corners = poster.corners + 2e-4 * normal / np.linalg.norm(normal)
     done, png = cv2.imencode(".png", cv2.cvtColor(poster.picture, cv2.COLOR_RGB2BGR))
     assert done
     files = {

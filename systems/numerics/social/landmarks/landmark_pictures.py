@@ -13,8 +13,8 @@ from scipy.spatial import KDTree
 from ...errors import require
 from .glyphs import draw_glyph
 
-# Side of a picture [px].
-PIXELS = 384
+# Side of a picture [px]: a power of two, or VTK resamples it and shrinks it by a texel.
+PIXELS = 256
 # Separates the random numbers of landmarks from those of markers.
 _LANDMARK, _MARKER = 0, 1
 # How strong the patchwork is, beside white paper.
