@@ -4,7 +4,11 @@ import math
 from dataclasses import dataclass, replace
 
 from ...systems.numerics.harvest.schedule.answer import CartPlan, ScheduleAnswer
-from ...systems.numerics.harvest.schedule.closed_forms import combines_max
+from ...systems.numerics.harvest.schedule.closed_forms import (
+    EqualCombines,
+    combines_max,
+    travel_time_max,
+)
 from ...systems.numerics.harvest.schedule.first_round import (
     drawn_timetable,
     first_loads,
@@ -106,11 +110,16 @@ def travel_limit(answer: ScheduleAnswer) -> float:
     Negative: not even no time would do. Infinite where no cart drives from combine to combine.
     """
     fleet = replace(answer.fleet, travel_times=line_of((1.0,) * (answer.fleet.size - 1)))
+    kinds = {*zip(fleet.capacities, fleet.fill_rates, fleet.unload_rates, strict=True)}
+    if len(kinds) == len(answer.carts) == 1 and answer.truck is None:
+        # Beyond N_max this says how far, where a programme only says that there is nothing.
+        return travel_time_max(EqualCombines(fleet.size, *kinds.pop(), 0.0))
     limits = []
     for cart in answer.carts:
         round_, _ = best_round(fleet, cart.group.order, answer.truck)
         limits.append(travel_scale_max(fleet, round_, by_truck=False))
-    return min(limits)
+    # Adding zero takes the sign off a zero.
+    return min(limits) + 0.0
 
 
 def constraints(answer: ScheduleAnswer, travel_time: float | None) -> list[Constraint]:

@@ -67,7 +67,16 @@ def test_too_many_combines_are_bound_by_the_unload_rate(report):
     found = report(combines=13, travel_time=0)
     assert found["feasible"] is False
     assert "unload_rate" in found["binding"]
-    assert found["travel_time_max"] is None or found["travel_time_max"] <= 0
+    assert found["travel_time_max"] == pytest.approx((12 - 13) * 100 / (24 * 11))
+    assert found["combines_max"] == 12
+
+
+def test_as_many_combines_as_one_cart_can_unload_leave_no_time_to_drive(report):
+    found = report(combines=12, travel_time=0)
+    assert found["feasible"] is True
+    assert found["travel_time_max"] == pytest.approx(0)
+    assert found["period"] == pytest.approx(100 + 100 / 11)
+    assert found["loads_when_served"] == pytest.approx([100] * 12)
 
 
 def test_one_combine_needs_no_limit(report):

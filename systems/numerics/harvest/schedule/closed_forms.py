@@ -16,7 +16,7 @@ One combine needs no condition but r_u > r_f: a cart can stay beside it for ever
 import math
 from dataclasses import dataclass
 
-from ...errors import require_non_negative
+from ...errors import require, require_non_negative
 from .fleet import Fleet
 
 # Part of a bound that rounding may cost.
@@ -56,7 +56,9 @@ class EqualCombines:
 
 def combines_max(fill_rate: float, unload_rate: float) -> int:
     """N_max = floor(r_u / r_f): more combines fill faster than one cart unloads."""
-    return math.floor(unload_rate / fill_rate * (1.0 + _ROUNDING))
+    quotient = unload_rate / fill_rate
+    require(math.isfinite(quotient), "fill_rate", "be comparable to the unload rate", fill_rate)
+    return math.floor(quotient * (1.0 + _ROUNDING))
 
 
 def waiting_sum(equal: EqualCombines) -> float:

@@ -255,7 +255,10 @@ class _Model:
         size = self.round.size
         waits = np.maximum(unknowns[size:], 0.0)
         sides = self._equal_stops + self._equal_driven - self._equal[:, size:] @ waits
-        exact = np.concatenate([np.linalg.solve(self._equal[:, :size], sides), waits])
+        exact = np.concatenate([np.linalg.lstsq(self._equal[:, :size], sides)[0], waits])
+        if not np.allclose(exact, unknowns, rtol=0, atol=1e-6):
+            # Nothing is driven and nothing waited: loads are only known up to a factor.
+            exact = unknowns
         stays, loads = self._stays @ exact, exact[:size] * self._load_unit
         ways = self._driven + self._stops + self._ways @ exact
         starts = np.concatenate([[0.0], np.cumsum(stays + ways)[:-1]])
