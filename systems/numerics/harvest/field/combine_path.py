@@ -46,6 +46,22 @@ class CombinePath:
     def _cut_before(self) -> np.ndarray:
         return np.concatenate([[0.0], np.cumsum(self.cut_area)])
 
+    def with_stations(self, stations: np.ndarray) -> "CombinePath":
+        """The same path with more points; nothing may have been cut on it yet."""
+        extra = stations[np.abs(stations[:, None] - self.stations).min(axis=1) > 1e-6]
+        at = np.unique(np.concatenate([self.stations, extra]))
+        piece = self._piece_at(at[:-1])
+        poses = self.pose_at(at)
+        return CombinePath(
+            at,
+            poses[:, :2],
+            poses[:, 2],
+            self.gears[piece],
+            np.zeros(len(piece)),
+            self.loops[piece],
+            self.start_delay,
+        )
+
     def pose_at(self, stations: np.ndarray | float) -> np.ndarray:
         """Poses at stations, which are clipped to the path.
 
@@ -91,11 +107,13 @@ class CombinePath:
         piece = np.searchsorted(self.stations, stations, side="right") - 1
         return np.clip(piece, 0, len(self.gears) - 1)
 
-    def alongside(self, reach: float, stations: np.ndarray | float | None = None) -> np.ndarray:
+    def alongside(
+        self, reach: float | np.ndarray, stations: np.ndarray | float | None = None
+    ) -> np.ndarray:
         """The lane on the left, where a cart drives while it is filled.
 
         Args:
-            reach: From the combine's middle to the lane's, to the left [m].
+            reach: From the combine's middle to the lane's, to the left; one or as many [m].
             stations: Of the combine, shape (...) [m]; None: the path's own.
 
         Returns:

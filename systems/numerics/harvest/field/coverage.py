@@ -12,6 +12,7 @@ from .field import Field
 from .leftovers import find_blocks
 from .pace import Holds, Timeline, find_holds, least_delays, run_timeline, station_limits
 from .rings.loops import lay_out_loops
+from .stubble import Stubble
 from .swept_cells import CropCells, Sweeps, bare_cells, cut_cells, join_sweeps
 from .tours import Tour, drive_blocks, drive_loops, park
 from .track import join_tracks, split_track
@@ -21,7 +22,7 @@ MOST_CELLS = 4e6
 CELLS_ACROSS = 16
 
 # Straights are cut into pieces of this many headers' width at most.
-LONGEST_PIECE = 2.0
+LONGEST_PIECE = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,14 +152,14 @@ def plan_coverage(
         require_non_negative("spacing", spacing)
 
     loops = lay_out_loops(field, header_width, turning_radius)
-    tours, reasons = drive_loops(field, loops, header_width, turning_radius, combines)
     size = max(header_width / CELLS_ACROSS, (field.outline.area / MOST_CELLS) ** 0.5)
     bare = bare_cells(field.world, size)
-    after_loops = _cut_in_turn(bare, tours, header_width)
-    blocks = find_blocks(after_loops, header_width, least, field.ground)
-    rows, problems = drive_blocks(field, tours, loops, blocks, turning_radius)
+    stubble = Stubble(bare, header_width)
+    tours, reasons = drive_loops(field, loops, stubble, header_width, turning_radius, combines)
+    blocks = find_blocks(stubble.cells, header_width, least, field.ground)
+    rows, problems = drive_blocks(field, tours, loops, blocks, stubble, turning_radius)
     last = len(loops) + rows
-    reasons += problems + park(field, tours, loops, last, header_width, turning_radius)
+    reasons += problems + park(field, tours, loops, last, stubble, header_width, turning_radius)
     tours = [tour for tour in tours if tour.tracks]
 
     paths = [_path(tour, header_width) for tour in tours]
@@ -171,6 +172,7 @@ def plan_coverage(
     lengths = [path.length for path in paths]
     timeline = run_timeline(lengths, delays, holds, header_width / 4)
 
+    paths = [path.with_stations(timeline.stops(n)) for n, path in enumerate(paths)]
     sweeps, pieces = _in_order(paths, timeline)
     cells, areas = cut_cells(bare, sweeps, header_width)
     swept = sum(

@@ -29,11 +29,9 @@ class Block:
 
     Attributes:
         rows: Passes, all in one direction; the first has the rest of them on its right.
-        hull: Round the piece.
     """
 
     rows: tuple[Pass, ...]
-    hull: shapely.Polygon
 
 
 def find_blocks(
@@ -63,11 +61,9 @@ def find_blocks(
         if areas.sum() < least_area:
             continue
         middles = np.stack([x[columns], y[rows]], axis=1)
-        hull = shapely.MultiPoint(middles).convex_hull.buffer(cells.size)
-        assert isinstance(hull, shapely.Polygon)
         found = _rows_over(middles, areas, cells.size, header, least_area, ground)
         if found:
-            blocks.append(Block(tuple(found), hull))
+            blocks.append(Block(tuple(found)))
     return blocks
 
 

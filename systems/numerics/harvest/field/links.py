@@ -1,7 +1,6 @@
 """Links: how a combine gets from one loop to another without driving over crop."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import shapely
@@ -10,6 +9,7 @@ from shapely.geometry.base import BaseGeometry
 from ...planning.car_path import CarPath
 from ...planning.dubins import dubins_paths
 from ...planning.reeds_shepp import reeds_shepp_lengths, reeds_shepp_paths
+from .stubble import Stubble
 from .track import Track, car_track, forward_track, join_tracks
 
 # Spacing of the points that are checked [m].
@@ -23,40 +23,38 @@ MOST_WORDS = 10
 MOST_ENDS = 40
 
 
-@dataclass(frozen=True, eq=False)
 class Passable:
-    """Where a combine may drive on its way.
+    """Where a combine may drive on its way to a loop.
+
+    It stays on the ground, keeps out of what is taboo to it, and does not back up over crop.
+    Forwards it may enter the edge of the crop that it is about to cut: the header is down.
 
     Attributes:
         ground: Where its middle has to stay.
-        forward_taboo: Where it may not drive forwards. The edge of the crop that it is about to
-            cut is not among it: the header is down.
-        reverse_taboo: Where it may not back up: all standing crop.
+        taboo: Where it may not drive.
+        stubble: What has been cut.
     """
 
-    ground: BaseGeometry
-    forward_taboo: BaseGeometry
-    reverse_taboo: BaseGeometry
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "ground", self.ground.buffer(TOUCH))
-        for name in ("forward_taboo", "reverse_taboo"):
-            object.__setattr__(self, name, getattr(self, name).buffer(-TOUCH))
-        shapely.prepare([self.ground, self.forward_taboo, self.reverse_taboo])
+    def __init__(self, ground: BaseGeometry, taboo: BaseGeometry, stubble: Stubble) -> None:
+        self.ground = ground.buffer(TOUCH)
+        self.taboo = taboo.buffer(-TOUCH)
+        self.stubble = stubble
+        shapely.prepare([self.ground, self.taboo])
 
     def admits(self, path: CarPath) -> bool:
         """Whether a path is clear, checked at points."""
         count = max(2, int(np.ceil(path.length / CHECK)) + 1)
         distances = np.linspace(0.0, path.length, count)
-        x, y, _ = path.poses(distances).T
+        poses = path.poses(distances)
+        x, y = poses[:, 0], poses[:, 1]
         if not shapely.contains_xy(self.ground, x, y).all():
+            return False
+        if shapely.contains_xy(self.taboo, x, y).any():
             return False
         ends = np.cumsum(np.abs(path.lengths))
         piece = np.minimum(np.searchsorted(ends, distances), len(ends) - 1)
         back = np.array(path.lengths)[piece] < 0
-        if shapely.contains_xy(self.forward_taboo, x[~back], y[~back]).any():
-            return False
-        return not shapely.contains_xy(self.reverse_taboo, x[back], y[back]).any()
+        return not self.stubble.stands_behind(poses[back]).any()
 
 
 def shortest_link(

@@ -11,6 +11,9 @@ from .swept_cells import CropCells
 # Places looked at in each header's width of way.
 SAMPLES = 4
 
+# Half the width of a combine's body, in headers' widths.
+BODY = 0.2
+
 
 @dataclass(frozen=True, eq=False)
 class Holds:
@@ -20,7 +23,7 @@ class Holds:
         waiting: Number of the one.
         other: Number of the other.
         beside: Whether the crop is on the one's left; else it is in its way.
-        stations: Of the one, increasing, shape (k,) [m].
+        stations: Of the one, never decreasing, shape (k,) [m].
         passed: Station at which the other cuts the crop there, shape (k,) [m].
         needs: Station that the other has to have reached, never decreasing, shape (k,) [m].
     """
@@ -57,8 +60,12 @@ def find_holds(
     for n, path in enumerate(paths):
         at = np.arange(0.0, path.length, header / SAMPLES)
         working = (path.loop_at(at) >= 0) & (path.gear_at(at) > 0)
-        for beside, where in ((True, at[working]), (False, at[~working])):
-            points = path.alongside(header if beside else 0.0, where)[:, :2]
+        for beside, places in ((True, at[working]), (False, at[~working])):
+            # On the way to a loop, what the body is about to drive over has to be cut.
+            sides = [header] if beside else [-BODY * header, 0.0, BODY * header]
+            where = np.repeat(places, len(sides))
+            offsets = np.tile(sides, len(places))
+            points = path.alongside(offsets, where)[:, :2]
             row, column, on = cells.cell_of(points)
             by = np.where(on, cells.cut_by[row, column], -1)
             when = cells.cut_at[row, column]
@@ -117,6 +124,12 @@ class Timeline:
         index = np.searchsorted(progress, stations + 1e-9, side="right") - 1
         index = np.clip(index, 0, len(self.clock) - 1)
         return self.clock[index] + np.maximum(stations - progress[index], 0.0)
+
+    def stops(self, combine: int) -> np.ndarray:
+        """Stations at which a combine waits [m]."""
+        progress = self.progress[:, combine]
+        slow = np.diff(progress) < 0.5 * np.diff(self.clock)
+        return np.unique(progress[1:][slow])
 
     def station_at(self, combine: int, clock: np.ndarray) -> np.ndarray:
         """Stations of a combine at given times [m]."""

@@ -103,7 +103,14 @@ def cut_cells(cells: CropCells, sweeps: Sweeps, header: float) -> tuple[CropCell
     Returns:
         The cells, and the area newly cut on each piece, shape (n,) [m^2].
     """
-    cut_by, cut_at = cells.cut_by.copy(), cells.cut_at.copy()
+    after = CropCells(
+        cells.origin, cells.size, cells.crop_area, cells.cut_by.copy(), cells.cut_at.copy()
+    )
+    return after, cut_cells_in_place(after, sweeps, header)
+
+
+def cut_cells_in_place(cells: CropCells, sweeps: Sweeps, header: float) -> np.ndarray:
+    """As `cut_cells`, writing into the cells' own arrays."""
     areas = np.zeros(len(sweeps.who))
     _sweep(
         sweeps.begins,
@@ -114,11 +121,11 @@ def cut_cells(cells: CropCells, sweeps: Sweeps, header: float) -> tuple[CropCell
         cells.origin,
         cells.size,
         cells.crop_area,
-        cut_by,
-        cut_at,
+        cells.cut_by,
+        cells.cut_at,
         areas,
     )
-    return CropCells(cells.origin, cells.size, cells.crop_area, cut_by, cut_at), areas
+    return areas
 
 
 def join_sweeps(parts: Sequence[Sweeps]) -> Sweeps:

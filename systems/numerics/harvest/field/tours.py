@@ -14,7 +14,8 @@ from .leftovers import Block, Pass
 from .links import Passable, link_along, shortest_link
 from .rings.laps import corner_runs, lap
 from .rings.loops import Loop
-from .track import Track, straight_track
+from .stubble import Stubble
+from .track import Track, join_tracks, straight_track
 
 # Places of a loop that are tried as its beginning.
 PLACES = 96
@@ -54,7 +55,12 @@ class Tour:
 
 
 def drive_loops(
-    field: Field, loops: Sequence[Loop], header: float, radius: float, combines: int
+    field: Field,
+    loops: Sequence[Loop],
+    stubble: Stubble,
+    header: float,
+    radius: float,
+    combines: int,
 ) -> tuple[list[Tour], list[str]]:
     """Deal the loops out in turn, each begun where the way to it is shortest.
 
@@ -79,13 +85,14 @@ def drive_loops(
             pose = tour.tracks[-1].end if tour.tracks else first_pose
             assert pose is not None
             late = _cut_late(loops, starts, number, header, combines)
-            start, way = _way_to(field, loops, number, pose, radius, late)
+            start, way = _way_to(field, loops, number, pose, radius, late, stubble)
             if way is None:
                 reasons.append(f"no clear way to loop {number}: begun without one")
             else:
                 tour.add(way, -1, number)
         starts.append(start)
         tour.add(lap(loop, start, header, radius, field.ground), number, number)
+        stubble.drive(join_tracks(tour.tracks[-2:]))
     return tours, reasons
 
 
@@ -94,6 +101,7 @@ def drive_blocks(
     tours: Sequence[Tour],
     loops: Sequence[Loop],
     blocks: Sequence[Block],
+    stubble: Stubble,
     radius: float,
 ) -> tuple[int, list[str]]:
     """Append the rows over left crop to tours, each to the one that is done with it first.
@@ -103,9 +111,7 @@ def drive_blocks(
     Returns:
         How many rows are driven, and what went wrong.
     """
-    passable = Passable(
-        field.ground, shapely.Polygon(), shapely.union_all([block.hull for block in blocks])
-    )
+    passable = Passable(field.ground, shapely.Polygon(), stubble)
     lines = [(loop.points, loop.headings) for loop in loops[:1]]
     left = [list(block.rows) for block in blocks]
     known: dict[tuple, tuple[int, Track] | None] = {}
@@ -141,6 +147,7 @@ def drive_blocks(
         row = rows.pop(-side)
         length = float(np.hypot(*np.diff(row.ends, axis=0)[0]))
         tour.add(straight_track(pose.tolist(), length), number, number)
+        stubble.drive(join_tracks(tour.tracks[-2:]))
         number += 1
     return number - len(loops), reasons
 
@@ -150,6 +157,7 @@ def park(
     tours: Sequence[Tour],
     loops: Sequence[Loop],
     number: int,
+    stubble: Stubble,
     header: float,
     radius: float,
 ) -> list[str]:
@@ -170,7 +178,7 @@ def park(
         own = max((n for n in tour.numbers if 0 <= n < len(loops)), default=-1)
         taboo = loops[own].inside if own >= 0 and tour.numbers[-1] == own else shapely.Polygon()
         way = shortest_link(
-            tour.tracks[-1].end, poses, radius, Passable(field.ground, taboo, taboo)
+            tour.tracks[-1].end, poses, radius, Passable(field.ground, taboo, stubble)
         )
         if way is None:
             reasons.append(f"combine {k} stays where it finishes: no clear way to the edge")
@@ -246,7 +254,7 @@ def _cut_late(
         done = round(LAG * len(loop.points) * k / combines)
         order = (start + np.arange(done, len(loop.points))) % len(loop.points)
         if loop.inside.contains(shapely.Point(loops[number].points[0])) and len(order) > 1:
-            swaths.append(shapely.LineString(loop.points[order]).buffer(header / 2))
+            swaths.append(shapely.LineString(loop.points[order]).buffer(0.7 * header))
     return shapely.union_all(swaths)
 
 
@@ -257,6 +265,7 @@ def _way_to(
     pose: Sequence[float],
     radius: float,
     late: BaseGeometry,
+    stubble: Stubble,
 ) -> tuple[int, Track | None]:
     """Where a loop is best begun, coming from a pose, and the way there."""
     loop = loops[number]
@@ -266,11 +275,8 @@ def _way_to(
     before = [*loops[max(0, number - MOST_LINES) : number], *loops[: min(1, number)]]
     lines = [(each.points, each.headings) for each in before]
     for avoided in (late, shapely.Polygon()):
-        passable = Passable(
-            field.ground,
-            shapely.union_all([loop.inside, loop.waiting, avoided]),
-            shapely.union_all([loop.crop, loop.waiting, avoided]),
-        )
+        taboo = shapely.union_all([loop.inside, loop.waiting, avoided])
+        passable = Passable(field.ground, taboo, stubble)
         found = shortest_link(pose, ends, radius, passable)
         if found is not None:
             return int(places[found[0]]), found[1]

@@ -72,18 +72,16 @@ def lay_out_loops(field: Field, header: float, radius: float) -> list[Loop]:
             # An obstacle that the ring does not touch is no business of this ring's.
             for part in polygons(middle.difference(zones)):
                 rounded = round_reflex_corners(fill_holes(part), design, header, field.ground)
+                cut: list[BaseGeometry] = []
                 for region in round_convex_corners(rounded, design):
                     points, headings = drivable_loop(region, radius)
                     gates = find_gates(points, headings, region, field.obstacles, header, design)
                     loops.append(Loop(ring, points, headings, crop, region, waiting, gates))
                     for gate in gates:
-                        obstacle = field.obstacles[gate.obstacle].buffer(keep_off, quad_segs=24)
-                        way = gate.line.buffer(header, cap_style="flat")
-                        rounded = rounded.difference(way).difference(obstacle)
-                children += [
-                    fill_holes(child)
-                    for part in polygons(rounded)
-                    for child in shrink(part, header / 2)
-                ]
+                        obstacle = field.obstacles[gate.obstacle]
+                        cut.append(gate.line.buffer(header / 2, cap_style="flat"))
+                        cut.append(obstacle.buffer(keep_off - header / 2, quad_segs=24))
+                left = [child.difference(union(cut)) for child in shrink(rounded, header / 2)]
+                children += [fill_holes(child) for each in left for child in polygons(each)]
         pending += [(ring + 1, child) for child in sorted(children, key=lambda c: -c.area)]
     return loops
