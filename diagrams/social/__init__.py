@@ -1,0 +1,1 @@
+"""The social story: scenario, diagram, run and pictures."""

@@ -1,0 +1,120 @@
+"""The robots of a search: what moves them, and what keeps them apart."""
+
+from dataclasses import dataclass
+
+from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.primitives import (
+    ConstantVectorSource,
+    Demultiplexer,
+    Multiplexer,
+)
+
+from ...systems.numerics.social.routes.following import FollowingLaw
+from ...systems.numerics.social.routes.route_graph import build_route_graph
+from ...systems.numerics.social.routes.wandering import WanderingLaw
+from ...systems.social.crowd_guard import CrowdGuard
+from ...systems.social.infrared_sensors import InfraredSensors
+from ...systems.social.route_pursuer import RoutePursuer
+from ...systems.social.wanderers import Wanderers
+from ...systems.tracking.differential_drive_team import DifferentialDriveTeam
+from ...systems.tracking.wall_stop import WallStop
+from .social_game import TOP_TURN_RATE, SocialGame
+
+# Gap that robots leave between each other [m].
+ROBOT_GAP = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class RobotPorts:
+    """How the robots are wired.
+
+    Attributes:
+        evader_position, located_at: Inputs of the pursuer, see `RoutePursuer`.
+        pose: Output, poses of all robots, the pursuer's first, then the evader's, size 3 N.
+        pursuer_pose, evader_pose: Outputs, size 3 each.
+        agent_pose: Output, size 3 times the number of common agents.
+        infrared: Output, what all sensors say.
+        route: Output, where the pursuer goes.
+    """
+
+    evader_position: InputPort
+    located_at: InputPort
+    pose: OutputPort
+    pursuer_pose: OutputPort
+    evader_pose: OutputPort
+    agent_pose: OutputPort
+    infrared: OutputPort
+    route: OutputPort
+
+
+def AddRobots(builder: DiagramBuilder, game: SocialGame) -> RobotPorts:
+    """Add all robots with their infrared sensors, drivers and guards to a diagram."""
+    scenario, maze, ring = game.scenario, game.maze, game.ring
+    count, agents, period = game.robots, scenario.agents.size, scenario.period
+    top_speed = max(scenario.pursuer.speed, scenario.evader.speed, scenario.agents.speed)
+    limits = {"top_speed": top_speed, "top_turn_rate": TOP_TURN_RATE}
+    add, connect = builder.AddNamedSystem, builder.Connect
+
+    robots = add("robots", DifferentialDriveTeam(game.starts, time_step=period, **limits))
+    pose = robots.GetOutputPort("pose")
+    sensors = InfraredSensors(maze.world, count=count, radius=maze.robot_radius, ring=ring)
+    infrared = add("infrared_sensors", sensors).GetOutputPort("infrared")
+    poses = add("poses", Demultiplexer([3, 3, 3 * agents]))
+    ranges = add("ranges", Demultiplexer([ring.count, ring.count, ring.count * agents]))
+    connect(pose, sensors.GetInputPort("pose"))
+    connect(pose, poses.get_input_port())
+    connect(infrared, ranges.get_input_port())
+
+    graph = build_route_graph(game.route_regions)
+    law = FollowingLaw(speed=scenario.pursuer.speed, stand_off=scenario.pursuer.stand_off)
+    pursuer = RoutePursuer(
+        graph,
+        maze.world,
+        game.regions,
+        law=law,
+        ring=ring,
+        radius=maze.robot_radius,
+        period=period,
+    )
+    add("pursuer", pursuer)
+    connect(poses.get_output_port(0), pursuer.GetInputPort("pose"))
+    connect(ranges.get_output_port(0), pursuer.GetInputPort("infrared"))
+
+    commands = add("commands", Multiplexer([2, 2, 2 * agents]))
+    connect(pursuer.GetOutputPort("command"), commands.get_input_port(0))
+    seeds = {"evader": 2 * scenario.seed, "common_agents": 2 * scenario.seed + 1}
+    for place, name, size, speed in (
+        (1, "evader", 1, scenario.evader.speed),
+        (2, "common_agents", agents, scenario.agents.speed),
+    ):
+        if name == "evader" and scenario.evader.policy == "rest":
+            still = add("evader", ConstantVectorSource([0.0, 0.0]))  # type: ignore[arg-type]  # the stubs want an array's shape
+            connect(still.get_output_port(), commands.get_input_port(place))
+            continue
+        walk = WanderingLaw(speed=speed)
+        walkers = Wanderers(size, law=walk, ring=ring, period=period, seed=seeds[name])
+        add(name, walkers)
+        connect(ranges.get_output_port(place), walkers.GetInputPort("infrared"))
+        connect(walkers.GetOutputPort("command"), commands.get_input_port(place))
+
+    guard = CrowdGuard(
+        count=count, ring=ring, margin=ROBOT_GAP, period=period, top_turn_rate=TOP_TURN_RATE
+    )
+    stop = WallStop(game.regions, count=count, period=period, **limits)
+    add("crowd_guard", guard)
+    add("wall_stop", stop)
+    connect(commands.get_output_port(), guard.GetInputPort("command"))
+    connect(infrared, guard.GetInputPort("infrared"))
+    connect(pose, stop.GetInputPort("pose"))
+    connect(guard.GetOutputPort("safe_command"), stop.GetInputPort("command"))
+    connect(stop.GetOutputPort("safe_command"), robots.GetInputPort("command"))
+    return RobotPorts(
+        evader_position=pursuer.GetInputPort("evader_position"),
+        located_at=pursuer.GetInputPort("located_at"),
+        pose=pose,
+        pursuer_pose=poses.get_output_port(0),
+        evader_pose=poses.get_output_port(1),
+        agent_pose=poses.get_output_port(2),
+        infrared=infrared,
+        route=pursuer.GetOutputPort("route"),
+    )

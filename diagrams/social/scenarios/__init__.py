@@ -1,0 +1,1 @@
+"""Scenarios of the social story that come with the package."""
