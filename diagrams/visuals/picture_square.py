@@ -1,4 +1,4 @@
-"""A picture in Meshcat: a square that shows an image, in its own colours and without light."""
+"""A picture in Meshcat: a rectangle that shows an image, in its own colours and without light."""
 
 import base64
 import json
@@ -14,23 +14,26 @@ _FLOAT, _UNSIGNED_SHORT = 5126, 5123
 
 
 def picture_square(picture: np.ndarray, side: float, *, pixels: int) -> Mesh:
-    """A square in the plane z = 0 about the origin that shows a picture, its top towards +y.
+    """A rectangle in the plane z = 0 about the origin that shows a picture, its top towards +y.
 
     Args:
-        picture: Red, green, blue, shape (n, n, 3), uint8.
-        side: Of the square [m].
-        pixels: Side of the image that is kept: a recording holds one for each time.
+        picture: Red, green, blue, shape (rows, columns, 3), uint8; often a square.
+        side: Width of the rectangle, whose height has the picture's proportion [m].
+        pixels: Width of the image that is kept: a recording holds one for each time.
     """
-    small = cv2.resize(picture, (pixels, pixels), interpolation=cv2.INTER_AREA)
+    proportion = picture.shape[0] / picture.shape[1]
+    size = (pixels, max(round(pixels * proportion), 1))
+    small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
     bgr = cv2.cvtColor(small, cv2.COLOR_RGB2BGR)
     _, jpeg = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
-    scene = _gltf(jpeg.tobytes(), 0.5 * side)
+    scene = _gltf(jpeg.tobytes(), 0.5 * side, 0.5 * side * proportion)
     return Mesh(InMemoryMesh(mesh_file=MemoryFile(json.dumps(scene), ".gltf", "picture")))
 
 
-def _gltf(jpeg: bytes, half: float) -> dict[str, object]:
-    """The square as a glTF scene, whose y axis is up: Meshcat turns it to z up."""
-    corners = half * np.array([[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]], dtype=np.float32)
+def _gltf(jpeg: bytes, width: float, height: float) -> dict[str, object]:
+    """A rectangle of half sizes as a glTF scene, whose y axis is up: Meshcat turns it to z up."""
+    corners = np.array([[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]]) * [width, 0, height]
+    corners = corners.astype(np.float32)
     texture = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], dtype=np.float32)
     faces = np.array([0, 1, 2, 0, 2, 3], dtype=np.uint16)
     parts = [corners.tobytes(), texture.tobytes(), faces.tobytes()]

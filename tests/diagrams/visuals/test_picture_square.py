@@ -67,3 +67,12 @@ def test_meshcat_takes_it(picture):
     page = Meshcat(MeshcatParams(port=0))
     page.SetObject("square", picture_square(picture, 1.0, pixels=16), Rgba(1, 1, 1, 1))
     assert page.HasPath("square")
+
+
+def test_a_picture_that_is_no_square_keeps_its_proportion(picture):
+    scene = scene_of(picture_square(picture[:48], 2.0, pixels=32))
+    jpeg = np.frombuffer(data_of(scene["images"][0]["uri"]), np.uint8)
+    assert cv2.imdecode(jpeg, cv2.IMREAD_COLOR).shape == (24, 32, 3)
+    bounds = scene["accessors"][0]
+    np.testing.assert_allclose(bounds["max"], [1.0, 0.0, 0.75])
+    np.testing.assert_allclose(bounds["min"], [-1.0, 0.0, -0.75])
