@@ -7,12 +7,12 @@ from .camera_estimate import estimate
 from .camera_render import render
 from .camera_track import track_on_pictures
 
-camera_app = typer.Typer(
+camera = typer.Typer(
     help="Calibrate an omni-directional camera, take pictures with it, and read them.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
-camera_app.command()(calibrate)
-camera_app.command()(render)
-camera_app.command()(estimate)
-camera_app.command("track")(track_on_pictures)
+camera.command()(calibrate)
+camera.command()(render)
+camera.command()(estimate)
+camera.command("track")(track_on_pictures)

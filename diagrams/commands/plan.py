@@ -29,7 +29,7 @@ from ..planning.verdict import ask_methods
 from ..planning.verdict_table import as_object, as_table
 from .solving import solving_shown
 
-plan_app = typer.Typer(
+plan = typer.Typer(
     help="Drive the grain cart from one configuration to another in the least time.",
     rich_markup_mode=None,
 )
@@ -41,8 +41,8 @@ GridOption = Annotated[
 _METHOD_HELP = f"One of {', '.join([*METHODS, 'all'])}."
 
 
-@plan_app.callback(invoke_without_command=True)
-def plan(
+@plan.callback(invoke_without_command=True)
+def compare_planners(
     context: typer.Context,
     start: Annotated[
         State, typer.Option(metavar="X Y THETA BETA", help="Where from [m], [m], [rad], [rad].")
@@ -117,7 +117,7 @@ def plan(
         console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
 
 
-@plan_app.command()
+@plan.command()
 def sweep(
     method: Annotated[str, typer.Option(help=_METHOD_HELP)] = "all",
     goal_tolerance: Annotated[

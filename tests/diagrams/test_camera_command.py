@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from sightfield.diagrams.commands.camera import camera_app
+from sightfield.diagrams.commands.camera import camera
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.vision.estimation.calibration_files import load_calibration
 
 
 def invoke(*arguments):
     """Run a command; errors come through as exceptions."""
-    result = CliRunner().invoke(camera_app, [str(each) for each in arguments])
+    result = CliRunner().invoke(camera, [str(each) for each in arguments])
     if isinstance(result.exception, Exception):
         raise result.exception
     assert result.exit_code == 0, result.output

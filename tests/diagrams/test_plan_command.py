@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from sightfield.diagrams.commands.app import app
+from sightfield.diagrams.commands.app import make_app
 from sightfield.systems.numerics.errors import InvalidInput
 
 
@@ -18,7 +18,7 @@ def run():
     """A function that runs `sightfield plan`; errors come through as exceptions."""
 
     def invoke(*arguments):
-        result = CliRunner().invoke(app, ["plan", *map(str, arguments)])
+        result = CliRunner().invoke(make_app(["plan"]), ["plan", *map(str, arguments)])
         if isinstance(result.exception, Exception):
             raise result.exception
         return result

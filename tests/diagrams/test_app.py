@@ -1,0 +1,29 @@
+"""The command's subcommands."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from sightfield.diagrams.commands.app import COMMANDS, make_app
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_each_subcommand_says_what_it_does(name):
+    result = CliRunner().invoke(make_app([name]), [name, "--help"])
+    assert result.exit_code == 0
+    assert f"{name} [OPTIONS]" in result.stdout
+
+
+def test_help_lists_every_subcommand():
+    stdout = CliRunner().invoke(make_app(), ["--help"]).stdout
+    assert all(f"  {name} " in stdout for name in COMMANDS)
+
+
+def test_a_word_that_is_no_subcommand_is_refused():
+    command = Path(sys.executable).with_name("sightfield")
+    done = subprocess.run([command, "trak"], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "No such command 'trak'" in done.stderr
