@@ -65,7 +65,8 @@ def plan_jitter(plan: PeriodicPlan) -> float:
     while high - low > 1e-10 * high:
         middle = (low + high) / 2
         low, high = (middle, high) if stands_factor(plan, middle) else (low, middle)
-    return low - 1.0
+    # The rounding that capacities are given makes a little of nothing.
+    return low - 1.0 if low - 1.0 > 10 * _ROUNDING else 0.0
 
 
 def stands_factor(plan: PeriodicPlan, factor: float) -> bool:
