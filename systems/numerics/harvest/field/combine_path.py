@@ -78,7 +78,7 @@ class CombinePath:
 
     def area_cut(self, stations: np.ndarray | float) -> np.ndarray:
         """Area newly cut from the start on up to stations, shape (...) [m] -> (...) [m^2]."""
-        return np.interp(stations, self.stations, self._cut_before)
+        return np.asarray(np.interp(stations, self.stations, self._cut_before))
 
     def gear_at(self, stations: np.ndarray | float) -> np.ndarray:
         """Gear on the piece that begins at or before each station, shape (...)."""

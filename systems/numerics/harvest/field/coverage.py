@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import shapely
 
 from ...errors import require, require_non_negative, require_positive
 from .combine_path import CombinePath
@@ -208,7 +209,7 @@ def _check(field: Field, header: float, radius: float, combines: int) -> None:
     whole = isinstance(combines, int) and not isinstance(combines, bool)
     require(whole and combines >= 1, "combines", "be a whole number from 1 on", combines)
     box = field.outline.minimum_rotated_rectangle
-    x, y = np.diff(np.array(box.exterior.coords)[:3], axis=0)
+    x, y = np.diff(shapely.get_coordinates(box)[:3], axis=0)
     narrow = float(min(np.hypot(*x), np.hypot(*y)))
     require(
         narrow >= header * (1 - 1e-9),

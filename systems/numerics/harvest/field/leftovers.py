@@ -9,6 +9,10 @@ from shapely.geometry.base import BaseGeometry
 
 from .swept_cells import CropCells
 
+# Places tried for a parting along either side, and what the way has to come down to.
+CUTS = 16
+WORTH_PARTING = 0.85
+
 
 @dataclass(frozen=True, eq=False)
 class Pass:
@@ -49,7 +53,8 @@ def find_blocks(
         ground: Where combines may be.
     """
     standing = cells.has_crop & (cells.cut_by < 0)
-    labels, count = ndimage.label(standing, structure=np.ones((3, 3)))
+    labels = np.zeros(standing.shape, dtype=np.int32)
+    count = int(np.asarray(ndimage.label(standing, np.ones((3, 3)), output=labels)))
     x, y = cells.middles()
     blocks: list[Block] = []
     for number, window in enumerate(ndimage.find_objects(labels, count), start=1):
@@ -61,10 +66,57 @@ def find_blocks(
         if areas.sum() < least_area:
             continue
         middles = np.stack([x[columns], y[rows]], axis=1)
-        found = _rows_over(middles, areas, cells.size, header, least_area, ground)
-        if found:
-            blocks.append(Block(tuple(found)))
+        for part in _straight_parts(middles, cells.size, header):
+            found = _rows_over(middles[part], areas[part], cells.size, header, least_area, ground)
+            if found:
+                blocks.append(Block(tuple(found)))
     return blocks
+
+
+def _straight_parts(middles: np.ndarray, size: float, header: float) -> list[np.ndarray]:
+    """Part a piece of crop across where that saves driving, as at the bend of an L.
+
+    Returns:
+        Numbers of the cells in each part.
+    """
+    parts, pending = [], [np.arange(len(middles))]
+    while pending:
+        part = pending.pop()
+        frame = _frame(middles[part], size)
+        local = (middles[part] - frame[0]) @ np.stack(frame[1:], axis=1)
+        best = (WORTH_PARTING * _driving(middles[part], size, header), None)
+        for axis in (0, 1):
+            low, high = local[:, axis].min(), local[:, axis].max()
+            for cut in low + (high - low) * np.arange(1, CUTS) / CUTS:
+                side = local[:, axis] < cut
+                if min(side.sum(), (~side).sum()) * size**2 < header**2 / 2:
+                    continue
+                way = _driving(middles[part][side], size, header)
+                way += _driving(middles[part][~side], size, header)
+                if way < best[0]:
+                    best = way, side
+        if best[1] is None:
+            parts.append(part)
+        else:
+            pending += [part[best[1]], part[~best[1]]]
+    return parts
+
+
+def _frame(middles: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Corner of the smallest rectangle round cells, and directions along and across it."""
+    hull = shapely.MultiPoint(middles).convex_hull.buffer(size / 2, cap_style="square")
+    corners = shapely.get_coordinates(hull.minimum_rotated_rectangle)
+    sides = np.diff(corners[:3], axis=0)
+    along = sides[np.argmax(np.hypot(*sides.T))]
+    along = along / np.hypot(*along)
+    return corners[0], along, np.array([-along[1], along[0]])
+
+
+def _driving(middles: np.ndarray, size: float, header: float) -> float:
+    """Way that rows along the rectangle round cells take, a turn counted as three headers [m]."""
+    corner, along, across = _frame(middles, size)
+    length, width = np.ptp((middles - corner) @ np.stack([along, across], axis=1), axis=0) + size
+    return float(np.ceil(width / header - size / header) * (length + 3.0 * header))
 
 
 def _rows_over(
@@ -75,13 +127,8 @@ def _rows_over(
     least_area: float,
     ground: BaseGeometry,
 ) -> list[Pass]:
-    box = shapely.MultiPoint(middles).buffer(size / 2, cap_style="square").minimum_rotated_rectangle
-    corners = np.array(shapely.get_coordinates(box))
-    sides = np.diff(corners[:3], axis=0)
-    along = sides[np.argmax(np.hypot(*sides.T))]
-    along = along / np.hypot(*along)
-    across = np.array([-along[1], along[0]])
-    u, v = (middles - corners[0]) @ along, (middles - corners[0]) @ across
+    corner, along, across = _frame(middles, size)
+    u, v = (middles - corner) @ along, (middles - corner) @ across
     low, high = v.min() - size / 2, v.max() + size / 2
     count = max(1, int(np.ceil((high - low) / header - size / header)))
     spacing = (high - low) / count
@@ -93,7 +140,7 @@ def _rows_over(
             continue
         aside = low + (k + 0.5) * spacing
         span = np.array([u[row].min() - size, u[row].max() + size])
-        line = shapely.LineString(corners[0] + span[:, None] * along + aside * across)
+        line = shapely.LineString(corner + span[:, None] * along + aside * across)
         inside = line.intersection(ground)
         parts = [part for part in shapely.get_parts(inside).tolist() if part.length > 0]
         if parts:

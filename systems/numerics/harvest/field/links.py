@@ -123,10 +123,10 @@ def link_along(
             continue
         near = np.linalg.norm(poses[:, None, :2] - ends[None, :, :2], axis=2).min(axis=1)
         for place in np.argsort(near)[:12].tolist():
-            off = shortest_link(poses[place], ends, radius, passable)
+            off = shortest_link(poses[place].tolist(), ends, radius, passable)
             if off is None:
                 continue
-            along = _along(points, headings, places[onto[0]], places[place])
+            along = _along(points, headings, int(places[onto[0]]), int(places[place]))
             track = join_tracks([onto[1], *along, off[1]])
             if best is None or track.length < best[1].length:
                 best = off[0], track

@@ -82,8 +82,8 @@ def drive_loops(
             if first_pose is None:
                 first_pose = _poses(loop, [start])[0]
         else:
-            pose = tour.tracks[-1].end if tour.tracks else first_pose
-            assert pose is not None
+            assert first_pose is not None
+            pose = tour.tracks[-1].end if tour.tracks else first_pose.tolist()
             late = _cut_late(loops, starts, number, header, combines)
             start, way = _way_to(field, loops, number, pose, radius, late, stubble)
             if way is None:

@@ -32,7 +32,7 @@ def drivable_loop(region: shapely.Polygon, radius: float) -> tuple[np.ndarray, n
     for _ in range(MOST_ROUNDS):
         if np.abs(_curvature(points)).max() <= 0.995 / radius:
             break
-        points = sum(np.roll(points, k, axis=0) for k in range(-2, 3)) / 5
+        points = np.mean([np.roll(points, k, axis=0) for k in range(-2, 3)], axis=0)
     chords = np.roll(points, -1, axis=0) - points
     courses = np.unwrap(np.arctan2(chords[:, 1], chords[:, 0]))
     turns = np.round((courses[0] - courses[-1]) / (2 * np.pi))

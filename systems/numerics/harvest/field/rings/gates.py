@@ -58,7 +58,7 @@ def find_gates(
         others = shapely.union_all([o for j, o in enumerate(obstacles) if j != k])
         core = obstacle.buffer(header / 4)
         best, best_length = None, math.inf
-        for place, start, ray in zip(places, starts, rays.tolist(), strict=True):
+        for place, start, ray in zip(places, starts, shapely.get_parts(rays), strict=True):
             if not ray.intersects(core):
                 continue
             length = shapely.Point(start).distance(ray.intersection(zone))
