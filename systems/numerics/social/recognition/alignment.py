@@ -5,22 +5,32 @@ brightness and contrast free, and weights that forget what hides a part of it (B
 1974). How steep the sum of squares is says how sure each corner is.
 """
 
+import math
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from scipy.spatial import KDTree
 
+from .matching import Matches
 from .verification import homography_of, is_sane, map_square
 
 # Side of the compared pictures: the square's own in the picture, between these [px].
 _FINEST, _COARSEST = 72, 20
 _STEPS, _ENOUGH = 15, 0.01
-# Tukey's constant, in deviations; and the least deviation of a pixel [counts].
-_TUKEY, _LEAST_NOISE = 4.0, 2.0
+# Tukey's constant, in usual errors; the least usual error of a pixel [counts]; and the size of the
+# window over which errors are judged, as a part of the square.
+_TUKEY, _LEAST_NOISE, _WINDOWS = 2.5, 2.0, 8
 # Neighbouring errors go together: so many pixels count as one.
-_TOGETHER = 6.0
+_TOGETHER = 4.0
 # Doubt of each corner that remains whatever the picture [px].
 _RASTER = 0.1
+# Around a matched point, the square is seen this far [of its side]; and fewest pixels to go by.
+_NEAR, _FEWEST = 0.15, 60
+# Least share of the square in the frame.
+_LEAST_INSIDE = 0.2
+# Of a matched point [px].
+_MATCH_NOISE = 1.2
 # A step of all corners at once is at most this share of the square [of its side].
 _LONGEST = 0.15
 
@@ -42,13 +52,17 @@ class Alignment:
     visible: float
 
 
-def align(picture: np.ndarray, reference: np.ndarray, corners: np.ndarray) -> Alignment | None:
+def align(
+    picture: np.ndarray, reference: np.ndarray, corners: np.ndarray, matches: Matches
+) -> Alignment | None:
     """Improve a square's corners.
 
     Args:
         picture: Grey, shape (height, width), float32.
         reference: What the square shows, shape (n, n), float32.
         corners: First guess, shape (4, 2) [px].
+        matches: Points that lie on the square: they say which part of it is certainly seen, and
+            hold it there if that is little.
 
     Returns:
         None if the square comes apart, or too little of it is in the picture.
@@ -58,38 +72,57 @@ def align(picture: np.ndarray, reference: np.ndarray, corners: np.ndarray) -> Al
     template = cv2.resize(reference, (size, size), interpolation=cv2.INTER_AREA)
     steps = (np.arange(size) + 0.5) / size
     places = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-    wanted = template.reshape(-1)
-    for step in range(_STEPS):
+    wanted = template.reshape(-1).astype(float)
+    near = KDTree(matches.place).query(places)[0] < _NEAR
+    judged = None
+    for _ in range(_STEPS):
         homography = homography_of(corners)
         if not is_sane(homography, corners):
             return None
         seen, slopes, inside = _sample(picture, homography, places, size)
-        if np.count_nonzero(inside) < 0.2 * len(places):
+        if np.count_nonzero(inside) < _LEAST_INSIDE * len(places):
             return None
         # In the picture's counts: template * contrast + brightness = seen.
         jacobian = _motion_of_corners(homography, corners, places, slopes)
-        weights, fitted = _robust(wanted, seen, inside, last=step > 2)
+        weights, fitted = _robust(wanted, seen, inside, inside & near)
         design = np.column_stack([jacobian, -wanted, -np.ones(len(wanted))])
-        weighted = design * weights[:, None]
-        normal = weighted.T @ design
-        damped = normal + 1e-6 * np.diag(np.diag(normal)) + 1e-9 * np.eye(10)
-        change = -np.linalg.solve(damped, weighted.T @ seen)[:8].reshape(4, 2)
+        variance = float(weights @ (seen - fitted) ** 2) / max(float(weights.sum()), 1.0)
+        sureness = weights / (_TOGETHER * max(variance, _LEAST_NOISE**2))
+        weighted = design * sureness[:, None]
+        information, pull = weighted.T @ design, weighted.T @ (seen - fitted)
+        for along, by in zip(*_anchors(homography, corners, matches), strict=True):
+            information[:8, :8] += np.outer(along, along)
+            pull[:8] += along * by
+        information += 1e-6 * np.diag(np.diag(information)) + 1e-9 * np.eye(10)
+        change = -np.linalg.solve(information, pull)[:8].reshape(4, 2)
+        judged = information, _correlation(wanted, seen, weights), float(np.mean(weights > 0.5))
         longest = _LONGEST * float(sides.mean())
         change *= min(1.0, longest / max(float(np.abs(change).max()), 1e-12))
         corners = corners + change
-        if step > 3 and np.abs(change).max() < _ENOUGH:
+        if np.abs(change).max() < _ENOUGH:
             break
-    if not is_sane(homography_of(corners), corners):
+    if judged is None or not is_sane(homography_of(corners), corners):
         return None
-    variance = float(np.sum(weights * (seen - fitted) ** 2) / max(np.sum(weights), 1.0))
-    variance = max(variance, _LEAST_NOISE**2)
-    covariance = _TOGETHER * variance * np.linalg.inv(damped)[:8, :8] + _RASTER**2 * np.eye(8)
-    kept = weights > 0.5
-    return Alignment(
-        corners=corners,
-        covariance=covariance,
-        correlation=_correlation(wanted[inside], seen[inside]),
-        visible=float(np.mean(kept)),
+    information, correlation, visible = judged
+    covariance = np.linalg.inv(information)[:8, :8] + _RASTER**2 * np.eye(8)
+    return Alignment(corners, covariance, correlation, visible)
+
+
+def _anchors(
+    homography: np.ndarray, corners: np.ndarray, matches: Matches
+) -> tuple[np.ndarray, np.ndarray]:
+    """Matched points as measurements: slopes by corners, shape (2 n, 8), and misses, (2 n,).
+
+    Both are in deviations, those that miss by far counting less (Huber 1964).
+    """
+    miss = map_square(homography, matches.place) - matches.pixel
+    axes = [np.broadcast_to(axis, miss.shape) for axis in np.eye(2)]
+    slopes = [_motion_of_corners(homography, corners, matches.place, axis) for axis in axes]
+    distance = np.hypot(miss[:, 0], miss[:, 1])
+    weight = np.sqrt(np.minimum(1.0, _MATCH_NOISE / np.maximum(distance, 1e-9))) / _MATCH_NOISE
+    return (
+        np.vstack([each * weight[:, None] for each in slopes]),
+        np.concatenate([miss[:, 0] * weight, miss[:, 1] * weight]),
     )
 
 
@@ -120,7 +153,8 @@ def _sample(
         ]
     )
     where = (pixels - [left, top]).astype(np.float32).reshape(size, size, 2)
-    sampled = cv2.remap(layers, where, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    columns, rows = cv2.split(where)
+    sampled = cv2.remap(layers, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     sampled = sampled.reshape(-1, 3).astype(float)
     inside = np.all((pixels >= 0) & (pixels <= [width - 1, height - 1]), axis=1)
     return sampled[:, 0], sampled[:, 1:], inside
@@ -149,31 +183,42 @@ def _motion_of_corners(
 
 
 def _robust(
-    wanted: np.ndarray, seen: np.ndarray, inside: np.ndarray, *, last: bool
+    wanted: np.ndarray, seen: np.ndarray, inside: np.ndarray, sure: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Weights of the pixels, and what the template predicts of them, shapes (n,).
+
+    Contrast, brightness and the usual error come from the pixels around matched points, so that
+    what hides the rest, be it the greater part, has no say.
 
     Args:
         wanted: The template.
         seen: The picture.
         inside: The frame.
-        last: Forget outliers: not before the square is about where it should be.
+        sure: The part of it around matched points.
     """
-    weights = inside.astype(float)
     design = np.column_stack([wanted, np.ones(len(wanted))])
-    fitted = seen
-    for _ in range(3 if last else 1):
+    if np.count_nonzero(sure) < _FEWEST:
+        sure = inside
+    weights, fitted = sure.astype(float), seen
+    for _ in range(3):
         gain, *_ = np.linalg.lstsq(design * weights[:, None], seen * weights, rcond=None)
         fitted = design @ gain
-        if not last:
-            break
-        error = seen - fitted
-        spread = 1.48 * float(np.median(np.abs(error[inside])))
+        # Judged by the errors around a pixel: parts of what hides the square look right by chance.
+        size = math.isqrt(len(seen))
+        window = (max(3, size // _WINDOWS) | 1,) * 2
+        squares = np.where(inside, (seen - fitted) ** 2, 0.0).reshape(size, size)
+        counted = cv2.boxFilter(inside.reshape(size, size).astype(float), -1, window)
+        around = cv2.boxFilter(squares, -1, window) / np.maximum(counted, 1e-9)
+        # The filter subtracts sums, and leaves small negative numbers.
+        error = np.sqrt(np.maximum(around, 0.0)).ravel()
+        spread = float(np.median(error[sure]))
         ratio = error / (_TUKEY * max(spread, _LEAST_NOISE))
         weights = inside * np.maximum(1 - ratio**2, 0.0) ** 2
     return weights, fitted
 
 
-def _correlation(a: np.ndarray, b: np.ndarray) -> float:
-    a, b = a - a.mean(), b - b.mean()
-    return float(a @ b / max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-12))
+def _correlation(a: np.ndarray, b: np.ndarray, weights: np.ndarray) -> float:
+    total = max(float(weights.sum()), 1e-12)
+    a, b = a - weights @ a / total, b - weights @ b / total
+    size = math.sqrt(float(weights @ a**2) * float(weights @ b**2))
+    return float(weights @ (a * b)) / max(size, 1e-12)

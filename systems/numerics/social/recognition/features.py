@@ -64,7 +64,7 @@ class FeatureFinder:
         if raw is None or len(keypoints) == 0:
             width = {"sift": 128, "orb": 256, "surf": 64}[self.method]
             return Features(np.zeros((0, 2)), np.zeros((0, width), np.float32))
-        points = cv2.KeyPoint.convert(keypoints).astype(float)
+        points = np.array(cv2.KeyPoint.convert(keypoints), dtype=float)
         return Features(points, self._normalised(raw))
 
     def _normalised(self, raw: np.ndarray) -> np.ndarray:

@@ -7,14 +7,15 @@ import numpy as np
 
 from ...vision.estimation.pictures import as_rgb
 from .alignment import align
-from .detections import Detection, stance_of
+from .detections import Detection, Stance, stance_of
 from .matching import Matches, match
 from .references import MARKER, References
 from .verification import FEWEST, find_square, homography_of, map_square
 
 # Least correlation of a detection, and the least share of it that must be compared.
-_CORRELATION, _VISIBLE = 0.6, 0.25
-# Sides of a square hang straight: ends beside each other by this share of the height at most.
+_CORRELATION, _VISIBLE = 0.8, 0.12
+# Cameras are level, so the sides of a square on a wall hang straight, or it is none: their ends are
+# beside each other by this share of the height at most.
 _SLANT = 0.12
 # The evader's block shows at most three sides that can be told from one another.
 _COPIES = 3
@@ -78,8 +79,11 @@ def _detect(
     picture: np.ndarray, reference: np.ndarray, corners: np.ndarray, on: Matches
 ) -> Detection | None:
     """Align a square and judge it."""
-    aligned = align(picture, reference, corners)
+    aligned = align(picture, reference, corners, on)
     if aligned is None or aligned.correlation < _CORRELATION or aligned.visible < _VISIBLE:
+        return None
+    stance = stance_of(aligned.corners, _SLANT)
+    if stance is Stance.TILTED:
         return None
     return Detection(
         subject=int(on.subject[0]),
@@ -87,7 +91,7 @@ def _detect(
         covariance=aligned.covariance,
         correlation=aligned.correlation,
         visible=aligned.visible,
-        stance=stance_of(aligned.corners, _SLANT),
+        stance=stance,
         places=on.place,
         pixels=on.pixel,
     )

@@ -1,0 +1,147 @@
+"""From what a picture shows to where the evader was, with an honest covariance."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from ...errors import require_one_of
+from ...geometry.edge_index import build_edge_index
+from ...geometry.segment_sight import are_clear
+from ..landmarks.maze import Maze
+from ..recognition.detections import Stance
+from ..recognition.recognition import Recognition
+from .camera_pose import CameraPose, camera_poses
+from .evader_place import EvaderPlace, evader_place
+from .outcomes import Outcome
+from .perspective import slopes
+from .relative import METHODS
+
+# How far a location may lie inside a wall, in deviations, and never more than this [m].
+_DEVIATIONS, _FARTHEST = 3.0, 0.3
+# Locations with a larger deviation than this say nothing [m].
+_UNSURE = 0.5
+# Of what no picture tells: the lens's place on the robot, the map [m], [rad].
+_PLACE_FLOOR, _TURN_FLOOR = 2e-3, 1e-3
+# Less likely poses of the camera count by their cost, tempered: corners err more than they say.
+_TEMPER = 4.0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Location:
+    """Where the evader was when a picture was taken.
+
+    Attributes:
+        outcome: Whether there is a location, or why not.
+        position: Shape (2,) [m]; NaN without a location.
+        covariance: Shape (2, 2) [m^2]; infinite on its diagonal without a location.
+        camera: Where the picture was taken, if landmarks tell, evader or not; else None.
+        copies: Of the marker that it rests on.
+    """
+
+    outcome: Outcome
+    position: np.ndarray
+    covariance: np.ndarray
+    camera: CameraPose | None = None
+    copies: int = 0
+
+
+def no_location(outcome: Outcome, camera: CameraPose | None = None) -> Location:
+    """Nothing known of the evader, and why."""
+    nowhere, anywhere = np.full(2, math.nan), np.diag([math.inf, math.inf])
+    return Location(outcome=outcome, position=nowhere, covariance=anywhere, camera=camera)
+
+
+def locate_evader(recognition: Recognition, maze: Maze, method: str = "level") -> Location:
+    """Locate camera and evader.
+
+    Args:
+        recognition: What the picture shows.
+        maze: The map.
+        method: One of METHODS.
+
+    Returns:
+        A location in the maze's free space, or none and why.
+
+    Raises:
+        InvalidInput: No such method.
+    """
+    require_one_of("method", method, METHODS)
+    landmarks = [each for each in recognition.landmarks if each.stance is Stance.UPRIGHT]
+    markers = [each for each in recognition.markers if each.stance is Stance.UPRIGHT]
+    if not landmarks:
+        lack = Outcome.NOT_UPRIGHT if recognition.landmarks else Outcome.NO_LANDMARK
+        return no_location(lack if markers else Outcome.NO_EVADER)
+    poses = camera_poses(maze, landmarks, method)
+    if not poses:
+        return no_location(Outcome.CAMERA_OUTSIDE)
+    place = evader_place(maze.camera, maze.marker, markers, method) if markers else None
+    if place is None:
+        return no_location(Outcome.NO_EVADER, poses[0])
+    located = [(pose, *_in_world(pose, place)) for pose in poses]
+    judged = [(*each, _judge(maze, *each)) for each in located]
+    possible = [each for each in judged if each[3].has_location]
+    if not possible:
+        return no_location(judged[0][3], poses[0])
+    cost = np.array([each[0].cost for each in possible])
+    likely = np.exp(-0.5 * (cost - cost[0]) / _TEMPER)
+    share = likely / likely.sum()
+    position = share @ np.array([each[1] for each in possible])
+    covariance = np.zeros((2, 2))
+    for k, (_, where, spread, _) in zip(share, possible, strict=True):
+        covariance += k * (spread + np.outer(where - position, where - position))
+    if math.sqrt(float(np.linalg.eigvalsh(covariance)[-1])) > _UNSURE:
+        return no_location(Outcome.TOO_UNSURE, poses[0])
+    inside = _nearest_free(maze, position)
+    return Location(
+        outcome=Outcome.LOCATED if np.array_equal(inside, position) else Outcome.AT_A_WALL,
+        position=inside,
+        covariance=covariance,
+        camera=possible[0][0],
+        copies=place.copies,
+    )
+
+
+def _in_world(camera: CameraPose, place: EvaderPlace) -> tuple[np.ndarray, np.ndarray]:
+    """The evader's position and its covariance, by both doubts."""
+
+    def position(values: np.ndarray) -> np.ndarray:
+        x, y, heading, ahead, left = values
+        c, s = math.cos(heading), math.sin(heading)
+        return np.array([x + c * ahead - s * left, y + s * ahead + c * left])
+
+    values = np.concatenate([camera.pose, place.place])
+    spread = np.zeros((5, 5))
+    floor = np.diag([_PLACE_FLOOR**2, _PLACE_FLOOR**2, _TURN_FLOOR**2])
+    spread[:3, :3], spread[3:, 3:] = camera.covariance + floor, place.covariance
+    slope = slopes(position, values)
+    return position(values), slope @ spread @ slope.T
+
+
+def _judge(maze: Maze, camera: CameraPose, position: np.ndarray, covariance: np.ndarray) -> Outcome:
+    """Whether the evader can be there, and be seen from the camera."""
+    nearest = _nearest_free(maze, position)
+    depth = float(np.hypot(*(nearest - position)))
+    deviation = math.sqrt(float(np.linalg.eigvalsh(covariance)[-1]))
+    if depth > min(_DEVIATIONS * deviation + maze.marker.depth, _FARTHEST):
+        return Outcome.EVADER_OUTSIDE
+    # Seen past a corner at least by the width of the block and of the doubt about both.
+    way = nearest - camera.pose[:2]
+    aside = np.array([-way[1], way[0]]) / max(float(np.hypot(*way)), 1e-9)
+    aside = aside * (maze.marker.radius + _DEVIATIONS * deviation)
+    lens = _nearest_free(maze, camera.pose[:2])
+    ends = np.array([nearest, nearest + aside, nearest - aside])
+    ends = np.array([_nearest_free(maze, end) for end in ends])
+    index = build_edge_index(maze.world)
+    clear = are_clear(index, np.tile(lens, (3, 1)), ends).any()
+    return Outcome.LOCATED if clear else Outcome.BEHIND_A_WALL
+
+
+def _nearest_free(maze: Maze, position: np.ndarray) -> np.ndarray:
+    """The nearest point of the free region."""
+    free = maze.world.polygon
+    if shapely.contains_xy(free, *position):
+        return position
+    point = shapely.Point(*position)
+    return shapely.get_coordinates(shapely.shortest_line(free, point))[0]

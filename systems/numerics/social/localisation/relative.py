@@ -1,0 +1,106 @@
+"""Where a recognised square stands before the camera: four ways to tell, each with its doubt."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import require_one_of
+from ..landmarks.forward_camera import ForwardCamera
+from ..recognition.detections import Detection
+from .edges import square_by_edges
+from .perspective import fit_square, slopes, squares_by_pnp
+
+# thesis: two vertical edges by (2.14) as printed. edges: by (2.14) corrected. pnp: solvePnP as it
+# comes. level: weighted least squares with what is known, that the camera is level and how high
+# lens and square are; from both starts that solvePnP offers.
+METHODS = ("thesis", "edges", "pnp", "level")
+
+# How a corner is moved to see what depends on it [px].
+_NUDGE = 0.05
+# Two fits nearer than this are one [m or rad].
+_SAME = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Relative:
+    """A square's pose before the camera.
+
+    Attributes:
+        pose: Ahead and left [m], direction of the front from the camera's heading [rad]; (3,).
+        covariance: Shape (3, 3).
+        cost: Sum of squares that is left, in deviations; 0 where there is no telling.
+    """
+
+    pose: np.ndarray
+    covariance: np.ndarray
+    cost: float
+
+
+def relative_poses(
+    camera: ForwardCamera, detection: Detection, side: float, middle_height: float, method: str
+) -> list[Relative]:
+    """Poses that may be a square's.
+
+    Args:
+        camera: Its optics.
+        detection: Of the square, upright.
+        side, middle_height: Of the square [m].
+        method: One of METHODS.
+
+    Returns:
+        None to two; the best first.
+
+    Raises:
+        InvalidInput: No such method.
+    """
+    require_one_of("method", method, METHODS)
+    corners, covariance = detection.corners, detection.covariance
+    if method in ("thesis", "edges"):
+
+        def by_edges(moved: np.ndarray) -> np.ndarray | None:
+            return square_by_edges(camera, moved, side, printed=method == "thesis")
+
+        return _with_doubt(by_edges, corners, covariance)
+    poses = squares_by_pnp(camera, corners, side)
+    if method == "pnp":
+
+        def by_pnp(moved: np.ndarray, like: np.ndarray) -> np.ndarray | None:
+            near = squares_by_pnp(camera, moved, side)
+            return min(near, key=lambda each: abs(each[2] - like[2]), default=None)
+
+        found = []
+        for pose in poses:
+            found += _with_doubt(lambda moved, like=pose: by_pnp(moved, like), corners, covariance)
+        return found
+    found = []
+    for pose in poses:
+        fitted = fit_square(camera, corners, covariance, side, middle_height, pose)
+        if fitted is not None and _faces(fitted[0]):
+            known = any(np.abs(fitted[0] - each.pose).max() < _SAME for each in found)
+            found += [] if known else [Relative(*fitted)]
+    return sorted(found, key=lambda each: each.cost)
+
+
+def _faces(pose: np.ndarray) -> bool:
+    """Whether the front of a square before the camera is turned to it."""
+    return pose[0] > 0 and -(pose[0] * math.cos(pose[2]) + pose[1] * math.sin(pose[2])) > 0
+
+
+def _with_doubt(
+    function: Callable[[np.ndarray], np.ndarray | None], corners: np.ndarray, covariance: np.ndarray
+) -> list[Relative]:
+    """What a function makes of corners, and how its doubt follows from theirs."""
+
+    def flat(values: np.ndarray) -> np.ndarray:
+        pose = function(values.reshape(4, 2))
+        return np.full(3, math.nan) if pose is None else pose
+
+    pose = flat(corners.ravel())
+    if not np.isfinite(pose).all() or not _faces(pose):
+        return []
+    slope = slopes(flat, corners.ravel(), _NUDGE)
+    if not np.isfinite(slope).all():
+        return []
+    return [Relative(pose, slope @ covariance @ slope.T, 0.0)]
