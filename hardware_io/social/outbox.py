@@ -1,0 +1,73 @@
+"""Pictures on their way to a homeserver, kept in a folder so that a restart loses none."""
+
+import hashlib
+import json
+import logging
+from pathlib import Path
+
+from ...systems.numerics.social.network.interface import Picture
+
+_LOG = logging.getLogger(__name__)
+
+
+class Outbox:
+    """Files of pictures that are not posted yet.
+
+    A file is a line of JSON and then the picture's own bytes. It is written under another name
+    and moved, so that a file that is there is whole.
+
+    Args:
+        folder: Where they are; made if need be. None: nothing is kept.
+    """
+
+    def __init__(self, folder: Path | None) -> None:
+        self._folder, self._last = folder, 0
+        if folder is not None:
+            folder.mkdir(parents=True, exist_ok=True)
+            numbers = [int(file.name.split("-")[0]) for file in self._files()]
+            self._last = max(numbers, default=0)
+
+    def keep(self, picture: Picture) -> None:
+        """Keep a picture until it is done, behind the earlier ones."""
+        if self._folder is None:
+            return
+        self._last += 1
+        head = {"id": picture.id, "agent": picture.agent, "time": picture.time}
+        name = f"{self._last:010d}-{_mark(picture.id)}"
+        new = self._folder / f"{name}.new"
+        new.write_bytes(json.dumps(head).encode() + b"\n" + picture.data)
+        new.replace(self._folder / f"{name}.picture")
+
+    def done(self, picture: Picture) -> None:
+        """A picture is posted: forget it."""
+        if self._folder is not None:
+            for file in self._folder.glob(f"*-{_mark(picture.id)}.picture"):
+                file.unlink()
+
+    def waiting(self) -> list[Picture]:
+        """Pictures that an earlier run left, in their order; files that are none are left alone."""
+        found = []
+        for file in self._files():
+            head, _, data = file.read_bytes().partition(b"\n")
+            try:
+                fields = json.loads(head)
+                found.append(
+                    Picture(
+                        id=str(fields["id"]),
+                        agent=int(fields["agent"]),
+                        time=float(fields["time"]),
+                        data=data,
+                    )
+                )
+            except (ValueError, KeyError, TypeError):
+                _LOG.warning("%s holds no picture", file)
+        return found
+
+    def _files(self) -> list[Path]:
+        if self._folder is None:
+            return []
+        return sorted(self._folder.glob("[0-9]*-*.picture"))
+
+
+def _mark(name: str) -> str:
+    return hashlib.sha256(name.encode()).hexdigest()[:16]

@@ -1,0 +1,208 @@
+"""A real Matrix homeserver on loopback, and a line to it that can be cut and slowed."""
+
+import asyncio
+import json
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+SECRET = "a secret that only these tests know"
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def settings(folder: Path, port: int) -> dict:
+    """Synapse's configuration: SQLite, no federation, and a low limit on messages."""
+    plenty = {"per_second": 1000, "burst_count": 1000}
+    return {
+        "server_name": "maze.test",
+        "public_baseurl": f"http://127.0.0.1:{port}/",
+        "pid_file": str(folder / "synapse.pid"),
+        "listeners": [
+            {
+                "port": port,
+                "type": "http",
+                "bind_addresses": ["127.0.0.1"],
+                "resources": [{"names": ["client"], "compress": False}],
+            }
+        ],
+        "database": {"name": "sqlite3", "args": {"database": str(folder / "synapse.db")}},
+        "log_config": str(folder / "log.json"),
+        "media_store_path": str(folder / "media"),
+        "signing_key_path": str(folder / "signing.key"),
+        "registration_shared_secret": SECRET,
+        "macaroon_secret_key": SECRET,
+        "form_secret": SECRET,
+        "report_stats": False,
+        "trusted_key_servers": [],
+        "suppress_key_server_warning": True,
+        # Low enough that a burst of pictures meets it.
+        "rc_message": {"per_second": 3, "burst_count": 6},
+        "rc_login": dict.fromkeys(("address", "account", "failed_attempts"), plenty),
+        "rc_joins": {"local": plenty, "remote": plenty},
+        "rc_invites": dict.fromkeys(("per_room", "per_user", "per_issuer"), plenty),
+        "rc_registration": plenty,
+        "rc_room_creation": plenty,
+    }
+
+
+class Synapse:
+    """A homeserver that can be stopped and started again with what it knows.
+
+    Attributes:
+        url: Its address.
+        secret: With which accounts are registered.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder, port = folder, free_port()
+        self.url, self.secret = f"http://127.0.0.1:{port}", SECRET
+        self.port = port
+        logging = {
+            "version": 1,
+            "handlers": {
+                "file": {"class": "logging.FileHandler", "filename": str(folder / "synapse.log")}
+            },
+            "root": {"level": "WARNING", "handlers": ["file"]},
+        }
+        (folder / "log.json").write_text(json.dumps(logging))
+        # JSON is YAML.
+        (folder / "homeserver.yaml").write_text(json.dumps(settings(folder, port)))
+        self._process: subprocess.Popen | None = None
+        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        subprocess.run(self._command("--generate-keys"), check=True, cwd=folder, **quiet)
+
+    def _command(self, *more: str) -> list[str]:
+        config = str(self._folder / "homeserver.yaml")
+        return [sys.executable, "-m", "synapse.app.homeserver", "-c", config, *more]
+
+    def start(self) -> None:
+        with (self._folder / "output.log").open("a") as output:
+            self._process = subprocess.Popen(
+                self._command(), cwd=self._folder, stdout=output, stderr=output
+            )
+        for _ in range(600):
+            if self._process.poll() is not None:
+                break
+            try:
+                urllib.request.urlopen(f"{self.url}/_matrix/client/versions", timeout=5).close()
+                return
+            except (urllib.error.URLError, OSError):
+                time.sleep(0.1)
+        logs = [self._folder / name for name in ("output.log", "synapse.log")]
+        said = "\n".join(log.read_text()[-3000:] for log in logs if log.exists())
+        pytest.fail(f"Synapse does not come up:\n{said}")
+
+    def stop(self) -> None:
+        if self._process is not None:
+            self._process.send_signal(signal.SIGTERM)
+            try:
+                self._process.wait(20)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+            self._process = None
+
+
+@pytest.fixture(scope="module")
+def synapse(tmp_path_factory) -> Iterator[Synapse]:
+    """A running homeserver, shared by a module."""
+    server = Synapse(tmp_path_factory.mktemp("synapse"))
+    server.start()
+    yield server
+    server.stop()
+
+
+class Line:
+    """A line to a server on loopback, which can break, and can be slow.
+
+    Attributes:
+        url: Its near end.
+        cut_after: Bytes that still go through towards the server in one connection before all
+            connections break; None: any number. It breaks once.
+        breaks: How often it broke.
+        delay: Before each piece goes on [s].
+    """
+
+    def __init__(self, port: int) -> None:
+        self._far, self._near = port, free_port()
+        self.url = f"http://127.0.0.1:{self._near}"
+        self.cut_after: int | None = None
+        self.breaks, self.delay = 0, 0.0
+        self._writers: set[asyncio.StreamWriter] = set()
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
+        self._thread.start()
+        serving = asyncio.start_server(self._connect, "127.0.0.1", self._near)
+        self._server = asyncio.run_coroutine_threadsafe(serving, self._loop).result(10)
+
+    async def _connect(self, reader, writer) -> None:
+        try:
+            far_reader, far_writer = await asyncio.open_connection("127.0.0.1", self._far)
+        except OSError:
+            writer.close()
+            return
+        self._writers |= {writer, far_writer}
+        await asyncio.gather(
+            self._carry(reader, far_writer, True), self._carry(far_reader, writer, False)
+        )
+
+    async def _carry(self, reader, writer, outwards: bool) -> None:
+        passed = 0
+        try:
+            while piece := await reader.read(4096):
+                await asyncio.sleep(self.delay)
+                passed += len(piece)
+                if outwards and self.cut_after is not None and passed > self.cut_after:
+                    self._break()
+                writer.write(piece)
+                await writer.drain()
+        except OSError:
+            pass
+        writer.close()
+        self._writers.discard(writer)
+
+    def _break(self) -> None:
+        self.cut_after = None
+        self.breaks += 1
+        for writer in list(self._writers):
+            writer.transport.abort()
+
+    def close(self) -> None:
+        self._loop.call_soon_threadsafe(self._server.close)
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join(10)
+
+
+@pytest.fixture
+def line(synapse) -> Iterator[Line]:
+    """A line to the homeserver."""
+    between = Line(synapse.port)
+    yield between
+    between.close()
+
+
+@pytest.fixture(scope="session")
+def eventually() -> Callable[..., None]:
+    """A function that waits until a condition holds, and fails if it never does."""
+
+    def wait(holds: Callable[[], object], patience: float = 30.0) -> None:
+        deadline = time.monotonic() + patience
+        while not holds():
+            assert time.monotonic() < deadline, "it never came true"
+            time.sleep(0.02)
+
+    return wait

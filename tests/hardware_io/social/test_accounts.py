@@ -1,0 +1,76 @@
+"""A directory of accounts survives its file, and a wrong one is told in one line."""
+
+import stat
+
+import pytest
+
+from sightfield.hardware_io.social.accounts import (
+    Account,
+    AgentAccount,
+    SocialDirectory,
+    load_directory,
+    save_directory,
+)
+from sightfield.systems.numerics.errors import InvalidInput
+
+
+def directory(**changes):
+    fields = {
+        "homeserver": "http://127.0.0.1:8008",
+        "pursuer": Account(user="@pursuer:maze.test", token="p"),
+        "agents": (
+            AgentAccount(user="@a:maze.test", album="!a:maze.test", token="t"),
+            AgentAccount(user="@b:maze.test", album="!b:maze.test"),
+        ),
+    }
+    return SocialDirectory(**(fields | changes))
+
+
+def test_a_directory_comes_back_from_its_file_which_only_its_owner_reads(tmp_path):
+    path = tmp_path / "accounts.yaml"
+    save_directory(directory(), path)
+    assert load_directory(path) == directory()
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    save_directory(directory(agents=()), path)
+    assert load_directory(path).agents == ()
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[1, 2]",
+        "homeserver: http://x",
+        "{",
+        "homeserver: http://x\npursuer: {user: '@p:x', token: t}\nagents: [{user: '@a:x'}]",
+        "homeserver: http://x\npursuer: {user: '@p:x', token: t, more: 1}\nagents: []",
+        "homeserver: 3\npursuer: {user: '@p:x', token: t}\nagents: []",
+    ],
+)
+def test_a_file_that_is_no_directory_is_refused(text, tmp_path):
+    path = tmp_path / "accounts.yaml"
+    path.write_text(text)
+    with pytest.raises(InvalidInput, match="`accounts` must be a file of accounts") as caught:
+        load_directory(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_file_that_is_not_there_is_refused(tmp_path):
+    with pytest.raises(InvalidInput, match="`accounts`"):
+        load_directory(tmp_path / "none.yaml")
+
+
+@pytest.mark.parametrize(
+    ("make", "name"),
+    [
+        (lambda: Account(user="pursuer", token="t"), "user"),
+        (lambda: Account(user="@p:x", token=""), "token"),
+        (lambda: AgentAccount(user="@a:x", album="a"), "album"),
+        (lambda: directory(homeserver="matrix.org"), "homeserver"),
+        (lambda: directory(agents=(AgentAccount(user="@a:x", album="!a"),) * 2), "agents"),
+    ],
+)
+def test_what_is_no_account_is_refused(make, name):
+    with pytest.raises(InvalidInput, match=f"`{name}`"):
+        make()
