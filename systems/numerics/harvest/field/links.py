@@ -20,7 +20,7 @@ TOUCH = 0.05
 
 # Words with backing up that are tried for each pair of poses, and ends tried for each start.
 MOST_WORDS = 10
-MOST_ENDS = 40
+MOST_ENDS = 96
 
 
 class Passable:

@@ -1,0 +1,1 @@
+"""The harvest story: combines work a field, carts carry the grain away."""

@@ -1,0 +1,1 @@
+"""Pictures of harvests: paths of combines, loads, the field."""
