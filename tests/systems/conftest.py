@@ -20,6 +20,7 @@ from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import Grid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
+from sightfield.systems.numerics.social.landmarks.thesis_maze import thesis_maze
 from sightfield.systems.numerics.social.routes.following import FollowingLaw
 from sightfield.systems.numerics.social.routes.infrared import InfraredRing
 from sightfield.systems.numerics.social.routes.route_graph import build_route_graph
@@ -37,6 +38,8 @@ from sightfield.systems.planning.path_follower import PathFollower
 from sightfield.systems.planning.tractor_trailer import TractorTrailer
 from sightfield.systems.planning.value_function_feedback import ValueFunctionFeedback
 from sightfield.systems.social.crowd_guard import CrowdGuard
+from sightfield.systems.social.evader_locator import EvaderLocator
+from sightfield.systems.social.forward_cameras import ForwardCameras
 from sightfield.systems.social.infrared_sensors import InfraredSensors
 from sightfield.systems.social.route_pursuer import RoutePursuer
 from sightfield.systems.social.wanderers import Wanderers
@@ -111,6 +114,8 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
             count=3, ring=ring, margin=0.01, period=0.1, top_turn_rate=2.0
         ),
         "DifferentialDriveTeam": lambda: DifferentialDriveTeam(np.zeros((2, 3)), **limits),
+        "EvaderLocator": lambda: EvaderLocator(thesis_maze(), speed=0.1, features="orb"),
+        "ForwardCameras": lambda: ForwardCameras(thesis_maze(), 2),
         "HeadingController": lambda: HeadingController(2),
         "InfraredSensors": lambda: InfraredSensors(world, count=3, radius=0.1, ring=ring),
         "LineOfSight": lambda: LineOfSight(world, **teams),

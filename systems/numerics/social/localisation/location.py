@@ -93,7 +93,7 @@ def locate_evader(recognition: Recognition, maze: Maze, method: str = "level") -
         covariance += k * (spread + np.outer(where - position, where - position))
     if math.sqrt(float(np.linalg.eigvalsh(covariance)[-1])) > _UNSURE:
         return no_location(Outcome.TOO_UNSURE, poses[0])
-    inside = _nearest_free(maze, position)
+    inside = nearest_free(maze, position)
     return Location(
         outcome=Outcome.LOCATED if np.array_equal(inside, position) else Outcome.AT_A_WALL,
         position=inside,
@@ -121,7 +121,7 @@ def _in_world(camera: CameraPose, place: EvaderPlace) -> tuple[np.ndarray, np.nd
 
 def _judge(maze: Maze, camera: CameraPose, position: np.ndarray, covariance: np.ndarray) -> Outcome:
     """Whether the evader can be there, and be seen from the camera."""
-    nearest = _nearest_free(maze, position)
+    nearest = nearest_free(maze, position)
     depth = float(np.hypot(*(nearest - position)))
     deviation = math.sqrt(float(np.linalg.eigvalsh(covariance)[-1]))
     if depth > min(_DEVIATIONS * deviation + maze.marker.depth, _FARTHEST):
@@ -130,16 +130,16 @@ def _judge(maze: Maze, camera: CameraPose, position: np.ndarray, covariance: np.
     way = nearest - camera.pose[:2]
     aside = np.array([-way[1], way[0]]) / max(float(np.hypot(*way)), 1e-9)
     aside = aside * (maze.marker.radius + _DEVIATIONS * deviation)
-    lens = _nearest_free(maze, camera.pose[:2])
+    lens = nearest_free(maze, camera.pose[:2])
     ends = np.array([nearest, nearest + aside, nearest - aside])
-    ends = np.array([_nearest_free(maze, end) for end in ends])
+    ends = np.array([nearest_free(maze, end) for end in ends])
     index = build_edge_index(maze.world)
     clear = are_clear(index, np.tile(lens, (3, 1)), ends).any()
     return Outcome.LOCATED if clear else Outcome.BEHIND_A_WALL
 
 
-def _nearest_free(maze: Maze, position: np.ndarray) -> np.ndarray:
-    """The nearest point of the free region."""
+def nearest_free(maze: Maze, position: np.ndarray) -> np.ndarray:
+    """The nearest point of the free region, shape (2,) [m]."""
     free = maze.world.polygon
     if shapely.contains_xy(free, *position):
         return position

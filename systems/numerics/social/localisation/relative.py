@@ -62,7 +62,14 @@ def relative_poses(
         def by_edges(moved: np.ndarray) -> np.ndarray | None:
             return square_by_edges(camera, moved, side, printed=method == "thesis")
 
-        return _with_doubt(by_edges, corners, covariance)
+        found = _with_doubt(by_edges, corners, covariance)
+        exact = square_by_edges(camera, corners, side) if method == "thesis" else None
+        if found and exact is not None:
+            # It says of itself how wrong it is.
+            off = found[0].pose - exact
+            off[2] = math.remainder(off[2], 2 * math.pi)
+            found = [Relative(found[0].pose, found[0].covariance + np.outer(off, off), 0.0)]
+        return found
     poses = squares_by_pnp(camera, corners, side)
     if method == "pnp":
 

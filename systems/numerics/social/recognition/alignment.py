@@ -27,6 +27,8 @@ _TOGETHER = 4.0
 _RASTER = 0.1
 # Around a matched point, the square is seen this far [of its side]; and fewest pixels to go by.
 _NEAR, _FEWEST = 0.15, 60
+# A pixel agrees from this weight on.
+_COUNTS = 0.1
 # Least share of the square in the frame.
 _LEAST_INSIDE = 0.2
 # Of a matched point [px].
@@ -43,7 +45,7 @@ class Alignment:
         corners: Shape (4, 2) [px].
         covariance: Of the corners, row by row, shape (8, 8) [px^2].
         correlation: Over the part that was compared.
-        visible: Share that was compared with more than half its weight.
+        visible: Share that was compared and agrees.
     """
 
     corners: np.ndarray
@@ -95,7 +97,7 @@ def align(
             pull[:8] += along * by
         information += 1e-6 * np.diag(np.diag(information)) + 1e-9 * np.eye(10)
         change = -np.linalg.solve(information, pull)[:8].reshape(4, 2)
-        judged = information, _correlation(wanted, seen, weights), float(np.mean(weights > 0.5))
+        judged = information, _correlation(wanted, seen, weights), float(np.mean(weights > _COUNTS))
         longest = _LONGEST * float(sides.mean())
         change *= min(1.0, longest / max(float(np.abs(change).max()), 1e-12))
         corners = corners + change

@@ -44,6 +44,9 @@ class Recognition:
         return tuple(each for each in self.detections if each.subject == MARKER)
 
 
+NOTHING = Recognition((), Matches(np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2))))
+
+
 def recognise(picture: np.ndarray, references: References) -> Recognition:
     """Find landmarks and markers in a picture.
 

@@ -1,0 +1,123 @@
+"""The common agents' cameras, as sources of pictures for their albums."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.common.value import AbstractValue  # pyright: ignore[reportMissingModuleSource]  # part of a compiled module
+from pydrake.systems.framework import LeafSystem
+
+from ..drake_types import read
+from ..numerics.errors import require_positive
+from ..numerics.social.landmarks.maze import Maze
+from ..numerics.social.network.interface import Picture
+from ..numerics.social.recognition.picture_files import encode_picture
+from ..numerics.vision.sensor import Sensor, expose, is_dropped
+from .maze_renderer import MazeRenderer
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """What pictures are drawn from.
+
+    Attributes:
+        number: Of the moment, or -1 before the first.
+        time: [s].
+        agents: Poses of the common agents, shape (n, 3) [m], [m], [rad].
+        evader, pursuer: Poses, shape (3,).
+    """
+
+    number: int
+    time: float
+    agents: np.ndarray
+    evader: np.ndarray
+    pursuer: np.ndarray
+
+
+class ForwardCameras(LeafSystem):
+    """Takes a picture from each common agent's pose in every period.
+
+    At each tick all poses are held; `pictures` is what the agents see then, drawn by Drake's
+    `RgbdSensor` when it is first asked for: walls, landmarks, and the other robots, the evader with
+    its markers among them. Lens and sensor blur them and add noise. A picture that is lost is left
+    out.
+
+    .. pydrake_system::
+
+        name: ForwardCameras
+        input_ports:
+        - agent_pose
+        - evader_pose
+        - pursuer_pose
+        output_ports:
+        - pictures
+
+    ============  ==========================  =========  =====
+    port          size                        unit       frame
+    ============  ==========================  =========  =====
+    agent_pose    3 n                         m, m, rad  world
+    evader_pose   3                           m, m, rad  world
+    pursuer_pose  3                           m, m, rad  world
+    pictures      abstract: tuple of Picture  -          -
+    ============  ==========================  =========  =====
+
+    Source: Zhang 2014, 2.3.1 and 2.3.4.
+
+    Args:
+        maze: Its walls, landmarks, marker and cameras.
+        agents: How many common agents, n.
+        sensor: Quality of the pictures, losses, seed.
+        period: Between pictures [s].
+
+    Raises:
+        InvalidInput: A number is out of its range.
+    """
+
+    def __init__(
+        self, maze: Maze, agents: int, *, sensor: Sensor | None = None, period: float = 1.0
+    ):
+        super().__init__()
+        require_positive("period", period)
+        # Not state: it is told all it draws, and remembers nothing of it.
+        self._renderer = MazeRenderer(maze, common_agents=agents)
+        self._sensor = Sensor() if sensor is None else sensor
+        self.period = float(period)
+        self._count = agents
+        self._agents = self.DeclareVectorInputPort("agent_pose", 3 * agents)
+        self._evader = self.DeclareVectorInputPort("evader_pose", 3)
+        self._pursuer = self.DeclareVectorInputPort("pursuer_pose", 3)
+        nothing = Moment(-1, 0.0, np.zeros((agents, 3)), np.zeros(3), np.zeros(3))
+        self._moment = self.DeclareAbstractState(AbstractValue.Make(nothing))
+        self.DeclareInitializationUnrestrictedUpdateEvent(self._hold)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._hold)
+        self.DeclareAbstractOutputPort(
+            "pictures",
+            lambda: AbstractValue.Make(()),
+            self._calc_pictures,
+            prerequisites_of_calc={self.abstract_state_ticket(self._moment)},
+        )
+
+    def _hold(self, context, state):
+        moment = Moment(
+            round(context.get_time() / self.period),
+            context.get_time(),
+            read(self._agents, context).reshape(-1, 3),
+            read(self._evader, context),
+            read(self._pursuer, context),
+        )
+        state.get_mutable_abstract_state(self._moment).set_value(moment)
+
+    def _calc_pictures(self, context, output):
+        moment: Moment = context.get_abstract_state(self._moment).get_value()
+        agents = range(self._count) if moment.number >= 0 else ()
+        taken = (self._take(moment, agent) for agent in agents)
+        output.set_value(tuple(each for each in taken if each is not None))
+
+    def _take(self, moment: Moment, agent: int) -> Picture | None:
+        # Every picture of the run has noise of its own.
+        frame = moment.number * self._count + agent
+        if is_dropped(self._sensor, frame):
+            return None
+        seen = self._renderer.render(agent, moment.agents, moment.evader, moment.pursuer)
+        pixels = expose(self._sensor, seen / np.float32(255), frame)
+        name = f"agent-{agent}-picture-{moment.number}"
+        return Picture(id=name, agent=agent, time=moment.time, data=encode_picture(pixels))
