@@ -12,8 +12,9 @@ from ...planning.reeds_shepp import reeds_shepp_lengths, reeds_shepp_paths
 from .stubble import Stubble
 from .track import Track, car_track, forward_track, join_tracks
 
-# Spacing of the points that are checked [m].
+# Spacing of the points that are checked [m], and number of those looked at first.
 CHECK = 0.5
+FIRST_LOOK = 12
 
 # What may be touched [m]: lines run along the edges of where they may.
 TOUCH = 0.05
@@ -42,14 +43,17 @@ class Passable:
         shapely.prepare([self.ground, self.taboo])
 
     def admits(self, path: CarPath) -> bool:
-        """Whether a path is clear, checked at points."""
+        """Whether a path is clear, checked at points: a few first, which most do not pass."""
         count = max(2, int(np.ceil(path.length / CHECK)) + 1)
+        return self._admits(path, min(count, FIRST_LOOK)) and self._admits(path, count)
+
+    def _admits(self, path: CarPath, count: int) -> bool:
         distances = np.linspace(0.0, path.length, count)
         poses = path.poses(distances)
         x, y = poses[:, 0], poses[:, 1]
-        if not shapely.contains_xy(self.ground, x, y).all():
-            return False
         if shapely.contains_xy(self.taboo, x, y).any():
+            return False
+        if not shapely.contains_xy(self.ground, x, y).all():
             return False
         ends = np.cumsum(np.abs(path.lengths))
         piece = np.minimum(np.searchsorted(ends, distances), len(ends) - 1)
