@@ -2,10 +2,10 @@
 
 import typer
 
-from .camera_calibrate import calibrate
-from .camera_estimate import estimate
-from .camera_render import render
-from .camera_track import track_on_pictures
+from .camera_commands.calibrate import calibrate
+from .camera_commands.estimate import estimate
+from .camera_commands.render import render
+from .camera_commands.track import track_on_pictures
 
 camera = typer.Typer(
     help="Calibrate an omni-directional camera, take pictures with it, and read them.",

@@ -12,29 +12,29 @@ from rich.markup import escape
 from rich.progress import track
 from rich.table import Table
 
-from ...systems.numerics.errors import require_positive
-from ...systems.numerics.vision.estimation.calibration import calibrate as calibrate_readings
-from ...systems.numerics.vision.estimation.calibration_files import (
+from ....systems.numerics.errors import require_positive
+from ....systems.numerics.vision.estimation.calibration import calibrate as calibrate_readings
+from ....systems.numerics.vision.estimation.calibration_files import (
     save_calibration,
 )
-from ...systems.numerics.vision.estimation.labelled_pictures import (
+from ....systems.numerics.vision.estimation.labelled_pictures import (
     read_pictures,
     simulated_pictures,
 )
-from ...systems.numerics.vision.estimation.picture_folders import (
+from ....systems.numerics.vision.estimation.picture_folders import (
     load_pictures,
     read_labels,
 )
-from ...systems.numerics.vision.estimation.range_models import MODELS
-from ...systems.numerics.vision.estimation.readings import THESIS_DISTANCES
-from ...systems.numerics.vision.estimation.shell_colours import chosen_colours
-from ...systems.numerics.vision.sensor import Sensor
-from ...systems.numerics.vision.shells import shell_of
-from ..outputs import output_folder
-from ..vision.calibration.camera_file import load_camera
-from ..vision.calibration.plots import save_direction_spread, save_error_curves
-from ..vision.calibration.summary import summarise
-from .camera_options import (
+from ....systems.numerics.vision.estimation.range_models import MODELS
+from ....systems.numerics.vision.estimation.readings import THESIS_DISTANCES
+from ....systems.numerics.vision.estimation.shell_colours import chosen_colours
+from ....systems.numerics.vision.sensor import Sensor
+from ....systems.numerics.vision.shells import shell_of
+from ...outputs import output_folder
+from ...vision.calibration.camera_file import load_camera
+from ...vision.calibration.plots import save_direction_spread, save_error_curves
+from ...vision.calibration.summary import summarise
+from .options import (
     COLOUR_HELP,
     QUALITY,
     SHELL,

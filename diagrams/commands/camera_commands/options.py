@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from ...systems.numerics.vision.sensor import Sensor
-from ...systems.numerics.vision.shells import SHELL_COLOURS, Shell
+from ....systems.numerics.vision.sensor import Sensor
+from ....systems.numerics.vision.shells import SHELL_COLOURS, Shell
 
 SHELL, QUALITY = Shell(), Sensor()
 COLOUR_HELP = f"One of {', '.join(SHELL_COLOURS)}"

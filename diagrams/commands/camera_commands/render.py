@@ -9,28 +9,28 @@ import numpy as np
 import shapely
 import typer
 
-from ...systems.numerics.errors import InvalidInput, require
-from ...systems.numerics.geometry.world import make_world
-from ...systems.numerics.geometry.world_files import load_world
-from ...systems.numerics.vision.estimation.labelled_pictures import (
+from ....systems.numerics.errors import InvalidInput, require
+from ....systems.numerics.geometry.world import make_world
+from ....systems.numerics.geometry.world_files import load_world
+from ....systems.numerics.vision.estimation.labelled_pictures import (
     simulated_pictures,
 )
-from ...systems.numerics.vision.estimation.picture_folders import (
+from ....systems.numerics.vision.estimation.picture_folders import (
     TABLE,
     save_pictures,
 )
-from ...systems.numerics.vision.estimation.pictures import (
+from ....systems.numerics.vision.estimation.pictures import (
     save_picture,
 )
-from ...systems.numerics.vision.estimation.readings import THESIS_DISTANCES
-from ...systems.numerics.vision.ray_table import make_ray_table
-from ...systems.numerics.vision.rendering import render as render_light
-from ...systems.numerics.vision.sensor import Sensor, expose
-from ...systems.numerics.vision.shells import shell_of
-from ...systems.numerics.vision.surroundings import Surroundings
-from ..outputs import output_folder
-from ..vision.calibration.camera_file import load_camera
-from .camera_options import (
+from ....systems.numerics.vision.estimation.readings import THESIS_DISTANCES
+from ....systems.numerics.vision.ray_table import make_ray_table
+from ....systems.numerics.vision.rendering import render as render_light
+from ....systems.numerics.vision.sensor import Sensor, expose
+from ....systems.numerics.vision.shells import shell_of
+from ....systems.numerics.vision.surroundings import Surroundings
+from ...outputs import output_folder
+from ...vision.calibration.camera_file import load_camera
+from .options import (
     COLOUR_HELP,
     QUALITY,
     SHELL,

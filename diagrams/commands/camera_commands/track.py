@@ -12,18 +12,18 @@ from rich.console import Console
 from rich.progress import Progress, TimeRemainingColumn
 from rich.table import Table
 
-from ...systems.numerics.errors import InvalidInput, require, require_non_negative
-from ..outputs import output_folder
-from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
-from ..tracking.game import with_random_starts
-from ..tracking.live_page import open_live_page
-from ..vision import scenarios
-from ..vision.tracking.picture_game import set_up_picture_game
-from ..vision.tracking.report import write_report, write_sweep
-from ..vision.tracking.run import run_picture_tracking
-from ..vision.tracking.scenario import PictureTrackingScenario
-from ..vision.tracking.summary import summarise
-from ..vision.tracking.sweep import WeightSweep, sweep_weights
+from ....systems.numerics.errors import InvalidInput, require, require_non_negative
+from ...outputs import output_folder
+from ...scenario_files import builtin_scenarios, find_scenario, load_scenario
+from ...tracking.game import with_random_starts
+from ...tracking.live_page import open_live_page
+from ...vision import scenarios
+from ...vision.tracking.picture_game import set_up_picture_game
+from ...vision.tracking.report import write_report, write_sweep
+from ...vision.tracking.run import run_picture_tracking
+from ...vision.tracking.scenario import PictureTrackingScenario
+from ...vision.tracking.summary import summarise
+from ...vision.tracking.sweep import WeightSweep, sweep_weights
 
 
 def track_on_pictures(

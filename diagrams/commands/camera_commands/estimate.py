@@ -11,20 +11,20 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ...systems.numerics.errors import require
-from ...systems.numerics.vision.estimation.calibration_files import (
+from ....systems.numerics.errors import require
+from ....systems.numerics.vision.estimation.calibration_files import (
     load_calibration,
 )
-from ...systems.numerics.vision.estimation.pictures import (
+from ....systems.numerics.vision.estimation.pictures import (
     load_picture,
     require_contrast,
 )
-from ...systems.numerics.vision.estimation.range_models import MODELS
-from ...systems.numerics.vision.estimation.shell_colours import chosen_colours
-from ...systems.numerics.vision.estimation.shell_search import search_shells
-from ..outputs import output_folder
-from ..vision.calibration.found_shells import save_found_picture, summarise_found
-from .camera_options import (
+from ....systems.numerics.vision.estimation.range_models import MODELS
+from ....systems.numerics.vision.estimation.shell_colours import chosen_colours
+from ....systems.numerics.vision.estimation.shell_search import search_shells
+from ...outputs import output_folder
+from ...vision.calibration.found_shells import save_found_picture, summarise_found
+from .options import (
     COLOUR_HELP,
     JsonOption,
     PoseOption,
