@@ -13,10 +13,11 @@ from ...systems.numerics.errors import (
     require_one_of,
     require_positive,
 )
+from ...systems.numerics.social.localisation.relative import METHODS as LOCALISATIONS
+from ...systems.numerics.social.recognition.features import METHODS as FEATURES
 from ..scenario_files import NO_OTHER_KEYS
 from ..world_source import WorldSource
 
-METHODS = ("sift", "orb", "surf")
 ORDERS = ("in_turn", "information")
 POLICIES = ("wander", "rest")
 
@@ -187,6 +188,8 @@ class Search:
     order: str = "in_turn"
     # How features are found: "sift", "orb", or "surf" where OpenCV has it.
     method: str = "sift"
+    # How camera and evader are located: "thesis", "edges", "pnp", or "level", the surest.
+    localisation: str = "level"
 
     def __post_init__(self) -> None:
         for name, least in (("requests", 1), ("patience", 0), ("friends", 0), ("pictures", 1)):
@@ -194,7 +197,8 @@ class Search:
             require(value >= least, name, f"be at least {least}", value)
         require_positive("period", self.period)
         require_one_of("order", self.order, ORDERS)
-        require_one_of("method", self.method, METHODS)
+        require_one_of("method", self.method, FEATURES)
+        require_one_of("localisation", self.localisation, LOCALISATIONS)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,6 +8,10 @@ from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.systems.framework import LeafSystem
 
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
+from sightfield.diagrams.social import scenarios as searches
+from sightfield.diagrams.social.scenario import SocialScenario
+from sightfield.diagrams.social.scene.social_scene import SocialScene
+from sightfield.diagrams.social.social_game import set_up_social_game
 from sightfield.diagrams.tracking.meshcat_velocity import MeshcatVelocity
 from sightfield.diagrams.tracking.scene import TrackingScene
 from sightfield.diagrams.vision import scenarios
@@ -21,8 +25,11 @@ from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import Grid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 from sightfield.systems.numerics.social.landmarks.thesis_maze import thesis_maze
+from sightfield.systems.numerics.social.network.acceptance import thesis_temperaments
+from sightfield.systems.numerics.social.network.memory_network import MemoryNetwork
 from sightfield.systems.numerics.social.routes.following import FollowingLaw
 from sightfield.systems.numerics.social.routes.infrared import InfraredRing
+from sightfield.systems.numerics.social.routes.outlook import make_outlook
 from sightfield.systems.numerics.social.routes.route_graph import build_route_graph
 from sightfield.systems.numerics.social.routes.wandering import WanderingLaw
 from sightfield.systems.numerics.standoff.error_model import THESIS_ERROR
@@ -37,10 +44,12 @@ from sightfield.systems.numerics.vision.surroundings import Surroundings
 from sightfield.systems.planning.path_follower import PathFollower
 from sightfield.systems.planning.tractor_trailer import TractorTrailer
 from sightfield.systems.planning.value_function_feedback import ValueFunctionFeedback
+from sightfield.systems.social.agent_interest import AgentInterest
 from sightfield.systems.social.crowd_guard import CrowdGuard
 from sightfield.systems.social.evader_locator import EvaderLocator
 from sightfield.systems.social.forward_cameras import ForwardCameras
 from sightfield.systems.social.infrared_sensors import InfraredSensors
+from sightfield.systems.social.picture_poster import PicturePoster
 from sightfield.systems.social.route_pursuer import RoutePursuer
 from sightfield.systems.social.wanderers import Wanderers
 from sightfield.systems.standoff.closed_loop import StandoffClosedLoop
@@ -105,8 +114,18 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         periods = {"publish_period": 0.05, "shown_period": 0.25}
         return PictureScene(game, page(), **periods, recording=False)
 
+    def search_scene() -> SocialScene:
+        game = set_up_social_game(
+            load_scenario(SocialScenario, find_scenario("thesis_maze", searches))
+        )
+        periods = {"publish_period": 0.05, "recording": False}
+        return SocialScene(game, page(), route_size=8, **periods)
+
     return {
         "AdversarialEvaders": lambda: AdversarialEvaders(world, **teams, **speeds),
+        "AgentInterest": lambda: AgentInterest(
+            make_outlook(world, cell=0.5, view_angle=1.0, reach=2.0), agents=3, patience=2
+        ),
         "AgentTeam": lambda: AgentTeam([[0, 0], [1, 1]], top_speed=0.3),
         "Assignment": lambda: Assignment(world, **teams),
         "BiasedRangeEstimator": lambda: BiasedRangeEstimator(THESIS_ERROR),
@@ -130,6 +149,9 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "PathFollower": lambda: PathFollower(
             Trailer(), driven_path(Trailer(), (0, 0, 0, 0), [(1, 0, 1)])
         ),
+        "PicturePoster": lambda: PicturePoster(
+            MemoryNetwork(thesis_temperaments(), 0), period=1.0, offset=0.1
+        ),
         "PositionFilter": lambda: PositionFilter(3),
         "PictureScene": pictures,
         "PursuitFieldController": lambda: PursuitFieldController(world, **teams, **speeds),
@@ -148,6 +170,7 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         ),
         "ShellEstimator": lambda: ShellEstimator(ideal_calibration, ["red", "green"]),
         "SightLossMonitor": lambda: SightLossMonitor(world, **teams, period=0.1),
+        "SocialScene": search_scene,
         "StandoffClosedLoop": lambda: StandoffClosedLoop(StandoffLoop(), 0.1),
         "StandoffPid": lambda: StandoffPid(StandoffLoop(), SampledPid()),
         "TractorTrailer": lambda: TractorTrailer(Trailer()),

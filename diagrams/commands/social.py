@@ -1,0 +1,135 @@
+"""`sightfield social`: find an evader in the pictures of friends, and go to it."""
+
+import json
+import sys
+from contextlib import nullcontext
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import Progress, TimeRemainingColumn
+from rich.table import Table
+
+from ...systems.numerics.errors import require_non_negative
+from ..outputs import output_folder
+from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
+from ..social import scenarios
+from ..social.networks import NetworkChoice, open_network
+from ..social.report import write_report
+from ..social.run import run_social_search
+from ..social.scenario import SocialScenario
+from ..social.social_game import set_up_social_game
+from ..social.summary import summarise
+from ..tracking.live_page import open_live_page
+
+
+def social(
+    scenario: Annotated[
+        str,
+        typer.Argument(help=f"YAML file, or one of: {', '.join(builtin_scenarios(scenarios))}."),
+    ] = "thesis_maze",
+    setting: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Set a key, as search.pictures=2."),
+    ] = None,
+    network: Annotated[str, typer.Option(help="memory, or matrix for a real server.")] = "memory",
+    homeserver: Annotated[
+        str | None, typer.Option(metavar="URL", help="With matrix: instead of the accounts' own.")
+    ] = None,
+    accounts: Annotated[
+        Path | None,
+        typer.Option(
+            help="With matrix: YAML file of accounts and tokens (docs/social-network.md)."
+        ),
+    ] = None,
+    outbox: Annotated[
+        Path | None,
+        typer.Option(help="With matrix: folder where pictures wait for the server."),
+    ] = None,
+    seconds: Annotated[float | None, typer.Option(help="Horizon [s].")] = None,
+    seed: Annotated[int | None, typer.Option(help="Of everything random.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for summary, log, plots and replay.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
+    meshcat: Annotated[
+        bool | None, typer.Option(help="Watch it live [default: in a terminal].")
+    ] = None,
+    replay: Annotated[bool, typer.Option(help="With --out: write replay.html.")] = True,
+    realtime: Annotated[
+        float | None,
+        typer.Option(
+            help="Simulated seconds per second, 0: as fast as possible [default: 1 with matrix]."
+        ),
+    ] = None,
+) -> None:
+    """A pursuer without a camera makes friends, reads their pictures, and goes to the evader."""
+    require_non_negative("--realtime", realtime or 0.0)
+    choice = NetworkChoice(kind=network, homeserver=homeserver, accounts=accounts, outbox=outbox)
+    settings = list(setting or [])
+    for key, value in (("seconds", seconds), ("seed", seed)):
+        if value is not None:
+            settings.append(f"{key}={value}")
+    path = find_scenario(scenario, scenarios)
+    loaded = load_scenario(SocialScenario, path, settings)
+    if loaded.maze.world is not None:
+        world = loaded.maze.world.beside(path.parent)
+        loaded = replace(loaded, maze=replace(loaded.maze, world=world))
+    game = set_up_social_game(loaded)
+    attended = sys.stdout.isatty() and sys.stdin.isatty() and not as_json
+    live = attended if meshcat is None else meshcat
+    # A server lives by the clock on the wall.
+    rate = realtime if realtime is not None else float(network == "matrix")
+    console = Console(stderr=as_json)
+    # A folder that cannot be written is found out before the run, not after it.
+    with output_folder(out) if out is not None else nullcontext() as folder:
+        recording = folder is not None and replay
+        page = open_live_page() if live or recording else None
+        if live and page is not None:
+            console.print(f"Watch it at [bold]{page.web_url()}[/]")
+        with open_network(game, choice) as opened, _bar(console, attended) as bar:
+            task = bar.add_task("simulated", total=loaded.seconds)
+            run = run_social_search(
+                game,
+                opened,
+                page,
+                recording=recording,
+                realtime_rate=rate,
+                progress=lambda time: bar.update(task, completed=time),
+            )
+        summary = summarise(run, path.stem, network)
+        written = write_report(run, summary, folder) if folder is not None else []
+    if as_json:
+        print(json.dumps(summary, indent=2))
+    else:
+        table = Table(show_header=False, box=None, padding=(0, 2))
+        for key, value in summary.items():
+            table.add_row(key.replace("_", " "), _show(value))
+        console.print(table)
+        if out is not None:
+            console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
+    if live and attended and page is not None:
+        console.input("The page stays open until you press Enter.")
+
+
+def _bar(console: Console, attended: bool) -> Progress:
+    return Progress(
+        *Progress.get_default_columns()[:-1],
+        TimeRemainingColumn(),
+        console=console,
+        transient=True,
+        disable=not attended,
+    )
+
+
+def _show(value: object) -> str:
+    """A number, several, or none, for people."""
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, list):
+        return ", ".join(_show(each) for each in value)
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {_show(each)}" for key, each in value.items())
+    return str(value)

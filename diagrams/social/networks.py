@@ -1,0 +1,86 @@
+"""Which social network a search uses: one in memory, or a real server.
+
+The one place where diagrams know `hardware_io`, as its station swaps simulation for the real thing.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ...systems.numerics.errors import InvalidInput, require, require_one_of
+from ...systems.numerics.social.network.interface import SocialNetwork
+from ...systems.numerics.social.network.memory_network import MemoryNetwork
+from .social_game import SocialGame
+
+KINDS = ("memory", "matrix")
+# How long the end of a run waits until a server has taken everything [s].
+_PATIENCE = 20.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class NetworkChoice:
+    """Which network, and where.
+
+    Attributes:
+        kind: One of KINDS.
+        accounts: YAML file of accounts on a homeserver, as `hardware_io.social.accounts` has it.
+        homeserver: Its address, instead of the file's.
+        outbox: A folder in which pictures wait until the server has them; None: in memory.
+
+    Raises:
+        InvalidInput: The kind is none, or accounts are missing, or given for nothing.
+    """
+
+    kind: str = "memory"
+    accounts: Path | None = None
+    homeserver: str | None = None
+    outbox: Path | None = None
+
+    def __post_init__(self) -> None:
+        require_one_of("--network", self.kind, KINDS)
+        if self.kind == "matrix":
+            require(self.accounts is not None, "--accounts", "name a file of accounts", "nothing")
+        for name in ("accounts", "homeserver", "outbox"):
+            value = getattr(self, name)
+            require(
+                self.kind == "matrix" or value is None,
+                f"--{name}",
+                "be given with --network matrix alone",
+                value,
+            )
+
+
+@contextmanager
+def open_network(game: SocialGame, choice: NetworkChoice) -> Iterator[SocialNetwork]:
+    """A network whose common agents answer as the game's do.
+
+    Raises:
+        InvalidInput: The accounts are not those of the game, or matrix-nio is not installed.
+    """
+    if choice.kind == "memory":
+        yield MemoryNetwork(game.temperaments, game.scenario.seed)
+        return
+    try:
+        from ...hardware_io.social.accounts import load_directory
+        from ...hardware_io.social.matrix_network import MatrixNetwork
+    except ModuleNotFoundError as error:
+        raise InvalidInput(
+            f"`--network` must be memory without the extra [social]; got matrix ({error})"
+        ) from None
+    assert choice.accounts is not None
+    directory = load_directory(choice.accounts)
+    if choice.homeserver is not None:
+        directory = replace(directory, homeserver=choice.homeserver)
+    require(
+        len(directory.agents) == game.scenario.agents.size,
+        "--accounts",
+        f"have {game.scenario.agents.size} common agents",
+        len(directory.agents),
+    )
+    network = MatrixNetwork(
+        directory, game.temperaments, seed=game.scenario.seed, outbox=choice.outbox
+    )
+    with network:
+        yield network
+        network.flush(_PATIENCE)

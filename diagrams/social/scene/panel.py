@@ -1,0 +1,148 @@
+"""The panel beside the map: clock, counts, whether the evader is located, who is a friend."""
+
+import math
+
+import numpy as np
+import shapely
+
+from ...tracking.scene.layout import Layout
+from ...tracking.scene.palette import FAINT_INK, IN_SIGHT, INK, LOST, PAPER
+from ...visuals.digits import Digits
+from ...visuals.meshes import Mesh, bar_mesh, disc_mesh, flat_mesh
+from ...visuals.stage import Stage
+from ...visuals.text import advance, text_mesh
+from .friend_graph import FriendGraph
+from .palette import ESTIMATE, FRIEND, LANDMARK, ROUTE, UNCERTAINTY, agent_paint
+
+# Heights of letters and places of rows below the panel's top, relative to the view's height.
+_PAD, _LETTER = 0.025, 0.0185
+_CLOCK_ROW, _CLOCK_LETTER = 0.066, 0.042
+_FIRST_ROW, _ROW_STEP = 0.108, 0.034
+_BANNER_HEIGHT, _LEGEND_HEIGHT = 0.042, 0.135
+# Name of a row's folder: its words, its unit, decimals.
+_ROWS = {
+    "requests": ("requests sent", "", 0),
+    "pictures": ("pictures read", "", 0),
+    "locations": ("times located", "", 0),
+    "age": ("age of the location", "s", 1),
+    "doubt": ("its deviation now", "cm", 0),
+}
+_BANNERS = {"located": ("EVADER LOCATED", IN_SIGHT), "unknown": ("EVADER NOT YET FOUND", LOST)}
+
+
+class Panel:
+    """Numbers at `numbers/ROW/PLACE/DIGIT`; of `state/located` and `state/unknown` one shows."""
+
+    def __init__(self, stage: Stage, layout: Layout, agents: int) -> None:
+        self._stage = stage
+        span = self._span = layout.span
+        left, bottom, right, top = layout.panel_bounds
+        self._left, self._right, self._top = left + _PAD * span, right - _PAD * span, top
+        self._letter = _LETTER * span
+        stage.mesh("panel/sheet", flat_mesh(shapely.box(left, bottom, right, top)), PAPER)
+        for folder in ("panel", "numbers", "state", "legend"):
+            stage.raise_to(folder, layout.level("ink"))
+        stage.raise_to("panel/sheet", -layout.level("ink"))
+        self._clock = self._number("time", "time", "s", 1, _CLOCK_ROW, _CLOCK_LETTER, 5)
+        self._numbers: dict[str, Digits] = {}
+        for k, (name, (words, unit, decimals)) in enumerate(_ROWS.items()):
+            row = _FIRST_ROW + k * _ROW_STEP
+            self._numbers[name] = self._number(name, words, unit, decimals, row, _LETTER, 5)
+        banner = top - (_FIRST_ROW + (len(_ROWS) - 0.4) * _ROW_STEP + _BANNER_HEIGHT) * span
+        for name in _BANNERS:
+            self._banner(name, banner)
+        legend = bottom + _LEGEND_HEIGHT * span
+        heading = banner - 1.9 * self._letter
+        self._write("panel/friends", "friends", self._left, heading)
+        box = (self._left, legend + 0.3 * self._letter, self._right, heading - 0.4 * self._letter)
+        self._graph = FriendGraph(stage, layout, box, agents)
+        _legend(stage, layout, (self._left, bottom + 0.015 * span, self._right, legend))
+
+    def update(
+        self,
+        time: float,
+        counts: dict[str, float],
+        located: bool,
+        connected: np.ndarray,
+        waiting: np.ndarray,
+    ) -> None:
+        """Show a time [s], numbers by the names of the rows, and who is a friend or was asked."""
+        self._clock.show(time)
+        for name, digits in self._numbers.items():
+            known = located or name not in ("age", "doubt")
+            self._stage.show(f"numbers/{name}", known)
+            if known and math.isfinite(counts[name]):
+                digits.show(counts[name])
+        self._stage.show("state/located", located)
+        self._stage.show("state/unknown", not located)
+        self._graph.update(connected, waiting)
+
+    def _number(
+        self,
+        name: str,
+        words: str,
+        unit: str,
+        decimals: int,
+        row: float,
+        letter: float,
+        places: int,
+    ) -> Digits:
+        y = self._top - row * self._span
+        self._write(f"panel/{name}", words, self._left, y)
+        right = self._right
+        if unit:
+            right -= advance(unit) * self._letter
+            self._write(f"panel/{name}_unit", unit, right, y)
+            right -= 0.4 * self._letter
+        path = f"numbers/{name}/digits"
+        digits = Digits(
+            self._stage, path, letter * self._span, INK, places=places, decimals=decimals
+        )
+        self._stage.place(path, right - digits.width, y)
+        return digits
+
+    def _banner(self, name: str, bottom: float) -> None:
+        words, colour = _BANNERS[name]
+        height = _BANNER_HEIGHT * self._span
+        box = shapely.box(self._left, bottom, self._right, bottom + height)
+        pill = box.buffer(-0.25 * height).buffer(0.25 * height, quad_segs=6)
+        self._stage.mesh(f"state/{name}/pill", flat_mesh(pill), colour)
+        self._stage.raise_to(f"state/{name}/pill", -0.0003 * self._span)
+        label = text_mesh(words, self._letter, bold=True, align="centre")
+        self._stage.mesh(f"state/{name}/words", label, PAPER)
+        middle = 0.5 * (self._left + self._right)
+        self._stage.place(f"state/{name}/words", middle, bottom + 0.5 * height)
+        self._stage.show(f"state/{name}", False)
+
+    def _write(self, path: str, words: str, x: float, y: float) -> None:
+        self._stage.mesh(path, text_mesh(words, self._letter), FAINT_INK)
+        self._stage.place(path, x, y)
+
+
+def _legend(stage: Stage, layout: Layout, box: tuple[float, float, float, float]) -> None:
+    """Six samples with their names, in two columns."""
+    left, bottom, right, top = box
+    size = 0.0145 * layout.span
+    width = 2.2 * size
+    patch = flat_mesh(shapely.box(0.0, -0.6 * size, width, 0.6 * size))
+
+    def stroke(thickness: float) -> Mesh:
+        return bar_mesh(np.zeros((1, 2)), np.array([[width, 0.0]]), thickness)
+
+    line = layout.line
+    samples = [
+        ("landmark", stroke(4 * line), LANDMARK),
+        ("route", stroke(2.2 * line), ROUTE),
+        ("estimate", disc_mesh(0.6 * size, hole=0.45 * size), ESTIMATE),
+        ("95 % region", patch, UNCERTAINTY),
+        ("agent's view", patch, agent_paint(0, 0.3)),
+        ("friend", stroke(3.2 * line), FRIEND),
+    ]
+    step = (top - bottom) / 3
+    for k, (words, mesh, colour) in enumerate(samples):
+        x = left if k % 2 == 0 else left + 0.5 * (right - left)
+        stage.mesh(f"legend/{k}/sample/mark", mesh, colour)
+        stage.place(f"legend/{k}/sample/mark", 0.5 * width if words == "estimate" else 0.0, 0.0)
+        stage.mesh(f"legend/{k}/words", text_mesh(words, size), INK)
+        stage.place(f"legend/{k}/words", width + 0.7 * size, -0.5 * size)
+        stage.place(f"legend/{k}", x, top - (k // 2 + 0.5) * step)

@@ -1,0 +1,116 @@
+"""Where the evader may be, and what of that an agent's next picture would show, cell by cell.
+
+For choosing whom to ask: `expected_information` weighs a belief and views over the same cells.
+
+Source: ours (Zhang 2014, 4.4, asks for a choice by expected information).
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import shapely
+
+from ...errors import require_positive
+from ...geometry.edge_index import EdgeIndex, build_edge_index
+from ...geometry.segment_sight import are_clear
+from ...geometry.world import World
+
+# Headings over which the view from a place nobody knows is averaged.
+_HEADINGS = 8
+# At most so many places for that, too.
+_PLACES = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Outlook:
+    """Cells of the free region, and how far a camera tells evader from landmark in them.
+
+    Attributes:
+        cells: Their middles, shape (n, 2) [m].
+        index: Edges of the walls.
+        view_angle: Of a camera [rad].
+        reach: Farther away nobody is recognised [m].
+    """
+
+    cells: np.ndarray
+    index: EdgeIndex
+    view_angle: float
+    reach: float
+
+    @cached_property
+    def typical(self) -> np.ndarray:
+        """How likely a camera somewhere, looking anywhere, shows each cell, shape (n,)."""
+        places = self.cells[:: max(len(self.cells) // _PLACES, 1)]
+        headings = 2 * math.pi * np.arange(_HEADINGS) / _HEADINGS
+        poses = [(*place, heading) for place in places for heading in headings]
+        return np.mean([view(self, np.array(pose)) for pose in poses], axis=0)
+
+
+def make_outlook(world: World, *, cell: float, view_angle: float, reach: float) -> Outlook:
+    """Divide a world into square cells.
+
+    Args:
+        world: Its walls block sight.
+        cell: Side of a cell [m].
+        view_angle: Of the agents' cameras [rad].
+        reach: Farther away nobody is recognised [m].
+
+    Raises:
+        InvalidInput: A number is not positive.
+    """
+    for name, value in (("cell", cell), ("view_angle", view_angle), ("reach", reach)):
+        require_positive(name, value)
+    x_low, y_low, x_high, y_high = world.bounds
+    x, y = np.arange(x_low + cell / 2, x_high, cell), np.arange(y_low + cell / 2, y_high, cell)
+    middles = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    free = shapely.contains_xy(world.polygon, middles[:, 0], middles[:, 1])
+    return Outlook(middles[free], build_edge_index(world), view_angle, reach)
+
+
+def view(outlook: Outlook, pose: np.ndarray) -> np.ndarray:
+    """Which cells a camera at a pose (3,) [m], [m], [rad] shows: 0 or 1, shape (n,)."""
+    offsets = outlook.cells - pose[:2]
+    distances = np.hypot(*offsets.T)
+    turned = np.arctan2(offsets[:, 1], offsets[:, 0]) - pose[2]
+    beside = np.abs(np.remainder(turned + math.pi, 2 * math.pi) - math.pi)
+    shown = (beside <= 0.5 * outlook.view_angle) & (distances <= outlook.reach)
+    near = np.flatnonzero(shown)
+    starts = np.tile(pose[:2], (len(near), 1))
+    shown[near] = are_clear(outlook.index, starts, outlook.cells[near])
+    return shown.astype(float)
+
+
+def expected_view(outlook: Outlook, pose: np.ndarray, age: float, forgetting: float) -> np.ndarray:
+    """How likely a camera shows each cell that stood at a pose some time ago, shape (n,).
+
+    With weight exp(-age / forgetting) it is still there, else anywhere.
+    """
+    weight = math.exp(-age / forgetting) if math.isfinite(age) else 0.0
+    known = view(outlook, pose) if weight > 1e-3 else outlook.typical
+    return weight * known + (1 - weight) * outlook.typical
+
+
+def belief(outlook: Outlook, mean: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Where the evader is, given an estimate: a Gaussian on the cells, shape (n,), summing to one.
+
+    An infinite covariance is no estimate: all cells are alike.
+    """
+    count = len(outlook.cells)
+    if not np.isfinite(covariance).all():
+        return np.full(count, 1 / count)
+    offsets = outlook.cells - mean
+    # Never narrower than a cell, or all weights could vanish.
+    spacing = 0.25 * np.eye(2) * _area(outlook)
+    exponents = 0.5 * np.einsum(
+        "ij,ij->i", offsets, np.linalg.solve(covariance + spacing, offsets.T).T
+    )
+    weights = np.exp(exponents.min() - exponents)
+    return weights / weights.sum()
+
+
+def _area(outlook: Outlook) -> float:
+    """Of a cell [m^2]."""
+    steps = np.diff(np.unique(np.round(outlook.cells[:, 0], 9)))
+    return float(steps.min()) ** 2 if len(steps) else 1e-4
