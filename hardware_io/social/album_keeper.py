@@ -49,8 +49,8 @@ class AlbumKeeper:
         self._lock = threading.Lock()
         self._visitors: dict[str, str] = {}
         background.spawn(lambda: follow(self._client, self._take))
-        for picture in self._outbox.waiting():
-            self._enqueue(picture)
+        for picture, run in self._outbox.waiting():
+            self._enqueue(picture, run)
 
     @property
     def waiting(self) -> int:
@@ -70,10 +70,10 @@ class AlbumKeeper:
         """Reject a knock, or end a friendship."""
         self._answer(user, "remove", lambda: self._client.room_kick(self._album, user))
 
-    def post(self, picture: Picture) -> None:
-        """Put a picture into the album as soon as may be."""
-        self._outbox.keep(picture)
-        self._enqueue(picture)
+    def post(self, picture: Picture, run: str) -> None:
+        """Put a run's picture into the album as soon as may be."""
+        self._outbox.keep(picture, run)
+        self._enqueue(picture, run)
 
     async def close(self) -> None:
         """Hang up."""
@@ -100,29 +100,27 @@ class AlbumKeeper:
 
         self._answers.put(errand)
 
-    def _enqueue(self, picture: Picture) -> None:
-        self._pictures.put(lambda: self._post(picture))
+    def _enqueue(self, picture: Picture, run: str) -> None:
+        self._pictures.put(lambda: self._post(picture, run))
 
-    async def _post(self, picture: Picture) -> None:
-        what = f"take picture {picture.id}"
+    async def _post(self, picture: Picture, run: str) -> None:
+        what, transaction = f"take picture {picture.id}", transaction_of(picture, run)
         data, kind = picture.data, media_type(picture.data)
 
         async def upload() -> object:
             answer, _ = await self._client.upload(
-                io.BytesIO(data), kind, transaction_of(picture), filesize=len(data)
+                io.BytesIO(data), kind, transaction, filesize=len(data)
             )
             return answer
 
         try:
             stored = await persist(upload, what)
-            message = message_of(picture, stored.content_uri)
+            message = message_of(picture, run, stored.content_uri)
             await persist(
-                lambda: self._client.room_send(
-                    self._album, "m.room.message", message, transaction_of(picture)
-                ),
+                lambda: self._client.room_send(self._album, "m.room.message", message, transaction),
                 what,
             )
         except ServerRefusal as refusal:
             # Too large, say. One picture less must not keep the others back.
             _LOG.warning("%s", refusal)
-        self._outbox.done(picture)
+        self._outbox.done(picture, run)

@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import threading
+from dataclasses import dataclass
 from typing import Any
 
 import nio
@@ -21,6 +22,19 @@ _ATTEMPTS, _WAIT = 5, 0.2
 _PAGE = 50
 
 
+@dataclass(frozen=True)
+class Run:
+    """One run on a server that may have seen others.
+
+    Attributes:
+        name: Of the run, and of no other, unless it is continued.
+        began: Since 1970 [s].
+    """
+
+    name: str
+    began: float
+
+
 class AlbumMirror:
     """One agent's album as far as the pursuer has been shown it.
 
@@ -37,17 +51,29 @@ class AlbumMirror:
         self._client, self._agent, self._room, self._newest = client, agent, room, newest
         self._lock = threading.Lock()
         self._posted: list[PostedPicture] = []
-        self._known: set[str] = set()
-        self._files: dict[str, bytes] = {}
-        self._given_up: set[str] = set()
+        self._known: set[tuple[str | None, str]] = set()
+        self._files: dict[PostedPicture, bytes] = {}
+        self._given_up: set[PostedPicture] = set()
         self._news = asyncio.Event()
 
-    def latest(self, count: int) -> list[Picture]:
-        """The newest pictures whose files are here, newest first; from any thread."""
+    def latest(self, count: int, run: Run) -> list[Picture]:
+        """The newest pictures whose files are here, newest first; from any thread.
+
+        They are a run's, and those from elsewhere, whose time is that since the run began.
+        """
         with self._lock:
-            here = [each for each in reversed(self._posted) if each.id in self._files]
+            here = [
+                each
+                for each in reversed(self._posted)
+                if each.run in (None, run.name) and each in self._files
+            ]
             return [
-                Picture(id=each.id, agent=self._agent, time=each.time, data=self._files[each.id])
+                Picture(
+                    id=each.id,
+                    agent=self._agent,
+                    time=each.time - (run.began if each.run is None else 0.0),
+                    data=self._files[each],
+                )
                 for each in here[:count]
             ]
 
@@ -60,8 +86,8 @@ class AlbumMirror:
         with self._lock:
             for event in events:
                 posted = posted_picture(event)
-                if posted is not None and posted.id not in self._known:
-                    self._known.add(posted.id)
+                if posted is not None and (posted.run, posted.id) not in self._known:
+                    self._known.add((posted.run, posted.id))
                     self._posted.append(posted)
         self._news.set()
 
@@ -89,16 +115,16 @@ class AlbumMirror:
             data = await self._download(missing)
             with self._lock:
                 if data is None:
-                    self._given_up.add(missing.id)
+                    self._given_up.add(missing)
                 else:
-                    self._files[missing.id] = data
+                    self._files[missing] = data
                 for each in self._posted[: -self._newest]:
-                    self._files.pop(each.id, None)
+                    self._files.pop(each, None)
 
     def _next_missing(self) -> PostedPicture | None:
         with self._lock:
             for each in reversed(self._posted[-self._newest :]):
-                if each.id not in self._files and each.id not in self._given_up:
+                if each not in self._files and each not in self._given_up:
                     return each
         return None
 

@@ -58,9 +58,9 @@ class CommonAgents:
         """Errands that the server has not taken yet."""
         return sum(keeper.waiting for keeper in self._keepers)
 
-    def post(self, agent: int, picture: Picture) -> None:
-        """Put a picture into an agent's album."""
-        self._keepers[agent].post(picture)
+    def post(self, agent: int, picture: Picture, run: str) -> None:
+        """Put a run's picture into an agent's album."""
+        self._keepers[agent].post(picture, run)
 
     def advance(self) -> None:
         """Let every agent act once on everybody who knocks, and on every friend."""

@@ -6,11 +6,12 @@ album, and only members read it. It runs against any homeserver, by its address 
 
 Nothing here waits for the server but `begin`, `flush` and `close`, and those not for ever. While
 the server is down, slow, limits the rate, or breaks off in the middle of a file, everything is
-tried again, and comes later. Times are those of pictures; iterations come as fast as they are
-called for, so a simulation should run at the rate of the real clock.
+tried again, and comes later. Iterations come as fast as they are called for, so a simulation should
+run at the rate of the real clock.
 """
 
 import time
+import uuid
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -20,6 +21,7 @@ from ...systems.numerics.social.network.acceptance import Temperaments
 from ...systems.numerics.social.network.checks import require_whole
 from ...systems.numerics.social.network.interface import NotFriends, Picture, Response
 from .accounts import SocialDirectory
+from .album_mirror import Run
 from .background import Background
 from .common_agents import CommonAgents
 from .pursuer_account import PursuerAccount
@@ -37,6 +39,9 @@ class MatrixNetwork:
         seed: Of the agents' luck.
         outbox: A folder in which pictures are kept until they are posted, so that they survive
             this program; None keeps them in memory.
+        run: Name of the run to which the pictures belong. Others' are not shown, nor are those of
+            earlier runs. By default each `begin` starts a new one; name it to go on with it in
+            another program, or with agents that run in one.
         run_agents: Whether this program posts for the agents, and answers if it has temperaments.
 
     Raises:
@@ -50,9 +55,11 @@ class MatrixNetwork:
         *,
         seed: int = 0,
         outbox: Path | None = None,
+        run: str | None = None,
         run_agents: bool = True,
     ) -> None:
-        self._count = len(directory.agents)
+        self._count, self._name = len(directory.agents), run
+        self._run = self._new_run()
         self._background = Background("matrix")
         try:
             self._agents = (
@@ -76,11 +83,12 @@ class MatrixNetwork:
         return tuple(range(self._count))
 
     def begin(self, patience: float = 10.0) -> None:
-        """Hear from the server who is a friend already, or go on without after a while [s].
+        """Start a run: hear who is a friend already, or go on without after a while [s].
 
         Raises:
             ServerRefusal: The server does not take a token.
         """
+        self._run = self._new_run()
         deadline = time.monotonic() + patience
         while not self._pursuer.informed.wait(0.05) and time.monotonic() < deadline:
             self._background.check()
@@ -124,7 +132,7 @@ class MatrixNetwork:
         require(picture.agent == agent, "picture.agent", f"be {agent}", picture.agent)
         require(self._agents is not None, "run_agents", "be true to post for an agent", False)
         if self._agents is not None:
-            self._agents.post(agent, picture)
+            self._agents.post(agent, picture, self._run.name)
 
     def latest(self, agent: int, count: int) -> list[Picture]:
         """A friend's most recent pictures whose files have come, newest first, at most 16.
@@ -136,7 +144,7 @@ class MatrixNetwork:
         require_whole("count", count, 0)
         if agent not in self._pursuer.friends():
             raise NotFriends(f"agent {agent} is not a friend: its album cannot be read")
-        return self._pursuer.latest(agent, count)
+        return self._pursuer.latest(agent, count, self._run)
 
     def flush(self, patience: float) -> bool:
         """Wait until the server has taken everything, at most so long [s]: whether it has."""
@@ -160,6 +168,9 @@ class MatrixNetwork:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+    def _new_run(self) -> Run:
+        return Run(self._name or uuid.uuid4().hex, time.time())
 
     def _waiting(self) -> int:
         return self._pursuer.waiting + (0 if self._agents is None else self._agents.waiting)

@@ -1,11 +1,11 @@
 """Pictures on their way to a homeserver, kept in a folder so that a restart loses none."""
 
-import hashlib
 import json
 import logging
 from pathlib import Path
 
 from ...systems.numerics.social.network.interface import Picture
+from .picture_events import transaction_of
 
 _LOG = logging.getLogger(__name__)
 
@@ -27,38 +27,40 @@ class Outbox:
             numbers = [int(file.name.split("-")[0]) for file in self._files()]
             self._last = max(numbers, default=0)
 
-    def keep(self, picture: Picture) -> None:
-        """Keep a picture until it is done, behind the earlier ones."""
+    def keep(self, picture: Picture, run: str) -> None:
+        """Keep a run's picture until it is done, behind the earlier ones."""
         if self._folder is None:
             return
         self._last += 1
-        head = {"id": picture.id, "agent": picture.agent, "time": picture.time}
-        name = f"{self._last:010d}-{_mark(picture.id)}"
+        head = {"id": picture.id, "run": run, "agent": picture.agent, "time": picture.time}
+        name = f"{self._last:010d}-{transaction_of(picture, run)}"
         new = self._folder / f"{name}.new"
         new.write_bytes(json.dumps(head).encode() + b"\n" + picture.data)
         new.replace(self._folder / f"{name}.picture")
 
-    def done(self, picture: Picture) -> None:
+    def done(self, picture: Picture, run: str) -> None:
         """A picture is posted: forget it."""
         if self._folder is not None:
-            for file in self._folder.glob(f"*-{_mark(picture.id)}.picture"):
+            for file in self._folder.glob(f"*-{transaction_of(picture, run)}.picture"):
                 file.unlink()
 
-    def waiting(self) -> list[Picture]:
-        """Pictures that an earlier run left, in their order; files that are none are left alone."""
+    def waiting(self) -> list[tuple[Picture, str]]:
+        """Pictures that are there, each with its run, in their order.
+
+        Files that are none are left alone.
+        """
         found = []
         for file in self._files():
             head, _, data = file.read_bytes().partition(b"\n")
             try:
                 fields = json.loads(head)
-                found.append(
-                    Picture(
-                        id=str(fields["id"]),
-                        agent=int(fields["agent"]),
-                        time=float(fields["time"]),
-                        data=data,
-                    )
+                picture = Picture(
+                    id=str(fields["id"]),
+                    agent=int(fields["agent"]),
+                    time=float(fields["time"]),
+                    data=data,
                 )
+                found.append((picture, str(fields["run"])))
             except (ValueError, KeyError, TypeError):
                 _LOG.warning("%s holds no picture", file)
         return found
@@ -67,7 +69,3 @@ class Outbox:
         if self._folder is None:
             return []
         return sorted(self._folder.glob("[0-9]*-*.picture"))
-
-
-def _mark(name: str) -> str:
-    return hashlib.sha256(name.encode()).hexdigest()[:16]

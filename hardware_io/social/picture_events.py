@@ -1,8 +1,9 @@
 """Pictures as messages of a room, there and back.
 
 A picture is an ordinary image message, so that any Matrix client shows it. Beside it stands, under
-"net.sightfield.picture", what a message lacks: id, time in the simulation and digest. Messages from
-elsewhere, without that, are pictures too: named by their event, taken when they were sent.
+"net.sightfield.picture", what a message lacks: the run that it belongs to, its id and time there,
+and a digest. Messages from elsewhere, without that, are pictures too: named by their event, taken
+when they were sent.
 """
 
 import hashlib
@@ -21,12 +22,14 @@ class PostedPicture:
 
     Attributes:
         id: As in `Picture`.
-        time: As in `Picture` [s].
+        run: To which id and time belong; None for a picture from elsewhere.
+        time: As in `Picture`; from elsewhere, since 1970 [s].
         address: Of the file on the server, mxc://.
         digest: SHA-256 of the file, in hexadecimal; None if unknown.
     """
 
     id: str
+    run: str | None
     time: float
     address: str
     digest: str | None
@@ -43,21 +46,22 @@ def media_type(data: bytes) -> str:
     return "image/jpeg" if data.startswith(b"\xff\xd8\xff") else "application/octet-stream"
 
 
-def message_of(picture: Picture, address: str) -> dict[str, Any]:
-    """The message that posts a picture whose file is at an address of the server."""
+def message_of(picture: Picture, run: str, address: str) -> dict[str, Any]:
+    """The message that posts a run's picture whose file is at an address of the server."""
+    own = {"id": picture.id, "run": run, "time": repr(picture.time)}
     return {
         "msgtype": "m.image",
         "body": picture.id,
         "url": address,
         "info": {"mimetype": media_type(picture.data), "size": len(picture.data)},
         # A message holds no fractions.
-        _KEY: {"id": picture.id, "time": repr(picture.time), "sha256": _digest(picture.data)},
+        _KEY: own | {"sha256": _digest(picture.data)},
     }
 
 
-def transaction_of(picture: Picture) -> str:
+def transaction_of(picture: Picture, run: str) -> str:
     """The same for the same picture, so that the server takes it once however often it is sent."""
-    return hashlib.sha256(picture.id.encode()).hexdigest()[:32]
+    return hashlib.sha256(f"{len(run)} {run} {picture.id}".encode()).hexdigest()[:32]
 
 
 def posted_picture(event: dict[str, Any]) -> PostedPicture | None:
@@ -76,16 +80,13 @@ def posted_picture(event: dict[str, Any]) -> PostedPicture | None:
     if not address.startswith("mxc://") or not isinstance(event_id, str):
         return None
     seconds = sent / 1000 if isinstance(sent, int) else 0.0
-    more = content.get(_KEY)
-    if not isinstance(more, dict):
-        return PostedPicture(event_id, seconds, address, None)
-    name, digest = more.get("id"), more.get("sha256")
-    return PostedPicture(
-        name if isinstance(name, str) else event_id,
-        _finite(more.get("time"), seconds),
-        address,
-        digest if isinstance(digest, str) else None,
-    )
+    own = content.get(_KEY)
+    fields = own if isinstance(own, dict) else {}
+    name, run, digest = (fields.get(each) for each in ("id", "run", "sha256"))
+    if not isinstance(name, str) or not isinstance(run, str):
+        return PostedPicture(event_id, None, seconds, address, None)
+    digest = digest if isinstance(digest, str) else None
+    return PostedPicture(name, run, _finite(fields.get("time"), seconds), address, digest)
 
 
 def _finite(text: object, otherwise: float) -> float:

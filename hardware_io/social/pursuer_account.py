@@ -13,7 +13,7 @@ import nio
 
 from ...systems.numerics.social.network.interface import Answer, Picture, Response
 from .accounts import Account
-from .album_mirror import AlbumMirror
+from .album_mirror import AlbumMirror, Run
 from .background import Background
 from .following import follow, memberships
 from .mailbox import Mailbox
@@ -49,6 +49,10 @@ class PursuerAccount:
         self._lock = threading.Lock()
         self._asked: set[int] = set()
         self._friends: set[int] = set()
+        # Agents whose invitation has come, who are to be left, and who are to be seen to.
+        self._invited: set[int] = set()
+        self._parting: set[int] = set()
+        self._due: set[int] = set()
         self._responses: list[Response] = []
         self.informed = threading.Event()
         self._mirrors = [
@@ -69,15 +73,16 @@ class PursuerAccount:
             if agent in self._friends:
                 return
             self._asked.add(agent)
-        self._mailbox.put(lambda: self._knock(agent))
+        self._see_to(agent)
 
     def withdraw(self, agent: int) -> None:
         """Take a knock back, or leave the album."""
         with self._lock:
             self._asked.discard(agent)
             self._friends.discard(agent)
+            self._parting.add(agent)
             self._responses = [each for each in self._responses if each.agent != agent]
-        self._mailbox.put(lambda: self._leave(agent))
+        self._see_to(agent)
 
     def responses(self) -> list[Response]:
         """What agents did since the last call, in order."""
@@ -90,9 +95,9 @@ class PursuerAccount:
         with self._lock:
             return frozenset(self._friends)
 
-    def latest(self, agent: int, count: int) -> list[Picture]:
-        """An agent's newest pictures that are here, newest first."""
-        return self._mirrors[agent].latest(count)
+    def latest(self, agent: int, count: int, run: Run) -> list[Picture]:
+        """An agent's newest pictures of a run that are here, newest first."""
+        return self._mirrors[agent].latest(count, run)
 
     async def close(self) -> None:
         """Hang up."""
@@ -102,7 +107,9 @@ class PursuerAccount:
         """Learn from news who is a friend, who was and who refuses, and what is posted."""
         for room in news.rooms.invite:
             if room in self._agents:
-                self._answer_invitation(self._agents[room])
+                with self._lock:
+                    self._invited.add(self._agents[room])
+                self._see_to(self._agents[room])
         for room, info in news.rooms.leave.items():
             own = [each for each in memberships(info) if each.user == self._user]
             # Before the first news, what is over is over.
@@ -115,11 +122,6 @@ class PursuerAccount:
                     self._note_joining(self._agents[room])
                 await self._mirrors[self._agents[room]].take(info)
         self.informed.set()
-
-    def _answer_invitation(self, agent: int) -> None:
-        with self._lock:
-            wanted = agent in self._asked
-        self._mailbox.put(lambda: self._join(agent) if wanted else self._leave(agent))
 
     def _note_joining(self, agent: int) -> None:
         with self._lock:
@@ -144,14 +146,35 @@ class PursuerAccount:
         self._asked.discard(agent)
         self._responses.append(Response(agent=agent, answer=Answer.REJECTED))
 
-    async def _knock(self, agent: int) -> None:
-        if await self._try(lambda: self._client.room_knock(self._albums[agent]), "knock", agent):
-            return
-        # It may be that there is an invitation already. If not, nobody lets the pursuer knock.
-        if not await self._join(agent):
-            with self._lock:
-                if agent in self._asked:
-                    self._note_rejection(agent)
+    def _see_to(self, agent: int) -> None:
+        """Have what is wanted of an agent brought about, whatever it is by then.
+
+        So errands do not pile up while the server is away and requests come and go.
+        """
+        with self._lock:
+            if agent in self._due:
+                return
+            self._due.add(agent)
+        self._mailbox.put(lambda: self._attend(agent))
+
+    async def _attend(self, agent: int) -> None:
+        with self._lock:
+            parting, asked = agent in self._parting, agent in self._asked
+            invited = agent in self._invited and not parting
+            for due in (self._due, self._parting, self._invited):
+                due.discard(agent)
+        if parting or (invited and not asked):
+            await self._leave(agent)
+        if asked:
+            # Who may not knock may have been invited already. If not, that is a rejection.
+            welcome = not invited and await self._knock(agent)
+            if not welcome and not await self._join(agent):
+                with self._lock:
+                    if agent in self._asked:
+                        self._note_rejection(agent)
+
+    async def _knock(self, agent: int) -> bool:
+        return await self._try(lambda: self._client.room_knock(self._albums[agent]), "knock", agent)
 
     async def _join(self, agent: int) -> bool:
         return await self._try(lambda: self._client.join(self._albums[agent]), "join", agent)

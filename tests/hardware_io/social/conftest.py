@@ -1,6 +1,7 @@
 """A real Matrix homeserver on loopback, and a line to it that can be cut and slowed."""
 
 import asyncio
+import itertools
 import json
 import signal
 import socket
@@ -11,9 +12,17 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from sightfield.hardware_io.social.accounts import SocialDirectory
+from sightfield.hardware_io.social.matrix_network import MatrixNetwork
+from sightfield.hardware_io.social.provisioning import make_directory
+from sightfield.systems.numerics.social.network.acceptance import OwnAcceptance, Temperaments
+from sightfield.systems.numerics.social.network.interface import Answer, Picture
 
 SECRET = "a secret that only these tests know"
 
@@ -116,10 +125,19 @@ class Synapse:
                 self._process.wait()
             self._process = None
 
+    @contextmanager
+    def down(self) -> Iterator[None]:
+        """Stopped meanwhile."""
+        self.stop()
+        try:
+            yield
+        finally:
+            self.start()
 
-@pytest.fixture(scope="module")
+
+@pytest.fixture(scope="session")
 def synapse(tmp_path_factory) -> Iterator[Synapse]:
-    """A running homeserver, shared by a module."""
+    """A running homeserver, shared by all tests."""
     server = Synapse(tmp_path_factory.mktemp("synapse"))
     server.start()
     yield server
@@ -206,3 +224,68 @@ def eventually() -> Callable[..., None]:
             time.sleep(0.02)
 
     return wait
+
+
+class Maze:
+    """What tests of the network on a homeserver share.
+
+    Attributes:
+        synapse: The homeserver.
+        eventually: Waits for a condition.
+    """
+
+    _numbers = itertools.count()
+
+    def __init__(self, synapse: Synapse, eventually: Callable[..., None]) -> None:
+        self.synapse, self.eventually = synapse, eventually
+
+    def directory(self, agents: int = 1) -> SocialDirectory:
+        """Fresh accounts."""
+        prefix = f"test{next(self._numbers)}"
+        return make_directory(self.synapse.url, SECRET, agents, prefix=prefix)
+
+    def always(self, friending=(1.0,), unfriending=(0.0,), rejection=(0.0,)) -> Temperaments:
+        """By default one agent, who accepts when it gets to it."""
+        return Temperaments(
+            acceptance=OwnAcceptance(tuple(friending)),
+            unfriending=tuple(unfriending),
+            rejection=tuple(rejection),
+        )
+
+    def picture(self, agent: int, number: int, size: int = 2000) -> Picture:
+        """The same for the same numbers."""
+        data = np.random.default_rng([agent, number]).bytes(size)
+        return Picture(id=f"{agent}/{number}", agent=agent, time=number / 10, data=data)
+
+    def befriend(self, network: MatrixNetwork, *agents: int) -> None:
+        """Ask agents until all are friends."""
+        for agent in agents:
+            network.request(agent)
+
+        def accepted() -> bool:
+            network.advance(0)
+            return network.friends() >= set(agents)
+
+        self.eventually(accepted)
+
+    def answers(self, network: MatrixNetwork) -> list[tuple[int, Answer]]:
+        """New responses as pairs."""
+        return [(each.agent, each.answer) for each in network.responses()]
+
+    def ids(self, network: MatrixNetwork, agent: int = 0) -> list[str]:
+        """Names of the pictures that are here, newest first."""
+        return [each.id for each in network.latest(agent, 16)]
+
+    def call(self, method: str, path: str, body: dict, token: str | None) -> None:
+        """What any other program of an account's owner might do to a room."""
+        headers = {"Authorization": f"Bearer {token}", "Content-Type": "application/json"}
+        address = f"{self.synapse.url}/_matrix/client/v3/rooms/{path}"
+        data = json.dumps(body).encode()
+        request = urllib.request.Request(address, data, headers, method=method)
+        urllib.request.urlopen(request, timeout=30).close()
+
+
+@pytest.fixture
+def maze(synapse, eventually) -> Maze:
+    """A homeserver, and what to do there."""
+    return Maze(synapse, eventually)

@@ -29,16 +29,17 @@ def event_of(content):
 @given(st.text(min_size=1), st.floats(allow_nan=False, allow_infinity=False), st.binary())
 def test_a_picture_comes_back_from_its_message(name, time, data):
     picture = Picture(id=name, agent=0, time=time, data=data)
-    sent = json.loads(json.dumps(message_of(picture, ADDRESS)))
+    sent = json.loads(json.dumps(message_of(picture, "run", ADDRESS)))
     posted = posted_picture(event_of(sent))
     assert posted is not None
-    assert (posted.id, posted.time, posted.address) == (name, time, ADDRESS)
+    assert (posted.id, posted.run, posted.address) == (name, "run", ADDRESS)
+    assert posted.time == time
     assert posted.fits(data)
     assert not posted.fits(data + b"x")
 
 
 def test_a_message_holds_no_fractions_for_servers_refuse_them():
-    message = message_of(Picture(id="a", agent=0, time=1.5, data=PNG), ADDRESS)
+    message = message_of(Picture(id="a", agent=0, time=1.5, data=PNG), "run", ADDRESS)
     assert not any(isinstance(value, float) for value in [*message.values()])
     assert message["net.sightfield.picture"]["time"] == "1.5"
     assert message["info"] == {"mimetype": "image/png", "size": len(PNG)}
@@ -47,7 +48,8 @@ def test_a_message_holds_no_fractions_for_servers_refuse_them():
 def test_a_picture_from_another_program_is_named_by_its_event_and_taken_when_sent():
     posted = posted_picture(event_of({"msgtype": "m.image", "body": "x", "url": ADDRESS}))
     assert posted is not None
-    assert (posted.id, posted.time, posted.digest) == ("$e", 1.5, None)
+    assert (posted.id, posted.run, posted.digest) == ("$e", None, None)
+    assert posted.time == 1.5
     assert posted.fits(b"anything")
 
 
@@ -57,7 +59,7 @@ json_values = st.recursive(
         st.lists(inner, max_size=3)
         | st.dictionaries(
             st.sampled_from(
-                ["msgtype", "url", "id", "time", "sha256", "net.sightfield.picture", "body"]
+                ["msgtype", "url", "id", "run", "time", "sha256", "net.sightfield.picture", "body"]
             ),
             inner,
             max_size=5,
@@ -81,7 +83,9 @@ def test_no_event_makes_it_stumble(content, kind, sent):
 
 def test_a_picture_has_one_transaction_and_others_have_others():
     one, two = (Picture(id=name, agent=0, time=0.0, data=b"") for name in "ab")
-    assert transaction_of(one) == transaction_of(one) != transaction_of(two)
+    found = [transaction_of(one, "run"), transaction_of(two, "run"), transaction_of(one, "other")]
+    assert len(set(found)) == 3
+    assert transaction_of(one, "run") == found[0]
 
 
 def test_media_types_are_told_by_the_first_bytes():

@@ -1,5 +1,7 @@
 """A social network in memory: the embedded default."""
 
+from collections import deque
+
 import numpy as np
 
 from ...errors import require
@@ -8,13 +10,16 @@ from .checks import require_whole
 from .draws import draw_responses
 from .interface import Answer, NotFriends, Picture, Response
 
+# Pictures of each album that are held.
+_NEWEST = 100
+
 
 class MemoryNetwork:
     """The social network of a simulation; a `SocialNetwork`.
 
     In each iteration every agent with an open request accepts, rejects or is silent, and every
     friend may unfriend, with the probabilities of its temperament. A run repeats exactly from
-    `begin`.
+    `begin`. Of an album the newest 100 pictures are held.
 
     Args:
         temperaments: How the agents answer.
@@ -39,7 +44,7 @@ class MemoryNetwork:
         self._asked: set[int] = set()
         self._friends: set[int] = set()
         self._responses: list[Response] = []
-        self._albums: tuple[list[Picture], ...] = tuple([] for _ in self.agents())
+        self._albums: list[deque[Picture]] = [deque(maxlen=_NEWEST) for _ in self.agents()]
 
     def advance(self, iteration: int) -> None:
         """Let every agent act once."""
@@ -89,7 +94,7 @@ class MemoryNetwork:
         require_whole("count", count, 0)
         if agent not in self._friends:
             raise NotFriends(f"agent {agent} is not a friend: its album cannot be read")
-        return self._albums[agent][::-1][:count]
+        return list(reversed(self._albums[agent]))[:count]
 
     def _require_agent(self, agent: int) -> None:
         require(agent in self.agents(), "agent", f"be below {len(self.agents())}", agent)

@@ -84,6 +84,15 @@ def test_only_friends_read_an_album_newest_first():
         network.latest(1, 2)
 
 
+def test_an_album_holds_its_newest_pictures():
+    network = network_of((1.0,), (0.0,), (0.0,))
+    network.request(0)
+    network.advance(0)
+    for number in range(130):
+        network.post(0, picture(0, number))
+    assert network.latest(0, 500) == [picture(0, number) for number in range(129, 29, -1)]
+
+
 def test_withdrawing_from_a_friend_ends_the_friendship():
     network = network_of((1.0,), (0.0,), (0.0,))
     network.request(0)
