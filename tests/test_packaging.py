@@ -163,6 +163,7 @@ def read_lock(name: str) -> dict[str, tuple[str, str]]:
         ("build", PYPROJECT["build-system"]["requires"]),
         ("run", PROJECT["dependencies"]),
         ("dev", PROJECT["dependencies"] + PROJECT["optional-dependencies"]["dev"]),
+        ("dev", PROJECT["optional-dependencies"]["social"]),
     ],
 )
 def test_the_lock_pins_what_is_declared(lock, declared):
