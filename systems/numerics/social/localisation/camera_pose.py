@@ -147,17 +147,23 @@ def _fit(maze: Maze, landmarks: Sequence[Detection], start: np.ndarray) -> Camer
 def _average(single: Sequence[CameraPose], around: CameraPose) -> CameraPose | None:
     """The mean of those that agree with one of them, weighted by their information."""
     information, pull, cost = np.zeros((3, 3)), np.zeros(3), 0.0
-    used: list[int] = []
-    for each in single:
-        away = _difference(each.pose, around.pose)
-        doubt = each.covariance + around.covariance + 1e-9 * np.eye(3)
-        square = float(away @ np.linalg.solve(doubt, away))
+    used = []
+    for number in dict.fromkeys(each.used[0] for each in single):
+        nearest, square, away = None, math.inf, np.zeros(3)
+        for each in (each for each in single if each.used[0] == number):
+            apart = _difference(each.pose, around.pose)
+            doubt = each.covariance + around.covariance + 1e-9 * np.eye(3)
+            far = each.cost + float(apart @ np.linalg.solve(doubt, apart))
+            if far < square:
+                nearest, square, away = each, far, apart
+        # Each landmark costs at most as much as if it were not one.
         cost += _DOUBTFUL * (1 - 1 / (1 + square / _DOUBTFUL))
-        if square < _DOUBTFUL and each.used[0] not in used:
-            weight = np.linalg.inv(each.covariance + 1e-9 * np.eye(3))
-            information += weight
-            pull += weight @ away
-            used.append(each.used[0])
+        if nearest is not None and square < _DOUBTFUL:
+            weight = np.linalg.inv(nearest.covariance + 1e-9 * np.eye(3))
+            information, pull = information + weight, pull + weight @ away
+            used.append(number)
+    if not used:
+        return None
     pose = around.pose + np.linalg.solve(information, pull)
     return CameraPose(_wrapped(pose), np.linalg.inv(information), cost, tuple(used))
 

@@ -78,10 +78,8 @@ def evader_place(
 def _by_size(
     camera: ForwardCamera, block: MarkerBlock, detection: Detection, method: str
 ) -> EvaderPlace | None:
-    def axis(corners: np.ndarray) -> np.ndarray:
-        middle = middle_by_size(
-            camera, corners.reshape(4, 2), block.side, printed=method == "thesis"
-        )
+    def axis(corners: np.ndarray, printed: bool = method == "thesis") -> np.ndarray:
+        middle = middle_by_size(camera, corners.reshape(4, 2), block.side, printed=printed)
         if middle is None:
             return np.full(2, math.nan)
         return middle * (1 + block.depth / float(np.hypot(*middle)))
@@ -96,6 +94,10 @@ def _by_size(
     turn = math.pi / block.copies / math.sqrt(3)
     spread = np.outer(aside, aside) * (block.depth * math.sin(turn)) ** 2
     spread += np.outer(out, out) * (block.depth * (1 - math.cos(turn))) ** 2
+    if method == "thesis":
+        # It says of itself how wrong it is, if not which way.
+        off = axis(detection.corners.ravel()) - axis(detection.corners.ravel(), printed=False)
+        spread += float(off @ off) * np.eye(2)
     return EvaderPlace(place, slope @ detection.covariance @ slope.T + spread, 1)
 
 
@@ -114,9 +116,6 @@ def _by_pose(
         places.append(axis(each.pose))
         spreads.append(slope @ each.covariance @ slope.T)
         likely.append(math.exp(-0.5 * (each.cost - poses[0].cost) / _TEMPER))
-    if method == "pnp":
-        # The better one alone: solvePnP says nothing of how much better.
-        places, spreads, likely = places[:1], spreads[:1], likely[:1]
     share = np.array(likely) / sum(likely)
     place = share @ np.array(places)
     covariance = np.zeros((2, 2))

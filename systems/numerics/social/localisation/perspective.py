@@ -12,37 +12,61 @@ import numpy as np
 
 from ..landmarks.forward_camera import ForwardCamera, project
 from ..landmarks.maze import upright_square
+from .edges import middle_by_size
 
 _STEPS, _ENOUGH = 12, 1e-6
+# How far the front is turned from the camera at first [rad].
+_TURN = 0.7
 
 
-def squares_by_pnp(camera: ForwardCamera, corners: np.ndarray, side: float) -> list[np.ndarray]:
-    """What OpenCV's solvePnP makes of four corners (Collins and Bartoli 2014), the best first.
+def starting_poses(camera: ForwardCamera, corners: np.ndarray, side: float) -> list[np.ndarray]:
+    """Rough relative poses, shape (3,): by apparent size, the front turned either way."""
+    middle = middle_by_size(camera, corners, side)
+    if middle is None:
+        return []
+    back = math.atan2(-middle[1], -middle[0])
+    return [np.array([*middle, back + turn]) for turn in (_TURN, -_TURN)]
+
+
+def square_by_pnp(
+    camera: ForwardCamera, corners: np.ndarray, side: float, start: np.ndarray
+) -> tuple[np.ndarray, float] | None:
+    """What OpenCV's solvePnP makes of four corners: all six degrees of freedom, unweighted.
+
+    It starts from a pose: in OpenCV 5.0 the closed form for squares (SOLVEPNP_IPPE_SQUARE) divides
+    by nearly nothing where edges are upright in the picture, as all are here.
 
     Args:
         camera: Its optics.
         corners: Shape (4, 2) [px].
         side: Of the square [m].
+        start: A relative pose, shape (3,).
 
     Returns:
-        At most two relative poses, shape (3,), laid on the floor.
+        The relative pose, laid on the floor, shape (3,), and the sum of squares that is left
+        [px^2]; None if there is none before the camera.
     """
     h = 0.5 * side
     square = np.array([[-h, h, 0], [h, h, 0], [h, -h, 0], [-h, -h, 0]])
+    ahead, left, facing = start
+    # The square's axes in the camera's: to the right of its picture, up, and out of its front.
+    out = np.array([-math.sin(facing), 0.0, math.cos(facing)])
+    up = np.array([0.0, -1.0, 0.0])
+    turn, _ = cv2.Rodrigues(np.column_stack([np.cross(up, out), up, out]))
+    move = np.array([[-left], [0.0], [ahead]])
+    pixels = corners.reshape(-1, 1, 2)
     try:
-        _, turns, moves, *_ = cv2.solvePnPGeneric(
-            square, corners.reshape(-1, 1, 2), camera.matrix, None, flags=cv2.SOLVEPNP_IPPE_SQUARE
+        done, turn, move = cv2.solvePnP(
+            square, pixels, camera.matrix, None, turn, move, True, cv2.SOLVEPNP_ITERATIVE
         )
     except cv2.error:
-        return []
-    poses = []
-    for turn, move in zip(turns, moves, strict=True):
-        right, _, ahead = np.ravel(move)
-        # The square's own third axis is its front's normal.
-        normal = cv2.Rodrigues(turn)[0][:, 2]
-        if ahead > 0 and np.isfinite(normal).all():
-            poses.append(np.array([ahead, -right, math.atan2(-normal[0], normal[2])]))
-    return poses
+        return None
+    if not done or not (np.isfinite(turn).all() and np.isfinite(move).all()) or move[2, 0] <= 0:
+        return None
+    seen, _ = cv2.projectPoints(square, turn, move, camera.matrix, None)
+    normal = cv2.Rodrigues(turn)[0][:, 2]
+    pose = np.array([move[2, 0], -move[0, 0], math.atan2(-normal[0], normal[2])])
+    return pose, float(np.sum((seen - pixels) ** 2))
 
 
 def fit_square(

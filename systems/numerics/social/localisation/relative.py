@@ -10,11 +10,11 @@ from ...errors import require_one_of
 from ..landmarks.forward_camera import ForwardCamera
 from ..recognition.detections import Detection
 from .edges import square_by_edges
-from .perspective import fit_square, slopes, squares_by_pnp
+from .perspective import fit_square, slopes, square_by_pnp, starting_poses
 
 # thesis: two vertical edges by (2.14) as printed. edges: by (2.14) corrected. pnp: solvePnP as it
 # comes. level: weighted least squares with what is known, that the camera is level and how high
-# lens and square are; from both starts that solvePnP offers.
+# lens and square are.
 METHODS = ("thesis", "edges", "pnp", "level")
 
 # How a corner is moved to see what depends on it [px].
@@ -30,7 +30,7 @@ class Relative:
     Attributes:
         pose: Ahead and left [m], direction of the front from the camera's heading [rad]; (3,).
         covariance: Shape (3, 3).
-        cost: Sum of squares that is left, in deviations; 0 where there is no telling.
+        cost: Sum of squares that is left, in squared deviations; 0 where there is no telling.
     """
 
     pose: np.ndarray
@@ -65,29 +65,55 @@ def relative_poses(
         found = _with_doubt(by_edges, corners, covariance)
         exact = square_by_edges(camera, corners, side) if method == "thesis" else None
         if found and exact is not None:
-            # It says of itself how wrong it is.
+            # It says of itself how wrong it is, if not which way.
             off = found[0].pose - exact
-            off[2] = math.remainder(off[2], 2 * math.pi)
-            found = [Relative(found[0].pose, found[0].covariance + np.outer(off, off), 0.0)]
-        return found
-    poses = squares_by_pnp(camera, corners, side)
-    if method == "pnp":
-
-        def by_pnp(moved: np.ndarray, like: np.ndarray) -> np.ndarray | None:
-            near = squares_by_pnp(camera, moved, side)
-            return min(near, key=lambda each: abs(each[2] - like[2]), default=None)
-
-        found = []
-        for pose in poses:
-            found += _with_doubt(lambda moved, like=pose: by_pnp(moved, like), corners, covariance)
+            turn = math.remainder(off[2], 2 * math.pi)
+            doubt = np.diag([off[:2] @ off[:2], off[:2] @ off[:2], turn**2])
+            found = [Relative(found[0].pose, found[0].covariance + doubt, 0.0)]
         return found
     found = []
-    for pose in poses:
-        fitted = fit_square(camera, corners, covariance, side, middle_height, pose)
-        if fitted is not None and _faces(fitted[0]):
-            known = any(np.abs(fitted[0] - each.pose).max() < _SAME for each in found)
-            found += [] if known else [Relative(*fitted)]
+    for start in starting_poses(camera, corners, side):
+        one = (
+            _by_pnp(camera, corners, covariance, side, start)
+            if method == "pnp"
+            else _fitted(camera, corners, covariance, side, middle_height, start)
+        )
+        if one is not None and all(np.abs(one.pose - each.pose).max() > _SAME for each in found):
+            found.append(one)
     return sorted(found, key=lambda each: each.cost)
+
+
+def _fitted(
+    camera: ForwardCamera,
+    corners: np.ndarray,
+    covariance: np.ndarray,
+    side: float,
+    middle_height: float,
+    start: np.ndarray,
+) -> Relative | None:
+    fitted = fit_square(camera, corners, covariance, side, middle_height, start)
+    return Relative(*fitted) if fitted is not None and _faces(fitted[0]) else None
+
+
+def _by_pnp(
+    camera: ForwardCamera,
+    corners: np.ndarray,
+    covariance: np.ndarray,
+    side: float,
+    start: np.ndarray,
+) -> Relative | None:
+    first = square_by_pnp(camera, corners, side, start)
+    if first is None:
+        return None
+
+    def near(moved: np.ndarray) -> np.ndarray | None:
+        found = square_by_pnp(camera, moved, side, first[0])
+        return None if found is None else found[0]
+
+    # Unweighted, it takes all corners for equally sure.
+    cost = first[1] / float(np.mean(np.diag(covariance)))
+    poses = _with_doubt(near, corners, covariance)
+    return Relative(poses[0].pose, poses[0].covariance, cost) if poses else None
 
 
 def _faces(pose: np.ndarray) -> bool:

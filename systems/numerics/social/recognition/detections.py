@@ -26,7 +26,7 @@ class Detection:
             outside the frame; shape (4, 2) [px].
         covariance: Of the corners, row by row, shape (8, 8) [px^2].
         correlation: Of the subject's picture with this one, where it is seen; at most 1.
-        visible: Share of the square that was compared: inside the frame, and not hidden.
+        visible: Share of the square that looks as it should: inside the frame, and not hidden.
         stance: Which way up.
         places: Points of the subject's unit square that matched, shape (n, 2).
         pixels: And where in the picture, shape (n, 2) [px].

@@ -84,5 +84,5 @@ def test_edges_that_no_square_has_tell_nothing():
 
 
 def test_an_edge_without_length_is_refused():
-    with pytest.raises(InvalidInput, match="`pixels` must be positive; got 0.0"):
+    with pytest.raises(InvalidInput, match=r"`pixels` must be positive; got 0\.0"):
         edge_distance(CAMERA, 0.26, 0.0)
