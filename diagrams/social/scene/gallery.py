@@ -19,7 +19,7 @@ _PIXELS = 320
 # Agents in one column.
 _COLUMN = 4
 # What is said of a picture, by its state.
-STATES = {"read": "picture read", "unread": "picture posted"}
+STATES = {"read": "read", "unread": "new"}
 
 
 class Gallery:
@@ -40,8 +40,8 @@ class Gallery:
         self._stage = stage
         self._count = [0] * agents
         self._shown: list[str | None] = [None] * agents
-        letter = _LETTER * layout.span
         self._frames = frames(layout, agents, proportion)
+        letter = min(_LETTER * layout.span, 0.11 * self._frames[0][2])
         for folder, level in (("frames", "ink"), ("titles", "ink"), ("pictures", "sight")):
             stage.raise_to(folder, layout.level(level))
         for k, (left, bottom, width, height) in enumerate(self._frames):

@@ -23,7 +23,7 @@ class WanderingLaw:
         turn_rate: On the spot [rad/s].
         turn_range: A range ahead at which it stops and turns [m].
         least_turn, greatest_turn: Between which the angle of a turn is drawn [rad].
-        centring: Turn rate per difference of the outer ranges, while moving [rad/s/m].
+        centring: Curvature of its way per difference of the outer ranges [rad/m^2].
     """
 
     speed: float = 0.1
@@ -31,7 +31,7 @@ class WanderingLaw:
     turn_range: float = 0.1
     least_turn: float = math.radians(40)
     greatest_turn: float = math.radians(150)
-    centring: float = 2.0
+    centring: float = 20.0
 
     def __post_init__(self) -> None:
         for name in ("speed", "turn_rate", "turn_range", "least_turn", "centring"):
@@ -83,6 +83,6 @@ def wander(
     rest = turns - rates * period
     rest = np.where((rest == 0.0) & (turns != 0.0) & blocked, np.sign(turns) * step, rest)
     moving = turns == 0.0
-    outer = law.centring * (ranges[:, 0] - ranges[:, -1])
+    outer = law.speed * law.centring * (ranges[:, 0] - ranges[:, -1])
     rates = np.where(moving, np.clip(outer, -law.turn_rate, law.turn_rate), rates)
     return rest, np.column_stack([np.where(moving, law.speed, 0.0), rates])
