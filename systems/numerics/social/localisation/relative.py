@@ -68,7 +68,8 @@ def relative_poses(
             # It says of itself how wrong it is, if not which way.
             off = found[0].pose - exact
             turn = math.remainder(off[2], 2 * math.pi)
-            doubt = np.diag([off[:2] @ off[:2], off[:2] @ off[:2], turn**2])
+            far = float(off[:2] @ off[:2])
+            doubt = np.diag([far, far, turn**2])
             found = [Relative(found[0].pose, found[0].covariance + doubt, 0.0)]
         return found
     found = []
