@@ -10,7 +10,17 @@ import typer
 from ...systems.numerics.errors import SightfieldError
 
 # Subcommand: a function of its name in its module, or a Typer app for one with subcommands.
-COMMANDS = ("track", "world", "corner", "camera", "standoff", "plan", "schedule", "social")
+COMMANDS = (
+    "track",
+    "world",
+    "corner",
+    "camera",
+    "standoff",
+    "plan",
+    "schedule",
+    "harvest",
+    "social",
+)
 
 
 def make_app(names: Sequence[str] = COMMANDS) -> typer.Typer:

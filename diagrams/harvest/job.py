@@ -1,0 +1,194 @@
+"""Everything that is settled before a harvest begins: paths, lanes, ground, trucks, timetable."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+from ...systems.numerics.harvest.field.coverage import CoveragePlan, plan_coverage
+from ...systems.numerics.harvest.machines.team import pack_paths
+from ...systems.numerics.harvest.routes.ground import Ground, Traffic, ground_of
+from ...systems.numerics.harvest.routes.lane import lanes_beside
+from ...systems.numerics.harvest.routes.meeting import SETTLE, Lanes
+from ...systems.numerics.harvest.routes.planner import RoutePlanner
+from ...systems.numerics.harvest.schedule.answer import (
+    ScheduleAnswer,
+    answer_schedule,
+    answer_timetable,
+)
+from ...systems.numerics.harvest.schedule.fleet import Fleet, Truck
+from ...systems.numerics.harvest.schedule.simulation import CartRun, simulate_schedule
+from ...systems.numerics.harvest.schedule.timetable import Timetable
+from .scenario import HarvestScenario
+
+# Between carts that wait for the start, and between their trucks [m].
+BETWEEN = 30.0
+
+
+@dataclass(frozen=True, eq=False)
+class HarvestJob:
+    """A harvest that is ready to begin.
+
+    Attributes:
+        scenario: What was asked for.
+        coverage: Paths of the combines.
+        ground: Raster of the crop.
+        traffic: The combines at time 0.
+        lanes: Beside the combines.
+        planner: Of routes.
+        reach: From a combine's middle to its lane [m].
+        begins: When each combine sets out, shape (N,) [s].
+        trucks: Where each cart stands at its truck: x, y, theta of the tractor, shape (K, 3).
+        starts: x, y, theta, beta of each cart at first, shape (K, 4).
+        answer: Whether the carts can serve the combines.
+        timetable: What is planned; of an infeasible schedule, what would come of it.
+    """
+
+    scenario: HarvestScenario
+    coverage: CoveragePlan
+    ground: Ground
+    traffic: Traffic
+    lanes: Lanes
+    planner: RoutePlanner
+    reach: float
+    begins: np.ndarray
+    trucks: np.ndarray
+    starts: np.ndarray
+    answer: ScheduleAnswer
+    timetable: Timetable
+
+
+def prepare_harvest(scenario: HarvestScenario, folder: Path = Path()) -> HarvestJob:
+    """Plan a harvest.
+
+    Args:
+        scenario: What is asked for.
+        folder: Where the field's file is looked for.
+
+    Raises:
+        InvalidInput: The field cannot be read, or is too small for the header.
+    """
+    team, carts = scenario.combines, scenario.carts
+    coverage = plan_coverage(
+        scenario.field.load(folder),
+        team.header_width,
+        team.turning_radius,
+        team.count,
+        spacing=team.spacing,
+        least_gap=team.least_gap,
+    )
+    paths = coverage.paths
+    reach = team.header_width / 2 + team.cart_gap + carts.width / 2
+    begins = np.array([path.start_delay / team.speed for path in paths])
+    packed = pack_paths(paths, scenario.density)
+    traffic = Traffic(
+        packed.starts,
+        packed.stations,
+        packed.poses,
+        np.zeros(len(paths)),
+        begins,
+        0.0,
+        team.speed,
+        np.array([team.header_width / 2, team.width / 2, team.length]),
+    )
+    room = coverage.field.ground.buffer(-carts.width)
+    beside = (lanes_beside(p, room, team.header_width, reach, carts.turning_radius) for p in paths)
+    lanes = Lanes(carts, tuple(beside))
+    ground = ground_of(coverage.field, coverage.crop_cells(scenario.cell))
+    trucks = _truck_places(coverage, carts.count, carts.width)
+    starts = np.column_stack([trucks, np.zeros(len(trucks))])
+    answer, timetable = _schedule(scenario, coverage, begins, trucks)
+    return HarvestJob(
+        scenario,
+        coverage,
+        ground,
+        traffic,
+        lanes,
+        RoutePlanner(carts, ground, exact=scenario.routes == "exact"),
+        reach,
+        begins,
+        trucks,
+        starts,
+        answer,
+        timetable,
+    )
+
+
+def _truck_places(coverage: CoveragePlan, carts: int, width: float) -> np.ndarray:
+    """Places along the outer half of the margin, clockwise from where the first combine begins."""
+    field = coverage.field
+    outside = field.outline.buffer(max(field.margin - width, field.margin / 2), quad_segs=16)
+    ring = shapely.Polygon(outside.exterior).exterior
+    line = np.array(ring.coords)
+    if ring.is_ccw:
+        line = line[::-1]
+    edge = shapely.LineString(line)
+    start = edge.project(shapely.Point(coverage.paths[0].points[0]))
+    places = []
+    for k in range(carts):
+        at = (start + BETWEEN * (k + 1)) % edge.length
+        here, there = edge.interpolate(at), edge.interpolate(min(at + 0.5, edge.length))
+        places.append((here.x, here.y, math.atan2(there.y - here.y, there.x - here.x)))
+    return np.array(places)
+
+
+def travel_times(coverage: CoveragePlan, speed: float, cart_speed: float, radius: float):
+    """How long a cart's ways between combines take at most, as far as the field tells.
+
+    The greatest distance of two combines that work at one time, overtaking at the cart's speed,
+    and a turn round; shape (N, N) [s].
+    """
+    count = len(coverage.paths)
+    clock = np.linspace(0.0, coverage.timeline.clock[-1], 600)
+    stations = [coverage.timeline.station_at(n, clock) for n in range(count)]
+    poses = [path.pose_at(s) for path, s in zip(coverage.paths, stations, strict=True)]
+    working = [
+        (s > 0) & (s < path.length - 1e-6) for path, s in zip(coverage.paths, stations, strict=True)
+    ]
+    times = np.zeros((count, count))
+    for n in range(count):
+        for m in range(count):
+            both = working[n] & working[m]
+            if n != m:
+                gaps = np.hypot(*(poses[n] - poses[m])[:, :2].T)[both]
+                far = float(np.max(gaps, initial=0.0))
+                times[n, m] = (far + math.tau * radius + SETTLE) / (cart_speed - speed)
+    return times
+
+
+def _schedule(
+    scenario: HarvestScenario, coverage: CoveragePlan, begins: np.ndarray, trucks: np.ndarray
+) -> tuple[ScheduleAnswer, Timetable]:
+    team, carts = scenario.combines, scenario.carts
+    count = len(coverage.paths)
+    if scenario.travel_time is None:
+        times = travel_times(coverage, team.speed, carts.speed, carts.turning_radius)
+    else:
+        numbers = np.arange(count)
+        times = scenario.travel_time * np.abs(numbers[:, None] - numbers)
+    fleet = Fleet(
+        capacities=(team.capacity,) * count,
+        fill_rates=(team.fill_rate(scenario.density),) * count,
+        unload_rates=(team.unload_rate,) * count,
+        travel_times=tuple(tuple(float(t) for t in row) for row in times),
+    )
+    truck = None
+    if math.isfinite(carts.capacity):
+        corners = np.array(coverage.field.outline.exterior.coords)
+        far = np.hypot(*(corners[:, None] - trucks[None, :, :2]).reshape(-1, 2).T).max()
+        truck = Truck(
+            cart_capacity=carts.capacity,
+            travel_time=float(far) / carts.speed,
+            unload_rate=carts.truck_rate,
+        )
+    answer = answer_schedule(fleet, carts.count, truck, scenario.fill)
+    longest = max(path.length + path.start_delay for path in coverage.paths) / team.speed
+    if answer.feasible:
+        period = min(plan.period for plan in answer.plans)
+        cycles = max(1, math.ceil(1.1 * longest / period))
+        return answer, answer_timetable(answer, cycles, start_times=begins.tolist(), ready=0.0)
+    runs = [CartRun(round=cart.group.round) for cart in answer.carts]
+    cycles = max(1, math.ceil(longest * fleet.fill_rates[0] / team.capacity))
+    return answer, simulate_schedule(fleet, runs, cycles, start_times=begins.tolist())

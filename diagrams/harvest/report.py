@@ -1,0 +1,83 @@
+"""What a harvest leaves in its folder: numbers, log, plots."""
+
+import json
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+
+from .run import HarvestRun
+from .summary import UNITS, log_arrays, planned_tanks
+
+# Thesis, Figure 3.5: red, green, blue; then whatever tells apart.
+COLOURS = ("tab:red", "tab:green", "tab:blue", "tab:orange", "tab:purple", "tab:brown")
+_TONNE = 1000.0
+
+
+def write_report(run: HarvestRun, summary: dict[str, object], folder: Path) -> list[str]:
+    """Write everything that is known of a run; return the names of the files.
+
+    Args:
+        run: A finished run.
+        summary: From `summarise`.
+        folder: Exists.
+    """
+    names = ["summary.json", "log.npz", "log_units.json", "loads.png", "field.png"]
+    (folder / names[0]).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    np.savez_compressed(folder / names[1], **log_arrays(run))  # type: ignore[arg-type]  # none is called allow_pickle
+    (folder / names[2]).write_text(json.dumps(UNITS, indent=2) + "\n", encoding="utf-8")
+    draw_loads(run).savefig(folder / names[3], dpi=120)
+    draw_field(run).savefig(folder / names[4], dpi=120)
+    return names
+
+
+def draw_loads(run: HarvestRun) -> Figure:
+    """Loads against time, as simulated and as planned, a row for each tank and one for carts."""
+    tanks, planned = run.log["tank"] / _TONNE, planned_tanks(run) / _TONNE
+    minutes, count = run.times / 60, tanks.shape[1]
+    figure = Figure(figsize=(11, 1.6 * (count + 1) + 0.8), layout="constrained")
+    axes = figure.subplots(count + 1, 1, sharex=True, squeeze=False)[:, 0]
+    capacity = run.job.scenario.combines.capacity / _TONNE
+    for n in range(count):
+        colour = COLOURS[n % len(COLOURS)]
+        axes[n].plot(minutes, tanks[:, n], color=colour, label="simulated")
+        if run.job.scenario.strategy == "sequential":
+            axes[n].plot(minutes, planned[:, n], "--", color="0.4", linewidth=0.9, label="planned")
+        axes[n].axhline(capacity, color="0.7", linewidth=0.8)
+        axes[n].set_ylim(0, 1.08 * capacity)
+        axes[n].set_ylabel(f"combine {n}\n[t]")
+        axes[n].grid(alpha=0.3)
+    axes[0].legend(frameon=False, loc="upper right", ncols=2)
+    for k in range(run.log["load"].shape[1]):
+        axes[-1].plot(minutes, run.log["load"][:, k] / _TONNE, label=f"cart {k}")
+    axes[-1].set_ylabel("carts\n[t]")
+    axes[-1].set_xlabel("time [min]")
+    axes[-1].grid(alpha=0.3)
+    axes[-1].legend(frameon=False, loc="upper left", ncols=4)
+    return figure
+
+
+def draw_field(run: HarvestRun) -> Figure:
+    """The field as it was cut, with the combines' paths and the ways of the carts."""
+    coverage = run.job.coverage
+    figure = Figure(figsize=(10, 7), layout="constrained")
+    axes = figure.subplots()
+    ground = coverage.field.outline
+    axes.fill(*np.array(ground.exterior.coords).T, color="#e9d58a", zorder=0)
+    for hole in coverage.field.obstacles:
+        axes.fill(*np.array(hole.exterior.coords).T, color="0.6", zorder=0)
+    for n, path in enumerate(coverage.paths):
+        axes.plot(
+            *path.points.T, color=COLOURS[n % len(COLOURS)], linewidth=0.8, label=f"combine {n}"
+        )
+    shades = matplotlib.colormaps["Greys"](np.linspace(0.9, 0.5, run.log["state"].shape[1]))
+    for k, shade in enumerate(shades):
+        way = run.log["state"][:, k, :2]
+        axes.plot(*way.T, color=shade, linewidth=0.7, label=f"cart {k}")
+        axes.plot(*run.job.trucks[k, :2], marker="s", color=shade, markersize=7)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    axes.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return figure

@@ -1,0 +1,1 @@
+"""Harvest scenarios that come with the package."""

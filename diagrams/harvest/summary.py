@@ -1,0 +1,100 @@
+"""A harvest in a few numbers, and in arrays for whoever wants to look closer."""
+
+import math
+
+import numpy as np
+
+from ...systems.numerics.harvest.machines.filling import (
+    BLOCK_TIME,
+    CUT,
+    LOST,
+    OVERFLOW_TIME,
+    STOP_TIME,
+    TANK,
+)
+from ...systems.numerics.harvest.machines.watching import (
+    CART_TO_CART,
+    CART_TO_COMBINE,
+    COMBINE_TO_COMBINE,
+    CROSSINGS,
+    RECORD,
+)
+from .run import HarvestRun
+
+# Units of the arrays in the log; "1" for numbers without one.
+UNITS = {
+    "time": "s",
+    "pose": "m, m, rad",
+    "station": "m",
+    "tank": "kg",
+    "tank_planned": "kg",
+    "mode": "1",
+    "state": "m, m, rad, rad",
+    "load": "kg",
+    "alongside": "1",
+}
+
+
+def summarise(run: HarvestRun, scenario: str) -> dict[str, object]:
+    """The run in numbers, ready for JSON.
+
+    Args:
+        run: A finished run.
+        scenario: What to call it.
+
+    Returns:
+        scenario, strategy, combines, carts, field_area [m^2], harvested_area_fraction, finished,
+        makespan [s], feasible (whether the plan is), grain_harvested, grain_delivered (to trucks),
+        grain_in_carts, grain_in_tanks, grain_lost, grain_error (what is harvested beyond the sum
+        of these) [kg], overflow_time (of all combines, spilling), combine_stop_time (standing
+        full), combine_wait_time (held up by others) [s], cart_idle_fraction, crop_crossings (steps
+        in which a cart was over standing crop), min_separation (least of the following),
+        min_cart_to_combine, min_cart_to_cart, min_combine_to_combine [m], load_deviation (mean
+        difference between tanks as simulated and as planned, in tanks), wall_time [s].
+    """
+    job, account, record = run.job, run.account, run.record
+    scenario_ = job.scenario
+    harvested, lost = float(account[:, CUT].sum()), float(account[:, LOST].sum())
+    delivered, loads = float(run.delivered.sum()), float(run.load.sum())
+    tanks = float(account[:, TANK].sum())
+    gaps = [record[k] for k in (CART_TO_COMBINE, CART_TO_CART, COMBINE_TO_COMBINE)]
+    far = [float(gap) if math.isfinite(gap) else None for gap in gaps]
+    apart = np.abs(run.log["tank"] - planned_tanks(run)).mean() / scenario_.combines.capacity
+    return {
+        "scenario": scenario,
+        "strategy": scenario_.strategy,
+        "combines": len(job.coverage.paths),
+        "carts": scenario_.carts.count,
+        "field_area": job.coverage.field.area,
+        "harvested_area_fraction": harvested / scenario_.density / job.coverage.field.area,
+        "finished": run.finished,
+        "makespan": run.makespan,
+        "feasible": job.answer.feasible,
+        "grain_harvested": harvested,
+        "grain_delivered": delivered,
+        "grain_in_carts": loads,
+        "grain_in_tanks": tanks,
+        "grain_lost": lost,
+        "grain_error": harvested - delivered - loads - tanks - lost,
+        "overflow_time": float(account[:, OVERFLOW_TIME].sum()),
+        "combine_stop_time": float(account[:, STOP_TIME].sum()),
+        "combine_wait_time": float(account[:, BLOCK_TIME].sum()),
+        "cart_idle_fraction": float(record[RECORD:].mean()) / run.makespan,
+        "crop_crossings": int(record[CROSSINGS]),
+        "min_separation": min((gap for gap in far if gap is not None), default=None),
+        "min_cart_to_combine": far[0],
+        "min_cart_to_cart": far[1],
+        "min_combine_to_combine": far[2],
+        "load_deviation": float(apart),
+        "wall_time": run.wall_time,
+    }
+
+
+def planned_tanks(run: HarvestRun) -> np.ndarray:
+    """What the timetable says of every tank at the samples, shape (T, N) [kg]."""
+    return np.stack([line(run.times) for line in run.job.timetable.tanks], axis=1)
+
+
+def log_arrays(run: HarvestRun) -> dict[str, np.ndarray]:
+    """The run's samples by the names in UNITS, time first along every array's first axis."""
+    return {"time": run.times, **run.log, "tank_planned": planned_tanks(run)}

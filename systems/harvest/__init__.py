@@ -1,0 +1,1 @@
+"""LeafSystems of the harvest story: combines, carts, who unloads whom, and what is watched."""

@@ -1,0 +1,314 @@
+"""Drivers of the carts: routes to where they are sent, and steering along them."""
+
+import math
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem
+
+from ..drake_types import read, state_vector
+from ..numerics.errors import require_positive
+from ..numerics.harvest.machines.cart import hitch_of
+from ..numerics.harvest.machines.filling import BLOCKED, FULL, STANDING_MODES
+from ..numerics.harvest.routes.clearance import gap_to_combines, outline, outline_at
+from ..numerics.harvest.routes.driving import STOP_GAP, follow
+from ..numerics.harvest.routes.ground import Traffic
+from ..numerics.harvest.routes.meeting import Lanes
+from ..numerics.harvest.routes.planner import Route, RoutePlanner
+from ..numerics.harvest.routes.steering import drive
+from ..numerics.harvest.strategies.serving import STAY, TRUCK
+
+# What a driver does.
+RESTING, EN_ROUTE, BESIDE, AT_TRUCK, BACKING = range(5)
+# Columns of what a driver remembers: that; where it is sent; number of the lane; way along its
+# line [m]; when to set out, when to try again, since when something is in the way [s]; spacing of
+# its line's points [m]; how many steps of its trail it could still go back, from where to where.
+DOING, TARGET, LANE, WAY, DEPART, RETRY, STUCK, SPACING, OLDEST, NEWEST = range(10)
+MEMORY = 10
+# Steps of a trail that are remembered, and how far a cart backs up that finds no route [m].
+TRAIL, BACK = 400, 20.0
+# Points of a line that is remembered.
+POINTS = 1000
+# Between two tries to find a route, and how long something may be in the way before another
+# route is looked for [s].
+AGAIN, PATIENCE = 4.0, 10.0
+# How near to its lane a cart has found it [m].
+FOUND = 5.0
+# For how long a combine that waits for others is expected to stand on [s].
+STANDS = 60.0
+# A cart without a route backs up if a combine is so near [m].
+WEDGED = 8.0
+# A cart without a route gives way to combines that would be where it is so soon [s].
+IN_THE_WAY = 60.0
+
+
+class CartDriver(LeafSystem):
+    """Plans a route to each task, drives it, and keeps beside the combine.
+
+    On the way the cart keeps its full speed; beside a combine it follows the lane of the loop at
+    the combine's speed, v = v_c + (gap to its place) / 2 s. It stops before standing crop, before
+    combines and before carts of lower numbers, and looks for another route if that lasts. One that
+    finds none, and stands where a combine will come, gives way to its truck; one that cannot do
+    that either backs up the way it came, control by control.
+
+    .. pydrake_system::
+
+        name: CartDriver
+        input_ports:
+        - task
+        - state
+        - station
+        - mode
+        output_ports:
+        - control
+        - emptying
+        - doing
+
+    ========  ====  ================  =======
+    port      size  unit              frame
+    ========  ====  ================  =======
+    task      K     -                 -
+    state     4 K   m, m, rad, rad    world
+    station   N     m                 path
+    mode      N     -                 -
+    control   2 K   m/s, rad/s        tractor
+    emptying  K     -                 -
+    doing     K     -                 -
+    ========  ====  ================  =======
+
+    `task` is what a scheduler says; `emptying` is 1 while a cart stands at its truck; `doing` is
+    0 resting, 1 on its way, 2 beside a combine, 3 at its truck, 4 backing up.
+
+    Source: Zhang 2014, 3.5 (time-optimal paths); the rest is ours.
+
+    Args:
+        planner: Plans routes.
+        lanes: Beside the combines.
+        traffic: The combines' paths and speed, at time 0.
+        trucks: Where each cart stands at its truck: x, y, theta of the tractor, shape (K, 3).
+        period: Time step [s].
+
+    Raises:
+        InvalidInput: The period is not positive.
+    """
+
+    def __init__(
+        self,
+        planner: RoutePlanner,
+        lanes: Lanes,
+        traffic: Traffic,
+        trucks: np.ndarray,
+        *,
+        period: float,
+    ):
+        super().__init__()
+        require_positive("period", period)
+        self._planner, self._lanes, self._traffic = planner, lanes, traffic
+        self._trucks = np.array(trucks, dtype=float)
+        self._period = float(period)
+        self._outline, self._hitch = outline(planner.cart), hitch_of(planner.cart)
+        carts, combines = len(self._trucks), len(lanes.of)
+        self._task = self.DeclareVectorInputPort("task", carts)
+        self._state = self.DeclareVectorInputPort("state", 4 * carts)
+        self._station = self.DeclareVectorInputPort("station", combines)
+        self._mode = self.DeclareVectorInputPort("mode", combines)
+        memory = np.zeros((carts, MEMORY))
+        memory[:, TARGET], memory[:, STUCK], memory[:, SPACING] = STAY, math.inf, 1.0
+        self._memory = self.DeclareDiscreteState(state_vector(memory.ravel()))
+        lines = np.zeros(carts * POINTS * 3)
+        self._lines = self.DeclareDiscreteState(state_vector(lines))
+        self._trails = self.DeclareDiscreteState(state_vector(np.zeros(carts * TRAIL * 2)))
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._decide)
+        remembered = {self.discrete_state_ticket(self._memory)}
+        self.DeclareVectorOutputPort("control", 2 * carts, self._calc_control)
+        self.DeclareVectorOutputPort("emptying", carts, self._calc_emptying, remembered)
+        self.DeclareVectorOutputPort("doing", carts, self._calc_doing, remembered)
+
+    def _remembered(self, context) -> np.ndarray:
+        return context.get_discrete_state(self._memory).value().reshape(-1, MEMORY)
+
+    def _traffic_now(self, context) -> Traffic:
+        now = context.get_time()
+        modes = read(self._mode, context)
+        # One that is full stands until a cart comes, and one that waits for others a while.
+        stands = np.where(modes == FULL, math.inf, np.where(modes == BLOCKED, STANDS, 0.0))
+        waits = np.maximum(self._traffic.waits - now, stands)
+        return self._traffic._replace(
+            progress=read(self._station, context), waits=waits, time=float(now)
+        )
+
+    def _moves(self, context) -> list[tuple[float, float, float, bool]]:
+        """Speed, turn rate, way and whether it is stopped, of every cart."""
+        traffic, modes = self._traffic_now(context), read(self._mode, context)
+        states = read(self._state, context).reshape(-1, 4)
+        lines = context.get_discrete_state(self._lines).value().reshape(-1, POINTS, 3)
+        outlines = [self._outline_of(state) for state in states]
+        trails = context.get_discrete_state(self._trails).value().reshape(-1, TRAIL, 2)
+        moves = []
+        for k, memory in enumerate(self._remembered(context)):
+            if memory[DOING] == BACKING:
+                moves.append(self._back(memory, trails[k], states[k], traffic))
+                continue
+            line, spacing, wish = self._wish(memory, lines[k], traffic, modes)
+            others = np.concatenate([np.empty((0, 2)), *outlines[:k]])
+            moves.append(
+                follow(
+                    line,
+                    spacing,
+                    states[k],
+                    memory[WAY],
+                    wish,
+                    self._planner.cart.turning_radius,
+                    self._hitch,
+                    self._outline,
+                    self._planner.ground,
+                    traffic,
+                    others,
+                    self._period,
+                )
+                if memory[DOING] in (EN_ROUTE, BESIDE)
+                else (0.0, 0.0, memory[WAY], False)
+            )
+        return moves
+
+    def _back(
+        self, memory: np.ndarray, trail: np.ndarray, state: np.ndarray, traffic: Traffic
+    ) -> tuple[float, float, float, bool]:
+        """The last control of the trail the other way round: the trailer retraces its way too."""
+        v, omega = -trail[int(memory[NEWEST] - 1) % TRAIL]
+        placed = self._outline_of(drive(state, v, omega, self._hitch, self._period, 2))
+        gap, here = (
+            gap_to_combines(traffic, p, traffic.time) for p in (placed, self._outline_of(state))
+        )
+        if gap < STOP_GAP and gap < here:
+            return 0.0, 0.0, memory[WAY], True
+        return v, omega, memory[WAY] + v * self._period, False
+
+    def _outline_of(self, state: np.ndarray) -> np.ndarray:
+        return outline_at(self._outline, self._hitch.length, self._hitch.hitch_offset, state)
+
+    def _wish(
+        self, memory: np.ndarray, line: np.ndarray, traffic: Traffic, modes: np.ndarray
+    ) -> tuple[np.ndarray, float, float]:
+        """The line that a cart follows, its spacing, and the speed that it would drive at."""
+        if memory[DOING] == EN_ROUTE:
+            if traffic.time < memory[DEPART] - 1e-9:
+                return line, memory[SPACING], 0.0
+            left = memory[SPACING] * (POINTS - 1) - memory[WAY]
+            return line, memory[SPACING], min(self._planner.cart.speed, left / self._period)
+        if memory[DOING] != BESIDE:
+            return line, 1.0, 0.0
+        combine, number = int(memory[TARGET]), int(memory[LANE])
+        speed = 0.0 if modes[combine] in STANDING_MODES else traffic.speed
+        station = float(traffic.progress[combine])
+        wish = self._lanes.speed_beside(combine, number, station, speed, memory[WAY])
+        return self._lanes.of[combine][number].points, 1.0, wish
+
+    def _calc_control(self, context, output):
+        output.set_value(np.array([move[:2] for move in self._moves(context)]).ravel())
+
+    def _calc_emptying(self, context, output):
+        output.set_value((self._remembered(context)[:, DOING] == AT_TRUCK).astype(float))
+
+    def _calc_doing(self, context, output):
+        output.set_value(self._remembered(context)[:, DOING])
+
+    def _decide(self, context, discrete_state):
+        memories = self._remembered(context).copy()
+        lines = context.get_discrete_state(self._lines).value()
+        states = read(self._state, context).reshape(-1, 4)
+        tasks = read(self._task, context)
+        traffic = self._traffic_now(context)
+        now = context.get_time()
+        trails = context.get_discrete_state(self._trails).value().reshape(-1, TRAIL, 2).copy()
+        for k, (v, omega, way, stopped) in enumerate(self._moves(context)):
+            memory = memories[k]
+            memory[WAY] = way
+            if v > 0.0:
+                trails[k, int(memory[NEWEST]) % TRAIL] = v, omega
+                memory[NEWEST] += 1
+                memory[OLDEST] = max(memory[OLDEST], memory[NEWEST] - TRAIL)
+            elif v < 0.0:
+                memory[NEWEST] -= 1
+            memory[STUCK] = min(memory[STUCK], now) if stopped else math.inf
+            if memory[TARGET] != tasks[k]:
+                memory[TARGET], memory[DOING], memory[RETRY] = tasks[k], RESTING, now
+            self._arrive(memory, states[k], traffic)
+            done = memory[WAY] <= 0.0 or memory[NEWEST] <= memory[OLDEST]
+            if memory[DOING] == BACKING and (done or now - memory[STUCK] > PATIENCE):
+                memory[DOING] = RESTING
+            lasting = memory[DOING] in (EN_ROUTE, BESIDE) and now - memory[STUCK] > PATIENCE
+            if (memory[DOING] == RESTING or lasting) and now >= memory[RETRY]:
+                route = self._route(k, memory, states[k], traffic)
+                if route is None and self._is_in_the_way(states[k], traffic):
+                    route = self._planner.plan(traffic, states[k], now, self._truck(k))
+                memory[RETRY] = now + AGAIN
+                if route is None and self._is_wedged(memory, states[k], traffic):
+                    memory[DOING], memory[WAY] = BACKING, BACK
+                if route is not None:
+                    memory[DOING], memory[WAY], memory[STUCK] = EN_ROUTE, 0.0, math.inf
+                    memory[DEPART] = route.depart
+                    line, memory[SPACING] = _evenly(route)
+                    lines = lines.copy()
+                    lines[3 * POINTS * k : 3 * POINTS * (k + 1)] = line.ravel()
+                    discrete_state.set_value(self._lines, lines)
+        discrete_state.set_value(self._trails, trails.ravel())
+        discrete_state.set_value(self._memory, memories.ravel())
+
+    def _arrive(self, memory: np.ndarray, state: np.ndarray, traffic: Traffic) -> None:
+        """Notice the end of a way, or of a lane."""
+        target = int(memory[TARGET])
+        number = -1
+        if target >= 0:
+            number = self._lanes.number_at(target, float(traffic.progress[target]))
+        if memory[DOING] == EN_ROUTE and memory[WAY] >= memory[SPACING] * (POINTS - 1) - 0.5:
+            if target == TRUCK:
+                memory[DOING] = AT_TRUCK
+            elif number >= 0:
+                lane = self._lanes.of[target][number]
+                gaps = np.hypot(*(lane.points[:, :2] - state[:2]).T)
+                place = self._lanes.place_at(target, number, float(traffic.progress[target]))
+                # A closed lane may pass twice: the place nearer to the combine counts.
+                gaps += 1e-3 * np.abs(np.arange(len(gaps)) - place)
+                memory[WAY] = float(np.argmin(gaps))
+                if np.min(gaps) < FOUND:
+                    memory[DOING], memory[LANE] = BESIDE, number
+                else:
+                    memory[DOING] = RESTING
+            else:
+                memory[DOING] = RESTING
+        elif memory[DOING] == BESIDE and number != memory[LANE]:
+            memory[DOING] = RESTING
+
+    def _route(
+        self, cart: int, memory: np.ndarray, state: np.ndarray, traffic: Traffic
+    ) -> Route | None:
+        target = int(memory[TARGET])
+        if target == STAY:
+            return None
+        meeting = self._truck(cart) if target == TRUCK else self._lanes.meeting(traffic, target)
+        return self._planner.plan(traffic, state, traffic.time, meeting)
+
+    def _truck(self, cart: int):
+        """The meeting with a cart's truck, which always is where it is."""
+        return lambda time: self._trucks[cart]
+
+    def _is_wedged(self, memory: np.ndarray, state: np.ndarray, traffic: Traffic) -> bool:
+        """Whether a cart has no way forward because a combine is near, and can go back."""
+        if memory[TARGET] == STAY or memory[NEWEST] <= memory[OLDEST]:
+            return False
+        return gap_to_combines(traffic, self._outline_of(state), traffic.time) < WEDGED
+
+    def _is_in_the_way(self, state: np.ndarray, traffic: Traffic) -> bool:
+        """Whether a combine would run into a cart that stays where it is."""
+        placed = self._outline_of(state)
+        going = traffic._replace(waits=np.maximum(self._traffic.waits - traffic.time, 0.0))
+        ahead = traffic.time + np.arange(0.0, IN_THE_WAY, 2.0)
+        return any(gap_to_combines(going, placed, time) < 1.0 for time in ahead)
+
+
+def _evenly(route: Route) -> tuple[np.ndarray, float]:
+    """A route's line as POINTS poses at equal ways, and the ways between them [m]."""
+    at = np.linspace(0.0, route.way.length, POINTS)
+    columns = route.way.states[:, :3].T
+    line = np.stack([np.interp(at, route.way.distances, column) for column in columns], axis=1)
+    return line, max(route.way.length / (POINTS - 1), 1e-6)

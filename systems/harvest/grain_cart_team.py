@@ -1,0 +1,119 @@
+"""Grain carts: tractors with trailers, and what is in them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem
+
+from ..drake_types import read, state_vector
+from ..numerics.errors import require, require_positive
+from ..numerics.harvest.machines.cart import Cart, hitch_of
+from ..numerics.harvest.routes.steering import drive_team
+from ..numerics.planning.control_bounds import clip_control
+
+
+class GrainCartTeam(LeafSystem):
+    """K tractors with trailers, each with a load that grows as a combine pours and ends in a truck.
+
+    x' = v cos(theta), y' = v sin(theta), theta' = omega,
+    beta' = omega - (v sin(beta) - M omega cos(beta)) / L, the equations of `TractorTrailer`, with
+    the control held and integrated by Runge-Kutta steps of order 4; load = received - delivered.
+    Controls beyond the bounds are clipped.
+
+    .. pydrake_system::
+
+        name: GrainCartTeam
+        input_ports:
+        - control
+        - received
+        - emptying
+        output_ports:
+        - state
+        - load
+        - room
+        - delivered
+
+    =========  ====  ================  =======
+    port       size  unit              frame
+    =========  ====  ================  =======
+    control    2 K   m/s, rad/s        tractor
+    received   K     kg                -
+    emptying   K     -                 -
+    state      4 K   m, m, rad, rad    world
+    load       K     kg                -
+    room       K     kg                -
+    delivered  K     kg                -
+    =========  ====  ================  =======
+
+    `received` counts what each cart has got since the start, `delivered` what it has given to its
+    truck; `emptying` is 1 while it stands at the truck; `room` is what it can still take.
+
+    Source: Zhang 2014, 3.2.2; loads are ours.
+
+    Args:
+        cart: What the carts are like.
+        starts: x, y, theta, beta of each, shape (K, 4).
+        truck_rate: At which a cart is emptied into its truck [kg/s].
+        period: Time step [s].
+
+    Raises:
+        InvalidInput: There is no cart, a start is not four numbers, or a number is not positive.
+    """
+
+    def __init__(
+        self,
+        cart: Cart,
+        starts: Sequence[Sequence[float]] | np.ndarray,
+        *,
+        truck_rate: float,
+        period: float,
+    ):
+        super().__init__()
+        states = np.array(starts, dtype=float)
+        shaped = states.ndim == 2 and states.shape[1] == 4 and len(states) > 0
+        require(shaped, "starts", "be (x, y, theta, beta) of each cart", starts)
+        require_positive("truck_rate", truck_rate)
+        require_positive("period", period)
+        # The planners drive forwards only; the plant may be backed up.
+        self._cart, self._hitch = cart, hitch_of(cart)
+        self._trailer = replace(cart.trailer, reverse=True)
+        self._rate, self._period = float(truck_rate), float(period)
+        # Steps in which the trailer's angle turns by a tenth or less.
+        self._substeps = max(1, int(np.ceil(10 * period * cart.speed / cart.length)))
+        count = len(states)
+        self._control = self.DeclareVectorInputPort("control", 2 * count)
+        self._received = self.DeclareVectorInputPort("received", count)
+        self._emptying = self.DeclareVectorInputPort("emptying", count)
+        self._state = self.DeclareDiscreteState(state_vector(states.ravel()))
+        self._delivered = self.DeclareDiscreteState(state_vector(np.zeros(count)))
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._move)
+        self.DeclareStateOutputPort("state", self._state)
+        grain = {
+            self.input_port_ticket(self._received.get_index()),
+            self.discrete_state_ticket(self._delivered),
+        }
+        self.DeclareVectorOutputPort("load", count, self._calc_load, grain)
+        self.DeclareVectorOutputPort("room", count, self._calc_room, grain)
+        self.DeclareStateOutputPort("delivered", self._delivered)
+
+    def _load(self, context) -> np.ndarray:
+        delivered = context.get_discrete_state(self._delivered).value()
+        return read(self._received, context) - delivered
+
+    def _move(self, context, discrete_state):
+        control = read(self._control, context).reshape(-1, 2)
+        v, omega = clip_control(control[:, 0], control[:, 1], self._trailer)
+        states = context.get_discrete_state(self._state).value().reshape(-1, 4)
+        moved = drive_team(states, v, omega, self._hitch, self._period, self._substeps)
+        discrete_state.set_value(self._state, moved.ravel())
+        flow = np.minimum(self._rate * self._period, self._load(context))
+        given = np.where(read(self._emptying, context) > 0.5, flow, 0.0)
+        before = context.get_discrete_state(self._delivered).value()
+        discrete_state.set_value(self._delivered, before + given)
+
+    def _calc_load(self, context, output):
+        output.set_value(self._load(context))
+
+    def _calc_room(self, context, output):
+        output.set_value(np.maximum(self._cart.capacity - self._load(context), 0.0))

@@ -1,0 +1,1 @@
+"""Combines and carts in numbers: sizes, tanks, and what moves from one to the other."""

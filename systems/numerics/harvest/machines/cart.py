@@ -1,0 +1,69 @@
+"""A grain cart: a tractor and its trailer, their outlines, and what they hold."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from ...errors import require, require_positive
+from ...planning.trailer import Trailer
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cart:
+    """One of a team of equal grain carts."""
+
+    # On the way [m/s].
+    speed: float = 6.0
+    # Least radius of the tractor's turns, at any speed [m].
+    turning_radius: float = 5.0
+    # From the hitch to the trailer's axle [m].
+    length: float = 5.0
+    # From the tractor's rear axle back to the hitch [m].
+    hitch_offset: float = 0.0
+    # Of tractor and trailer [m].
+    width: float = 2.5
+    # How much grain it holds; infinite: any amount [kg].
+    capacity: float = math.inf
+
+    def __post_init__(self) -> None:
+        for name in ("speed", "turning_radius", "length", "width"):
+            require_positive(name, getattr(self, name))
+        require(self.capacity > 0, "capacity", "be positive", self.capacity)
+        require(self.hitch_offset >= 0, "hitch_offset", "be zero or positive", self.hitch_offset)
+
+    @property
+    def trailer(self) -> Trailer:
+        """The plant: its equations of motion are those of the planning story."""
+        return Trailer(
+            speed=self.speed,
+            turn_rate=self.speed / self.turning_radius,
+            length=self.length,
+            hitch_offset=self.hitch_offset,
+        )
+
+    @property
+    def tractor_ends(self) -> tuple[float, float]:
+        """Rear and front of the tractor, from its rear axle along its heading [m]."""
+        return -0.12 * self.length, 0.5 * self.length
+
+    @property
+    def box_ends(self) -> tuple[float, float]:
+        """Rear and front of the trailer's body, from its axle along its heading [m]."""
+        return -0.28 * self.length, 0.58 * self.length
+
+
+class Hitch(NamedTuple):
+    """What the equations of motion need of a cart, in a form that compiles.
+
+    Attributes:
+        length: From the hitch to the trailer's axle [m].
+        hitch_offset: From the tractor's rear axle back to the hitch [m].
+    """
+
+    length: float
+    hitch_offset: float
+
+
+def hitch_of(cart: Cart) -> Hitch:
+    """The hitch of a cart."""
+    return Hitch(float(cart.length), float(cart.hitch_offset))

@@ -1,0 +1,58 @@
+"""A combine: its size, its speed, its tank and its auger."""
+
+from dataclasses import dataclass
+
+from ...errors import require, require_non_negative, require_positive
+
+# What a combine does when its tank is full and nobody unloads it.
+WHEN_FULL = ("stop", "spill")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Combine:
+    """One of a team of equal combines.
+
+    The point that its path leads is the middle of the header.
+    """
+
+    # Width of the header [m].
+    header_width: float = 9.0
+    # Speed, forwards and backwards [m/s].
+    speed: float = 1.5
+    # Least radius of turns [m].
+    turning_radius: float = 6.0
+    # Tank [kg].
+    capacity: float = 9000.0
+    # What the auger delivers [kg/s].
+    unload_rate: float = 120.0
+    # Of the body behind the header [m].
+    length: float = 8.0
+    # Of the body [m].
+    width: float = 3.6
+    # From the end of the header to the near side of a cart that is filled [m].
+    cart_gap: float = 1.5
+    # "stop": a full combine waits for a cart; "spill": it goes on, and its grain is lost.
+    when_full: str = "stop"
+
+    def __post_init__(self) -> None:
+        for name in (
+            "header_width",
+            "speed",
+            "turning_radius",
+            "capacity",
+            "unload_rate",
+            "length",
+            "width",
+        ):
+            require_positive(name, getattr(self, name))
+        require_non_negative("cart_gap", self.cart_gap)
+        require(
+            self.when_full in WHEN_FULL,
+            "when_full",
+            f"be one of {', '.join(WHEN_FULL)}",
+            self.when_full,
+        )
+
+    def fill_rate(self, density: float) -> float:
+        """Grain that a full header cuts in crop of a density [kg/m^2], r_f [kg/s]."""
+        return density * self.header_width * self.speed

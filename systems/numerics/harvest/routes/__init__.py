@@ -1,0 +1,1 @@
+"""Routes of grain carts over cut ground: lanes beside combines, ways between them, steering."""

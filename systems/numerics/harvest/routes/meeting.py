@@ -1,0 +1,64 @@
+"""Where a cart is to be to be beside a combine, and when."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..machines.alongside import MIDDLE
+from ..machines.cart import Cart
+from .ground import Traffic, station_at
+from .lane import Lane
+
+# A cart comes onto the lane so far behind its place, so that its trailer is straight there [m].
+SETTLE = 8.0
+# How strongly it closes the gap to its place [1/s].
+CATCH_UP = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Lanes:
+    """The lanes beside all combines, as a cart sees them.
+
+    Attributes:
+        cart: The cart.
+        of: Of each combine its lanes, in order.
+    """
+
+    cart: Cart
+    of: tuple[Sequence[Lane], ...]
+
+    @property
+    def lead(self) -> float:
+        """From the middle of the trailer's box ahead to the tractor's axle [m]."""
+        return self.cart.length * (1.0 - MIDDLE) + self.cart.hitch_offset
+
+    def number_at(self, combine: int, station: float) -> int:
+        """Which lane serves a combine at a station; -1: none, it is between two loops."""
+        for number, lane in enumerate(self.of[combine]):
+            if lane.begin - 1e-6 <= station <= lane.end + 1e-6:
+                return number
+        return -1
+
+    def place_at(self, combine: int, number: int, station: float) -> float:
+        """Way along a lane at which the tractor is to be for a station of the combine [m]."""
+        return self.of[combine][number].slot_at(station) + self.lead
+
+    def meeting(self, traffic: Traffic, combine: int):
+        """Where the tractor is to be, over time; see `RoutePlanner`."""
+
+        def pose(time: float) -> np.ndarray | None:
+            station = float(station_at(traffic, combine, time))
+            number = self.number_at(combine, station)
+            if number < 0:
+                return None
+            place = self.place_at(combine, number, station) - SETTLE
+            return self.of[combine][number].pose_at(max(place, 0.0))
+
+        return pose
+
+    def speed_beside(self, combine: int, number: int, station: float, speed: float, way: float):
+        """Speed to be at one's place on a lane, for a combine that drives at a speed [m/s]."""
+        here = self.place_at(combine, number, station)
+        soon = self.place_at(combine, number, station + speed)
+        return float(np.clip(soon - here + CATCH_UP * (here - way), 0.0, self.cart.speed))

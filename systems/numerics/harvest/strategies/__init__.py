@@ -1,0 +1,1 @@
+"""Which combine a cart serves next."""
