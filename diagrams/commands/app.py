@@ -48,12 +48,13 @@ def make_app(names: Sequence[str] = COMMANDS) -> typer.Typer:
 
 def main() -> None:
     """Run the command line: exit code 0 done, 2 bad input in one line, 1 anything else."""
-    # The commands say themselves where to watch.
-    logging.getLogger("drake").setLevel(logging.WARNING)
     # What all of them import takes seconds.
     wanted = [name for name in sys.argv[1:2] if name in COMMANDS]
     try:
-        make_app(wanted or COMMANDS)()
+        app = make_app(wanted or COMMANDS)
+        # The commands say themselves where to watch; importing Drake has set a level of its own.
+        logging.getLogger("drake").setLevel(logging.WARNING)
+        app()
     except SightfieldError as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(2)
