@@ -101,8 +101,6 @@ def run_social_search(
             last = found
         progress(step * period)
     scene = search.GetSubsystemByName("scene") if meshcat is not None else None
-    if scene is not None:
-        scene.ForcedPublish(scene.GetMyContextFromRoot(context))
     logs = {name: sinks[name].FindLog(context) for name in VECTORS}
     times = np.asarray(logs["pose"].sample_times())
     return SocialRun(
