@@ -132,13 +132,12 @@ class PursuerAccount:
 
     def _note_leaving(self, agent: int, sender: str) -> None:
         with self._lock:
-            was_friend, asked = agent in self._friends, agent in self._asked
-            self._friends.discard(agent)
-            if sender == self._user:
-                return
-            if was_friend:
+            if agent in self._friends:
+                # Also when the pursuer left: it was told of a friendship, and is told of its end.
+                # It may have joined while its withdrawal was under way.
+                self._friends.discard(agent)
                 self._responses.append(Response(agent=agent, answer=Answer.UNFRIENDED))
-            elif asked:
+            elif agent in self._asked and sender != self._user:
                 self._note_rejection(agent)
 
     def _note_rejection(self, agent: int) -> None:

@@ -76,6 +76,16 @@ def test_silence_is_no_answer_and_a_request_withdrawn_is_off(maze):
         assert network.friends() == frozenset()
 
 
+def test_a_friend_left_by_another_program_of_the_pursuer_is_told_as_the_end_of_a_friendship(maze):
+    """So that nobody takes it for a friend for ever: a withdrawal can cross its acceptance."""
+    accounts = maze.directory()
+    with MatrixNetwork(accounts, maze.always()) as network:
+        maze.befriend(network, 0)
+        maze.call("POST", f"{accounts.agents[0].album}/leave", {}, accounts.pursuer.token)
+        maze.eventually(lambda: not network.friends())
+        assert maze.answers(network) == [(0, Answer.ACCEPTED), (0, Answer.UNFRIENDED)]
+
+
 def test_agents_unfriend_by_their_temperament(maze):
     accounts = maze.directory()
     with MatrixNetwork(accounts, maze.always()) as network:
