@@ -20,16 +20,23 @@ from ..numerics.social.routes.infrared import InfraredRing, infrared_ranges
 from ..numerics.social.routes.route_graph import RouteGraph
 from ..numerics.social.routes.shortest_route import shortest_route
 
-# Entries of the state before the route's points.
-_LOCATED, _ARC, _SIDE, _CORNERS, _POINTS = range(5)
+# Entries of the state before the route's points: which location it leads to, where on it the robot
+# is, on which side it passes others, for how long it has not come forward, who stood in the way and
+# until when that counts, and the number of points.
+_LOCATED, _ARC, _SIDE, _STUCK, _BLOCK_X, _BLOCK_Y, _UNTIL, _CORNERS, _POINTS = range(9)
+# After so long without progress it looks for another way [s], round what it keeps in mind for so
+# long [s].
+_PATIENCE, _MEMORY = 2.0, 10.0
+# Progress along the route that counts [m].
+_PROGRESS = 1e-3
 
 
 class RoutePursuer(LeafSystem):
     """Goes to the evader's estimated position by the shortest way, round whoever is in the way.
 
-    A new route is planned (Algorithm 4) whenever the evader is located anew, and where a deviation
-    has led out of sight of the old one. Before the first location the pursuer rests; near the end
-    of its route it waits for the next.
+    A new route is planned (Algorithm 4) whenever the evader is located anew, where a deviation has
+    led out of sight of the old one, and after a while behind a robot that does not go away. Before
+    the first location the pursuer rests; near the end of its route it waits for the next.
 
     .. pydrake_system::
 
@@ -88,9 +95,10 @@ class RoutePursuer(LeafSystem):
         require_positive("radius", radius)
         require_positive("period", period)
         self._graph, self._law, self._ring = graph, law, ring
+        self._bearings = np.array(ring.bearings)
         self._edges, self._radius = build_edge_index(world).edges, float(radius)
         self._index = build_edge_index(*regions)
-        self._room = len(graph.nodes) + 3
+        self._room, self._period = len(graph.nodes) + 3, float(period)
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._infrared = self.DeclareVectorInputPort("infrared", ring.count)
         self._evader = self.DeclareVectorInputPort("evader_position", 2)
@@ -125,13 +133,25 @@ class RoutePursuer(LeafSystem):
             ahead = self._law.lookahead
             if progress_along(self._index, route, position, plan[_ARC], ahead).in_sight:
                 return plan
-        route = shortest_route(self._graph, position, read(self._evader, context)).points
+        route = self._way(position, read(self._evader, context), plan, context.get_time())
         plan[_LOCATED], plan[_ARC], plan[_SIDE] = located, 0.0, 0.0
         plan[_CORNERS] = len(route)
         plan[_POINTS:] = np.vstack(
             [route, np.tile(route[-1], (self._room - len(route), 1))]
         ).ravel()
         return plan
+
+    def _way(
+        self, position: np.ndarray, goal: np.ndarray, plan: np.ndarray, time: float
+    ) -> np.ndarray:
+        """The shortest route that leaves out who stood in the way lately, if there is one."""
+        if time < plan[_UNTIL]:
+            distance = 2 * self._radius + self._law.passing_gap
+            block = plan[_BLOCK_X : _BLOCK_Y + 1]
+            around = shortest_route(self._graph, position, goal, avoid=block, distance=distance)
+            if around.found:
+                return around.points
+        return shortest_route(self._graph, position, goal).points
 
     @staticmethod
     def _route_of(plan: np.ndarray) -> np.ndarray:
@@ -146,25 +166,53 @@ class RoutePursuer(LeafSystem):
             return plan, np.zeros(2), position.reshape(1, 2)
         law, index, route = self._law, self._index, self._route_of(plan)
         now = progress_along(index, route, position, plan[_ARC], law.lookahead)
-        plan[_ARC] = now.arc
+        if now.arc >= plan[_ARC] + _PROGRESS:
+            plan[_ARC], plan[_STUCK] = now.arc, 0.0
+        else:
+            plan[_STUCK] += self._period
         passed = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(route, axis=0).T))])
         left = np.vstack([position, route[passed > now.arc]])
         if now.rest <= law.stand_off or np.hypot(*(now.aim - position)) < 1e-6:
+            plan[_STUCK] = 0.0
             return plan, np.zeros(2), left
         wish = math.atan2(*(now.aim - position)[::-1])
         expected = infrared_ranges(self._edges, pose.reshape(1, 3), self._radius, self._ring)[0]
+        ranges = read(self._infrared, context)
+        if plan[_STUCK] > _PATIENCE:
+            self._note_block(plan, pose, ranges, expected, context.get_time())
         direction, plan[_SIDE] = deviation(
             law,
             self._ring,
             index,
             pose,
             wish,
-            read(self._infrared, context),
+            ranges,
             expected,
             self._radius,
             plan[_SIDE],
         )
         return plan, drive_towards(law, float(pose[2]), direction), left
+
+    def _note_block(
+        self,
+        plan: np.ndarray,
+        pose: np.ndarray,
+        ranges: np.ndarray,
+        expected: np.ndarray,
+        now: float,
+    ) -> None:
+        """Keep in mind whoever stands nearest, and have a new route planned next time."""
+        plan[_STUCK] = 0.0
+        felt = np.where(ranges < expected, ranges, np.inf)
+        nearest = float(felt.min())
+        if math.isfinite(nearest):
+            # Who reaches into two cones alike is between them.
+            bearing = float(pose[2]) + float(np.mean(self._bearings[felt < nearest + 1e-3]))
+            away = nearest + 2 * self._radius
+            plan[_BLOCK_X] = pose[0] + away * math.cos(bearing)
+            plan[_BLOCK_Y] = pose[1] + away * math.sin(bearing)
+            plan[_UNTIL] = now + _MEMORY
+            plan[_CORNERS] = 0
 
     def _advance(self, context, discrete_state):
         discrete_state.set_value(self._plan, self._decide(context)[0])

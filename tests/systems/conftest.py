@@ -7,6 +7,8 @@ import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.systems.framework import LeafSystem
 
+from sightfield.diagrams.harvest.job import prepare_harvest
+from sightfield.diagrams.harvest.scenario import Carts, Combines, FieldSource, HarvestScenario
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.social import scenarios as searches
 from sightfield.diagrams.social.scenario import SocialScenario
@@ -18,7 +20,17 @@ from sightfield.diagrams.vision import scenarios
 from sightfield.diagrams.vision.tracking.picture_game import set_up_picture_game
 from sightfield.diagrams.vision.tracking.picture_scene import PictureScene
 from sightfield.diagrams.vision.tracking.scenario import PictureTrackingScenario
+from sightfield.systems.harvest.auger_transfer import AugerTransfer
+from sightfield.systems.harvest.cart_driver import CartDriver
+from sightfield.systems.harvest.combine_guard import CombineGuard
+from sightfield.systems.harvest.combine_team import CombineTeam
+from sightfield.systems.harvest.grain_cart_team import GrainCartTeam
+from sightfield.systems.harvest.harvest_monitor import HarvestMonitor
+from sightfield.systems.harvest.on_demand_scheduler import OnDemandScheduler
+from sightfield.systems.harvest.unloading_scheduler import UnloadingScheduler
 from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.harvest.machines.cart import Cart
+from sightfield.systems.numerics.harvest.machines.combine import Combine
 from sightfield.systems.numerics.planning.driven_path import driven_path
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
@@ -48,7 +60,9 @@ from sightfield.systems.social.agent_interest import AgentInterest
 from sightfield.systems.social.crowd_guard import CrowdGuard
 from sightfield.systems.social.evader_locator import EvaderLocator
 from sightfield.systems.social.forward_cameras import ForwardCameras
+from sightfield.systems.social.image_scanner import ImageScanner
 from sightfield.systems.social.infrared_sensors import InfraredSensors
+from sightfield.systems.social.network_evolution import NetworkEvolution
 from sightfield.systems.social.picture_poster import PicturePoster
 from sightfield.systems.social.route_pursuer import RoutePursuer
 from sightfield.systems.social.wanderers import Wanderers
@@ -121,7 +135,33 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         periods = {"publish_period": 0.05, "recording": False}
         return SocialScene(game, page(), route_size=8, **periods)
 
+    job = prepare_harvest(
+        HarvestScenario(
+            field=FieldSource(width=120.0, height=90.0),
+            combines=Combines(count=2, header_width=9.0),
+            carts=Carts(count=3),
+        )
+    )
+    crew = {"combines": 2, "carts": 3}
+    places = np.zeros((3, 4))
+    visits = [job.timetable.of_cart(k) for k in range(3)]
+    tanks = {"capacity": 9000.0, "period": 0.25}
+
     return {
+        "AugerTransfer": lambda: AugerTransfer(**crew, cart=Cart(), reach=8.0),
+        "CartDriver": lambda: CartDriver(
+            job.planner, job.lanes, job.traffic, job.trucks, period=0.25
+        ),
+        "CombineGuard": lambda: CombineGuard(job.traffic, Cart(), carts=3),
+        "CombineTeam": lambda: CombineTeam(
+            job.coverage.paths, Combine(), density=0.8, carts=3, period=0.25
+        ),
+        "GrainCartTeam": lambda: GrainCartTeam(Cart(), places, truck_rate=300.0, period=0.25),
+        "HarvestMonitor": lambda: HarvestMonitor(
+            job.ground, job.traffic, Cart(), carts=3, period=0.25
+        ),
+        "OnDemandScheduler": lambda: OnDemandScheduler(**crew, **tanks, threshold=0.5),
+        "UnloadingScheduler": lambda: UnloadingScheduler(visits, combines=2, **tanks),
         "AdversarialEvaders": lambda: AdversarialEvaders(world, **teams, **speeds),
         "AgentInterest": lambda: AgentInterest(
             make_outlook(world, cell=0.5, view_angle=1.0, reach=2.0), agents=3, patience=2
@@ -136,10 +176,12 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "EvaderLocator": lambda: EvaderLocator(thesis_maze(), speed=0.1, features="orb"),
         "ForwardCameras": lambda: ForwardCameras(thesis_maze(), 2),
         "HeadingController": lambda: HeadingController(2),
+        "ImageScanner": lambda: ImageScanner(MemoryNetwork(thesis_temperaments(), 0)),
         "InfraredSensors": lambda: InfraredSensors(world, count=3, radius=0.1, ring=ring),
         "LineOfSight": lambda: LineOfSight(world, **teams),
         "MeshcatVelocity": lambda: MeshcatVelocity(page(), 0.3),
         "ModifiedField": lambda: ModifiedField(**teams, weight=0.5, top_speed=0.3),
+        "NetworkEvolution": lambda: NetworkEvolution(MemoryNetwork(thesis_temperaments(), 0)),
         "OmniCameraSensor": lambda: OmniCameraSensor(
             OmniCamera(width=64, height=48, focal_length=86.0),
             Sensor(),

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...compiled import compiled
-from ...errors import require
+from ...compiled import compiled, kernel
+from ...errors import require, require_non_negative
 from ...geometry.edge_index import EdgeIndex
 from ...geometry.segment_sight import segment_is_clear
 from .route_graph import RouteGraph
@@ -32,7 +32,14 @@ class Route:
     found: bool
 
 
-def shortest_route(graph: RouteGraph, start: object, goal: object) -> Route:
+def shortest_route(
+    graph: RouteGraph,
+    start: object,
+    goal: object,
+    *,
+    avoid: object = (),
+    distance: float = 0.0,
+) -> Route:
     """The shortest way from start to goal.
 
     An end in a grown obstacle is led by the nearest free point; a way ends there, but begins at
@@ -41,10 +48,15 @@ def shortest_route(graph: RouteGraph, start: object, goal: object) -> Route:
     Args:
         graph: From `build_route_graph`.
         start, goal: Shape (2,) [m].
+        avoid: Points that stand in the way for a while, shape (m, 2) [m]. The way passes each at
+            `distance` or more, or, if it begins or ends nearer, comes no nearer than that.
+        distance: [m].
 
     Raises:
-        InvalidInput: An end is no finite point.
+        InvalidInput: An end is no finite point, or the distance is negative.
     """
+    require_non_negative("distance", distance)
+    blocks = np.asarray(avoid, dtype=float).reshape(-1, 2)
     ends = []
     for name, end in (("start", start), ("goal", goal)):
         point = np.asarray(end, dtype=float)
@@ -59,7 +71,10 @@ def shortest_route(graph: RouteGraph, start: object, goal: object) -> Route:
     if np.array_equal(first, last):
         between = np.array([first])
     else:
-        order = _dijkstra(graph.index, graph.nodes, graph.lengths, first, last)
+        reach = np.full(len(blocks), float(distance))
+        for end in (first, last):
+            reach = np.minimum(reach, np.hypot(*(blocks - end).T))
+        order = _dijkstra(graph.index, graph.nodes, graph.lengths, first, last, blocks, reach)
         if len(order) == 0:
             return Route(ends[0].reshape(1, 2), np.inf, False)
         between = np.concatenate([graph.nodes, [first, last]])[order]
@@ -70,7 +85,13 @@ def shortest_route(graph: RouteGraph, start: object, goal: object) -> Route:
 
 @compiled
 def _dijkstra(
-    index: EdgeIndex, nodes: np.ndarray, lengths: np.ndarray, start: np.ndarray, goal: np.ndarray
+    index: EdgeIndex,
+    nodes: np.ndarray,
+    lengths: np.ndarray,
+    start: np.ndarray,
+    goal: np.ndarray,
+    blocks: np.ndarray,
+    reach: np.ndarray,
 ) -> np.ndarray:
     """Nodes of the shortest way in order; the start is node k, the goal k + 1; empty: no way."""
     count = len(nodes)
@@ -99,7 +120,9 @@ def _dijkstra(
                     index, points[near, 0], points[near, 1], points[i, 0], points[i, 1]
                 ):
                     length = np.inf
-            if distance[near] + length < distance[i]:
+            if distance[near] + length < distance[i] and not _is_blocked(
+                points[near, 0], points[near, 1], points[i, 0], points[i, 1], blocks, reach
+            ):
                 distance[i] = distance[near] + length
                 previous[i] = near
     if distance[count + 1] == np.inf:
@@ -108,3 +131,18 @@ def _dijkstra(
     while order[-1] != count:
         order.append(previous[order[-1]])
     return np.array(order[::-1])
+
+
+@kernel
+def _is_blocked(
+    ax: float, ay: float, bx: float, by: float, blocks: np.ndarray, reach: np.ndarray
+) -> bool:
+    """Whether a segment comes nearer to a point than it may."""
+    ex, ey = bx - ax, by - ay
+    square = ex * ex + ey * ey
+    for k in range(len(blocks)):
+        px, py = blocks[k, 0] - ax, blocks[k, 1] - ay
+        t = min(1.0, max(0.0, (px * ex + py * ey) / square)) if square > 0.0 else 0.0
+        if np.hypot(px - t * ex, py - t * ey) < reach[k] - 1e-9:
+            return True
+    return False

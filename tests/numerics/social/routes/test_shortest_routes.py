@@ -132,3 +132,24 @@ def test_rounded_regions_keep_their_distance_and_little_more(distance):
 def test_bad_input_is_named(make, message):
     with pytest.raises(InvalidInput, match=message):
         make()
+
+
+def test_who_stands_in_the_way_is_passed_on_the_other_side(around_a_block):
+    start, goal = [0.5, 0.5], [3.5, 2.0]
+    # Beside the corner (3, 1), which the shortest way touches.
+    blocks = [[3.1, 0.9]]
+    route = shortest_route(around_a_block, start, goal, avoid=blocks, distance=0.3)
+    assert route.points.tolist() == [[0.5, 0.5], [1, 3], [3, 3], [3.5, 2.0]]
+    assert shapely.LineString(route.points).distance(shapely.Point(blocks[0])) >= 0.3
+    far = shortest_route(around_a_block, start, goal, avoid=[[0.2, 3.8]], distance=0.3)
+    assert far.points.tolist() == [[0.5, 0.5], [3, 1], [3.5, 2.0]]
+
+
+def test_from_beside_somebody_a_way_leads_off_but_not_nearer(around_a_block):
+    away = shortest_route(around_a_block, [0.5, 0.5], [0.5, 3.0], avoid=[[0.5, 0.3]], distance=0.4)
+    assert away.points.tolist() == [[0.5, 0.5], [0.5, 3.0]]
+    past = shortest_route(around_a_block, [0.5, 0.5], [0.5, 3.0], avoid=[[0.5, 0.8]], distance=0.4)
+    assert past.length > 5
+    walled = [[0.5, 0.8], [0.8, 0.5]]
+    none = shortest_route(around_a_block, [0.5, 0.5], [0.5, 3.0], avoid=walled, distance=0.4)
+    assert not none.found
