@@ -10,35 +10,43 @@ from ..numerics.errors import require_positive
 from ..numerics.harvest.machines.cart import hitch_of
 from ..numerics.harvest.machines.filling import BLOCKED, FULL, STANDING_MODES
 from ..numerics.harvest.routes.clearance import gap_to_combines, outline, outline_at
-from ..numerics.harvest.routes.driving import STOP_GAP, follow
+from ..numerics.harvest.routes.driver_memory import (
+    AT_TRUCK,
+    BACK,
+    BACKING,
+    BESIDE,
+    DEPART,
+    DOING,
+    EN_ROUTE,
+    LANE,
+    MEMORY,
+    NEWEST,
+    OLDEST,
+    POINTS,
+    RESTING,
+    RETRY,
+    SPACING,
+    STUCK,
+    TARGET,
+    TRAIL,
+    WAY,
+    evenly,
+)
+from ..numerics.harvest.routes.driving import backs_into, follow, will_be_met
 from ..numerics.harvest.routes.ground import Traffic
 from ..numerics.harvest.routes.meeting import Lanes
 from ..numerics.harvest.routes.planner import Route, RoutePlanner
-from ..numerics.harvest.routes.steering import drive
 from ..numerics.harvest.strategies.serving import STAY, TRUCK
 
-# What a driver does.
-RESTING, EN_ROUTE, BESIDE, AT_TRUCK, BACKING = range(5)
-# Columns of what a driver remembers: that; where it is sent; number of the lane; way along its
-# line [m]; when to set out, when to try again, since when something is in the way [s]; spacing of
-# its line's points [m]; how many steps of its trail it could still go back, from where to where.
-DOING, TARGET, LANE, WAY, DEPART, RETRY, STUCK, SPACING, OLDEST, NEWEST = range(10)
-MEMORY = 10
-# Steps of a trail that are remembered, and how far a cart backs up that finds no route [m].
-TRAIL, BACK = 400, 20.0
-# Points of a line that is remembered.
-POINTS = 1000
 # Between two tries to find a route, and how long something may be in the way before another
 # route is looked for [s].
 AGAIN, PATIENCE = 4.0, 10.0
-# How near to its lane a cart has found it [m].
-FOUND = 5.0
-# For how long a combine that waits for others is expected to stand on [s].
-STANDS = 60.0
-# A cart without a route backs up if a combine is so near [m].
-WEDGED = 8.0
-# A cart without a route gives way to combines that would be where it is so soon [s].
-IN_THE_WAY = 60.0
+# How near to its lane a cart has found it; how near a combine is if a cart without a route backs
+# up [m].
+FOUND, WEDGED = 5.0, 8.0
+# For how long a combine that waits for others is expected to stand on, and how soon one would be
+# where a cart without a route gives way [s].
+STANDS, IN_THE_WAY = 60.0, 60.0
 
 
 class CartDriver(LeafSystem):
@@ -175,11 +183,7 @@ class CartDriver(LeafSystem):
     ) -> tuple[float, float, float, bool]:
         """The last control of the trail the other way round: the trailer retraces its way too."""
         v, omega = -trail[int(memory[NEWEST] - 1) % TRAIL]
-        placed = self._outline_of(drive(state, v, omega, self._hitch, self._period, 2))
-        gap, here = (
-            gap_to_combines(traffic, p, traffic.time) for p in (placed, self._outline_of(state))
-        )
-        if gap < STOP_GAP and gap < here:
+        if backs_into(traffic, self._outline, self._hitch, state, v, omega, self._period):
             return 0.0, 0.0, memory[WAY], True
         return v, omega, memory[WAY] + v * self._period, False
 
@@ -247,7 +251,7 @@ class CartDriver(LeafSystem):
                 if route is not None:
                     memory[DOING], memory[WAY], memory[STUCK] = EN_ROUTE, 0.0, math.inf
                     memory[DEPART] = route.depart
-                    line, memory[SPACING] = _evenly(route)
+                    line, memory[SPACING] = evenly(route)
                     lines = lines.copy()
                     lines[3 * POINTS * k : 3 * POINTS * (k + 1)] = line.ravel()
                     discrete_state.set_value(self._lines, lines)
@@ -264,16 +268,9 @@ class CartDriver(LeafSystem):
             if target == TRUCK:
                 memory[DOING] = AT_TRUCK
             elif number >= 0:
-                lane = self._lanes.of[target][number]
-                gaps = np.hypot(*(lane.points[:, :2] - state[:2]).T)
-                place = self._lanes.place_at(target, number, float(traffic.progress[target]))
-                # A closed lane may pass twice: the place nearer to the combine counts.
-                gaps += 1e-3 * np.abs(np.arange(len(gaps)) - place)
-                memory[WAY] = float(np.argmin(gaps))
-                if np.min(gaps) < FOUND:
-                    memory[DOING], memory[LANE] = BESIDE, number
-                else:
-                    memory[DOING] = RESTING
+                station = float(traffic.progress[target])
+                memory[WAY], gap = self._lanes.found_at(target, number, station, state)
+                memory[DOING], memory[LANE] = (BESIDE if gap < FOUND else RESTING), number
             else:
                 memory[DOING] = RESTING
         elif memory[DOING] == BESIDE and number != memory[LANE]:
@@ -300,15 +297,5 @@ class CartDriver(LeafSystem):
 
     def _is_in_the_way(self, state: np.ndarray, traffic: Traffic) -> bool:
         """Whether a combine would run into a cart that stays where it is."""
-        placed = self._outline_of(state)
-        going = traffic._replace(waits=np.maximum(self._traffic.waits - traffic.time, 0.0))
-        ahead = traffic.time + np.arange(0.0, IN_THE_WAY, 2.0)
-        return any(gap_to_combines(going, placed, time) < 1.0 for time in ahead)
-
-
-def _evenly(route: Route) -> tuple[np.ndarray, float]:
-    """A route's line as POINTS poses at equal ways, and the ways between them [m]."""
-    at = np.linspace(0.0, route.way.length, POINTS)
-    columns = route.way.states[:, :3].T
-    line = np.stack([np.interp(at, route.way.distances, column) for column in columns], axis=1)
-    return line, max(route.way.length / (POINTS - 1), 1e-6)
+        waits = np.maximum(self._traffic.waits - traffic.time, 0.0)
+        return will_be_met(traffic._replace(waits=waits), self._outline_of(state), IN_THE_WAY)

@@ -9,6 +9,8 @@ from .steering import drive, nearest_way, steer
 # How near combines and other carts may come before a cart stops [m], and how far ahead in the
 # combines' time it looks [s].
 STOP_GAP, OTHERS_GAP, LOOK = 0.8, 1.5, 3.0
+# A combine so near has come to a cart [m].
+MET = 1.0
 # How far a line may have been followed since the last step, and back [m].
 WINDOW = 4.0
 
@@ -50,6 +52,26 @@ def follow(line, step, state, way, wish, radius, hitch, points, ground, traffic,
         if gap < STOP_GAP and gap < gap_to_combines(traffic, stays, now + ahead):
             return 0.0, 0.0, way, True
     return wish, omega, way, False
+
+
+@compiled
+def backs_into(traffic, points, hitch, state, v, omega, period):
+    """Whether a control held for a period brings a cart too near to a combine, and nearer."""
+    then = drive(state, v, omega, hitch, period, 2)
+    gaps = np.empty(2)
+    for k, at in enumerate((state, then)):
+        placed = outline_at(points, hitch.length, hitch.hitch_offset, at)
+        gaps[k] = gap_to_combines(traffic, placed, traffic.time)
+    return gaps[1] < STOP_GAP and gaps[1] < gaps[0]
+
+
+@compiled
+def will_be_met(traffic, placed, within):
+    """Whether a combine comes to an outline, shape (m, 2), within a time [s]."""
+    for k in range(int(within / 2.0)):
+        if gap_to_combines(traffic, placed, traffic.time + 2.0 * k) < MET:
+            return True
+    return False
 
 
 @compiled

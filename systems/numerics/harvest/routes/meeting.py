@@ -8,7 +8,7 @@ import numpy as np
 from ..machines.alongside import MIDDLE
 from ..machines.cart import Cart
 from .ground import Traffic, station_at
-from .lane import Lane
+from .lane import STEP, Lane
 
 # A cart comes onto the lane so far behind its place, so that its trailer is straight there [m].
 SETTLE = 8.0
@@ -43,6 +43,17 @@ class Lanes:
     def place_at(self, combine: int, number: int, station: float) -> float:
         """Way along a lane at which the tractor is to be for a station of the combine [m]."""
         return self.of[combine][number].slot_at(station) + self.lead
+
+    def found_at(
+        self, combine: int, number: int, station: float, state: np.ndarray
+    ) -> tuple[float, float]:
+        """Way along a lane to the point nearest to a cart, and how far that is [m], [m]."""
+        points = self.of[combine][number].points
+        gaps = np.hypot(*(points[:, :2] - state[:2]).T)
+        # A closed lane may pass twice: the place nearer to the combine counts.
+        place = self.place_at(combine, number, station)
+        nearest = int(np.argmin(gaps + 1e-3 * np.abs(STEP * np.arange(len(gaps)) - place)))
+        return STEP * nearest, float(gaps[nearest])
 
     def meeting(self, traffic: Traffic, combine: int):
         """Where the tractor is to be, over time; see `RoutePlanner`."""

@@ -1,0 +1,25 @@
+"""What the driver of a cart remembers from step to step, in arrays."""
+
+import numpy as np
+
+from .planner import Route
+
+# What a driver does.
+RESTING, EN_ROUTE, BESIDE, AT_TRUCK, BACKING = range(5)
+# Columns of what a driver remembers: that; where it is sent; number of the lane; way along its
+# line [m]; when to set out, when to try again, since when something is in the way [s]; spacing of
+# its line's points [m]; how many steps of its trail it could still go back, from where to where.
+DOING, TARGET, LANE, WAY, DEPART, RETRY, STUCK, SPACING, OLDEST, NEWEST = range(10)
+MEMORY = 10
+# Steps of a trail that are remembered, and how far a cart backs up that finds no route [m].
+TRAIL, BACK = 400, 20.0
+# Points of a line that is remembered.
+POINTS = 1000
+
+
+def evenly(route: Route) -> tuple[np.ndarray, float]:
+    """A route's line as POINTS poses at equal ways, and the ways between them [m]."""
+    at = np.linspace(0.0, route.way.length, POINTS)
+    columns = route.way.states[:, :3].T
+    line = np.stack([np.interp(at, route.way.distances, column) for column in columns], axis=1)
+    return line, max(route.way.length / (POINTS - 1), 1e-6)
