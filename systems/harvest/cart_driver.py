@@ -122,8 +122,7 @@ class CartDriver(LeafSystem):
         memory = np.zeros((carts, MEMORY))
         memory[:, TARGET], memory[:, STUCK], memory[:, SPACING] = STAY, math.inf, 1.0
         self._memory = self.DeclareDiscreteState(state_vector(memory.ravel()))
-        lines = np.zeros(carts * POINTS * 3)
-        self._lines = self.DeclareDiscreteState(state_vector(lines))
+        self._lines = self.DeclareDiscreteState(state_vector(np.zeros(carts * POINTS * 3)))
         self._trails = self.DeclareDiscreteState(state_vector(np.zeros(carts * TRAIL * 2)))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._decide)
         remembered = {self.discrete_state_ticket(self._memory)}
@@ -279,8 +278,7 @@ class CartDriver(LeafSystem):
     def _route(
         self, cart: int, memory: np.ndarray, state: np.ndarray, traffic: Traffic
     ) -> Route | None:
-        target = int(memory[TARGET])
-        if target == STAY:
+        if (target := int(memory[TARGET])) == STAY:
             return None
         meeting = self._truck(cart) if target == TRUCK else self._lanes.meeting(traffic, target)
         return self._planner.plan(traffic, state, traffic.time, meeting)
