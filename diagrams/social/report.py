@@ -3,17 +3,21 @@
 import json
 from pathlib import Path
 
+import cv2
 import numpy as np
 from matplotlib.figure import Figure
 
 from ..visuals.replay import write_replay
 from ..world_picture import draw_world
 from .connectivity_picture import draw_connectivity
+from .pictures.matches import draw_reading
 from .run import SocialRun
 from .scene.palette import agent_rgb
 from .summary import UNITS, log_arrays
 
 _PURSUER, _EVADER = "#215fcc", "#d92e33"
+# Pictures shown with their matches.
+_SHEETS = 6
 
 
 def write_report(run: SocialRun, summary: dict[str, object], folder: Path) -> list[str]:
@@ -34,10 +38,37 @@ def write_report(run: SocialRun, summary: dict[str, object], folder: Path) -> li
     draw_connectivity(connectivity.subplots(), run.times, log["connected"], log["waiting"])
     connectivity.savefig(folder / names[3], dpi=120)
     draw_search(run).savefig(folder / names[4], dpi=120)
+    if run.readings:
+        names.append("matches.png")
+        cv2.imwrite(str(folder / names[-1]), draw_matches(run)[:, :, ::-1])
     if run.scene is not None:
         write_replay(run.scene, folder / "replay.html", title="Sightfield: social search")
         names.append("replay.html")
     return names
+
+
+def draw_matches(run: SocialRun) -> np.ndarray:
+    """The pictures that told most, with their matches and references, two in a row.
+
+    Those that located the evader come first, then those that showed most; earlier ones first.
+
+    Returns:
+        Red, green, blue, shape (h, w, 3), uint8.
+    """
+    ranked = sorted(
+        run.readings,
+        key=lambda each: (
+            not each.location.outcome.has_location,
+            -len(each.recognition.detections),
+        ),
+    )
+    chosen = sorted(ranked[:_SHEETS], key=lambda each: each.picture.time)
+    sheets = [draw_reading(each, run.game.maze) for each in chosen]
+    if len(sheets) % 2:
+        sheets.append(np.full_like(sheets[0], 255))
+    rows = [np.hstack(sheets[k : k + 2]) for k in range(0, len(sheets), 2)]
+    whole = np.vstack(rows)
+    return cv2.resize(whole, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
 
 
 def draw_search(run: SocialRun) -> Figure:

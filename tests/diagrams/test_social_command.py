@@ -24,7 +24,10 @@ def sightfield(*arguments):
 
 def test_a_search_leaves_its_folder_complete_and_json_alone_on_standard_output(tmp_path):
     out = tmp_path / "deep" / "out"
-    done = sightfield("social", "--seconds", 1, "--seed", 4, "--json", "--out", out)
+    done = sightfield(
+        *("social", "--seconds", 1, "--seed", 4, "--set", "agents.friending=[1, 1, 1]"),
+        *("--json", "--out", out),
+    )
     assert done.returncode == 0, done.stderr
     summary = json.loads(done.stdout)
     assert summary == json.loads((out / "summary.json").read_text())
@@ -36,7 +39,8 @@ def test_a_search_leaves_its_folder_complete_and_json_alone_on_standard_output(t
     assert promised <= set(summary)
     assert len(summary["connected_fraction"]) == 3
     names = {"summary.json", "log.npz", "log_units.json", "connectivity.png", "search.png"}
-    assert {each.name for each in out.iterdir()} == {*names, "replay.html"}
+    names |= {"matches.png", "replay.html"}
+    assert {each.name for each in out.iterdir()} == names
     with np.load(out / "log.npz") as log:
         assert set(log.files) == set(json.loads((out / "log_units.json").read_text()))
 
