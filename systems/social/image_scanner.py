@@ -1,7 +1,7 @@
 """What the pursuer reads in its friends' albums, as a system."""
 
 import numpy as np
-from pydrake.common.value import AbstractValue
+from pydrake.common.value import AbstractValue  # pyright: ignore[reportMissingModuleSource]  # part of a compiled module
 from pydrake.systems.framework import EventStatus, LeafSystem
 
 from ..drake_types import read
