@@ -36,7 +36,7 @@ class FeatureFinder:
     """Finds and describes points.
 
     sift: Lowe (2004), described by square roots (Arandjelovic and Zisserman 2012). orb: Rublee et
-    al. (2011), several times as fast and less sure. surf: Bay et al. (2008), which the thesis uses
+    al. (2011), twice as fast and blinder. surf: Bay et al. (2008), which the thesis uses
     and whose patented code most builds of OpenCV leave out.
 
     Args:

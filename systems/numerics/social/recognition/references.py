@@ -15,8 +15,9 @@ MARKER = -1
 
 # References are seen small and from the side too: each is described at these sizes [px] and,
 # because walls and cameras stand upright, narrowed to these shares (ASIFT, Morel and Yu 2009).
-_SIZES = (224, 112, 56)
-_NARROWED = (1.0, 0.6, 0.38)
+# Fewer for ORB, whose features are many and which is to be fast.
+_SIZES = {"sift": (224, 112, 56), "orb": (160, 96, 56), "surf": (224, 112, 56)}
+_NARROWED = {"sift": (1.0, 0.6, 0.38), "orb": (1.0, 0.55), "surf": (1.0, 0.6, 0.38)}
 # White around a reference: a wall is never as dark as its frame.
 _BORDER = 0.06
 _WALL = 170
@@ -67,8 +68,8 @@ def make_references(pictures: Mapping[int, np.ndarray], method: str = "sift") ->
     }
     for picture in grey.values():
         starts.append(total)
-        for size in _SIZES:
-            for share in _NARROWED:
+        for size in _SIZES[method]:
+            for share in _NARROWED[method]:
                 where, what = _describe(finder, picture, size, share)
                 points.append(where)
                 descriptors.append(what)
