@@ -19,7 +19,7 @@ REPLAYS = [
     ("thesis_3v4", ["track", "thesis_3v4", "--no-meshcat"], 20.0),
     ("omni_2v2", ["camera", "track", "omni_2v2", "--no-meshcat"], 6.0),
     ("plan_replay", ["plan"], 2.5),
-    ("social", ["social", "--no-meshcat", "--seed", "2", "--seconds", "40"], 37.0),
+    ("social", ["social", "--no-meshcat", "--seed", "2", "--seconds", "12"], 9.0),
 ]
 
 # Picture, command that draws it in its folder, name of the drawing.

@@ -62,6 +62,9 @@ class Stage:
         full_path = f"{self.root}/{path}"
         # Drake's stubs put the dtype of an array where its shape belongs.
         self.meshcat.SetTriangleMesh(full_path, mesh.vertices, mesh.faces, colour)  # pyright: ignore[reportArgumentType]
+        if colour.a() < 1.0:
+            # Meshcat draws what is nearer first: glass must not hide the glass below it.
+            self.meshcat.SetProperty(f"{full_path}/<object>", "material.depthWrite", False)
 
     def raise_to(self, path: str, height: float) -> None:
         """Lift a folder above the floor, once and for all; what is placed must be below it."""

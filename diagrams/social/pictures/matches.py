@@ -107,7 +107,7 @@ def _colour(detection: Detection) -> tuple[int, int, int]:
 
 def _words(reading: Reading) -> str:
     location: Location = reading.location
-    start = f"agent {reading.picture.agent}, {reading.picture.time:.1f} s: {location.outcome.words}"
+    start = f"agent {reading.picture.agent + 1}, {reading.picture.time:.1f} s: {location.outcome.words}"
     if location.outcome.has_location:
         x, y = location.position
         doubt = math.sqrt(float(np.linalg.eigvalsh(location.covariance)[-1]))

@@ -39,10 +39,10 @@ class Crowd:
             stage.raise_to(f"robots/{k}/label", 1.02 * top)
             label = text_mesh(name, 0.95 * radius, bold=True, align="centre")
             stage.mesh(f"robots/{k}/label", label, PAPER)
-        step = (layout.level("field") - layout.level("polygon")) / (agents + 1)
+        step = (layout.level("trails") - layout.level("field")) / (agents + 1)
         for k in range(agents):
             # Each at a height of its own, or two views would flicker where they overlap.
-            stage.raise_to(f"views/{k}", layout.level("polygon") + k * step)
+            stage.raise_to(f"views/{k}", layout.level("field") + k * step)
         self._views = [
             Keyframes(stage, f"views/{k}", _glass(k), period=_VIEW_PERIOD) for k in range(agents)
         ]

@@ -26,7 +26,7 @@ class SearchLayer:
         self._stage, self._free = stage, free
         self._line = layout.line
         radius = layout.robot_radius
-        stage.raise_to("doubt", layout.level("field"))
+        stage.raise_to("doubt", layout.level("polygon"))
         stage.raise_to("route", layout.level("ink"))
         stage.raise_to("estimate", 1.2 * layout.robot_height + layout.level("chases"))
         stage.mesh("estimate/at/ring", disc_mesh(1.35 * radius, hole=1.15 * radius), ESTIMATE)
