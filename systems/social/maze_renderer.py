@@ -163,7 +163,8 @@ class MazeRenderer:
         """Register a shape; a cylinder or box stands with its bottom at a height [m]."""
         height = 0.0
         if bottom is not None:
-            length = shape.length() if isinstance(shape, Cylinder) else shape.height()  # type: ignore[attr-defined]  # a box
+            assert isinstance(shape, Cylinder | Box)
+            length = shape.length() if isinstance(shape, Cylinder) else shape.height()
             height = bottom + 0.5 * length
         name = f"shape {self._scene.model_inspector().num_geometries()}"
         instance = GeometryInstance(_standing(np.zeros(3), height), shape, name)
