@@ -107,7 +107,8 @@ def _colour(detection: Detection) -> tuple[int, int, int]:
 
 def _words(reading: Reading) -> str:
     location: Location = reading.location
-    start = f"agent {reading.picture.agent + 1}, {reading.picture.time:.1f} s: {location.outcome.words}"
+    who = f"agent {reading.picture.agent + 1}"
+    start = f"{who}, {reading.picture.time:.1f} s: {location.outcome.words}"
     if location.outcome.has_location:
         x, y = location.position
         doubt = math.sqrt(float(np.linalg.eigvalsh(location.covariance)[-1]))
