@@ -143,31 +143,28 @@ class MazeRenderer:
         """A body, and on it a block with markers or a mast with a lens."""
         frame = self._scene.RegisterFrame(self._source, GeometryFrame(name))
         maze = self._maze
-        self._add(Cylinder(maze.robot_radius, maze.body_height), _BODY, 0.0, frame)
+        body = Cylinder(maze.robot_radius, maze.body_height)
+        self._add(body, _BODY, 0.5 * maze.body_height, frame)
         if name == "evader":
             for corners in maze.marker.corners(np.zeros(3)):
                 self._add(_picture_mesh(Poster(marker_picture(), corners)), frame=frame)
         elif name != "pursuer":
             # It ends below the lens, which would else see it from inside.
             mast = maze.camera.lens_height - maze.body_height - 0.02
-            self._add(Box(0.02, 0.02, mast), _MAST, maze.body_height, frame)
+            if mast > 0:
+                self._add(Box(0.02, 0.02, mast), _MAST, maze.body_height + 0.5 * mast, frame)
         return frame
 
     def _add(
         self,
         shape: Shape,
         colour: Rgba | None = None,
-        bottom: float | None = None,
+        middle_height: float = 0.0,
         frame: FrameId | None = None,
     ) -> None:
-        """Register a shape; a cylinder or box stands with its bottom at a height [m]."""
-        height = 0.0
-        if bottom is not None:
-            assert isinstance(shape, Cylinder | Box)
-            length = shape.length() if isinstance(shape, Cylinder) else shape.height()
-            height = bottom + 0.5 * length
+        """Register a shape at a height [m], on a robot's frame or in the world."""
         name = f"shape {self._scene.model_inspector().num_geometries()}"
-        instance = GeometryInstance(_standing(np.zeros(3), height), shape, name)
+        instance = GeometryInstance(_standing(np.zeros(3), middle_height), shape, name)
         properties = PerceptionProperties()
         if colour is not None:
             properties.AddProperty("phong", "diffuse", colour)

@@ -63,7 +63,7 @@ def test_what_is_in_clear_view_is_recognised(trials, recognised):
     hits = []
     for trial, found in zip(trials, recognised, strict=True):
         for square in trial.squares:
-            if square.whole and square.size > 24 and square.obliqueness < math.radians(60):
+            if square.whole and square.size > 32 and square.obliqueness < math.radians(60):
                 hits.append(
                     any(
                         each.subject == square.subject
