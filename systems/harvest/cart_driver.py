@@ -18,6 +18,7 @@ from ..numerics.harvest.routes.driver_memory import (
     DEPART,
     DOING,
     EN_ROUTE,
+    FAILS,
     LANE,
     MEMORY,
     NEWEST,
@@ -42,8 +43,8 @@ from ..numerics.harvest.strategies.serving import STAY, TRUCK
 # route is looked for [s].
 AGAIN, PATIENCE = 4.0, 10.0
 # How near to its lane a cart has found it; how near a combine is if a cart without a route backs
-# up [m].
-FOUND, WEDGED = 5.0, 8.0
+# up [m]; after how many tries it does so anyhow.
+FOUND, WEDGED, HOPELESS = 5.0, 8.0, 3
 # For how long a combine that waits for others is expected to stand on, and how soon one would be
 # where a cart without a route gives way [s].
 STANDS, IN_THE_WAY = 60.0, 60.0
@@ -220,8 +221,7 @@ class CartDriver(LeafSystem):
         lines = context.get_discrete_state(self._lines).value()
         states = read(self._state, context).reshape(-1, 4)
         tasks = read(self._task, context)
-        traffic = self._traffic_now(context)
-        now = context.get_time()
+        traffic, now = self._traffic_now(context), context.get_time()
         trails = context.get_discrete_state(self._trails).value().reshape(-1, TRAIL, 2).copy()
         for k, (v, omega, way, stopped) in enumerate(self._moves(context)):
             memory = memories[k]
@@ -243,8 +243,9 @@ class CartDriver(LeafSystem):
             if (memory[DOING] == RESTING or lasting) and now >= memory[RETRY]:
                 route = self._route(k, memory, states[k], traffic)
                 if route is None and self._is_in_the_way(states[k], traffic):
-                    route = self._planner.plan(traffic, states[k], now, self._truck(k))
-                memory[RETRY] = now + AGAIN
+                    route = self._planner.plan(traffic, states[k], now, self._at_truck(k))
+                memory[FAILS] = 0 if route is not None else memory[FAILS] + 1
+                memory[RETRY] = now + AGAIN * min(1 + memory[FAILS], 5)
                 if route is None and self._is_wedged(memory, states[k], traffic):
                     memory[DOING], memory[WAY] = BACKING, BACK
                 if route is not None:
@@ -280,18 +281,18 @@ class CartDriver(LeafSystem):
     ) -> Route | None:
         if (target := int(memory[TARGET])) == STAY:
             return None
-        meeting = self._truck(cart) if target == TRUCK else self._lanes.meeting(traffic, target)
+        meeting = self._at_truck(cart) if target == TRUCK else self._lanes.meeting(traffic, target)
         return self._planner.plan(traffic, state, traffic.time, meeting)
 
-    def _truck(self, cart: int):
-        """The meeting with a cart's truck, which always is where it is."""
+    def _at_truck(self, cart: int):
         return lambda time: self._trucks[cart]
 
     def _is_wedged(self, memory: np.ndarray, state: np.ndarray, traffic: Traffic) -> bool:
-        """Whether a cart has no way forward because a combine is near, and can go back."""
+        """Whether a cart has no way forward, for a combine that is near or for long."""
         if memory[TARGET] == STAY or memory[NEWEST] <= memory[OLDEST]:
             return False
-        return gap_to_combines(traffic, self._outline_of(state), traffic.time) < WEDGED
+        near = gap_to_combines(traffic, self._outline_of(state), traffic.time)
+        return near < WEDGED or memory[FAILS] >= HOPELESS
 
     def _is_in_the_way(self, state: np.ndarray, traffic: Traffic) -> bool:
         """Whether a combine would run into a cart that stays where it is."""

@@ -79,8 +79,9 @@ class GrainCartTeam(LeafSystem):
         self._cart, self._hitch = cart, hitch_of(cart)
         self._trailer = replace(cart.trailer, reverse=True)
         self._rate, self._period = float(truck_rate), float(period)
-        # Steps in which the trailer's angle turns by a tenth or less.
-        self._substeps = max(1, int(np.ceil(10 * period * cart.speed / cart.length)))
+        # A trailer that is backed up doubles its errors every 0.7 lengths: steps are so short that
+        # a cart that retraces its way stays on it for 20 lengths.
+        self._substeps = max(1, int(np.ceil(40 * period * cart.speed / cart.length)))
         count = len(states)
         self._control = self.DeclareVectorInputPort("control", 2 * count)
         self._received = self.DeclareVectorInputPort("received", count)

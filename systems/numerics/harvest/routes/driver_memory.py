@@ -8,9 +8,10 @@ from .planner import Route
 RESTING, EN_ROUTE, BESIDE, AT_TRUCK, BACKING = range(5)
 # Columns of what a driver remembers: that; where it is sent; number of the lane; way along its
 # line [m]; when to set out, when to try again, since when something is in the way [s]; spacing of
-# its line's points [m]; how many steps of its trail it could still go back, from where to where.
-DOING, TARGET, LANE, WAY, DEPART, RETRY, STUCK, SPACING, OLDEST, NEWEST = range(10)
-MEMORY = 10
+# its line's points [m]; how many steps of its trail it could still go back, from where to where;
+# how often in a row it has found no route.
+DOING, TARGET, LANE, WAY, DEPART, RETRY, STUCK, SPACING, OLDEST, NEWEST, FAILS = range(11)
+MEMORY = 11
 # Steps of a trail that are remembered, and how far a cart backs up that finds no route [m].
 TRAIL, BACK = 400, 20.0
 # Points of a line that is remembered.

@@ -14,11 +14,14 @@ from ..machines.cart import Cart, hitch_of
 from .clearance import gap_to_combines, outline, outline_at, way_is_clear
 from .detours import COARSE, coarse_ground, distances_to
 from .ground import Ground, Traffic
-from .search import search_way, to_go_from
+from .search import FOLDED, search_way, to_go_from
 from .way import STEP, Way, way_of_poses
 
 # Crop has to be gone so much before a cart comes, and combines keep away so much longer [s].
 EARLY = 3.0
+# Ways are planned with such a multiple of the least turning radius: the rest is for steering, and
+# a trailer folds up if its tractor circles on the radius of the trailer's length.
+ROOM = 1.1
 # To keep from combines on the way [m].
 GAP = 1.0
 # By how much later than soonest a meeting is tried [s].
@@ -26,7 +29,7 @@ LATER = (0.0, 3.0, 7.0, 12.0, 20.0, 30.0, 45.0, 60.0, 90.0, 150.0)
 # How much longer than the shortest car path one is still tried, in turning radii.
 DETOUR = 14.0
 # Of searches: nodes, and goals in a row with the time between them [s].
-NODES, GOALS, BETWEEN = 30_000, 150, 2.0
+NODES, GOALS, BETWEEN = 10_000, 150, 2.0
 # How near searches are to come to a meeting; from there on a car's path is tried, in radii.
 NEAR = (12.0, 6.0, 2.5)
 # How much longer than over coarse cells a way is taken to be, and for how long after the soonest
@@ -105,7 +108,7 @@ class RoutePlanner:
         times, goals = self._goals(time, meeting)
         if not len(times):
             return None
-        ways = dubins_lengths(state[:3].tolist(), goals, self.cart.turning_radius)
+        ways = dubins_lengths(state[:3].tolist(), goals, ROOM * self.cart.turning_radius)
         early = np.flatnonzero(time + ways / self.cart.speed <= times)
         return float(times[early[0]]) if len(early) else None
 
@@ -128,7 +131,7 @@ class RoutePlanner:
         goal = meeting(arrive)
         if goal is None:
             return None
-        radius, speed = self.cart.turning_radius, self.cart.speed
+        radius, speed = ROOM * self.cart.turning_radius, self.cart.speed
         paths = dubins_paths(state[:3].tolist(), goal.tolist(), radius)
         for path in paths:
             if path.length > paths[0].length + DETOUR * radius:
@@ -176,6 +179,9 @@ class RoutePlanner:
 
     def _is_clear(self, traffic: Traffic, way: Way, depart: float, gap: float) -> bool:
         times = depart + way.distances / self.cart.speed
+        betas = np.abs(way.states[:, 3])
+        if betas.max() > max(FOLDED, betas[0]):
+            return False
         # Where it stands already it may stand.
         conflict = self._first_conflict(traffic, way.states[2:], times[2:], gap)
         return conflict == max(len(times) - 2, 0)
@@ -251,7 +257,7 @@ class RoutePlanner:
             outline(cart),
             hitch_of(cart),
             cart.speed,
-            cart.turning_radius,
+            ROOM * cart.turning_radius,
             np.ascontiguousarray(state),
             time,
             away,

@@ -22,7 +22,7 @@ WAIT = 3.0
 # How much longer than the first to come a cart may wait in a cell [s].
 MOST_WAIT = 60.0
 # A trailer at such an angle to its tractor is too near to it [rad].
-FOLDED = 1.5
+FOLDED = 1.4
 # How much the distance still to go counts for: more than 1 finds a way sooner, and a longer one.
 WEIGHT = 1.5
 
