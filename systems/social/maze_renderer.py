@@ -25,6 +25,7 @@ from pydrake.geometry import (
     Mesh,
     PerceptionProperties,
     RenderCameraCore,
+    RenderEngine,
     RenderEngineVtkParams,
     Rgba,
     SceneGraph,
@@ -34,7 +35,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
-from ..numerics.errors import require
+from ..numerics.errors import SightfieldError, require
 from ..numerics.social.landmarks.landmark_pictures import landmark_picture, marker_picture
 from ..numerics.social.landmarks.maze import Maze
 from ..numerics.social.landmarks.surfaces import picture_mtl, picture_obj, walls_obj
@@ -78,6 +79,9 @@ class MazeRenderer:
         maze: Walls, cameras, the evader's marker.
         common_agents: How many.
         posters: What hangs on the walls, if not the maze's landmarks as they should.
+
+    Raises:
+        SightfieldError: The system lacks the graphics library.
     """
 
     def __init__(
@@ -86,7 +90,7 @@ class MazeRenderer:
         require(common_agents >= 1, "common_agents", "be at least 1", common_agents)
         self._maze, self._agents = maze, common_agents
         self._scene = SceneGraph()
-        self._scene.AddRenderer("vtk", MakeRenderEngineVtk(_engine_settings()))
+        self._scene.AddRenderer("vtk", _make_engine())
         self._source = self._scene.RegisterSource("maze")
         world = Mesh(InMemoryMesh(mesh_file=_file(walls_obj(maze.world, maze.wall_height), ".obj")))
         self._add(world, _WALL)
@@ -207,14 +211,22 @@ def _camera(maze: Maze, scene: SceneGraph) -> RgbdSensor:
     )
 
 
-def _engine_settings() -> RenderEngineVtkParams:
+def _make_engine() -> RenderEngine:
     lights = [LightParameter(type="directional", frame="camera", intensity=_HEADLAMP)]
     for direction, strength in _LIGHTS:
         unit = np.array(direction) / math.hypot(*direction)
         lights.append(
             LightParameter(type="directional", frame="world", direction=unit, intensity=strength)
         )
-    return RenderEngineVtkParams(lights=lights, default_clear_color=[0.85, 0.88, 0.9])
+    settings = RenderEngineVtkParams(lights=lights, default_clear_color=[0.85, 0.88, 0.9])
+    try:
+        return MakeRenderEngineVtk(settings)
+    except RuntimeError as error:
+        # Drake loads the library when it is first asked to draw; pip does not bring it.
+        raise SightfieldError(
+            "drawing pictures needs a graphics library of the system; on Debian or Ubuntu: "
+            f"sudo apt-get install libegl1 libgl1-mesa-dri ({error})"
+        ) from None
 
 
 def _floor(maze: Maze) -> Poster:

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.errors import InvalidInput, SightfieldError
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.social.landmarks.forward_camera import ForwardCamera, project
 from sightfield.systems.numerics.social.landmarks.maze import Landmark, Maze
+from sightfield.systems.social import maze_renderer
 from sightfield.systems.social.maze_renderer import MazeRenderer, Poster
 
 ROOM = make_world([[0, 0], [2, 0], [2, 2], [0, 2]])
@@ -67,6 +68,15 @@ def test_the_pursuer_is_seen_too(room):
     poses = np.array([[0.5, 1.0, 0.0], [0.2, 0.2, 0.0]])
     pursuer = np.array([1.0, 1.0, 0.0])
     assert not np.array_equal(room.render(0, poses), room.render(0, poses, None, pursuer))
+
+
+def test_without_a_graphics_library_the_line_to_type_is_named(monkeypatch):
+    def fail(settings):
+        raise RuntimeError("no libEGL.so.1")
+
+    monkeypatch.setattr(maze_renderer, "MakeRenderEngineVtk", fail)
+    with pytest.raises(SightfieldError, match=r"apt-get install libegl1 .*no libEGL\.so\.1"):
+        MazeRenderer(MAZE)
 
 
 def test_a_viewer_or_poses_that_there_are_not_are_refused(room):
