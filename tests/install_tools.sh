@@ -17,6 +17,10 @@ have chromium chromium-browser google-chrome || missing="$missing chromium"
 if have apt-get && ! /sbin/ldconfig -p | grep -q libatomic.so.1; then
     missing="$missing libatomic1"
 fi
+# Drake's renderer of pictures links to it.
+if have apt-get && ! /sbin/ldconfig -p | grep -q libEGL.so.1; then
+    missing="$missing libegl1 libgl1-mesa-dri"
+fi
 [ -n "$missing" ] || exit 0
 
 if [ "$(id -u)" = 0 ]; then
