@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.progress import Progress, TimeRemainingColumn
 from rich.table import Table
 
+from ...systems.numerics.errors import require_non_negative
 from ..harvest import scenarios
 from ..harvest.job import prepare_harvest
 from ..harvest.report import write_report
@@ -20,6 +21,7 @@ from ..harvest.scenario import HarvestScenario
 from ..harvest.summary import summarise
 from ..outputs import output_folder
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
+from ..tracking.live_page import open_live_page
 
 
 def harvest(
@@ -37,10 +39,20 @@ def harvest(
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Set a key, as carts.speed=4."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for summary, log and plots.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for summary, log, plots and replay.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
+    meshcat: Annotated[
+        bool | None, typer.Option(help="Watch it live [default: in a terminal].")
+    ] = None,
+    replay: Annotated[bool, typer.Option(help="With --out: write replay.html.")] = True,
+    realtime: Annotated[
+        float, typer.Option(help="Simulated seconds per second, 0: as fast as possible.")
+    ] = 0.0,
 ) -> None:
     """Combines harvest a field from its edge inwards; carts unload them on the way."""
+    require_non_negative("--realtime", realtime)
     settings = list(setting or [])
     if combines is not None:
         settings.append(f"combines.count={combines}")
@@ -51,9 +63,15 @@ def harvest(
     folder = path.parent
     if field is not None:
         asked, folder = replace(asked, field=replace(asked.field, file=str(field))), Path()
+    attended = sys.stdout.isatty() and sys.stdin.isatty() and not as_json
+    live = attended if meshcat is None else meshcat
     console = Console(stderr=as_json)
     # A folder that cannot be written is found out before the run, not after it.
     with output_folder(out) if out is not None else nullcontext() as written_to:
+        recording = written_to is not None and replay
+        page = open_live_page() if live or recording else None
+        if live and page is not None:
+            console.print(f"Watch it at [bold]{page.web_url()}[/]")
         with Progress(
             *Progress.get_default_columns()[:-1],
             TimeRemainingColumn(),
@@ -63,7 +81,13 @@ def harvest(
         ) as bar:
             task = bar.add_task("harvested", total=1.0)
             job = prepare_harvest(asked, folder)
-            run = run_harvest(job, progress=lambda share: bar.update(task, completed=share))
+            run = run_harvest(
+                job,
+                page,
+                recording=recording,
+                realtime_rate=realtime,
+                progress=lambda share: bar.update(task, completed=share),
+            )
         name = Path(scenario).stem if field is None else f"{Path(scenario).stem} on {field.stem}"
         summary = summarise(run, name)
         written = write_report(run, summary, written_to) if written_to is not None else []
@@ -79,3 +103,5 @@ def harvest(
         console.print(f"Note: {reason}.")
     if out is not None:
         console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
+    if live and attended and page is not None:
+        console.input("The page stays open until you press Enter.")

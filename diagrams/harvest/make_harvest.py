@@ -1,5 +1,6 @@
 """The harvest diagram: combines, augers, carts, drivers, scheduler, monitor."""
 
+from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
 from ...systems.harvest.auger_transfer import AugerTransfer
@@ -12,10 +13,17 @@ from ...systems.harvest.on_demand_scheduler import OnDemandScheduler
 from ...systems.harvest.unloading_scheduler import UnloadingScheduler
 from .job import HarvestJob, prepare_harvest
 from .scenario import HarvestScenario
+from .scene.harvest_scene import HarvestScene
+
+# About how long a picture of the scene lasts [s].
+PICTURE_PERIOD = 0.5
 
 
 def MakeHarvest(
     scenario: HarvestScenario | HarvestJob,
+    meshcat: Meshcat | None = None,
+    *,
+    recording: bool = False,
 ) -> Diagram:
     """Make the diagram of a harvest.
 
@@ -27,6 +35,8 @@ def MakeHarvest(
 
     Args:
         scenario: What is harvested, or a job already prepared.
+        meshcat: Where to draw it; None draws nothing.
+        recording: Record what is drawn, for `write_replay` on the subsystem "scene".
 
     Raises:
         InvalidInput: See `prepare_harvest`.
@@ -34,6 +44,18 @@ def MakeHarvest(
     job = prepare_harvest(scenario) if isinstance(scenario, HarvestScenario) else scenario
     builder = DiagramBuilder()
     outputs = AddHarvest(builder, job)
+    if meshcat is not None:
+        period = job.scenario.period
+        scene = HarvestScene(
+            job,
+            meshcat,
+            publish_period=period * max(round(PICTURE_PERIOD / period), 1),
+            recording=recording,
+        )
+        builder.AddNamedSystem("scene", scene)
+        for k in range(scene.num_input_ports()):
+            port = scene.get_input_port(k)
+            builder.Connect(outputs[port.get_name()], port)
     for name, output in outputs.items():
         builder.ExportOutput(output, name)
     diagram = builder.Build()

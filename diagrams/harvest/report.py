@@ -1,4 +1,4 @@
-"""What a harvest leaves in its folder: numbers, log, plots."""
+"""What a harvest leaves in its folder: numbers, log, plots and replay."""
 
 import json
 from pathlib import Path
@@ -7,11 +7,11 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..visuals.replay import write_replay
+from .colours import combine_colour
 from .run import HarvestRun
 from .summary import UNITS, log_arrays, planned_tanks
 
-# Thesis, Figure 3.5: red, green, blue; then whatever tells apart.
-COLOURS = ("tab:red", "tab:green", "tab:blue", "tab:orange", "tab:purple", "tab:brown")
 _TONNE = 1000.0
 
 
@@ -19,7 +19,7 @@ def write_report(run: HarvestRun, summary: dict[str, object], folder: Path) -> l
     """Write everything that is known of a run; return the names of the files.
 
     Args:
-        run: A finished run.
+        run: A finished run; with a recording scene, a replay is written too.
         summary: From `summarise`.
         folder: Exists.
     """
@@ -29,6 +29,9 @@ def write_report(run: HarvestRun, summary: dict[str, object], folder: Path) -> l
     (folder / names[2]).write_text(json.dumps(UNITS, indent=2) + "\n", encoding="utf-8")
     draw_loads(run).savefig(folder / names[3], dpi=120)
     draw_field(run).savefig(folder / names[4], dpi=120)
+    if run.scene is not None:
+        write_replay(run.scene, folder / "replay.html", title="Sightfield: harvest")
+        names.append("replay.html")
     return names
 
 
@@ -40,8 +43,7 @@ def draw_loads(run: HarvestRun) -> Figure:
     axes = figure.subplots(count + 1, 1, sharex=True, squeeze=False)[:, 0]
     capacity = run.job.scenario.combines.capacity / _TONNE
     for n in range(count):
-        colour = COLOURS[n % len(COLOURS)]
-        axes[n].plot(minutes, tanks[:, n], color=colour, label="simulated")
+        axes[n].plot(minutes, tanks[:, n], color=combine_colour(n), label="simulated")
         if run.job.scenario.strategy == "sequential":
             axes[n].plot(minutes, planned[:, n], "--", color="0.4", linewidth=0.9, label="planned")
         axes[n].axhline(capacity, color="0.7", linewidth=0.8)
@@ -68,9 +70,7 @@ def draw_field(run: HarvestRun) -> Figure:
     for hole in coverage.field.obstacles:
         axes.fill(*np.array(hole.exterior.coords).T, color="0.6", zorder=0)
     for n, path in enumerate(coverage.paths):
-        axes.plot(
-            *path.points.T, color=COLOURS[n % len(COLOURS)], linewidth=0.8, label=f"combine {n}"
-        )
+        axes.plot(*path.points.T, color=combine_colour(n), linewidth=0.8, label=f"combine {n}")
     shades = matplotlib.colormaps["Greys"](np.linspace(0.9, 0.5, run.log["state"].shape[1]))
     for k, shade in enumerate(shades):
         way = run.log["state"][:, k, :2]

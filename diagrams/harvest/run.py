@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
@@ -13,6 +14,7 @@ from ...systems.numerics.harvest.machines.filling import COLUMNS, DONE
 from ...systems.numerics.harvest.strategies.serving import STAY
 from .job import HarvestJob
 from .make_harvest import MakeHarvest
+from .scene.harvest_scene import HarvestScene
 
 # What is logged, by exported port, and the length of one row of it (0: one number each).
 LOGGED = {"pose": 3, "station": 0, "tank": 0, "mode": 0, "state": 4, "load": 0, "alongside": 0}
@@ -35,6 +37,7 @@ class HarvestRun:
         finished: Whether all was cut and delivered.
         makespan: When that was; the end of the run if never [s].
         wall_time: How long it took to simulate [s].
+        scene: What has recorded it, or None.
     """
 
     job: HarvestJob
@@ -47,21 +50,28 @@ class HarvestRun:
     finished: bool
     makespan: float
     wall_time: float
+    scene: HarvestScene | None
 
 
 def run_harvest(
     job: HarvestJob,
+    meshcat: Meshcat | None = None,
     *,
+    recording: bool = False,
+    realtime_rate: float = 0.0,
     progress: Callable[[float], None] = lambda share: None,
 ) -> HarvestRun:
     """Harvest a field.
 
     Args:
         job: What is to be done.
+        meshcat: Where to draw it.
+        recording: Record what is drawn for a replay.
+        realtime_rate: Simulated seconds per second, 0 for as fast as possible.
         progress: Told now and then which part of the combines' way is driven, in [0, 1].
     """
     builder = DiagramBuilder()
-    harvest = MakeHarvest(job)
+    harvest = MakeHarvest(job, meshcat, recording=recording)
     builder.AddSystem(harvest)
     sinks = {
         name: LogVectorOutput(harvest.GetOutputPort(name), builder, LOG_PERIOD) for name in LOGGED
@@ -69,6 +79,7 @@ def run_harvest(
     diagram = builder.Build()
     diagram.set_name("harvest_run")
     simulator = Simulator(diagram)
+    simulator.set_target_realtime_rate(realtime_rate)
     context = simulator.get_context()
     simulator.Initialize()
 
@@ -86,6 +97,10 @@ def run_harvest(
         finished = done and not now("tank").any() and not now("load").any()
         progress(float(now("station").sum()) / ways)
     wall_time = time.perf_counter() - began
+    scene = harvest.GetSubsystemByName("scene") if meshcat is not None else None
+    if isinstance(scene, HarvestScene):
+        # The picture at the very end is otherwise drawn in the step that would follow.
+        scene.ForcedPublish(scene.GetMyContextFromRoot(context))
     log = {name: sink.FindLog(context) for name, sink in sinks.items()}
     arrays = {}
     for name, row in LOGGED.items():
@@ -102,4 +117,5 @@ def run_harvest(
         finished=finished,
         makespan=float(context.get_time()),
         wall_time=wall_time,
+        scene=scene if recording and isinstance(scene, HarvestScene) else None,
     )

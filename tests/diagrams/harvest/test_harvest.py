@@ -94,7 +94,7 @@ def test_the_command_writes_its_report_and_prints_json(tmp_path, strategy):
     assert summary["strategy"] == strategy
     assert summary["makespan"] == pytest.approx(360.0)
     assert abs(summary["grain_error"]) <= 1e-9 * summary["grain_harvested"]
-    names = {"summary.json", "log.npz", "log_units.json", "loads.png", "field.png"}
+    names = {"summary.json", "log.npz", "log_units.json", "loads.png", "field.png", "replay.html"}
     assert {path.name for path in out.iterdir()} == names
 
 

@@ -1,0 +1,170 @@
+"""The harvest in Meshcat, as a system that draws what its input ports say."""
+
+import math
+
+import numpy as np
+from pydrake.geometry import Meshcat
+from pydrake.systems.framework import Context, EventStatus, LeafSystem
+
+from ....systems.drake_types import read
+from ....systems.numerics.errors import require
+from ....systems.numerics.harvest.machines.filling import COLUMNS, CUT, LOST
+from ...tracking.scene.layout import make_layout, set_camera
+from ...visuals.stage import Stage
+from ..job import HarvestJob
+from .crop_layer import CropLayer
+from .machine_shapes import machine_sizes
+from .machines import Carts, Combines, draw_trucks
+from .panel import HarvestMoment, Panel
+
+# Where everything is, in Meshcat's tree.
+ROOT = "/harvest"
+# Seconds of work in a second of a replay.
+SPEED_UP = 60.0
+# How far a replay may pass from where things were, relative to the view.
+_TOLERANCE = 2e-4
+
+
+class HarvestScene(LeafSystem):
+    """Draws crop and stubble, combines with their tanks, carts with their loads, and a panel.
+
+    .. pydrake_system::
+
+        name: HarvestScene
+        input_ports:
+        - pose
+        - station
+        - tank
+        - mode
+        - account
+        - state
+        - load
+        - delivered
+        - alongside
+        - task
+        - doing
+        output_ports: []
+
+    =========  ====  ================  =====
+    port       size  unit              frame
+    =========  ====  ================  =====
+    pose       3 N   m, m, rad         world
+    station    N     m                 path
+    tank       N     kg                -
+    mode       N     -                 -
+    account    8 N   m, kg, s          -
+    state      4 K   m, m, rad, rad    world
+    load       K     kg                -
+    delivered  K     kg                -
+    alongside  N     -                 -
+    task       K     -                 -
+    doing      K     -                 -
+    =========  ====  ================  =====
+
+    A recording plays `SPEED_UP` times as fast as the work goes on. A cart without a limit is shown
+    full when it holds its share of the field's grain. The system has no state; it remembers only
+    what Meshcat was told last.
+
+    Source: Zhang 2014, Figure 3.8.
+    """
+
+    def __init__(
+        self, job: HarvestJob, meshcat: Meshcat, *, publish_period: float, recording: bool
+    ) -> None:
+        """Draw what does not move; the rest follows at each publish event.
+
+        Args:
+            job: What is harvested, by whom.
+            meshcat: Where to draw.
+            publish_period: Time between pictures of the field [s].
+            recording: Record what is drawn, for `write_replay`.
+        """
+        super().__init__()
+        self._job, self.meshcat = job, meshcat
+        self._period, self._recording = publish_period, recording
+        n, k = len(job.coverage.paths), job.scenario.carts.count
+        for name, size in (
+            ("pose", 3 * n),
+            ("station", n),
+            ("tank", n),
+            ("mode", n),
+            ("account", COLUMNS * n),
+            ("state", 4 * k),
+            ("load", k),
+            ("delivered", k),
+            ("alongside", n),
+            ("task", k),
+            ("doing", k),
+        ):
+            self.DeclareVectorInputPort(name, size)
+        self._grain = job.scenario.density * job.coverage.field.area
+        capacity = job.scenario.carts.capacity
+        self._capacity = capacity if math.isfinite(capacity) else self._grain / k
+        self._begin()
+        self.DeclareInitializationPublishEvent(lambda context: self._restart())
+        self.DeclarePeriodicPublishEvent(publish_period, 0.0, self._publish)
+        self.DeclareForcedPublishEvent(self._publish)
+
+    def finish_recording(self) -> None:
+        """End the recording with the last picture, so that a replay can be written.
+
+        Raises:
+            InvalidInput: The scene was made without `recording`.
+        """
+        require(self._recording, "recording", "be on to write a replay", self._recording)
+        self._stage.finish_recording()
+
+    def _restart(self) -> EventStatus:
+        if self._drawn:
+            self._begin()
+        return EventStatus.Succeeded()
+
+    def _begin(self) -> None:
+        """Draw what does not move, on a clean sheet."""
+        self._drawn = False
+        job, scenario = self._job, self._job.scenario
+        layout = make_layout(job.coverage.field.ground.bounds, 0.0)
+        self._stage = stage = Stage(
+            self.meshcat,
+            ROOT,
+            recording=self._recording,
+            period=self._period / SPEED_UP,
+            tolerance=_TOLERANCE * layout.span,
+        )
+        set_camera(self.meshcat, layout)
+        sizes = machine_sizes(scenario.combines, scenario.carts, job.reach, layout.span)
+        self._crop = CropLayer(stage, layout, job.coverage)
+        draw_trucks(stage, sizes, scenario.carts, job.trucks)
+        self._combines = Combines(stage, sizes, len(job.coverage.paths))
+        self._carts = Carts(stage, sizes, scenario.carts, scenario.carts.count)
+        self._panel = Panel(stage, layout, len(job.coverage.paths), scenario.carts.count, SPEED_UP)
+
+    def _publish(self, context: Context) -> EventStatus:
+        def value(name: str) -> np.ndarray:
+            return read(self.GetInputPort(name), context)
+
+        time = context.get_time()
+        self._stage.begin(time / SPEED_UP)
+        account = value("account").reshape(-1, COLUMNS)
+        tanks, loads = value("tank"), value("load")
+        moment = HarvestMoment(
+            time=time,
+            share=float(account[:, CUT].sum()) / self._grain,
+            tanks=tanks,
+            tank_fills=tanks / self._job.scenario.combines.capacity,
+            modes=value("mode"),
+            loads=loads,
+            load_fills=loads / self._capacity,
+            tasks=value("task"),
+            doing=value("doing"),
+            delivered=float(value("delivered").sum()),
+            lost=float(account[:, LOST].sum()),
+        )
+        self._crop.update(value("station"))
+        pouring = value("alongside") >= 0
+        self._combines.move(value("pose").reshape(-1, 3), moment.tank_fills, pouring)
+        self._carts.move(value("state").reshape(-1, 4), moment.load_fills)
+        self._panel.update(moment)
+        self._drawn = True
+        self.meshcat.SetSimulationTime(time)
+        return EventStatus.Succeeded()

@@ -1,0 +1,27 @@
+"""The colours of the harvest scene."""
+
+from matplotlib.colors import to_rgb
+from pydrake.geometry import Rgba
+
+from ...visuals.lighting import paint
+from ..colours import combine_colour
+
+MARGIN_GROUND = paint(0.80, 0.86, 0.73)
+OBSTACLE = paint(0.55, 0.58, 0.55)
+CROP = paint(0.93, 0.75, 0.27)
+CROP_ROWS = paint(0.86, 0.66, 0.20)
+# Of combines with even and with odd numbers, so that rows can be told apart.
+STUBBLE = (paint(0.95, 0.91, 0.79), paint(0.91, 0.86, 0.72))
+HEADER = paint(0.28, 0.30, 0.34)
+AUGER = paint(0.28, 0.30, 0.34)
+GRAIN = paint(0.99, 0.80, 0.10)
+EMPTY = paint(0.93, 0.94, 0.95)
+TRACTOR = paint(0.15, 0.26, 0.22)
+TRAILER = paint(0.34, 0.42, 0.40)
+TRUCK_BED = paint(0.30, 0.45, 0.62)
+TRUCK_CAB = paint(0.16, 0.26, 0.40)
+
+
+def combine_paint(combine: int) -> Rgba:
+    """The paint that shows as a combine's colour in the plots."""
+    return paint(*to_rgb(combine_colour(combine)))
