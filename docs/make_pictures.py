@@ -19,6 +19,8 @@ REPLAYS = [
     ("thesis_3v4", ["track", "thesis_3v4", "--no-meshcat"], 20.0),
     ("omni_2v2", ["camera", "track", "omni_2v2", "--no-meshcat"], 6.0),
     ("plan_replay", ["plan"], 2.5),
+    # A second of the replay is a minute of work.
+    ("harvest", ["harvest", "thesis_2", "--no-meshcat"], 18.3),
     ("social", ["social", "--no-meshcat", "--seed", "2", "--seconds", "12"], 9.0),
 ]
 
@@ -28,6 +30,14 @@ DRAWINGS = [
     ("corner", ["corner"], "corner.png"),
     ("calibration", ["camera", "calibrate"], "error_curves.png"),
     ("standoff", ["standoff", "--controller", "PD", "--analyse"], "responses.png"),
+    (
+        "schedule",
+        [
+            *("schedule", "--combines", "3", "--capacity", "9000", "--fill-rate", "20"),
+            *("--unload-rate", "150", "--travel-time", "60"),
+        ],
+        "loads.png",
+    ),
     ("plan", ["plan"], "paths.png"),
 ]
 
