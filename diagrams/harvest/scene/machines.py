@@ -5,7 +5,7 @@ import shapely
 
 from ....systems.numerics.harvest.machines.cart import Cart
 from ...planning.pictures.cart_shapes import drawbar_shape, tractor_shape, trailer_shape
-from ...visuals.meshes import extruded_mesh, flat_mesh, unit_bar_mesh
+from ...visuals.meshes import disc_mesh, extruded_mesh, flat_mesh, unit_bar_mesh
 from ...visuals.stage import Stage
 from .machine_shapes import (
     MachineSizes,
@@ -49,7 +49,11 @@ class Combines:
             )
             for name, out in (("out", True), ("folded", False)):
                 tube = extruded_mesh(auger_shape(sizes, out=out), 0.44 * length, 0.5 * length)
-                stage.mesh(f"{path}/auger/{name}", tube, AUGER)
+                stage.mesh(f"{path}/auger/{name}/tube", tube, AUGER)
+            # Grain at the spout.
+            stage.raise_to(f"{path}/auger/out/grain", 0.52 * length)
+            stage.mesh(f"{path}/auger/out/grain/at/disc", disc_mesh(0.1 * length), GRAIN)
+            stage.place(f"{path}/auger/out/grain/at", 0.0, sizes.reach)
             _bar(stage, f"{path}/tank", tank_box(sizes), 0.43 * length)
 
     def move(self, poses: np.ndarray, fills: np.ndarray, pouring: np.ndarray) -> None:
@@ -101,9 +105,9 @@ def draw_trucks(stage: Stage, sizes: MachineSizes, cart: Cart, places: np.ndarra
     for k, place in enumerate(places):
         _, (x, y, theta) = drawn_cart(np.append(place, 0.0), cart, sizes)
         # A pad to stand on, beyond the margin.
-        pad = shapely.box(-1.2 * size, -0.6 * size, 1.3 * size, 0.45 * size)
+        pad = shapely.box(-1.0 * size, -0.9 * size, 1.2 * size, 0.4 * size)
         stage.mesh(f"trucks/{k}/pad", flat_mesh(pad), MARGIN_GROUND)
-        x, y = x - 0.55 * size * np.sin(theta), y + 0.55 * size * np.cos(theta)
+        x, y = x - 0.8 * size * np.sin(theta), y + 0.8 * size * np.cos(theta)
         stage.mesh(f"trucks/{k}/bed", extruded_mesh(bed, 0.0, 0.4 * size), TRUCK_BED)
         stage.mesh(f"trucks/{k}/cab", extruded_mesh(cab, 0.0, 0.5 * size), TRUCK_CAB)
         stage.pose(f"trucks/{k}", float(x), float(y), float(theta), reach=size)

@@ -1,0 +1,167 @@
+"""`replay.html` of a harvest, in headless Chromium without a network, plays it as it was."""
+
+import math
+
+import numpy as np
+import pytest
+from pydrake.geometry import Meshcat, MeshcatParams
+
+from sightfield.diagrams.harvest import scenarios
+from sightfield.diagrams.harvest.job import prepare_harvest
+from sightfield.diagrams.harvest.report import write_report
+from sightfield.diagrams.harvest.run import run_harvest
+from sightfield.diagrams.harvest.scenario import HarvestScenario
+from sightfield.diagrams.harvest.scene.crop_patches import crop_patches
+from sightfield.diagrams.harvest.scene.harvest_scene import SPEED_UP
+from sightfield.diagrams.harvest.scene.machine_shapes import drawn_cart, machine_sizes, tank_box
+from sightfield.diagrams.harvest.summary import summarise
+from sightfield.diagrams.scenario_files import find_scenario, load_scenario
+from sightfield.diagrams.tracking.scene.layout import make_layout
+
+pytestmark = pytest.mark.browser
+
+SETTINGS = [
+    "field.width=120",
+    "field.height=90",
+    "combines.header_width=9",
+    "combines.turning_radius=6",
+    "combines.capacity=800",
+    "routes=car",
+    "hours=0.1",
+]
+
+# Samples of the log [s], and whenever somebody has been pouring for a sample and goes on.
+MOMENTS = [0.0, 100.0, "pouring", 358.0]
+
+_HELPERS = """() => {
+    window.node = path => path.split("/").reduce((at, name) => at && at.children[name],
+                                                 viewer.scene_tree);
+    window.shown = path => {
+        let at = viewer.scene_tree;
+        for (const name of path.split("/")) {
+            at = at.children[name];
+            if (!at || !at.object.visible) return false;
+        }
+        return true;
+    };
+}"""
+
+
+@pytest.fixture(scope="module")
+def replay(tmp_path_factory):
+    """A short harvest of a small field and the folder of its report."""
+    scenario = load_scenario(HarvestScenario, find_scenario("thesis_2", scenarios), SETTINGS)
+    page = Meshcat(MeshcatParams(port=0, show_stats_plot=False))
+    run = run_harvest(prepare_harvest(scenario), page, recording=True)
+    folder = tmp_path_factory.mktemp("harvest")
+    written = write_report(run, summarise(run, "small"), folder)
+    assert sorted(written) == sorted(each.name for each in folder.iterdir())
+    return run, folder / "replay.html"
+
+
+@pytest.fixture(scope="module")
+def watched(replay, new_page):
+    watched = new_page()
+    watched.page.context.set_offline(True)
+    watched.page.goto(replay[1].as_uri())
+    watched.page.wait_for_function("() => viewer.animator.actions.length > 0")
+    watched.page.evaluate(_HELPERS)
+    return watched
+
+
+@pytest.fixture(params=MOMENTS)
+def moment(request, replay, watched):
+    """A sample of the log at a time [s] to which the replay has been wound."""
+    run, _ = replay
+    if request.param == "pouring":
+        pours = (run.log["alongside"] >= 0).any(axis=1)
+        lasting = np.flatnonzero(pours[:-2] & pours[1:-1] & pours[2:])
+        assert len(lasting) > 0
+        time = float(run.times[lasting[0] + 1])
+    else:
+        time = request.param
+    code = "time => { viewer.animator.pause(); viewer.animator.seek(time + 1e-5); }"
+    watched.page.evaluate(code, time / SPEED_UP)
+    k = int(np.argmin(np.abs(run.times - time)))
+    assert run.times[k] == time
+    return {name: each[k] for name, each in run.log.items()} | {"time": time}
+
+
+def drawn_sizes(job):
+    span = make_layout(job.coverage.field.ground.bounds, 0.0).span
+    return machine_sizes(job.scenario.combines, job.scenario.carts, job.reach, span)
+
+
+def shown(watched, path):
+    return watched.page.evaluate("path => shown(path)", f"harvest/{path}")
+
+
+def vector(watched, path, kind):
+    code = "([path, kind]) => { const p = node(path).object[kind]; return [p.x, p.y]; }"
+    return np.array(watched.page.evaluate(code, [f"harvest/{path}", kind]))
+
+
+def number(watched, path, places, decimals):
+    """What the digits at a path show."""
+    value = 0.0
+    for place in range(places):
+        digits = [d for d in range(10) if shown(watched, f"{path}/{place}/{d}")]
+        assert len(digits) <= 1
+        value += sum(digits) * 10.0 ** (place - decimals)
+    return value
+
+
+def test_combines_are_where_they_were(watched, moment):
+    for n, (x, y, _) in enumerate(moment["pose"]):
+        np.testing.assert_allclose(vector(watched, f"combines/{n}", "position"), [x, y], atol=0.3)
+
+
+def test_carts_are_drawn_about_where_they_were(replay, watched, moment):
+    job = replay[0].job
+    for k, state in enumerate(moment["state"]):
+        for body, pose in zip(
+            ("tractor", "trailer"),
+            drawn_cart(state, job.scenario.carts, drawn_sizes(job)),
+            strict=True,
+        ):
+            drawn = vector(watched, f"carts/{k}/{body}", "position")
+            np.testing.assert_allclose(drawn, pose[:2], atol=0.3)
+
+
+def test_tanks_and_clock_say_what_the_log_says(replay, watched, moment):
+    job = replay[0].job
+    sizes = drawn_sizes(job)
+    rear, _, front, _ = tank_box(sizes)
+    assert number(watched, "numbers/time", 4, 1) == pytest.approx(moment["time"] / 60, abs=0.101)
+    for n, tank in enumerate(moment["tank"]):
+        assert number(watched, f"tanks/{n}/digits", 4, 1) == pytest.approx(
+            math.floor(tank / 100 + 1e-6) / 10, abs=0.101
+        )
+        bar = vector(watched, f"combines/{n}/tank/fill/at/bar", "scale")[0]
+        fill = tank / job.scenario.combines.capacity
+        assert bar / (front - rear) == pytest.approx(fill, abs=0.02)
+
+
+def test_crop_stands_where_no_combine_has_been(replay, watched, moment):
+    patches, _ = crop_patches(replay[0].job.coverage)
+    for k, patch in enumerate(patches):
+        left = patch.end - moment["station"][patch.combine]
+        if abs(left) > 1.0:
+            assert shown(watched, f"crop/{k}/patch") == (left > 0), k
+        if left > 1.0:
+            length = vector(watched, f"crop/{k}/patch", "scale")[0]
+            assert length == pytest.approx(min(left, patch.end - patch.begin), abs=0.5)
+
+
+def test_an_auger_is_out_while_it_pours(watched, moment):
+    for n, cart in enumerate(moment["alongside"]):
+        assert shown(watched, f"combines/{n}/auger/out") == (cart >= 0)
+        assert shown(watched, f"combines/{n}/auger/folded") == (cart < 0)
+
+
+def test_the_page_is_whole_and_asks_for_nothing(watched):
+    assert watched.complaints == []
+    outside = [
+        each for each in watched.requests if not each.startswith(("file:", "data:", "blob:"))
+    ]
+    assert outside == []
