@@ -12,6 +12,7 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from ...systems.numerics.social.localisation.reading import Reading
 from ...systems.numerics.social.network.interface import SocialNetwork
+from ...systems.social.forward_cameras import ForwardCameras
 from .make_social_search import VECTORS, MakeSocialSearch
 from .scene.social_scene import SocialScene
 from .social_game import SocialGame
@@ -100,6 +101,9 @@ def run_social_search(
             readings += found
             last = found
         progress(step * period)
+    cameras = search.GetSubsystemByName("cameras")
+    assert isinstance(cameras, ForwardCameras)
+    cameras.release()
     scene = search.GetSubsystemByName("scene") if meshcat is not None else None
     logs = {name: sinks[name].FindLog(context) for name in VECTORS}
     times = np.asarray(logs["pose"].sample_times())

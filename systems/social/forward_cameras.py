@@ -78,10 +78,12 @@ class ForwardCameras(LeafSystem):
         super().__init__()
         require_positive("period", period)
         # Not state: it is told all it draws, and remembers nothing of it.
-        self._renderer = MazeRenderer(maze, common_agents=agents)
+        self._maze, self._count = maze, agents
+        self._renderer: MazeRenderer | None = None
+        # Now, so that a system that cannot draw is told so before a simulation starts.
+        self._open()
         self._sensor = Sensor() if sensor is None else sensor
         self.period = float(period)
-        self._count = agents
         self._agents = self.DeclareVectorInputPort("agent_pose", 3 * agents)
         self._evader = self.DeclareVectorInputPort("evader_pose", 3)
         self._pursuer = self.DeclareVectorInputPort("pursuer_pose", 3)
@@ -95,6 +97,18 @@ class ForwardCameras(LeafSystem):
             self._calc_pictures,
             prerequisites_of_calc={self.abstract_state_ticket(self._moment)},
         )
+
+    def release(self) -> None:
+        """Give back the renderer's memory, some 130 MB; the next picture makes another.
+
+        Drake keeps systems written in Python until the process ends.
+        """
+        self._renderer = None
+
+    def _open(self) -> MazeRenderer:
+        if self._renderer is None:
+            self._renderer = MazeRenderer(self._maze, common_agents=self._count)
+        return self._renderer
 
     def _hold(self, context, state):
         moment = Moment(
@@ -117,7 +131,7 @@ class ForwardCameras(LeafSystem):
         frame = moment.number * self._count + agent
         if is_dropped(self._sensor, frame):
             return None
-        seen = self._renderer.render(agent, moment.agents, moment.evader, moment.pursuer)
+        seen = self._open().render(agent, moment.agents, moment.evader, moment.pursuer)
         pixels = expose(self._sensor, seen / np.float32(255), frame)
         name = f"agent-{agent}-picture-{moment.number}"
         return Picture(id=name, agent=agent, time=moment.time, data=encode_picture(pixels))

@@ -61,8 +61,11 @@ def test_a_picture_is_a_file_of_the_camera_s_size(run):
         assert picture.std() > 10
 
 
-def test_a_run_repeats_exactly(cameras, run):
+@pytest.mark.parametrize("released", [False, True])
+def test_a_run_repeats_exactly(cameras, run, released):
     first = run(0.6)
+    if released:
+        cameras.release()
     simulator = Simulator(cameras)
     context = simulator.get_mutable_context()
     for name, value in (
