@@ -260,20 +260,17 @@ class CartDriver(LeafSystem):
 
     def _arrive(self, memory: np.ndarray, state: np.ndarray, traffic: Traffic) -> None:
         """Notice the end of a way, or of a lane."""
-        target = int(memory[TARGET])
-        number = -1
-        if target >= 0:
-            number = self._lanes.number_at(target, float(traffic.progress[target]))
+        station = float(traffic.progress[max(target := int(memory[TARGET]), 0)])
+        numbers = self._lanes.numbers_at(target, station) if target >= 0 else []
         if memory[DOING] == EN_ROUTE and memory[WAY] >= memory[SPACING] * (POINTS - 1) - 0.5:
             if target == TRUCK:
                 memory[DOING] = AT_TRUCK
-            elif number >= 0:
-                station = float(traffic.progress[target])
-                memory[WAY], gap = self._lanes.found_at(target, number, station, state)
-                memory[DOING], memory[LANE] = (BESIDE if gap < FOUND else RESTING), number
+            elif numbers:
+                memory[WAY], gap, memory[LANE] = self._lanes.nearest(target, station, state)
+                memory[DOING] = BESIDE if gap < FOUND else RESTING
             else:
                 memory[DOING] = RESTING
-        elif memory[DOING] == BESIDE and number != memory[LANE]:
+        elif memory[DOING] == BESIDE and memory[LANE] not in numbers:
             memory[DOING] = RESTING
 
     def _route(
@@ -281,8 +278,10 @@ class CartDriver(LeafSystem):
     ) -> Route | None:
         if (target := int(memory[TARGET])) == STAY:
             return None
-        meeting = self._at_truck(cart) if target == TRUCK else self._lanes.meeting(traffic, target)
-        return self._planner.plan(traffic, state, traffic.time, meeting)
+        at_truck = [self._at_truck(cart)]
+        ways = at_truck if target == TRUCK else self._lanes.meetings(traffic, target)
+        routes = (self._planner.plan(traffic, state, traffic.time, each) for each in ways)
+        return next(filter(None, routes), None)
 
     def _at_truck(self, cart: int):
         return lambda time: self._trucks[cart]

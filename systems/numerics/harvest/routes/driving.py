@@ -4,6 +4,7 @@ import numpy as np
 
 from ...compiled import compiled
 from .clearance import crop_under, gap_to_combines, outline_at
+from .search import FOLDED
 from .steering import drive, nearest_way, steer
 
 # How near combines and other carts may come before a cart stops [m], and how far ahead in the
@@ -56,8 +57,10 @@ def follow(line, step, state, way, wish, radius, hitch, points, ground, traffic,
 
 @compiled
 def backs_into(traffic, points, hitch, state, v, omega, period):
-    """Whether a control held for a period brings a cart too near to a combine, and nearer."""
+    """Whether a control held for a period brings a cart too near to a combine, or folds it up."""
     then = drive(state, v, omega, hitch, period, 2)
+    if abs(then[3]) > FOLDED and abs(then[3]) > abs(state[3]):
+        return True
     gaps = np.empty(2)
     for k, at in enumerate((state, then)):
         placed = outline_at(points, hitch.length, hitch.hitch_offset, at)

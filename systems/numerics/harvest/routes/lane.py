@@ -17,6 +17,8 @@ BEYOND = 60.0
 BULGE = 4.0
 # How far the lane of a combine that has finished begins before its place [m].
 BEFORE = 20.0
+# How far lanes over the field are from one, in the usual distance.
+WIDER = 1.3
 # A loop whose ends are closer than such a part of its way goes round something.
 CLOSED = 0.2
 
@@ -58,7 +60,7 @@ class Lane:
 def lanes_beside(
     path: CombinePath, ground: shapely.Geometry, header: float, reach: float, radius: float
 ) -> tuple[Lane, ...]:
-    """The lanes of all loops of a path, in its order, and that where the combine ends.
+    """The lanes of all loops of a path, in its order, and those where the combine ends.
 
     Straight passes at the end have none: others still turn where their lanes would be.
 
@@ -77,7 +79,7 @@ def lanes_beside(
         points = path.points[first : last + 1]
         if path.loops[first] >= 0 and _goes_round(points, radius):
             lanes.append(_lane(path, first, last, header, reach, radius))
-    return (*lanes, _parked(path, ground, reach))
+    return (*lanes, *_parked(path, ground, reach))
 
 
 def _goes_round(points: np.ndarray, radius: float) -> bool:
@@ -87,27 +89,31 @@ def _goes_round(points: np.ndarray, radius: float) -> bool:
     return len(points) > 3 and gap <= CLOSED * way and way > 8 * radius
 
 
-def _parked(path: CombinePath, ground: shapely.Geometry, reach: float) -> Lane:
-    """A straight beside a combine that has finished, where there is ground."""
+def _parked(path: CombinePath, ground: shapely.Geometry, reach: float) -> list[Lane]:
+    """Straights beside a combine that has finished, those first that are best on the ground.
+
+    Its auger reaches round it, so that a cart may come from either side, pass ahead or behind, and
+    go either way; one of these ways is open where the one on the left is not.
+    """
     x, y, theta = path.pose_at(path.length)
-    best: tuple[float, np.ndarray] | None = None
-    for side in (1.0, -1.0):
-        for far in (1.0, 0.7, 1.3, 1.6):
-            for way in (theta, theta + math.pi, theta + math.pi / 2, theta - math.pi / 2):
-                a, b = (
-                    x - side * far * reach * math.sin(theta),
-                    y + side * far * reach * math.cos(theta),
-                )
-                along = np.arange(-BEFORE, BEFORE + STEP, STEP)
-                line = np.column_stack(
-                    [a + along * math.cos(way), b + along * math.sin(way), np.full(len(along), way)]
-                )
-                inside = shapely.contains_xy(ground, line[:, 0], line[:, 1]).mean()
-                if best is None or inside > best[0]:
-                    best = float(inside), line
-    assert best is not None
+    along = np.arange(-BEFORE, BEFORE + STEP, STEP)
     ends = np.array([path.length, path.length + 1.0])
-    return Lane(path.length, path.length + 1.0, best[1], ends, np.full(2, BEFORE))
+    found: list[tuple[float, Lane]] = []
+    for turn, far in ((math.pi / 2, 1.0), (-math.pi / 2, WIDER), (0.0, WIDER), (math.pi, WIDER)):
+        a = x + far * reach * math.cos(theta + turn)
+        b = y + far * reach * math.sin(theta + turn)
+        for back in (0.0, math.pi):
+            way = theta + turn - math.pi / 2 + back
+            line = np.column_stack(
+                [a + along * math.cos(way), b + along * math.sin(way), np.full(len(along), way)]
+            )
+            inside = float(shapely.contains_xy(ground, line[:, 0], line[:, 1]).mean())
+            slots = np.full(2, BEFORE)
+            lane = Lane(path.length, path.length + 1.0, line, ends, slots)
+            found.append((inside, lane))
+    best = max(inside for inside, _ in found)
+    order = sorted(found, key=lambda each: -each[0])
+    return [lane for inside, lane in order if inside == best or inside == 1.0]
 
 
 def _lane(

@@ -9,6 +9,7 @@ from ..machines.alongside import MIDDLE
 from ..machines.cart import Cart
 from .ground import Traffic, station_at
 from .lane import STEP, Lane
+from .planner import Meeting
 
 # A cart comes onto the lane so far behind its place, so that its trailer is straight there [m].
 SETTLE = 8.0
@@ -33,12 +34,15 @@ class Lanes:
         """From the middle of the trailer's box ahead to the tractor's axle [m]."""
         return self.cart.length * (1.0 - MIDDLE) + self.cart.hitch_offset
 
-    def number_at(self, combine: int, station: float) -> int:
-        """Which lane serves a combine at a station; -1: none, it is between two loops."""
-        for number, lane in enumerate(self.of[combine]):
-            if lane.begin - 1e-6 <= station <= lane.end + 1e-6:
-                return number
-        return -1
+    def numbers_at(self, combine: int, station: float) -> list[int]:
+        """Which lanes serve a combine at a station: one, several where it ends, or none on its way
+        between two loops.
+        """
+        return [
+            number
+            for number, lane in enumerate(self.of[combine])
+            if lane.begin - 1e-6 <= station <= lane.end + 1e-6
+        ]
 
     def place_at(self, combine: int, number: int, station: float) -> float:
         """Way along a lane at which the tractor is to be for a station of the combine [m]."""
@@ -55,14 +59,25 @@ class Lanes:
         nearest = int(np.argmin(gaps + 1e-3 * np.abs(STEP * np.arange(len(gaps)) - place)))
         return STEP * nearest, float(gaps[nearest])
 
-    def meeting(self, traffic: Traffic, combine: int):
-        """Where the tractor is to be, over time; see `RoutePlanner`."""
+    def nearest(self, combine: int, station: float, state: np.ndarray) -> tuple[float, float, int]:
+        """As `found_at` for the lane that is nearest of those that serve a combine; its number."""
+        numbers = self.numbers_at(combine, station)
+        found = [(*self.found_at(combine, n, station, state), n) for n in numbers]
+        return min(found, key=lambda each: each[1])
+
+    def meetings(self, traffic: Traffic, combine: int) -> list[Meeting]:
+        """Where the tractor is to be, over time, for each lane that it may come to."""
+        ways = len(self.numbers_at(combine, float(traffic.progress[combine])))
+        return [self._meeting(traffic, combine, choice) for choice in range(max(1, ways))]
+
+    def _meeting(self, traffic: Traffic, combine: int, choice: int) -> Meeting:
 
         def pose(time: float) -> np.ndarray | None:
             station = float(station_at(traffic, combine, time))
-            number = self.number_at(combine, station)
-            if number < 0:
+            numbers = self.numbers_at(combine, station)
+            if not numbers:
                 return None
+            number = numbers[min(choice, len(numbers) - 1)]
             place = self.place_at(combine, number, station) - SETTLE
             return self.of[combine][number].pose_at(max(place, 0.0))
 
