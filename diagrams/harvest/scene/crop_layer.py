@@ -55,7 +55,9 @@ class CropLayer:
     def _draw_patch(self, path: str, patch: CropPatch, height: float) -> None:
         """A patch of length 1, to be stretched, with lines between it and the next rows."""
         crop = _seen_back(patch, patch.shape)
-        edges = shapely.buffer(_seen_back(patch, patch.edges), 0.5 * _ROW_LINE * self._span)
+        edges = shapely.buffer(
+            _seen_back(patch, patch.edges), 0.5 * _ROW_LINE * self._span, cap_style="flat"
+        )
         lines = polygons_of(shapely.intersection(crop, edges))
         shrink = [1.0 / (patch.end - patch.begin), 1.0]
         unit = shapely.transform(crop, lambda points: points * shrink)

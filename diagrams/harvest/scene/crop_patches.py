@@ -18,6 +18,8 @@ from ....systems.numerics.harvest.field.coverage import CoveragePlan
 _TURN, _SHORTEST = 0.12, 0.5
 # Crop narrower than this part of a header's width is not worth showing.
 _NARROWEST = 0.03
+# How far outlines may be off, in headers' widths.
+_TOLERANCE = 0.004
 # Headers are taken to be wider by this, so that no slivers stay between two rows [m].
 _OVERLAP = 1e-3
 
@@ -74,7 +76,7 @@ def crop_patches(plan: CoveragePlan) -> tuple[tuple[CropPatch, ...], shapely.Mul
                 begin=float(path.stations[first]),
                 end=float(path.stations[last]),
                 pose=np.array([*end, heading]),
-                shape=cut,
+                shape=polygons_of(cut.simplify(_TOLERANCE * plan.header_width)),
                 edges=shapely.MultiLineString([left, right]),
             )
         )

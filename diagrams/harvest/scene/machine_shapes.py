@@ -11,10 +11,10 @@ from ....systems.numerics.planning.trailer import Trailer
 from ....systems.numerics.planning.trailer_pose import trailer_pose
 
 # Of a combine, in view heights, so that it can be seen; and how much larger than they are machines
-# may be drawn before a cart would cover the header beside it.
-_LEGIBLE, _OVERHANG = 0.045, 1.2
+# may be drawn before a cart would cover too much of the header beside it.
+_LEGIBLE, _OVERHANG = 0.045, 1.6
 # Part of a header's width that a combine's body is at most drawn with.
-_WIDEST = 0.7
+_WIDEST = 1.25
 
 
 @dataclass(frozen=True)

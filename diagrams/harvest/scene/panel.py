@@ -121,7 +121,7 @@ class Panel:
         self._clock.show(moment.time / 60.0)
         self._share.show(100.0 * moment.share)
         width = self._right - self._left
-        self._stage.stretch("share/ink/bar", width * max(moment.share, 1e-3))
+        self._stage.stretch("share/ink/at/bar", width * max(moment.share, 1e-3))
         for n, gauge in enumerate(self._tanks):
             tonnes = float(moment.tanks[n]) / _TONNE
             gauge.update(float(moment.tank_fills[n]), tonnes, int(moment.modes[n]))
@@ -169,8 +169,8 @@ class Panel:
         trough = shapely.box(self._left, y - 0.5 * letter, self._right, y + 0.5 * letter)
         self._stage.mesh("share/crop", flat_mesh(trough), CROP)
         self._stage.raise_to("share/ink", 0.05 * letter)
-        self._stage.mesh("share/ink/bar", unit_bar_mesh(letter), STUBBLE[1])
-        self._stage.place("share/ink", self._left, y)
+        self._stage.mesh("share/ink/at/bar", unit_bar_mesh(letter), STUBBLE[1])
+        self._stage.place("share/ink/at", self._left, y)
 
     def _draw_legend(self, y: float) -> None:
         """Colours of the ground and of trucks, in two rows from a baseline down."""
