@@ -41,7 +41,7 @@ def write_report(run: SocialRun, summary: dict[str, object], folder: Path) -> li
     if run.readings:
         names.append("matches.png")
         cv2.imwrite(str(folder / names[-1]), draw_matches(run)[:, :, ::-1])
-    if run.scene is not None:
+    if run.scene is not None and run.scene.recording:
         write_replay(run.scene, folder / "replay.html", title="Sightfield: social search")
         names.append("replay.html")
     return names

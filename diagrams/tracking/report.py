@@ -28,7 +28,7 @@ def write_report(run: TrackingRun, summary: dict[str, object], folder: Path) -> 
     np.savez_compressed(folder / names[1], **log_arrays(run))  # type: ignore[arg-type]  # none is called allow_pickle
     (folder / names[2]).write_text(json.dumps(UNITS, indent=2) + "\n", encoding="utf-8")
     draw_tracks(run).savefig(folder / names[3], dpi=120)
-    if run.scene is not None:
+    if run.scene is not None and run.scene.recording:
         write_replay(run.scene, folder / "replay.html", title="Sightfield: tracking")
         names.append("replay.html")
     return names

@@ -27,3 +27,22 @@ def test_a_word_that_is_no_subcommand_is_refused():
     done = subprocess.run([command, "trak"], capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert "No such command 'trak'" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("track", "corner_1v1"),
+        ("camera", "track", "--seconds", "1"),
+        ("social", "--seconds", "1"),
+    ],
+    ids=lambda words: words[0],
+)
+def test_a_run_that_is_only_watched_leaves_no_replay(words, tmp_path):
+    command = Path(sys.executable).with_name("sightfield")
+    options = ("--meshcat", "--no-replay", "--realtime", "0", "--out", tmp_path / "out")
+    done = subprocess.run([command, *words, *options], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert "summary.json" in names
+    assert "replay.html" not in names

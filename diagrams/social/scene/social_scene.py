@@ -93,7 +93,7 @@ class SocialScene(LeafSystem):
         """
         super().__init__()
         self._game, self.meshcat = game, meshcat
-        self._period, self._recording = publish_period, recording
+        self._period, self.recording = publish_period, recording
         agents = self._agents = game.scenario.agents.size
         for name, size in (
             ("pose", 3 * game.robots),
@@ -121,7 +121,7 @@ class SocialScene(LeafSystem):
         Raises:
             InvalidInput: The scene was made without `recording`.
         """
-        require(self._recording, "recording", "be on to write a replay", self._recording)
+        require(self.recording, "recording", "be on to write a replay", self.recording)
         self._stage.finish_recording()
 
     def _restart(self) -> EventStatus:
@@ -138,7 +138,7 @@ class SocialScene(LeafSystem):
         self._stage = stage = Stage(
             self.meshcat,
             ROOT,
-            recording=self._recording,
+            recording=self.recording,
             period=self._period,
             tolerance=_TOLERANCE * layout.span,
         )

@@ -94,7 +94,7 @@ class TrackingScene(LeafSystem):
         require_positive("publish_period", publish_period)
         self.meshcat = meshcat
         self._evader_count = evaders
-        self._recording = recording
+        self.recording = recording
         self._view = view
         layout = make_layout(world.bounds, robot_radius)
 
@@ -162,7 +162,7 @@ class TrackingScene(LeafSystem):
         Raises:
             InvalidInput: The scene was made without `recording`.
         """
-        require(self._recording, "recording", "be on to write a replay", self._recording)
+        require(self.recording, "recording", "be on to write a replay", self.recording)
         self._layers.finish_recording()
 
     def _begin(self, context: Context) -> EventStatus:

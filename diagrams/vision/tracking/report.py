@@ -27,7 +27,7 @@ def write_report(run: PictureRun, summary: dict[str, object], folder: Path) -> l
     (folder / names[2]).write_text(json.dumps(PICTURE_UNITS, indent=2) + "\n", encoding="utf-8")
     draw_tracks(run.tracking).savefig(folder / names[3], dpi=120)
     draw_estimates(run).savefig(folder / names[4], dpi=120)
-    if run.tracking.scene is not None:
+    if run.tracking.scene is not None and run.tracking.scene.recording:
         write_replay(run, folder / "replay.html", title="Sightfield: tracking on pictures")
         names.append("replay.html")
     return names
