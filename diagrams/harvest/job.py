@@ -78,6 +78,7 @@ def prepare_harvest(scenario: HarvestScenario, folder: Path = Path()) -> Harvest
         team.count,
         spacing=team.spacing,
         least_gap=team.least_gap,
+        length=team.length,
     )
     paths = coverage.paths
     reach = team.header_width / 2 + team.cart_gap + carts.width / 2

@@ -12,6 +12,7 @@ from .combine_path import CombinePath
 from .field import Field
 from .leftovers import find_blocks
 from .pace import Holds, Timeline, find_holds, least_delays, run_timeline, station_limits
+from .right_of_way import find_crossings
 from .rings.loops import lay_out_loops
 from .stubble import Stubble
 from .swept_cells import CropCells, Sweeps, bare_cells, cut_cells, join_sweeps
@@ -21,6 +22,9 @@ from .track import join_tracks, split_track
 # Most cells that coverage is measured with, and cells across a header.
 MOST_CELLS = 4e6
 CELLS_ACROSS = 16
+
+# How often it is looked where combines would meet on their ways between loops.
+ROUNDS = 3
 
 # Straights are cut into pieces of this many headers' width at most.
 LONGEST_PIECE = 1.0
@@ -123,6 +127,7 @@ def plan_coverage(
     spacing: float | None = None,
     least_gap: float | None = None,
     least_pass: float | None = None,
+    length: float | None = None,
 ) -> CoveragePlan:
     """Plan how combines on adjacent rows harvest a field, from its perimeter inwards.
 
@@ -140,6 +145,7 @@ def plan_coverage(
         least_gap: Way by which the combine on the left is to be ahead, d_min [m]; None: two
             headers' widths.
         least_pass: Crop that a pass is worth driving for [m^2]; None: half of a header's square.
+        length: Of a combine behind its header [m]; None: a header's width.
 
     Raises:
         InvalidInput: A number is out of its range, or the field is smaller than the header.
@@ -172,6 +178,11 @@ def plan_coverage(
         delays = spacing * np.arange(len(paths))
     lengths = [path.length for path in paths]
     timeline = run_timeline(lengths, delays, holds, header_width / 4)
+    # Who waits comes later elsewhere, and may meet others there.
+    for _ in range(ROUNDS):
+        behind = header_width if length is None else length
+        holds += find_crossings(paths, timeline, header_width, behind)
+        timeline = run_timeline(lengths, delays, holds, header_width / 4)
 
     paths = [path.with_stations(timeline.stops(n)) for n, path in enumerate(paths)]
     sweeps, pieces = _in_order(paths, timeline)
