@@ -9,6 +9,7 @@ from pydrake.systems.framework import LeafSystem
 
 from sightfield.diagrams.harvest.job import prepare_harvest
 from sightfield.diagrams.harvest.scenario import Carts, Combines, FieldSource, HarvestScenario
+from sightfield.diagrams.harvest.scene.harvest_scene import HarvestScene
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.social import scenarios as searches
 from sightfield.diagrams.social.scenario import SocialScenario
@@ -160,6 +161,7 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "HarvestMonitor": lambda: HarvestMonitor(
             job.ground, job.traffic, Cart(), carts=3, period=0.25
         ),
+        "HarvestScene": lambda: HarvestScene(job, page(), publish_period=0.5, recording=False),
         "OnDemandScheduler": lambda: OnDemandScheduler(**crew, **tanks, threshold=0.5),
         "UnloadingScheduler": lambda: UnloadingScheduler(visits, combines=2, **tanks),
         "AdversarialEvaders": lambda: AdversarialEvaders(world, **teams, **speeds),

@@ -2,6 +2,7 @@
 
 import asyncio
 import hashlib
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 import nio
@@ -80,7 +81,9 @@ def mirrored(server, *all_news, newest=4, wanted, run=RUN):
         fetching.cancel()
         return mirror.latest(9, run)
 
-    return asyncio.run(work())
+    # In a thread of its own: Playwright leaves a loop running in this one.
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(asyncio.run, work()).result()
 
 
 def ids(pictures):
