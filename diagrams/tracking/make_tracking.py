@@ -4,11 +4,13 @@ from collections.abc import Callable
 
 import numpy as np
 from pydrake.geometry import Meshcat
-from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import Demultiplexer
 
+from ...systems.numerics.errors import require, require_one_of
 from ...systems.numerics.geometry.edge_index import build_edge_index
 from ...systems.numerics.geometry.visibility_polygon import visibility_polygon
+from ...systems.numerics.tracking.assignment.rules import AssignmentRule
 from ...systems.numerics.tracking.corner_fields import FIELDS
 from ...systems.numerics.tracking.corner_table import corner_table
 from ...systems.numerics.tracking.field_sampling import sample_field
@@ -34,6 +36,8 @@ def MakeTracking(
     scenario: TrackingScenario | TrackingGame,
     meshcat: Meshcat | None = None,
     *,
+    assignment: System | AssignmentRule | None = None,
+    evasion: System | None = None,
     publish_period: float | None = None,
     recording: bool = False,
     view: Callable[[], View] = View,
@@ -49,6 +53,7 @@ def MakeTracking(
     Args:
         scenario: What is played, or a game already set up.
         meshcat: Where to draw it; None draws nothing.
+        assignment, evasion: Of your own, see `AddTracking`.
         publish_period: Time between pictures [s]; None for the multiple of the scenario's period
             that is nearest to 1/32 s. At such times the teams are where their samples say; between
             them a discrete team is already where it will be at the next.
@@ -56,11 +61,11 @@ def MakeTracking(
         view: Whose view to show at each picture.
 
     Raises:
-        InvalidInput: See `set_up_game` and `AddEvasion`.
+        InvalidInput: See `set_up_game` and `AddTracking`.
     """
     game = set_up_game(scenario) if isinstance(scenario, TrackingScenario) else scenario
     builder = DiagramBuilder()
-    outputs = AddTracking(builder, game, meshcat)
+    outputs = AddTracking(builder, game, meshcat, assignment=assignment, evasion=evasion)
     if meshcat is not None:
         if publish_period is None:
             period = game.scenario.period
@@ -90,9 +95,34 @@ def MakeTracking(
 
 
 def AddTracking(
-    builder: DiagramBuilder, game: TrackingGame, meshcat: Meshcat | None = None
+    builder: DiagramBuilder,
+    game: TrackingGame,
+    meshcat: Meshcat | None = None,
+    *,
+    assignment: System | AssignmentRule | None = None,
+    evasion: System | None = None,
 ) -> dict[str, OutputPort]:
-    """Wire a tracking game into a diagram; return its outputs by name (see `MakeTracking`)."""
+    """Wire a tracking game into a diagram; return its outputs by name (see `MakeTracking`).
+
+    A system of your own is wired by the names of its input ports, which may be
+    `pursuer_position` (2 Np) [m], `evader_position` (2 Ne) [m] and `sight`, as `LineOfSight`
+    gives it; an evasion may have `assignment` (Np) too, and `velocity` (2 Np) [m/s], the
+    pursuers' as desired.
+
+    Args:
+        builder: Of the diagram.
+        game: What is played.
+        meshcat: The page on which you drive the evader whose policy is "you".
+        assignment: Instead of the scenario's rule: a function of a TeamView, or a system with the
+            output port `assignment` (Np), the evader of each pursuer or -1.
+        evasion: Instead of the scenario's policies: a system with the output port `velocity`
+            (2 Ne), the velocities that the evaders wish for [m/s].
+
+    Raises:
+        InvalidInput: A system of yours has an input port of another name, or lacks its output
+            port; see also `AddEvasion`.
+        RuntimeError: A port of yours has another size.
+    """
     scenario, world, period = game.scenario, game.world, game.scenario.period
     pursuers, evaders = scenario.pursuers, scenario.evaders
     sizes = {"pursuers": pursuers.size, "evaders": evaders.size}
@@ -103,10 +133,11 @@ def AddTracking(
     senses = {"pursuer_position": pursuing.position, "evader_position": evading.position}
 
     def add(name, system):
-        """Add a system and connect those of its inputs that something senses already."""
+        """Add a system and connect its inputs to what is sensed already."""
         builder.AddNamedSystem(name, system)
         for k in range(system.num_input_ports()):
             port = system.get_input_port(k)
+            require_one_of(f"{name}: input port", port.get_name(), senses)
             builder.Connect(senses[port.get_name()], port)
         for k in range(system.num_output_ports()):
             output = system.get_output_port(k)
@@ -119,17 +150,18 @@ def AddTracking(
     blocks = Demultiplexer([whom, sight.size() - whom] if sight.size() > whom else [whom])
     builder.AddNamedSystem("sight_blocks", blocks)
     builder.Connect(sight, blocks.get_input_port())
-    add(
-        "assignment",
-        Assignment(
+    if not isinstance(assignment, System):
+        assignment = Assignment(
             world,
             **sizes,
-            rule=pursuers.assignment,
+            rule=assignment or pursuers.assignment,
             risk_functions=pursuers.risk_functions,
             extra=pursuers.extra,
             seed=scenario.seed,
-        ),
-    )
+        )
+    has_assignment = assignment.HasOutputPort("assignment")
+    require(has_assignment, "assignment", "have an output port assignment", "none")
+    add("assignment", assignment)
     pursuit = add(
         "pursuit_field",
         PursuitFieldController(
@@ -144,7 +176,12 @@ def AddTracking(
     )
     monitor = add("sight_loss", SightLossMonitor(world, **sizes, period=period))
     pursuer_velocity = pursuit.GetOutputPort("velocity")
-    evader_velocity = AddEvasion(builder, game, senses, meshcat)
+    if evasion is None:
+        evader_velocity = AddEvasion(builder, game, senses, meshcat)
+    else:
+        has_velocity = evasion.HasOutputPort("velocity")
+        require(has_velocity, "evasion", "have an output port velocity", "none")
+        evader_velocity = add("evasion", evasion).GetOutputPort("velocity")
     builder.Connect(pursuer_velocity, pursuing.velocity)
     builder.Connect(evader_velocity, evading.velocity)
     return {

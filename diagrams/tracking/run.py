@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator, SimulatorStatus
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import LogVectorOutput
 
+from ...systems.numerics.tracking.assignment.rules import AssignmentRule
 from .controls import add_controls, make_monitor, read_view, remove_controls
 from .game import TrackingGame
 from .make_tracking import MakeTracking
@@ -58,6 +59,8 @@ def run_tracking(
     game: TrackingGame,
     meshcat: Meshcat | None = None,
     *,
+    assignment: System | AssignmentRule | None = None,
+    evasion: System | None = None,
     recording: bool = False,
     live: bool = False,
     realtime_rate: float = 0.0,
@@ -68,20 +71,23 @@ def run_tracking(
     Args:
         game: What is played.
         meshcat: Where to draw it.
+        assignment, evasion: Of your own, see `AddTracking`.
         recording: Record the pictures for a replay.
         live: Obey the page's controls (pause, stop, speed, whose view).
         realtime_rate: Simulated seconds per second, 0 for as fast as possible.
         progress: Told the simulated time now and then [s].
 
     Raises:
-        InvalidInput: An evader is yours to drive and there is no page.
+        InvalidInput: An evader is yours to drive and there is no page; see also `AddTracking`.
     """
     scenario = game.scenario
     builder = DiagramBuilder()
     if live and meshcat is not None:
         add_controls(meshcat, pursuers=scenario.pursuers.size, realtime_rate=realtime_rate)
     view = (lambda: read_view(meshcat)) if live and meshcat is not None else View
-    tracking = MakeTracking(game, meshcat, recording=recording, view=view)
+    tracking = MakeTracking(
+        game, meshcat, assignment=assignment, evasion=evasion, recording=recording, view=view
+    )
     builder.AddSystem(tracking)
     sinks = {
         name: LogVectorOutput(tracking.GetOutputPort(name), builder, scenario.period)

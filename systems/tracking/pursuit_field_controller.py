@@ -5,7 +5,13 @@ from collections.abc import Sequence
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
-from ..numerics.errors import require, require_non_negative, require_one_of, require_positive
+from ..numerics.errors import (
+    InvalidInput,
+    require,
+    require_non_negative,
+    require_one_of,
+    require_positive,
+)
 from ..numerics.geometry.world import World
 from ..numerics.tracking.corner_fields import FIELDS
 from ..numerics.tracking.corner_table import corner_table
@@ -57,7 +63,8 @@ class PursuitFieldController(LeafSystem):
             overshoots the star region.
 
     Raises:
-        InvalidInput: A name is unknown or a number out of its range.
+        InvalidInput: A name is unknown or a number out of its range; at run time, an assignment
+            names no evader.
     """
 
     def __init__(
@@ -80,6 +87,7 @@ class PursuitFieldController(LeafSystem):
         self._field = FIELDS[field]
         self._weightings = codes_of("risk_vectors", risk_vectors, RISK_VECTORS, pursuers)
         self._corners = corner_table(world)
+        self._last_evader = evaders - 1
         self._ratio, self._speed, self._period = float(speed_ratio), float(top_speed), float(period)
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
         self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
@@ -89,13 +97,21 @@ class PursuitFieldController(LeafSystem):
         self.DeclareVectorOutputPort("velocity", 2 * pursuers, self._calc_velocity)
 
     def _calc_velocity(self, context, output):
+        assignment = read(self._assignment, context)
+        # Compiled code does not look where it reads, and an assignment may come from anybody.
+        known = assignment.min() >= -1 and assignment.max() <= self._last_evader
+        if not known:
+            raise InvalidInput(
+                f"`assignment` must name evaders from 0 to {self._last_evader}, or -1; "
+                f"got {assignment.tolist()}"
+            )
         velocity = team_pursuit(
             self._field,
             self._weightings,
             read(self._pursuers, context),
             read(self._evaders, context),
             read(self._sight, context),
-            read(self._assignment, context),
+            assignment,
             self._corners,
             self._ratio,
             self._speed,
