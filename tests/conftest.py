@@ -1,14 +1,20 @@
-"""What tests of several parts need: programs of the system, and a page in headless Chromium."""
+"""What tests of several parts need: programs, the wheel, and a page in headless Chromium."""
 
 import os
 import shutil
+import subprocess
+import sys
+import sysconfig
+import tomllib
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
+ROOT = Path(__file__).resolve().parents[1]
 VIEWPORT = {"width": 1280, "height": 720}
 
 # Software rendering, so that WebGL works without a graphics card, and no traffic of its own.
@@ -43,6 +49,60 @@ def find_tool(name: str, debian_package: str, *other_names: str) -> str:
 def require_tool() -> Callable[..., str]:
     """A function of a program, its Debian package and other names it has: the program's path."""
     return find_tool
+
+
+@pytest.fixture(scope="session")
+def run_program() -> Callable[..., str]:
+    """A function that runs a command, which must succeed, and returns what it printed."""
+
+    def run(*command: object, **options: object) -> str:
+        done = subprocess.run(
+            [str(word) for word in command],
+            capture_output=True,
+            text=True,
+            stdin=subprocess.DEVNULL,
+            **options,  # type: ignore[call-overload]  # passed through as given
+        )
+        assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
+        return done.stdout
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def wheel(tmp_path_factory, run_program) -> Path:
+    """A wheel, built from a copy so that no earlier build leaks into it."""
+    source = tmp_path_factory.mktemp("source")
+    described = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    project, parts = described["project"], described["tool"]["setuptools"]["package-dir"]
+    for file in ("pyproject.toml", project["readme"], *project["license-files"]):
+        shutil.copy(ROOT / file, source)
+    for folder in (*parts.values(), "tests"):
+        caches = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / folder, source / folder, ignore=caches)
+    out = tmp_path_factory.mktemp("wheel")
+    pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-index"]
+    run_program(*pip, "--no-deps", "--no-build-isolation", "--wheel-dir", out, source)
+    (built,) = out.glob("*.whl")
+    return built
+
+
+@pytest.fixture(scope="session")
+def wheel_folder(wheel, tmp_path_factory, run_program) -> Path:
+    """A fresh folder with nothing but the wheel installed into it."""
+    folder = tmp_path_factory.mktemp("target")
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-index", "--no-deps"]
+    run_program(*pip, "--target", folder, wheel)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def wheel_places(wheel_folder) -> list[str]:
+    """Where Python, started with -I and -S, finds the wheel and the dependencies.
+
+    -S leaves out the .pth files of site-packages, by which an editable install is found.
+    """
+    return [str(wheel_folder), sysconfig.get_path("purelib"), sysconfig.get_path("platlib")]
 
 
 @pytest.fixture(scope="session")

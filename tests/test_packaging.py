@@ -1,12 +1,10 @@
 """The wheel holds what is on disk, the lock covers what is declared, and the names are ours."""
 
 import re
-import shutil
-import subprocess
 import sys
-import sysconfig
 import tomllib
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -21,19 +19,6 @@ SETUPTOOLS = PYPROJECT["tool"]["setuptools"]
 PARTS = SETUPTOOLS["package-dir"]
 
 
-def run(*command: object, **options: object) -> str:
-    """Run a command that must succeed, and return what it printed."""
-    done = subprocess.run(
-        [str(word) for word in command],
-        capture_output=True,
-        text=True,
-        stdin=subprocess.DEVNULL,
-        **options,  # type: ignore[call-overload]  # passed through as given
-    )
-    assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
-    return done.stdout
-
-
 def shipped_files() -> set[str]:
     """Every source and data file of the parts, by its path in the wheel."""
     return {
@@ -45,36 +30,11 @@ def shipped_files() -> set[str]:
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory) -> Path:
-    """A wheel, built from a copy so that no earlier build leaks into it."""
-    source = tmp_path_factory.mktemp("source")
-    for file in ("pyproject.toml", PROJECT["readme"], *PROJECT["license-files"]):
-        shutil.copy(ROOT / file, source)
-    for folder in (*PARTS.values(), "tests"):
-        caches = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(ROOT / folder, source / folder, ignore=caches)
-    out = tmp_path_factory.mktemp("wheel")
-    pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-index"]
-    run(*pip, "--no-deps", "--no-build-isolation", "--wheel-dir", out, source)
-    (built,) = out.glob("*.whl")
-    return built
-
-
-@pytest.fixture(scope="module")
-def target(wheel, tmp_path_factory) -> Path:
-    """A fresh folder with nothing but the wheel installed into it."""
-    folder = tmp_path_factory.mktemp("target")
-    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-index", "--no-deps"]
-    run(*pip, "--target", folder, wheel)
-    return folder
-
-
-def run_from(target: Path, code: str) -> str:
-    """Run code that sees the wheel in `target` and the dependencies, but no editable install."""
-    places = [str(target), sysconfig.get_path("purelib"), sysconfig.get_path("platlib")]
-    # -S leaves out the .pth files of site-packages, by which an editable install is found.
-    prelude = f"import sys; sys.path += {places!r}\n"
-    return run(sys.executable, "-I", "-S", "-c", prelude + code, cwd=target)
+def run_from_wheel(wheel_places, wheel_folder, run_program) -> Callable[[str], str]:
+    """A function that runs code which sees the wheel and the dependencies alone."""
+    prelude = f"import sys; sys.path += {wheel_places!r}\n"
+    options = ["-I", "-S", "-c"]
+    return lambda code: run_program(sys.executable, *options, prelude + code, cwd=wheel_folder)
 
 
 def test_every_package_on_disk_is_listed():
@@ -110,36 +70,36 @@ def test_the_wheel_holds_the_thesis_scenario(wheel):
     assert "sightfield/diagrams/scenarios/thesis_3v4.yaml" in names
 
 
-def test_every_module_of_the_installed_wheel_imports_from_it(target):
+def test_every_module_of_the_installed_wheel_imports_from_it(wheel_folder, run_from_wheel):
     modules = sorted(
-        path.relative_to(target).with_suffix("").as_posix().replace("/", ".")
-        for path in (target / "sightfield").rglob("*.py")
+        path.relative_to(wheel_folder).with_suffix("").as_posix().replace("/", ".")
+        for path in (wheel_folder / "sightfield").rglob("*.py")
         if path.name not in ("__init__.py", "__main__.py")
     )
     code = f"""
 import importlib, pathlib
 for name in {modules!r}:
     file = pathlib.Path(importlib.import_module(name).__file__)
-    assert file.is_relative_to({str(target)!r}), (name, file)
+    assert file.is_relative_to({str(wheel_folder)!r}), (name, file)
 print("imported", len({modules!r}))
 """
-    assert run_from(target, code) == f"imported {len(modules)}\n"
+    assert run_from_wheel(code) == f"imported {len(modules)}\n"
 
 
-def test_the_command_of_the_installed_wheel_exists(target):
+def test_the_command_of_the_installed_wheel_exists(run_from_wheel):
     code = """
 from importlib.metadata import distribution
 (command,) = distribution("sightfield").entry_points
 print(command.name, callable(command.load()))
 """
-    assert run_from(target, code) == "sightfield True\n"
+    assert run_from_wheel(code) == "sightfield True\n"
 
 
 @pytest.mark.parametrize("name", sorted(PARTS.values()))
-def test_bare_folder_names_are_not_importable(name, target, tmp_path):
+def test_bare_folder_names_are_not_importable(name, run_from_wheel, run_program, tmp_path):
     code = f"import importlib.util; print(importlib.util.find_spec({name!r}))"
-    assert run_from(target, code) == "None\n"
-    assert run(sys.executable, "-I", "-c", code, cwd=tmp_path) == "None\n"
+    assert run_from_wheel(code) == "None\n"
+    assert run_program(sys.executable, "-I", "-c", code, cwd=tmp_path) == "None\n"
 
 
 PIN = re.compile(
