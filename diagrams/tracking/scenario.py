@@ -1,5 +1,6 @@
 """What a tracking run is made of: world, teams, strategy, clock."""
 
+import math
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -12,6 +13,7 @@ from ...systems.numerics.errors import (
     require_one_of,
     require_positive,
 )
+from ...systems.numerics.tracking.assignment.kemeny import MOST_EVADERS
 from ...systems.numerics.tracking.assignment.rules import RULES
 from ...systems.numerics.tracking.assignment.team_view import EXTRA_PURSUERS
 from ...systems.numerics.tracking.corner_fields import FIELDS
@@ -85,6 +87,8 @@ class Pursuers(Team):
     assignment: str = "hungarian"
     # What pursuers beyond a matching do: "stay" or "riskiest".
     extra: str = "stay"
+    # How far pursuers hear what others see; .inf: a centre knows all [m].
+    radio_range: float = math.inf
     # Risk functions for the assignment, one for all or one each (2.13).
     risk_functions: list[str] = field(default_factory=lambda: ["total"])
     # Risk vectors for the pursuit field, one for all or one each (2.2).
@@ -98,6 +102,7 @@ class Pursuers(Team):
         super().__post_init__()
         require_one_of("assignment", self.assignment, RULES)
         require_one_of("extra", self.extra, EXTRA_PURSUERS)
+        require(self.radio_range >= 0, "radio_range", "be zero or positive", self.radio_range)
         require_one_of("field", self.field, FIELDS)
         for name, chosen, known in (
             ("risk_functions", self.risk_functions, RISK_FUNCTIONS),
@@ -191,6 +196,12 @@ class TrackingScenario:
             "evaders.top_speed",
             f"be below pursuers.top_speed, which is {self.pursuers.top_speed}",
             self.evaders.top_speed,
+        )
+        require(
+            not self.pursuers.assignment.startswith("kemeny") or self.evaders.size <= MOST_EVADERS,
+            "evaders",
+            f"be at most {MOST_EVADERS} for {self.pursuers.assignment}",
+            self.evaders.size,
         )
 
     @property

@@ -1,5 +1,6 @@
 """Which evader each pursuer goes after."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -8,6 +9,7 @@ from pydrake.systems.framework import LeafSystem
 from ..drake_types import read
 from ..numerics.errors import require, require_one_of
 from ..numerics.geometry.world import World
+from ..numerics.tracking.assignment.local_views import decentralised
 from ..numerics.tracking.assignment.rules import RULES, AssignmentRule
 from ..numerics.tracking.assignment.team_view import EXTRA_PURSUERS, TeamView
 from ..numerics.tracking.corner_table import corner_table
@@ -17,6 +19,9 @@ from ..numerics.tracking.sight_state import sight_size
 
 class Assignment(LeafSystem):
     """Gives each pursuer an evader that it sees, or none (-1), by a rule on the team's risks.
+
+    With a finite `radio_range` there is no centre: each pursuer applies the rule to what it sees
+    itself and what the pursuers within that range tell it, and keeps its own part of the result.
 
     .. pydrake_system::
 
@@ -37,7 +42,7 @@ class Assignment(LeafSystem):
     assignment        Np                   -     -
     ================  ===================  ====  =====
 
-    Source: Zhang 2014, 2.2.3.2, (2.3), (2.13), Algorithm 1.
+    Source: Zhang 2014, 2.2.3.2, (2.3), (2.13), Algorithm 1; radio range: ours.
 
     Args:
         world: Whose corners the risks refer to.
@@ -47,9 +52,11 @@ class Assignment(LeafSystem):
         risk_functions: Names in `RISK_FUNCTIONS`, one for all pursuers or one each.
         extra: What pursuers beyond a matching do: "stay" or "riskiest".
         seed: For rules that draw lots.
+        radio_range: How far pursuers hear each other [m].
 
     Raises:
-        InvalidInput: A name is unknown or the number of risk functions is wrong.
+        InvalidInput: A name is unknown, the number of risk functions is wrong, or the range is
+            negative.
     """
 
     def __init__(
@@ -62,13 +69,15 @@ class Assignment(LeafSystem):
         risk_functions: Sequence[str] = ("total",),
         extra: str = "stay",
         seed: int = 0,
+        radio_range: float = math.inf,
     ):
         super().__init__()
         if isinstance(rule, str):
             require_one_of("rule", rule, RULES)
             rule = RULES[rule]
         require_one_of("extra", extra, EXTRA_PURSUERS)
-        self._rule: AssignmentRule = rule
+        require(radio_range >= 0, "radio_range", "be zero or positive", radio_range)
+        self._rule = decentralised(rule, radio_range)
         self._kinds = codes_of("risk_functions", risk_functions, RISK_FUNCTIONS, pursuers)
         self._extra, self._seed = extra, seed
         self._corners = corner_table(world)

@@ -101,12 +101,24 @@ def escape_time(
         return 0.0
     if code != REGION_1:
         return math.inf
+    return dash(r_p, phi_p, r_e, phi_e, a) / (a * v_p)
+
+
+@njit(cache=True)
+def dash(r_p: float, phi_p: float, r_e: float, phi_e: float, a: float) -> float:
+    """How far a winning evader runs until sight is lost [m]: v_e T*, by formula in any state.
+
+    Where the pursuer wins it is the length of a dash that comes too late; zero where the evader
+    is hidden already. Arguments as in `margins`, phi_p < 0.
+    """
     gap = math.pi + phi_p - phi_e
+    if gap < 0.0:
+        return 0.0
     wx = r_e * math.cos(phi_e) + a * r_p * math.cos(phi_p)
     wy = r_e * math.sin(phi_e) + a * r_p * math.sin(phi_p)
     along = wx * math.cos(phi_e) + wy * math.sin(phi_e)
     if r_e > 0.0 and gap < 0.5 * math.pi and along < 0.0:
         # e + a p stays fixed while both run at right angles to it; sight goes when p, O and e
         # are in line.
-        return r_p * r_e * math.sin(gap) / (v_p * math.hypot(wx, wy))
-    return r_e / (a * v_p)
+        return a * r_p * r_e * math.sin(gap) / math.hypot(wx, wy)
+    return r_e

@@ -2,7 +2,15 @@
 
 A corner counts for a pair when both see it. Distances are from the evader to the corner.
 
-Source: Zhang 2014, 2.2.3.1 (risk vectors of (2.2)) and (2.13).
+A risk vector weighs corners by how remote the threat of each is [m]. In the thesis that is the
+evader's distance d, whatever the pursuer can do about it. Two more take it from the corner game:
+the margin M1, by which the pursuer is in time, and what the evader has yet to run,
+
+    v_e T* + max(M1, 0),
+
+its dash out of sight, and the margin by which that comes too late.
+
+Source: Zhang 2014, 2.2.3.1 (risk vectors of (2.2)) and (2.13); game's margins: ours.
 """
 
 import math
@@ -10,14 +18,26 @@ import math
 import numpy as np
 
 from ..compiled import compiled
+from .corner_frame import to_corner_frame
+from .corner_game import dash, margins
 from .sight_state import split_sight
 
 UNIFORM = 0
 MAJORITY = 1
 PROPORTIONAL = 2
+LEAST_MARGIN = 3
+URGENCY = 4
 
-# Risk vectors: how the fields of the corners are weighted in (2.2).
-RISK_VECTORS = {"uniform": UNIFORM, "majority": MAJORITY, "proportional": PROPORTIONAL}
+# Risk vectors: how the fields of the corners are weighted in (2.2). "least_margin" takes the
+# corner alone that the game's best evader makes for, "urgency" weighs each by the inverse of what
+# the evader has yet to run.
+RISK_VECTORS = {
+    "uniform": UNIFORM,
+    "majority": MAJORITY,
+    "proportional": PROPORTIONAL,
+    "least_margin": LEAST_MARGIN,
+    "urgency": URGENCY,
+}
 
 TOTAL = 0
 NEAREST = 1
@@ -33,28 +53,63 @@ SHORTEST_DISTANCE = 1e-6
 
 
 @compiled
-def risk_weights(kind: int, distances: np.ndarray) -> np.ndarray:
-    """Weights of the corners in the sum (2.2), from the evader's distances to them.
+def remoteness(
+    kind: int,
+    px: float,
+    py: float,
+    ex: float,
+    ey: float,
+    cx: float,
+    cy: float,
+    heading: float,
+    alpha: float,
+    a: float,
+) -> float:
+    """How remote the threat of a corner is, as a risk vector sees it [m] (kernel).
 
     Args:
-        kind: UNIFORM (1/k each), MAJORITY (the nearest alone) or PROPORTIONAL (as 1/d).
-        distances: Shape (k,) [m].
+        kind: Code of the risk vector (`RISK_VECTORS`).
+        px, py, ex, ey: World positions of pursuer and evader [m].
+        cx, cy, heading, alpha: The corner, as in `Corners` [m], [rad].
+        a: Speed ratio v_e / v_p, in (0, 1).
+
+    Returns:
+        The evader's distance for the thesis's vectors; M1 for LEAST_MARGIN, negative where the
+        evader wins; v_e T* + max(M1, 0) for URGENCY.
+    """
+    if kind not in (LEAST_MARGIN, URGENCY):
+        return math.hypot(ex - cx, ey - cy)
+    r_p, phi_p, r_e, phi_e, _ = to_corner_frame(px, py, ex, ey, cx, cy, heading, alpha)
+    m1 = margins(r_p, phi_p, r_e, phi_e, alpha, a)[0]
+    if kind == LEAST_MARGIN:
+        return m1
+    return dash(r_p, phi_p, r_e, phi_e, a) + max(m1, 0.0)
+
+
+@compiled
+def risk_weights(kind: int, remote: np.ndarray) -> np.ndarray:
+    """Weights of the corners in the sum (2.2), from how remote the threats are.
+
+    Args:
+        kind: UNIFORM (1/k each), MAJORITY or LEAST_MARGIN (the nearest threat alone),
+            PROPORTIONAL or URGENCY (as the inverse).
+        remote: From `remoteness`, shape (k,) [m].
 
     Returns:
         Shape (k,), non-negative, summing to one.
     """
-    count = len(distances)
+    count = len(remote)
     weights = np.zeros(count)
-    if kind == MAJORITY:
+    if kind in (MAJORITY, LEAST_MARGIN):
         nearest = 0
         for i in range(1, count):
-            if distances[i] < distances[nearest]:
+            if remote[i] < remote[nearest]:
                 nearest = i
         if count:
             weights[nearest] = 1.0
-    elif kind == PROPORTIONAL:
+    elif kind in (PROPORTIONAL, URGENCY):
         for i in range(count):
-            weights[i] = 1.0 / max(distances[i], SHORTEST_DISTANCE)
+            weights[i] = 1.0 / max(remote[i], SHORTEST_DISTANCE)
         weights /= weights.sum()
     else:
         weights[:] = 1.0 / max(count, 1)

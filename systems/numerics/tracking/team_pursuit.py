@@ -10,7 +10,7 @@ import numpy as np
 
 from ..compiled import compiled
 from .corner_fields import corner_field
-from .risk import risk_weights
+from .risk import remoteness, risk_weights
 from .sight_state import split_sight
 
 # A weighted sum shorter than this is a balance of threats: the pursuer waits.
@@ -48,7 +48,7 @@ def pursuit_velocity(
     """
     count = 0
     directions = np.empty((len(corners), 3))
-    distances = np.empty(len(corners))
+    remote = np.empty(len(corners))
     for c in range(len(corners)):
         if shared[c] < 0.5:
             continue
@@ -57,9 +57,9 @@ def pursuit_velocity(
         if reach == 0.0:
             continue  # seen from the star region: nothing can hide behind this corner
         directions[count, 0], directions[count, 1], directions[count, 2] = ux, uy, reach
-        distances[count] = math.hypot(ex - x, ey - y)
+        remote[count] = remoteness(weighting, px, py, ex, ey, x, y, heading, angle, ratio)
         count += 1
-    weights = risk_weights(weighting, distances[:count])
+    weights = risk_weights(weighting, remote[:count])
     vx, vy, reach = 0.0, 0.0, 0.0
     for c in range(count):
         if weights[c] > 0.0:

@@ -41,6 +41,7 @@ def load(name="thesis_3v4", *settings):
         ("pursuers.headings=[0]", "`pursuers.headings` must have 3 entries or none"),
         ("pursuers.risk_vectors=[uniform, majority]", "must have 1 or 3 entries"),
         ("evaders.top_speed=0.3", "`evaders.top_speed` must be below pursuers.top_speed"),
+        ("pursuers.radio_range=-1", "`pursuers.radio_range` must be zero or positive; got -1"),
         ("period=0", "`period` must be positive; got 0"),
         ("period=100", "`period` must be at most `seconds`"),
         ("seed=-1", "`seed` must be zero or positive; got -1"),
@@ -50,6 +51,14 @@ def test_what_cannot_be_played_is_refused(setting, message):
     with pytest.raises(InvalidInput, match=message) as caught:
         set_up_game(load("thesis_3v4", setting))
     assert "\n" not in str(caught.value)
+
+
+def test_more_evaders_than_kemeny_can_rank_are_refused():
+    many = ["evaders.positions=[]", "evaders.count=13", "pursuers.positions=[]"]
+    many += ["pursuers.count=3", "pursuers.headings=[]"]
+    assert load("thesis_3v4", *many).evaders.size == 13
+    with pytest.raises(InvalidInput, match="`evaders` must be at most 12 for kemeny_max; got 13"):
+        load("thesis_3v4", *many, "pursuers.assignment=kemeny_max")
 
 
 def test_pursuers_may_share_a_spot_as_alternatives_only():

@@ -21,12 +21,13 @@ def nearest(view: TeamView) -> np.ndarray:
 def random_visible(view: TeamView) -> np.ndarray:
     """An evader in sight by lot, drawn anew when what the pursuer sees changes."""
     targets = np.full(len(view.visible), UNASSIGNED)
+    numbers = view.numbers if len(view.numbers) else np.arange(len(targets))
     for i, row in enumerate(view.visible):
         seen = np.flatnonzero(row)
         if len(seen):
             # The lot is a function of what is seen: the rule needs no memory, and no
             # generator whose state would depend on how often it was asked.
-            ticket = _mix(_mix(_mix(view.seed) ^ i) ^ sum(1 << int(j) for j in seen))
+            ticket = _mix(_mix(_mix(view.seed) ^ int(numbers[i])) ^ sum(1 << int(j) for j in seen))
             targets[i] = seen[ticket % len(seen)]
     return targets
 

@@ -4,15 +4,17 @@ Source: Zhang 2014, Algorithm 1 and (2.3). Each pursuer ranks the evaders from t
 the one at place j (from 1) of m gets m - j points. The sum of an evader's points is its score,
 and the Hungarian method assigns pursuers by score.
 
-In print the method minimises a score that is highest for the riskiest evader; `borda_max` does
-what the words suggest. In print an extra pursuer ends with the least risky evader in its sight,
-because the loop over the ranking has no break, and evaders out of sight are ranked too:
-`borda_printed` keeps both, the others follow the text of 2.2.3.2.
+In print the method minimises a score that is highest for the riskiest evader: that is the rule
+`borda_min`; `borda_max` does what the words suggest (`aggregation.py` makes both). In print an
+extra pursuer ends with the least risky evader in its sight, because the loop over the ranking has
+no break, and evaders out of sight are ranked too: `borda_printed` keeps both, the others follow
+the text of 2.2.3.2.
 """
 
 import numpy as np
 
-from .matching import match, place_extra
+from .ballots import places
+from .matching import match
 from .team_view import UNASSIGNED, TeamView
 
 
@@ -26,26 +28,8 @@ def borda_scores(risk: np.ndarray, ranked: np.ndarray) -> np.ndarray:
     Returns:
         Shape (m,).
     """
-    n, m = risk.shape
-    order = np.argsort(np.where(ranked, -risk, np.inf), axis=1, kind="stable")
-    points = np.empty((n, m))
-    np.put_along_axis(points, order, np.arange(m - 1.0, -1.0, -1.0)[None, :], axis=1)
+    points = risk.shape[1] - 1.0 - places(risk, ranked)
     return np.where(ranked, points, 0.0).sum(axis=0)
-
-
-def _assign(view: TeamView, *, maximise: bool) -> np.ndarray:
-    score = np.broadcast_to(borda_scores(view.risk, view.visible), view.risk.shape)
-    return place_extra(match(score, view.visible, maximise=maximise), view, score)
-
-
-def borda_min(view: TeamView) -> np.ndarray:
-    """Algorithm 1 with its loop corrected: the least total score."""
-    return _assign(view, maximise=False)
-
-
-def borda_max(view: TeamView) -> np.ndarray:
-    """Algorithm 1 with its sense corrected too: the greatest total score."""
-    return _assign(view, maximise=True)
 
 
 def borda_printed(view: TeamView) -> np.ndarray:

@@ -4,8 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from .aggregation import AGGREGATIONS, aggregated
 from .baselines import nearest, own_riskiest, random_visible, stay
-from .borda import borda_max, borda_min, borda_printed
+from .borda import borda_printed
 from .matching import hungarian, hungarian_max
 from .team_view import TeamView
 
@@ -15,8 +16,8 @@ AssignmentRule = Callable[[TeamView], np.ndarray]
 RULES: dict[str, AssignmentRule] = {
     "hungarian": hungarian,
     "hungarian_max": hungarian_max,
-    "borda_min": borda_min,
-    "borda_max": borda_max,
+    **{f"{name}_min": aggregated(scores, maximise=False) for name, scores in AGGREGATIONS.items()},
+    **{f"{name}_max": aggregated(scores, maximise=True) for name, scores in AGGREGATIONS.items()},
     "borda_printed": borda_printed,
     "random_visible": random_visible,
     "own_riskiest": own_riskiest,

@@ -18,6 +18,7 @@ class TeamView(NamedTuple):
         evaders: Positions, shape (m, 2) [m].
         extra: One of EXTRA_PURSUERS.
         seed: For rules that draw lots.
+        numbers: Which pursuers of the team these are, for lots, shape (n,); empty: all of them.
     """
 
     visible: np.ndarray
@@ -26,6 +27,7 @@ class TeamView(NamedTuple):
     evaders: np.ndarray
     extra: str = "stay"
     seed: int = 0
+    numbers: np.ndarray = np.empty(0, dtype=int)
 
 
 UNASSIGNED = -1
