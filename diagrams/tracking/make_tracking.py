@@ -36,7 +36,7 @@ def MakeTracking(
     scenario: TrackingScenario | TrackingGame,
     meshcat: Meshcat | None = None,
     *,
-    assignment: System | AssignmentRule | None = None,
+    assignment: str | System | AssignmentRule | None = None,
     evasion: System | None = None,
     publish_period: float | None = None,
     recording: bool = False,
@@ -99,7 +99,7 @@ def AddTracking(
     game: TrackingGame,
     meshcat: Meshcat | None = None,
     *,
-    assignment: System | AssignmentRule | None = None,
+    assignment: str | System | AssignmentRule | None = None,
     evasion: System | None = None,
 ) -> dict[str, OutputPort]:
     """Wire a tracking game into a diagram; return its outputs by name (see `MakeTracking`).
@@ -113,8 +113,8 @@ def AddTracking(
         builder: Of the diagram.
         game: What is played.
         meshcat: The page on which you drive the evader whose policy is "you".
-        assignment: Instead of the scenario's rule: a function of a TeamView, or a system with the
-            output port `assignment` (Np), the evader of each pursuer or -1.
+        assignment: Instead of the scenario's rule: a name in `RULES`, a function of a TeamView, or
+            a system with the output port `assignment` (Np), the evader of each pursuer or -1.
         evasion: Instead of the scenario's policies: a system with the output port `velocity`
             (2 Ne), the velocities that the evaders wish for [m/s].
 

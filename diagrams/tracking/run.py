@@ -59,7 +59,7 @@ def run_tracking(
     game: TrackingGame,
     meshcat: Meshcat | None = None,
     *,
-    assignment: System | AssignmentRule | None = None,
+    assignment: str | System | AssignmentRule | None = None,
     evasion: System | None = None,
     recording: bool = False,
     live: bool = False,
