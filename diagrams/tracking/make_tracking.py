@@ -23,7 +23,7 @@ from .evasion import AddEvasion
 from .game import TrackingGame, set_up_game
 from .scenario import TrackingScenario
 from .scene import TrackingScene, View
-from .team_ports import AddTeam
+from .team_ports import AddTeam, TeamPorts
 
 # About how long a picture lasts [s].
 PICTURE_PERIOD = 1 / 32
@@ -101,6 +101,7 @@ def AddTracking(
     *,
     assignment: str | System | AssignmentRule | None = None,
     evasion: System | None = None,
+    teams: tuple[TeamPorts, TeamPorts] | None = None,
 ) -> dict[str, OutputPort]:
     """Wire a tracking game into a diagram; return its outputs by name (see `MakeTracking`).
 
@@ -117,6 +118,8 @@ def AddTracking(
             a system with the output port `assignment` (Np), the evader of each pursuer or -1.
         evasion: Instead of the scenario's policies: a system with the output port `velocity`
             (2 Ne), the velocities that the evaders wish for [m/s].
+        teams: Pursuers and evaders that are in the diagram already, as those of a station are,
+            instead of simulated ones.
 
     Raises:
         InvalidInput: A system of yours has an input port of another name, or lacks its output
@@ -126,10 +129,10 @@ def AddTracking(
     scenario, world, period = game.scenario, game.world, game.scenario.period
     pursuers, evaders = scenario.pursuers, scenario.evaders
     sizes = {"pursuers": pursuers.size, "evaders": evaders.size}
-    pursuing = AddTeam(
-        builder, "pursuer", pursuers, game.pursuer_starts, game.pursuer_regions, period
+    pursuing, evading = teams or (
+        AddTeam(builder, "pursuer", pursuers, game.pursuer_starts, game.pursuer_regions, period),
+        AddTeam(builder, "evader", evaders, game.evader_starts, game.evader_regions, period),
     )
-    evading = AddTeam(builder, "evader", evaders, game.evader_starts, game.evader_regions, period)
     senses = {"pursuer_position": pursuing.position, "evader_position": evading.position}
 
     def add(name, system):

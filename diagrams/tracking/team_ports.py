@@ -62,12 +62,46 @@ def AddTeam(
         return TeamPorts(velocity, plant.GetOutputPort("position"), safe_velocity)
     limits = {"top_speed": team.top_speed, "top_turn_rate": team.top_turn_rate}
     plant = add(f"{name}_team", DifferentialDriveTeam(starts, time_step=period, **limits))
+    command = AddDrive(
+        builder,
+        name,
+        team,
+        regions,
+        period,
+        velocity=safe_velocity,
+        pose=plant.GetOutputPort("pose"),
+    )
+    connect(plant.GetOutputPort("position"), walls.GetInputPort("position"))
+    connect(command, plant.GetInputPort("command"))
+    return TeamPorts(velocity, plant.GetOutputPort("position"), plant.GetOutputPort("direction"))
+
+
+def AddDrive(
+    builder: DiagramBuilder,
+    name: str,
+    team: Team,
+    regions: Sequence[World],
+    period: float,
+    *,
+    velocity: OutputPort,
+    pose: OutputPort,
+) -> OutputPort:
+    """Add what turns velocities of points into commands of differential drives.
+
+    Args:
+        builder, name, team, regions, period: As of `AddTeam`.
+        velocity: Velocities that slide along the walls, size 2 N [m/s].
+        pose: Poses of the robots, size 3 N [m], [m], [rad].
+
+    Returns:
+        Commands that stop short of walls, size 2 N [m/s], [rad/s].
+    """
+    add, connect, count = builder.AddNamedSystem, builder.Connect, velocity.size() // 2
+    limits = {"top_speed": team.top_speed, "top_turn_rate": team.top_turn_rate}
     heading = add(f"{name}_heading", HeadingController(count, gain=team.heading_gain))
     stop = add(f"{name}_wall_stop", WallStop(regions, count=count, period=period, **limits))
-    connect(plant.GetOutputPort("position"), walls.GetInputPort("position"))
-    connect(plant.GetOutputPort("pose"), heading.GetInputPort("pose"))
-    connect(safe_velocity, heading.GetInputPort("velocity"))
-    connect(plant.GetOutputPort("pose"), stop.GetInputPort("pose"))
+    connect(pose, heading.GetInputPort("pose"))
+    connect(velocity, heading.GetInputPort("velocity"))
+    connect(pose, stop.GetInputPort("pose"))
     connect(heading.GetOutputPort("command"), stop.GetInputPort("command"))
-    connect(stop.GetOutputPort("safe_command"), plant.GetInputPort("command"))
-    return TeamPorts(velocity, plant.GetOutputPort("position"), plant.GetOutputPort("direction"))
+    return stop.GetOutputPort("safe_command")
