@@ -1,0 +1,58 @@
+/* One robot's ATmega2560 in simavr, and the wires from it to wheels, sensors and radio. */
+#ifndef BOARD_H
+#define BOARD_H
+
+#include <simavr/sim_avr.h>
+#include <simavr/sim_elf.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "wheels_model.h"
+
+#define SERIAL_ROOM 4096
+
+struct bytes {
+    uint8_t data[SERIAL_ROOM];
+    int count;
+};
+
+struct encoder {
+    struct board *board;
+    int wheel;
+    int64_t target;            /* quarter to be reached in this step */
+    avr_cycle_count_t between; /* cycles between two quarters */
+    avr_irq_t *a;
+    avr_irq_t *b;
+};
+
+struct board {
+    avr_t *avr;
+    const struct body *body;
+    struct rover rover;
+    struct encoder encoders[2];
+    avr_irq_t *serial_in;
+    struct bytes to_robot; /* waiting for the wire */
+    struct bytes from_robot;
+    bool sending;         /* a byte is on the wire to the robot */
+    double top_power;     /* largest power of a motor since it was last asked for */
+    double still_since;   /* [s]; infinite while a wheel turns */
+    double unpowered_since; /* [s]; infinite while a motor gets power */
+};
+
+/* Returns NULL where simavr does not know the processor. */
+struct board *board_start(elf_firmware_t *program, const struct body *body, uint8_t id,
+                          const double pose[3]);
+
+/* Simulate up to a time [s] since the start; false once the processor has died. */
+bool board_run(struct board *board, double until);
+
+/* Bytes from the radio module; false where they do not fit. */
+bool board_receive(struct board *board, const uint8_t *bytes, int count);
+
+/* Voltages [V] of the converter's inputs 0 to 4. */
+void board_set_voltages(struct board *board, const double volts[5]);
+
+/* Make the processor go on elsewhere, as a stray bit may. */
+void board_jump(struct board *board, uint32_t address);
+
+#endif

@@ -1,0 +1,186 @@
+"""Several robots' processors in simavr, with their wheels: one process, in lockstep."""
+
+import struct
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...systems.numerics.errors import SightfieldError, require, require_finite
+from .robot_body import RobotBody, sensor_voltages
+from .toolchain import firmware_path, runner_path
+
+_ANSWER = struct.Struct("=9dH")
+# The runner keeps what robots send for so long at least [s].
+_SLICE = 0.1
+
+
+class EmulationError(SightfieldError):
+    """The emulator has ended, or a robot's processor has."""
+
+
+@dataclass(frozen=True)
+class CoresReport:
+    """The robots at one time.
+
+    Attributes:
+        time: Since the start [s].
+        poses: Shape (n, 3) [m], [m], [rad]; headings count turns.
+        wheel_speeds: Left and right, shape (n, 2) [m/s].
+        top_power: Largest power of a motor since the report before, shape (n,), 0 to 1.
+        still_since: When the wheels came to rest, shape (n,) [s]; infinite while one turns.
+        unpowered_since: When the motors were cut, shape (n,) [s]; infinite while one has power.
+        serial: What each robot has sent to its radio module since the report before.
+    """
+
+    time: float
+    poses: np.ndarray
+    wheel_speeds: np.ndarray
+    top_power: np.ndarray
+    still_since: np.ndarray
+    unpowered_since: np.ndarray
+    serial: tuple[bytes, ...]
+
+
+class RobotCores:
+    """The real firmware on n emulated boards; a context manager.
+
+    Nothing happens but in `advance`, and the same calls give the same reports.
+
+    Args:
+        robots: Numbers of the robots, in their EEPROMs.
+        starts: Poses, shape (n, 3) [m], [m], [rad].
+        body: Of all robots.
+
+    Raises:
+        InvalidInput: An argument is out of its range.
+        ToolchainError: Firmware or runner cannot be built.
+    """
+
+    def __init__(
+        self, robots: Sequence[int], starts: np.ndarray, *, body: RobotBody | None = None
+    ) -> None:
+        self.robots = tuple(int(robot) for robot in robots)
+        self.body = body or RobotBody()
+        self._starts = np.asarray(starts, dtype=float)
+        count = len(self.robots)
+        require(1 <= count <= 32, "robots", "be 1 to 32", count)
+        require(all(0 <= each < 255 for each in self.robots), "robots", "be 0 to 254", robots)
+        require(len(set(self.robots)) == count, "robots", "differ", robots)
+        require(self._starts.shape == (count, 3), "starts", f"have shape ({count}, 3)", starts)
+        require(bool(np.isfinite(self._starts).all()), "starts", "be finite", starts)
+        self._time = 0.0
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def __enter__(self) -> "RobotCores":
+        command: list[str | Path] = [runner_path(), firmware_path()]
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        )
+        body = self.body
+        parameters = (body.track_width, body.counts_per_metre, body.top_speed)
+        motor = (body.friction, body.time_constant, body.coasting_constant)
+        self._write(b"b" + struct.pack("=6d", *parameters, *motor))
+        for robot, start in zip(self.robots, self._starts, strict=True):
+            self._write(b"r" + struct.pack("=B3d", robot, *start))
+        far = np.full(4, 10.0)
+        for k in range(len(self.robots)):
+            self.set_sensors(k, far, body.battery)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._process is not None:
+            for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
+                if stream is not None:
+                    stream.close()
+            self._process.wait()
+            self._process = None
+
+    @property
+    def time(self) -> float:
+        """Simulated so far [s]."""
+        return self._time
+
+    def send(self, k: int, data: bytes) -> None:
+        """Have robot k's radio module send bytes to its processor, at 57600 baud."""
+        for start in range(0, len(data), 2048):
+            part = data[start : start + 2048]
+            self._write(b"u" + struct.pack("=BH", k, len(part)) + part)
+
+    def set_sensors(self, k: int, ranges: np.ndarray, battery: float) -> None:
+        """Set robot k's free ways, shape (4,) [m], and its battery [V]."""
+        self._write(b"v" + struct.pack("=B5d", k, *sensor_voltages(ranges, battery)))
+
+    def place(self, k: int, pose: np.ndarray) -> None:
+        """Put robot k to a pose, shape (3,) [m], [m], [rad]."""
+        self._write(b"p" + struct.pack("=B3d", k, *pose))
+
+    def jump(self, k: int, address: int) -> None:
+        """Make robot k's processor go on at an address, with interrupts off: a fault."""
+        self._write(b"j" + struct.pack("=BI", k, address))
+
+    def advance(self, duration: float) -> CoresReport:
+        """Let time pass [s], and report.
+
+        Raises:
+            InvalidInput: Time would run backwards.
+            EmulationError: The runner or a processor has died.
+        """
+        require_finite("duration", duration)
+        require(duration >= 0, "duration", "be zero or positive", duration)
+        end = self._time + duration
+        serial = [b""] * len(self.robots)
+        power = np.zeros(len(self.robots))
+        while True:
+            self._time = min(end, self._time + _SLICE)
+            numbers = self._step(serial)
+            power = np.maximum(power, numbers[:, 5])
+            if self._time >= end:
+                break
+        return CoresReport(
+            time=self._time,
+            poses=numbers[:, :3],
+            wheel_speeds=numbers[:, 3:5],
+            top_power=power,
+            still_since=numbers[:, 6],
+            unpowered_since=numbers[:, 7],
+            serial=tuple(serial),
+        )
+
+    def _step(self, serial: list[bytes]) -> np.ndarray:
+        """Advance to the present time; append to what was sent, return the rest, shape (n, 9)."""
+        self._write(b"a" + struct.pack("=d", self._time), flush=True)
+        rows = []
+        for k, robot in enumerate(self.robots):
+            *numbers, count = _ANSWER.unpack(self._read(_ANSWER.size))
+            serial[k] += self._read(count)
+            rows.append(numbers)
+            if not numbers[8]:
+                raise EmulationError(f"the processor of robot {robot} died at {self._time:.3f} s")
+        return np.array(rows)
+
+    def _write(self, data: bytes, *, flush: bool = False) -> None:
+        if self._process is None or self._process.stdin is None:
+            raise EmulationError("the emulator is not running: use it in a `with` statement")
+        try:
+            self._process.stdin.write(data)
+            if flush:
+                self._process.stdin.flush()
+        except BrokenPipeError:
+            raise self._ended() from None
+
+    def _read(self, count: int) -> bytes:
+        assert self._process is not None
+        assert self._process.stdout is not None
+        data = self._process.stdout.read(count)
+        if len(data) < count:
+            raise self._ended()
+        return data
+
+    def _ended(self) -> EmulationError:
+        assert self._process is not None
+        assert self._process.stderr is not None
+        said = self._process.stderr.read().decode(errors="replace").strip().splitlines()
+        return EmulationError(f"the emulator has ended: {said[-1] if said else 'no reason given'}")

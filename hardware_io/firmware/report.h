@@ -1,0 +1,24 @@
+/* What the robot tells the work station: telemetry and acknowledgements. */
+#ifndef REPORT_H
+#define REPORT_H
+
+#include <stdint.h>
+
+#include "link.h"
+
+/* Motion of the wheels, and what else `report_telemetry` has to know. */
+struct motion {
+    int32_t counts[2];
+    int16_t speeds[2]; /* [mm/s] */
+    uint8_t flags;
+};
+
+#define FLAG_LOW_BATTERY 1U
+#define FLAG_WATCHDOG_RESET 2U
+#define FLAG_SATURATED 4U
+
+void report_telemetry(const struct link *link, const struct motion *motion, uint16_t now);
+
+void report_acknowledgement(const struct link *link, const struct frame *frame);
+
+#endif

@@ -1,0 +1,45 @@
+#include "wheels.h"
+
+#include "encoders.h"
+#include "motors.h"
+#include "robot.h"
+#include "speed_loop.h"
+
+/* Periods over which a speed is reported: the counts of one are too few. */
+#define WINDOW 8U
+
+static struct speed_loop loops[2];
+static int16_t recent[2][WINDOW];
+static uint8_t at;
+
+void wheels_start(void)
+{
+    motors_start();
+    encoders_start();
+}
+
+void wheels_step(const int16_t speeds[2], struct motion *motion)
+{
+    int32_t counts[2];
+    int16_t duties[2];
+    encoders_read(counts);
+    for (uint8_t k = 0; k < 2U; k++) {
+        const int16_t turned = (int16_t)(counts[k] - motion->counts[k]);
+        int32_t sum = 0;
+        recent[k][at] = turned;
+        for (uint8_t j = 0; j < WINDOW; j++) {
+            sum += recent[k][j];
+        }
+        motion->counts[k] = counts[k];
+        motion->speeds[k] =
+            (int16_t)((sum * 1000000L) / (COUNTS_PER_METRE * (int32_t)(WINDOW * TICK_MS)));
+        duties[k] = speed_loop_step(&loops[k], speeds[k], turned);
+    }
+    at = (uint8_t)((at + 1U) % WINDOW);
+    motors_set(duties[0], duties[1]);
+    if (loops[0].saturated || loops[1].saturated) {
+        motion->flags |= FLAG_SATURATED;
+    } else {
+        motion->flags &= (uint8_t)~FLAG_SATURATED;
+    }
+}
