@@ -21,7 +21,7 @@ unexport PYTHONPATH PYTHONHOME
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint format bench peers pictures tools venv lock clean
+.PHONY: help demo test lint format bench peers docs links pictures tools venv lock clean
 
 help:  ## list the targets
 	@awk -F ':.*##  *' '/^[a-z]+:.*##/ { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -51,6 +51,13 @@ peers: $(VENV)/dev.stamp  ## install what benchmarks compare with, apart (needs 
 	build/peers/visilibity/bin/python -m pip install --quiet -r benchmarks/peers/visilibity.txt
 	$(BIN)/python -m venv build/peers/hj_reachability
 	build/peers/hj_reachability/bin/python -m pip install --quiet -r benchmarks/peers/hj_reachability.txt
+
+docs: $(VENV)/dev.stamp  ## build the documentation into build/docs; warnings are errors
+	$(BIN)/python -m sphinx -q -W --keep-going -b html -d build/doctrees docs build/docs
+	@echo "build/docs/index.html"
+
+links: $(VENV)/dev.stamp  ## look whether the documentation's links to other sites lead somewhere
+	$(BIN)/python -m sphinx -q -b linkcheck -d build/doctrees docs build/links
 
 pictures: $(VENV)/dev.stamp  ## make the README's pictures again (needs Chromium)
 	$(BIN)/python docs/make_pictures.py

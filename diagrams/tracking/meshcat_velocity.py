@@ -23,7 +23,7 @@ VelocityState = namedview("VelocityState", ["east", "north"])
 class MeshcatVelocity(LeafSystem):
     """Turns two sliders of the live page, or the arrow keys, into the velocity of one robot.
 
-    .. math:: v = s d / max(1, |d|),  d = (east, north) in [-1, 1]^2
+    v = s d / max(1, |d|),  d = (east, north) in [-1, 1]^2
 
     .. pydrake_system::
 

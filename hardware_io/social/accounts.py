@@ -1,6 +1,6 @@
 """Who is who on a homeserver: the accounts of the pursuer and of the common agents.
 
-A file of them is YAML:
+A file of them is YAML::
 
     homeserver: https://matrix.example.org
     pursuer: {user: "@pursuer:example.org", token: ...}

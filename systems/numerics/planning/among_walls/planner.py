@@ -46,7 +46,7 @@ def plan_from_table(
     """Search a path down the time to go, and let it seed the minimum-time programme.
 
     The notes hold the table's `time_to_go`, the time of the path as it was `searched`, and by how
-    much the path `overlap`s a wall.
+    much it runs into a wall, its `overlap`.
 
     Args:
         value: Time to go among the walls.

@@ -1,11 +1,11 @@
 """Folders of calibration pictures: where each shell stood is said by a table or by the names.
 
 A table `shells.csv` has a row for each picture, and columns
-    file, and one of distance_m, distance_in, and one of bearing_rad, bearing_deg.
+`file`, one of `distance_m` and `distance_in`, and one of `bearing_rad` and `bearing_deg`.
 Without it, names say it, with a distance in m, cm, mm or in and a bearing in deg or rad:
-    15in_90deg.png, red_0.381m_-1.57rad.jpg, 381mm_90deg_second_try.png.
-Distances are from the mirror's axis to the shell's near side, bearings counter-clockwise from the
-robot's front.
+`15in_90deg.png`, `red_0.381m_-1.57rad.jpg`, `381mm_90deg_second_try.png`. Distances
+are from the mirror's axis to the shell's near side, bearings counter-clockwise from the robot's
+front.
 """
 
 import csv

@@ -1,0 +1,155 @@
+"""Markup for systems and names: boxes with ports, and roles that only take what exists."""
+
+import html
+import inspect
+import re
+
+import yaml
+from docstrings import as_restructured_text
+from docutils import nodes
+from docutils.statemachine import StringList
+from names import full_names, modules, name_in, places
+from sphinx import addnodes
+from sphinx.util.docutils import SphinxDirective, SphinxRole
+from sphinx.util.nodes import nested_parse_with_titles
+
+_BLOCK = re.compile(r"^\.\. pydrake_system::\n\n((?:(?: {4}.*)?\n)+)", re.MULTILINE)
+_TABLE = re.compile(r"^(=+(?: +=+)+)\nport .*\n\1\n(?:.+\n)+?\1$", re.MULTILINE)
+
+
+def ports_of(doc: str) -> tuple[str, list[str], list[str]] | None:
+    """Name, input ports and output ports by the block of a docstring; None if it has none."""
+    block = _BLOCK.search(doc + "\n")
+    return _ports(inspect.cleandoc(block[1])) if block else None
+
+
+def _ports(block: str) -> tuple[str, list[str], list[str]]:
+    ports = yaml.safe_load(block)
+    return ports["name"], ports.get("input_ports") or [], ports.get("output_ports") or []
+
+
+def fault_of(name: str) -> str:
+    """What is wrong with a name as `{api}` takes it; empty if nothing."""
+    name, _, part = name.partition(":")
+    found = full_names(name)
+    if len(found) != 1:
+        return f"{name} must name one thing; got {found}"
+    thing = places()[found[0]]
+    parts = []
+    if thing:
+        _, inputs, outputs = ports_of(thing.doc) or ("", [], [])
+        named = [each.name for each in (*thing.parameters, *thing.fields)]
+        parts = [*named, *inputs, *outputs]
+    return f"{name} must have {part}; got {parts}" if part and part not in parts else ""
+
+
+def fault_of_port(name: str) -> str:
+    """What is wrong with a port as `{port}` takes it; empty if nothing."""
+    system, _, port = name.rpartition(".")
+    found = full_names(system)
+    thing = places()[found[0]] if len(found) == 1 else None
+    ports = ports_of(thing.doc) if thing else None
+    return "" if ports and port in ports[1] + ports[2] else f"{name} must be a port of a system"
+
+
+class Box(SphinxDirective):
+    """`.. pydrake_system::`: a system as a box, inputs on the left, outputs on the right."""
+
+    has_content = True
+
+    def run(self) -> list[nodes.Node]:
+        """The box."""
+        name, inputs, outputs = _ports("\n".join(self.content))
+        columns = [
+            '<div class="{}">{}</div>'.format(
+                side, "".join(f"<span>{html.escape(port)}</span>" for port in ports)
+            )
+            for side, ports in (("inputs", inputs), ("outputs", outputs))
+        ]
+        box = f'<div class="name">{html.escape(name)}</div>'
+        text = f'<div class="drake-system">{columns[0]}{box}{columns[1]}</div>'
+        return [nodes.raw("", text, format="html")]
+
+
+class System(SphinxDirective):
+    """`{system}`: a system in a story; a link to it, its first sentence, box and table of ports."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """What the docstring says of the ports."""
+        name = self.arguments[0]
+        fault = fault_of(name)
+        thing = None if fault else places()[full_names(name)[0]]
+        block = _BLOCK.search(thing.doc + "\n") if thing else None
+        if thing is None or block is None:
+            raise self.error(fault or f"{name} must be a system")
+        table = _TABLE.search(thing.doc)
+        first = as_restructured_text(thing.doc.split("\n\n")[0])
+        text = [f":api:`{name}`: {first}", block[0]]
+        text += [as_restructured_text(table[0])] if table else []
+        node = nodes.container(classes=["system"])
+        lines = "\n\n".join(text).splitlines()
+        # A page in Markdown nests reStructuredText here.
+        nested_parse_with_titles(self.state, StringList(lines, name), node)
+        return node.children
+
+
+class Port(SphinxRole):
+    """`{port}`: a port, written System.port; a link to the system."""
+
+    def run(self) -> tuple[list[nodes.Node], list[nodes.system_message]]:
+        """The link, or a warning where there is no such port."""
+        fault = fault_of_port(self.text)
+        if fault:
+            return _warned(self, fault)
+        system, _, port = self.text.rpartition(".")
+        return [_link(self, full_names(system)[0], port)], []
+
+
+class Api(SphinxRole):
+    """`{api}`: something in the API pages, by the end of its name; after a colon, a part of it."""
+
+    def run(self) -> tuple[list[nodes.Node], list[nodes.system_message]]:
+        """The link, or a warning where the name leads nowhere or to several places."""
+        fault = fault_of(self.text)
+        if fault:
+            return _warned(self, fault)
+        name, colon, part = self.text.partition(":")
+        found = full_names(name)[0]
+        last = name if found.rpartition(".")[0] not in modules() else name.rpartition(".")[2]
+        return [_link(self, found, f"{last}, {part}" if colon else last)], []
+
+
+class Quoted(SphinxRole):
+    """`name` in a docstring: a link where that name leads somewhere, code anyway."""
+
+    def run(self) -> tuple[list[nodes.Node], list[nodes.system_message]]:
+        """The link or the code."""
+        found = name_in(self.env.ref_context.get("py:module", ""), self.text)
+        if found:
+            return [_link(self, found, self.text)], []
+        return [nodes.literal(self.rawtext, self.text)], []
+
+
+def _link(role: SphinxRole, target: str, text: str) -> nodes.Node:
+    reference = addnodes.pending_xref(
+        role.rawtext, refdomain="py", reftype="obj", reftarget=target, refwarn=True
+    )
+    reference["refdoc"] = role.env.docname
+    reference += nodes.literal(role.rawtext, text)
+    return reference
+
+
+def _warned(role: SphinxRole, message: str):
+    problem = role.inliner.reporter.warning(message, line=role.lineno)
+    return [nodes.literal(role.rawtext, role.text)], [problem]
+
+
+def setup(app) -> dict[str, bool]:
+    """Tell Sphinx the directives and roles."""
+    app.add_directive("pydrake_system", Box)
+    app.add_directive("system", System)
+    for name, role in (("port", Port()), ("api", Api()), ("quoted", Quoted())):
+        app.add_role(name, role)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

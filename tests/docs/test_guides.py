@@ -1,0 +1,18 @@
+"""The examples of the guides are complete: typed in as they stand, they do what is said."""
+
+import subprocess
+import sys
+
+
+def test_the_guides_code_runs_and_prints_what_they_say(guide, tmp_path):
+    for kind, text in guide.blocks:
+        if kind == "yaml":
+            name = text.partition("\n")[0].removeprefix("# ")
+            (tmp_path / name).write_text(text, encoding="utf-8")
+    code = "\n".join(text for kind, text in guide.blocks if kind == "python")
+    said = "".join(text for kind, text in guide.blocks if kind == "text")
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == said
