@@ -1,0 +1,113 @@
+"""What the pages say can be typed, can be typed."""
+
+import json
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from sightfield.diagrams.commands.app import make_app
+
+ROOT = Path(__file__).resolve().parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+
+
+def lines_of(page) -> list[str]:
+    """The commands of a page's `sh` blocks, without their comments."""
+    lines = [line for kind, text in page.blocks if kind == "sh" for line in text.splitlines()]
+    return [line.partition("#")[0].strip() for line in lines]
+
+
+@pytest.fixture(scope="module")
+def app() -> typer.Typer:
+    """The whole command line."""
+    return make_app()
+
+
+def refusal(app: typer.Typer, words: list[str]) -> str:
+    """What is wrong with the words after `sightfield`; empty if they can be read."""
+    command, rest = typer.main.get_command(app), list(words)
+    while rest and rest[0] in getattr(command, "commands", {}):
+        command = command.commands[rest.pop(0)]
+    if hasattr(command, "commands") and not command.invoke_without_command:
+        return f"no command {rest[:1]}"
+    try:
+        command.make_context("sightfield", rest)
+    except Exception as error:  # typer keeps its classes of errors private
+        return str(error) or repr(error)
+    return ""
+
+
+def test_there_are_commands(pages):
+    assert sum(len(lines_of(page)) for page in pages) > 10
+
+
+def test_every_line_is_a_command(page, app):
+    for line in lines_of(page):
+        program, *words = shlex.split(line)
+        assert program == "sightfield", line
+        assert refusal(app, words) == "", line
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "trak",
+        "track --sped 3",
+        "track a b",
+        "camera look",
+        "plan --start 1 1 0",
+        "corner --ratio x",
+    ],
+)
+def test_a_line_that_is_none_is_seen(app, line):
+    assert refusal(app, shlex.split(line))
+
+
+def test_commands_run_one_after_the_other(page, app, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for kind, text in page.blocks:
+        if kind == "yaml" and text.startswith("# "):
+            name = text.partition("\n")[0].removeprefix("# ")
+            Path(name).write_text(text, encoding="utf-8")
+    # Lines of the README are run by its own test.
+    for line in (line for line in lines_of(page) if line not in README):
+        done = CliRunner().invoke(app, shlex.split(line)[1:])
+        assert done.exit_code == 0, f"{line}\n{done.output}\n{done.exception!r}"
+
+
+def test_numbers_of_the_pages_are_what_the_commands_say(pages, app):
+    """The figures that the stories give for the thesis's cases."""
+    text = {page.name: page.text for page in pages}
+
+    def answer(line):
+        done = CliRunner().invoke(app, shlex.split(line))
+        assert done.exit_code == 0, done.output
+        return json.loads(done.stdout)
+
+    corner = answer("corner --json")
+    assert f"{corner['margin']:.2f} m" in text["stories/tracking.md"]
+    assert f"{corner['escape_time']:.3f} s" in text["stories/tracking.md"]
+    loop = answer("standoff --controller PD --analyse --json")
+    for rest in loop["equilibria"]:
+        assert f"{rest['y']:.3f} m" in text["stories/vision.md"]
+        assert re.search(rf"pole\s+at\s+{rest['poles'][0][0]:.3g}\b", text["stories/vision.md"])
+    assert f"{loop['singularities'][0]:.3f} m" in text["stories/vision.md"]
+    fleet = "--combines 3 --capacity 9000 --fill-rate 20 --unload-rate 150 --travel-time 60"
+    plan = answer(f"schedule {fleet} --json")
+    for figure in (
+        f"{plan['travel_time_max']:.1f} s",
+        f"{plan['waiting_times'][0]:.1f} s",
+        f"{plan['period']:.0f} s",
+        f"{100 * plan['jitter_max']:.1f}%",
+    ):
+        assert figure in text["stories/harvest.md"]
+    plans = answer("plan --start 1 1 0 0 --goal 4 4 0 0 --json")
+    for method, found in plans["methods"].items():
+        row = re.search(rf"(?m)^\| `{method}` .* ([\d.]+) \|$", text["stories/planning.md"])
+        assert row, method
+        assert found["time"] == pytest.approx(float(row[1]), abs=6e-4)
+    assert f"{plans['lower_bound']:.3f}" in text["stories/planning.md"]
