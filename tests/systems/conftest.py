@@ -1,6 +1,7 @@
 """One small example of every LeafSystem of the package, for tests that hold for all of them."""
 
 from collections.abc import Callable
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,6 +22,14 @@ from sightfield.diagrams.vision import scenarios
 from sightfield.diagrams.vision.tracking.picture_game import set_up_picture_game
 from sightfield.diagrams.vision.tracking.picture_scene import PictureScene
 from sightfield.diagrams.vision.tracking.scenario import PictureTrackingScenario
+from sightfield.hardware_io.cameras.camera_port import CameraPort
+from sightfield.hardware_io.cameras.frame_source import NoCamera
+from sightfield.hardware_io.mocap.pose_receiver import PoseReceiver
+from sightfield.hardware_io.mocap.pose_source import NewestPoses
+from sightfield.hardware_io.recording.port_recorder import PortRecorder
+from sightfield.hardware_io.viewer.operator import Operator
+from sightfield.hardware_io.viewer.operator_port import OperatorPort
+from sightfield.hardware_io.viewer.state_publisher import StatePublisher
 from sightfield.systems.harvest.auger_transfer import AugerTransfer
 from sightfield.systems.harvest.cart_driver import CartDriver
 from sightfield.systems.harvest.combine_guard import CombineGuard
@@ -48,6 +57,7 @@ from sightfield.systems.numerics.social.routes.wandering import WanderingLaw
 from sightfield.systems.numerics.standoff.error_model import THESIS_ERROR
 from sightfield.systems.numerics.standoff.loop import StandoffLoop
 from sightfield.systems.numerics.standoff.sampled_pid import SampledPid
+from sightfield.systems.numerics.station.channel import Channel
 from sightfield.systems.numerics.vision.estimation.calibration import Calibration, calibrate
 from sightfield.systems.numerics.vision.estimation.readings import Readings
 from sightfield.systems.numerics.vision.omni_optics import OmniCamera, project
@@ -70,6 +80,14 @@ from sightfield.systems.social.wanderers import Wanderers
 from sightfield.systems.standoff.closed_loop import StandoffClosedLoop
 from sightfield.systems.standoff.range_estimator import BiasedRangeEstimator
 from sightfield.systems.standoff.standoff_pid import StandoffPid
+from sightfield.systems.station.age_limit import AgeLimit
+from sightfield.systems.station.command_gate import CommandGate
+from sightfield.systems.station.command_timeout import CommandTimeout
+from sightfield.systems.station.imperfect_channel import ImperfectChannel
+from sightfield.systems.station.picture_player import PicturePlayer
+from sightfield.systems.station.pose_parts import PoseParts
+from sightfield.systems.station.sample_player import SamplePlayer
+from sightfield.systems.station.sampled_receiver import SampledReceiver
 from sightfield.systems.tracking.adversarial_evaders import AdversarialEvaders
 from sightfield.systems.tracking.agent_team import AgentTeam
 from sightfield.systems.tracking.assignment import Assignment
@@ -153,6 +171,9 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "CartDriver": lambda: CartDriver(
             job.planner, job.lanes, job.traffic, job.trucks, period=0.25
         ),
+        "CameraPort": lambda: CameraPort(NoCamera(), period=0.1, stale_after=0.5),
+        "CommandGate": lambda: CommandGate(3),
+        "CommandTimeout": lambda: CommandTimeout(3, limit=0.2),
         "CombineGuard": lambda: CombineGuard(job.traffic, Cart(), carts=3),
         "CombineTeam": lambda: CombineTeam(
             job.coverage.paths, Combine(), density=0.8, carts=3, period=0.25
@@ -168,6 +189,7 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "AgentInterest": lambda: AgentInterest(
             make_outlook(world, cell=0.5, view_angle=1.0, reach=2.0), agents=3, patience=2
         ),
+        "AgeLimit": lambda: AgeLimit(3, limit=0.1),
         "AgentTeam": lambda: AgentTeam([[0, 0], [1, 1]], top_speed=0.3),
         "Assignment": lambda: Assignment(world, **teams),
         "BiasedRangeEstimator": lambda: BiasedRangeEstimator(THESIS_ERROR),
@@ -179,6 +201,7 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "ForwardCameras": lambda: ForwardCameras(thesis_maze(), 2),
         "HeadingController": lambda: HeadingController(2),
         "ImageScanner": lambda: ImageScanner(MemoryNetwork(thesis_temperaments(), 0)),
+        "ImperfectChannel": lambda: ImperfectChannel(Channel(), np.zeros((3, 2))),
         "InfraredSensors": lambda: InfraredSensors(world, count=3, radius=0.1, ring=ring),
         "LineOfSight": lambda: LineOfSight(world, **teams),
         "MeshcatVelocity": lambda: MeshcatVelocity(page(), 0.3),
@@ -190,11 +213,21 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
             Surroundings(world=world),
             [shell_of("red"), shell_of("green")],
         ),
+        "OperatorPort": lambda: OperatorPort(Operator(), period=0.1),
         "PathFollower": lambda: PathFollower(
             Trailer(), driven_path(Trailer(), (0, 0, 0, 0), [(1, 0, 1)])
         ),
+        "PicturePlayer": lambda: PicturePlayer([], lambda number: np.zeros((1, 1, 4)), period=0.1),
         "PicturePoster": lambda: PicturePoster(
             MemoryNetwork(thesis_temperaments(), 0), period=1.0, offset=0.1
+        ),
+        "PortRecorder": lambda: PortRecorder(
+            SimpleNamespace(ports={"pursuer.poses": 6}, pictures=("omni_camera.image",)),
+            period=0.1,
+        ),
+        "PoseParts": lambda: PoseParts(3),
+        "PoseReceiver": lambda: PoseReceiver(
+            NewestPoses(["a", "b", "c"]), np.zeros((3, 3)), period=0.1, stale_after=0.2
         ),
         "PositionFilter": lambda: PositionFilter(3),
         "PictureScene": pictures,
@@ -209,6 +242,8 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
             radius=0.1,
             period=0.1,
         ),
+        "SamplePlayer": lambda: SamplePlayer(np.zeros((4, 3)), np.zeros(3), period=0.1),
+        "SampledReceiver": lambda: SampledReceiver(np.zeros((3, 2)), period=0.1, stale_after=0.2),
         "SharedEstimate": lambda: SharedEstimate(
             [world], cameras=2, evaders=3, speed=0.1, period=0.1
         ),
@@ -216,6 +251,9 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "SightLossMonitor": lambda: SightLossMonitor(world, **teams, period=0.1),
         "SocialScene": search_scene,
         "StandoffClosedLoop": lambda: StandoffClosedLoop(StandoffLoop(), 0.1),
+        "StatePublisher": lambda: StatePublisher(
+            SimpleNamespace(show=lambda state: None), pursuers=2, evaders=3
+        ),
         "StandoffPid": lambda: StandoffPid(StandoffLoop(), SampledPid()),
         "TractorTrailer": lambda: TractorTrailer(Trailer()),
         "TrackingScene": lambda: TrackingScene(

@@ -13,6 +13,7 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import LeafSystem, PortDataType
 
 import sightfield.diagrams
+import sightfield.hardware_io
 import sightfield.systems
 
 
@@ -47,7 +48,7 @@ def subclasses(base: type) -> set[type]:
 
 def systems_of_the_package() -> list[type]:
     """Every LeafSystem that a module of the package defines; templates at T = float."""
-    for package in (sightfield.systems, sightfield.diagrams):
+    for package in (sightfield.systems, sightfield.diagrams, sightfield.hardware_io):
         for module in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
             # A template makes its float class when first asked for it.
             for thing in vars(importlib.import_module(module.name)).values():

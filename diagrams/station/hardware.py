@@ -1,0 +1,205 @@
+"""The laboratory's devices: opening them, and wiring them to the ports of a station.
+
+With `diagrams/social/networks.py` the one place where diagrams know `hardware_io`; all others take
+what they need of it from here.
+"""
+
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from ...hardware_io.cameras.camera_port import CameraPort
+from ...hardware_io.cameras.frame_source import FrameSource, NoCamera
+from ...hardware_io.cameras.opencv_capture import OpenCvCapture
+from ...hardware_io.cameras.picture_folder import PictureFolder
+from ...hardware_io.mocap.emulated_poses import EmulatedPoses
+from ...hardware_io.mocap.lcm_poses import LcmPoses
+from ...hardware_io.mocap.motion_capture import MotionCapture
+from ...hardware_io.mocap.pose_receiver import PoseReceiver
+from ...hardware_io.mocap.pose_source import PoseSource
+from ...hardware_io.mocap.recorded_poses import RecordedPoses
+from ...hardware_io.recording.port_recorder import PortRecorder, port_name
+from ...hardware_io.recording.run_log import RunLog, read_run_log
+from ...hardware_io.recording.run_writer import RunWriter
+from ...hardware_io.viewer.messages import Scene
+from ...hardware_io.viewer.operator import Operator
+from ...hardware_io.viewer.operator_port import OperatorPort
+from ...hardware_io.viewer.state_publisher import Shows, StatePublisher
+from ...systems.numerics.errors import InvalidInput
+from ...systems.station.age_limit import AgeLimit
+from ..tracking.game import TrackingGame
+from .ports import IMAGE
+from .scenario import Mocap, OmniCameraDevice, StationScenario
+from .wiring import split_teams
+
+__all__ = [
+    "AddDevices",
+    "Devices",
+    "Operator",
+    "OperatorPort",
+    "PortRecorder",
+    "RunLog",
+    "RunWriter",
+    "Scene",
+    "Shows",
+    "StatePublisher",
+    "open_camera",
+    "open_devices",
+    "open_poses",
+    "open_radio",
+    "port_name",
+    "read_run_log",
+]
+
+# Commands go out, and samples are written, this long after the tick at which poses are sampled:
+# an event at the tick itself would still see the poses of the tick before [s].
+AFTER_TICK = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Devices:
+    """Devices that are open.
+
+    Attributes:
+        poses: The motion capture.
+        radio: The RadioLink to the robots.
+        camera: The omni-directional camera.
+        laboratory: The EmulatedLaboratory behind them, or None.
+    """
+
+    poses: PoseSource
+    radio: Any
+    camera: FrameSource
+    laboratory: Any = None
+
+
+def open_poses(mocap: Mocap, bodies: list[str]) -> PoseSource:
+    """Open the motion capture.
+
+    Raises:
+        InvalidInput: It does not answer.
+    """
+    if mocap.source == "lcm":
+        return LcmPoses(mocap.url, mocap.channel, bodies)
+    if mocap.source == "log":
+        return RecordedPoses(read_run_log(Path(mocap.log)))
+    return MotionCapture(mocap.source, mocap.hostname, bodies)
+
+
+def open_camera(device: OmniCameraDevice) -> FrameSource:
+    """Open the camera.
+
+    Raises:
+        InvalidInput: It cannot be opened.
+    """
+    if device.source == "none":
+        return NoCamera()
+    if device.source == "folder":
+        return PictureFolder(Path(device.place), rate=device.rate)
+    return OpenCvCapture(device.place)
+
+
+def open_radio(port: str, robots: list[int], baud_rate: int) -> Any:
+    """Make the link to the robots, a context manager that opens the serial port.
+
+    Raises:
+        InvalidInput: The extra [hardware] is not installed.
+    """
+    try:
+        from ...hardware_io.radio.link import RadioLink
+    except ModuleNotFoundError as error:
+        raise InvalidInput(
+            f"`radio` must come with the extra [hardware]: pip install sightfield[hardware]; "
+            f"got none ({error})"
+        ) from None
+    return RadioLink(port, robots, baud_rate=baud_rate)
+
+
+@contextmanager
+def open_devices(
+    scenario: StationScenario, game: TrackingGame, *, emulate: bool = False
+) -> Iterator[Devices]:
+    """Open every device that the scenario names, or those of an emulated laboratory.
+
+    The radio comes first: it is what is closed last, and on closing stops every robot.
+
+    Raises:
+        SightfieldError: A device is missing or does not answer.
+    """
+    radio = scenario.radio
+    with ExitStack() as stack:
+        laboratory, port = None, radio.port
+        if emulate:
+            laboratory = stack.enter_context(_emulated(scenario, game))
+            port = laboratory.radio_port
+        link = stack.enter_context(open_radio(port, scenario.robots, radio.baud_rate))
+        source = (
+            EmulatedPoses(laboratory)
+            if laboratory is not None
+            else open_poses(scenario.mocap, scenario.bodies)
+        )
+        poses = stack.enter_context(closing(source))
+        camera = stack.enter_context(closing(open_camera(scenario.omni_camera)))
+        yield Devices(poses=poses, radio=link, camera=camera, laboratory=laboratory)
+
+
+def _emulated(scenario: StationScenario, game: TrackingGame) -> Any:
+    from ...hardware_io.emulation.laboratory import EmulatedLaboratory
+
+    air = scenario.emulation
+    return EmulatedLaboratory(
+        scenario.robots,
+        np.concatenate([game.pursuer_starts, game.evader_starts]),
+        frame_loss=air.frame_loss,
+        delay=air.delay,
+        seed=air.seed,
+        world=game.world,
+    )
+
+
+def AddDevices(
+    builder: DiagramBuilder,
+    scenario: StationScenario,
+    game: TrackingGame,
+    sent_command: OutputPort,
+    devices: Devices,
+) -> dict[str, OutputPort]:
+    """Add what reads and drives open devices; return the ports of the devices."""
+    from ...hardware_io.radio.radio_commander import RadioCommander
+
+    add, connect, period, count = (
+        builder.AddNamedSystem,
+        builder.Connect,
+        scenario.period,
+        scenario.size,
+    )
+    starts = np.concatenate([game.pursuer_starts, game.evader_starts])
+    mocap = PoseReceiver(
+        devices.poses, starts, period=period, stale_after=scenario.mocap.stale_after
+    )
+    add("mocap", mocap)
+    ports: dict[str, OutputPort] = {}
+    for name, width in (("poses", 3), ("valid", 1), ("age", 1), ("stamp", 1)):
+        ports |= split_teams(builder, scenario, name, mocap.GetOutputPort(name), width)
+    radio = add("radio", RadioCommander(devices.radio, period=period, offset=AFTER_TICK))
+    connect(sent_command, radio.GetInputPort("velocity_commands"))
+    connect(mocap.GetOutputPort("valid"), radio.GetInputPort("valid"))
+    ports["infrared.ranges"] = radio.GetOutputPort("infrared_ranges")
+    ports["infrared.age"] = radio.GetOutputPort("age")
+    limit = add("infrared_limit", AgeLimit(count, limit=scenario.infrared.stale_after))
+    connect(radio.GetOutputPort("age"), limit.get_input_port())
+    ports["infrared.valid"] = limit.get_output_port()
+    ports["radio.quality"] = radio.GetOutputPort("link_quality")
+    ports["radio.battery"] = radio.GetOutputPort("battery")
+    camera = CameraPort(devices.camera, period=period, stale_after=scenario.omni_camera.stale_after)
+    add("omni_camera", camera)
+    ports[IMAGE] = camera.GetOutputPort("image")
+    ports |= {
+        f"omni_camera.{name}": camera.GetOutputPort(name) for name in ("valid", "age", "stamp")
+    }
+    return ports

@@ -1,0 +1,83 @@
+"""The station: robots, motion capture, radio, sensors and camera behind one set of ports."""
+
+from contextlib import ExitStack
+
+import numpy as np
+from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import Multiplexer
+
+from ...systems.station.command_gate import RUNNING, CommandGate
+from ..tracking.game import TrackingGame, set_up_game
+from .hardware import AddDevices, Devices, Operator, OperatorPort, RunLog, open_devices
+from .ports import COMMANDS, IMAGE, MODE, SENT, device_ports
+from .recorded import AddRecordedLaboratory
+from .scenario import StationScenario
+from .simulated import AddSimulatedLaboratory
+from .wiring import constant
+
+
+def MakeStation(
+    scenario: StationScenario,
+    hardware: bool | Devices | RunLog = False,
+    *,
+    game: TrackingGame | None = None,
+    operator: Operator | None = None,
+) -> Diagram:
+    """Make a station, whose ports are the same whatever is behind them.
+
+    Input port: `team.velocity_commands` (2 N), speed [m/s] and turn rate [rad/s] of each robot,
+    pursuers first. They go to robots whose pose is valid, while the operator lets them run; the
+    others stand.
+
+    Output ports, in the order in which data flows: `pursuer.poses` (3 Np) and `evader.poses`
+    (3 Ne) [m], [m], [rad], with `.valid`, `.age` [s] and `.stamp` [s] of each robot;
+    `omni_camera.image` (ImageRgba8U) and its `.valid`, `.age` and `.stamp`; `infrared.ranges`
+    (4 N) [m] with `.valid` and `.age` of each robot; `radio.quality` (N) and `radio.battery` (N)
+    [V]; `operator.mode` (1): 1 to run, 0 for a pause, -1 for an emergency stop; and
+    `team.sent_commands` (2 N), what really went out.
+
+    Everything is sampled at the period of the game and held. An event at the tick itself sees the
+    samples of the tick before: send, log and look a little later, as the station itself does.
+
+    Args:
+        scenario: The laboratory.
+        hardware: False simulates it; True opens its devices, which stay open as long as the
+            process; or devices that are open, or a recorded run to play again.
+        game: The scenario's, if it is set up already.
+        operator: Who may pause and stop; None: nobody does.
+
+    Raises:
+        SightfieldError: The game cannot be set up, or a device is missing.
+    """
+    game = game or set_up_game(scenario.tracking)
+    builder = DiagramBuilder()
+    gate = builder.AddNamedSystem("gate", CommandGate(scenario.size))
+    sent = gate.GetOutputPort("sent_command")
+    if hardware is True:
+        # Never closed, but by the end of the process: then the link stops the robots.
+        hardware = ExitStack().enter_context(open_devices(scenario, game))
+    if isinstance(hardware, RunLog):
+        ports = AddRecordedLaboratory(builder, scenario, game, hardware)
+    else:
+        if isinstance(hardware, Devices):
+            ports = AddDevices(builder, scenario, game, sent, hardware)
+        else:
+            ports = AddSimulatedLaboratory(builder, scenario, game, sent)
+        if operator is None:
+            ports[MODE] = constant(builder, "operator", np.array([RUNNING]))
+        else:
+            port = OperatorPort(operator, period=scenario.period)
+            ports[MODE] = builder.AddNamedSystem("operator", port).GetOutputPort("mode")
+    teams = (scenario.tracking.pursuers.size, scenario.tracking.evaders.size)
+    valid = builder.AddNamedSystem("valid", Multiplexer(list(teams)))
+    builder.Connect(ports["pursuer.valid"], valid.get_input_port(0))
+    builder.Connect(ports["evader.valid"], valid.get_input_port(1))
+    builder.Connect(valid.get_output_port(), gate.GetInputPort("valid"))
+    builder.Connect(ports[MODE], gate.GetInputPort("mode"))
+    builder.ExportInput(gate.GetInputPort("command"), COMMANDS)
+    for name in (*device_ports(scenario), IMAGE):
+        builder.ExportOutput(ports[name], name)
+    builder.ExportOutput(sent, SENT)
+    station = builder.Build()
+    station.set_name("station")
+    return station

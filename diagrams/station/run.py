@@ -1,0 +1,202 @@
+"""A game on a station: until sight is lost, the horizon, or the operator's word."""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+
+from ...systems.station.command_gate import STOPPED
+from ..tracking.game import TrackingGame
+from ..tracking.run import LOGGED
+from .hardware import (
+    AFTER_TICK,
+    Devices,
+    Operator,
+    PortRecorder,
+    RunLog,
+    RunWriter,
+    Shows,
+    StatePublisher,
+    port_name,
+)
+from .make_station import MakeStation
+from .ports import COMMANDS, IMAGE, MODE, SENT, device_ports
+from .scenario import StationScenario
+from .station_files import station_tree
+from .station_tracking import AddStationTracking
+
+# How a run may end.
+HORIZON, LOSS, STOP = "the horizon", "an evader was lost", "the operator stopped it"
+
+
+@dataclass(frozen=True)
+class StationRun:
+    """How a run went; what happened in it is in its log.
+
+    Attributes:
+        how: HORIZON, LOSS or STOP.
+        tracking_time: Until some evader was seen by nobody; the end of the run if never [s].
+        lost_evader: Its number, or None.
+        wall_time: How long it took [s].
+        realtime_factor: Seconds of the run per second.
+    """
+
+    how: str
+    tracking_time: float
+    lost_evader: int | None
+    wall_time: float
+    realtime_factor: float
+
+
+def logged_ports(scenario: StationScenario) -> dict[str, int]:
+    """Size of every port in a run's log, by name: devices, strategy, commands."""
+    n, m = scenario.tracking.pursuers.size, scenario.tracking.evaders.size
+    strategy = dict(zip(LOGGED, (2 * n, 2 * m, n * m, n, 2 * n, 2 * m), strict=True))
+    return {
+        **device_ports(scenario),
+        **{f"tracking.{name}": size for name, size in strategy.items()},
+        COMMANDS: 2 * (n + m),
+        SENT: 2 * (n + m),
+    }
+
+
+def run_station(
+    scenario: StationScenario,
+    game: TrackingGame,
+    hardware: bool | Devices | RunLog = False,
+    *,
+    log: Path,
+    mode: str = "simulate",
+    operator: Operator | None = None,
+    view: Shows | None = None,
+    realtime_rate: float = 1.0,
+    ticks: int | None = None,
+    at_tick: Callable[[float], None] = lambda time: None,
+) -> StationRun:
+    """Run a game on a station, and write down everything that its ports say.
+
+    Args:
+        scenario: The laboratory.
+        game: Its game, set up.
+        hardware: As of `MakeStation`.
+        log: File to write, which must not exist.
+        mode: What the log says the run was.
+        operator: Who may pause and stop.
+        view: The operator's view.
+        realtime_rate: Seconds of the run per second, 0 for as fast as possible.
+        ticks: Run so many and look at nothing else; None: until the run ends.
+        at_tick: Told the time after each tick [s].
+
+    Raises:
+        SightfieldError: The log cannot be written, or a device fails.
+    """
+    about = {"mode": mode, "scenario": station_tree(scenario, game)}
+    # Without a camera there is nothing to see.
+    pictures = (IMAGE,) if scenario.omni_camera.source != "none" else ()
+    ports = logged_ports(scenario)
+    with RunWriter(log, ports=ports, pictures=pictures, about=about) as writer:
+        builder = DiagramBuilder()
+        station = MakeStation(scenario, hardware, game=game, operator=operator)
+        builder.AddSystem(station)
+        tracking = AddStationTracking(builder, station, game)
+        _add_recorder(builder, station, tracking, writer, scenario.period)
+        if view is not None:
+            _add_view(builder, station, tracking, scenario, view)
+        diagram = builder.Build()
+        diagram.set_name("laboratory")
+        return _advance(
+            diagram, tracking["loss"], scenario, operator, realtime_rate, ticks, at_tick
+        )
+
+
+def _add_recorder(
+    builder: DiagramBuilder,
+    station: Diagram,
+    tracking: dict[str, OutputPort],
+    writer: RunWriter,
+    period: float,
+) -> None:
+    recorder = PortRecorder(writer, period=period, offset=AFTER_TICK)
+    builder.AddNamedSystem("recorder", recorder)
+    commands = builder.GetSubsystemByName("commands").get_output_port()
+    for name in (*writer.ports, *writer.pictures):
+        if name.startswith("tracking."):
+            port = tracking[name.removeprefix("tracking.")]
+        else:
+            port = commands if name == COMMANDS else station.GetOutputPort(name)
+        builder.Connect(port, recorder.GetInputPort(port_name(name)))
+
+
+def _add_view(
+    builder: DiagramBuilder,
+    station: Diagram,
+    tracking: dict[str, OutputPort],
+    scenario: StationScenario,
+    view: Shows,
+) -> None:
+    teams = scenario.tracking
+    publisher = StatePublisher(
+        view,
+        pursuers=teams.pursuers.size,
+        evaders=teams.evaders.size,
+        period=2 * scenario.period,
+        offset=AFTER_TICK,
+    )
+    builder.AddNamedSystem("view", publisher)
+    for team in ("pursuer", "evader"):
+        for name in ("poses", "valid", "age"):
+            port = station.GetOutputPort(f"{team}.{name}")
+            builder.Connect(port, publisher.GetInputPort(f"{team}_{name}"))
+    for name in ("visibility", "assignment"):
+        builder.Connect(tracking[name], publisher.GetInputPort(name))
+    others = {"quality": "radio.quality", "battery": "radio.battery", "mode": MODE}
+    for name, port in {**others, "sent_command": SENT}.items():
+        builder.Connect(station.GetOutputPort(port), publisher.GetInputPort(name))
+
+
+def _advance(
+    diagram: Diagram,
+    loss_port: OutputPort,
+    scenario: StationScenario,
+    operator: Operator | None,
+    realtime_rate: float,
+    ticks: int | None,
+    at_tick: Callable[[float], None],
+) -> StationRun:
+    simulator = Simulator(diagram)
+    simulator.set_target_realtime_rate(realtime_rate)
+    context = simulator.get_context()
+    monitor: Any = loss_port.get_system()
+    loss_context = monitor.GetMyContextFromRoot(context)
+    # Samples everything once: kernels are compiled, or loaded, before the clock starts.
+    simulator.Initialize()
+    period = scenario.period
+    count = ticks or math.floor(scenario.seconds / period + 1e-9) + 1
+    how, lost, began = HORIZON, np.array([math.inf, -1.0]), time.perf_counter()
+    for tick in range(count):
+        stopped = operator is not None and operator.mode == STOPPED
+        # Midway between two ticks everything that one does is done.
+        simulator.AdvanceTo((tick + 0.5) * period)
+        at_tick(tick * period)
+        lost = np.asarray(loss_port.Eval(loss_context))
+        if ticks is None and stopped:
+            how = STOP
+            break
+        if ticks is None and lost[0] < math.inf:
+            how = LOSS
+            break
+    wall_time = time.perf_counter() - began
+    end = context.get_time() - 0.5 * period
+    return StationRun(
+        how=how,
+        tracking_time=float(min(lost[0], end)),
+        lost_evader=int(lost[1]) if lost[1] >= 0 else None,
+        wall_time=wall_time,
+        realtime_factor=end / wall_time if wall_time > 0 else math.inf,
+    )

@@ -1,0 +1,207 @@
+"""What a laboratory is made of: a game, robots, and a device after the other."""
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from pydantic import ConfigDict
+
+from ...systems.numerics.errors import (
+    require,
+    require_non_negative,
+    require_one_of,
+    require_positive,
+)
+from ...systems.numerics.station.channel import Channel
+from ..scenario_files import NO_OTHER_KEYS
+from ..tracking.scenario import TrackingScenario
+
+MOCAP_SOURCES = ("vicon", "optitrack", "optitrack_closed_source", "qualisys", "nokov", "vrpn")
+MOCAP_SOURCES += ("mock", "lcm", "log")
+CAMERA_SOURCES = ("none", "capture", "folder")
+MODES = ("simulate", "emulate", "hardware")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mocap:
+    """The motion capture."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+    # A system of the `motioncapture` package, "lcm", or "log" for a recorded run.
+    source: str = "vicon"
+    # Machine that runs the tracking software.
+    hostname: str = "192.168.1.10"
+    # Names of the robots there, pursuers first; empty: pursuer0, ..., evader0, ...
+    bodies: list[str] = field(default_factory=list)
+    # Of "lcm": the network.
+    url: str = "udpm://239.255.76.67:7667?ttl=0"
+    # Of "lcm": the channel of sightfield.poses_t.
+    channel: str = "SIGHTFIELD_POSES"
+    # Of "log": the file.
+    log: str = ""
+    # Age beyond which a pose is invalid, and its robot stops [s].
+    stale_after: float = 0.12
+
+    def __post_init__(self) -> None:
+        require_one_of("source", self.source, MOCAP_SOURCES)
+        require_positive("stale_after", self.stale_after)
+        require(self.source != "log" or bool(self.log), "log", "name a recorded run", "nothing")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Radio:
+    """The radio to the robots."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+    # Serial port of the station's XBee module, in API mode.
+    port: str = "/dev/ttyUSB0"
+    # Its speed [baud].
+    baud_rate: int = 57600
+    # Numbers of the robots, as set in their firmware, pursuers first; empty: 1, 2, ...
+    robots: list[int] = field(default_factory=list)
+    # Simulated robots stop when they have not heard for this long [s].
+    heartbeat: float = 0.2
+
+    def __post_init__(self) -> None:
+        require(self.baud_rate > 0, "baud_rate", "be positive", self.baud_rate)
+        require_positive("heartbeat", self.heartbeat)
+        require(len(set(self.robots)) == len(self.robots), "robots", "differ", self.robots)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OmniCameraDevice:
+    """The omni-directional camera on a pursuer."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+    # "capture" for what OpenCV opens, "folder" for pictures, "none" for a laboratory without.
+    source: str = "none"
+    # Number or path of the device, address of the stream, or the folder.
+    place: str = "0"
+    # Pictures a second of a folder, and of the simulated camera [1/s].
+    rate: float = 10.0
+    # Pursuer that carries it, from 0.
+    carrier: int = 0
+    # Age beyond which a picture is invalid [s].
+    stale_after: float = 0.5
+
+    def __post_init__(self) -> None:
+        require_one_of("source", self.source, CAMERA_SOURCES)
+        require_positive("rate", self.rate)
+        require_positive("stale_after", self.stale_after)
+        require(self.carrier >= 0, "carrier", "be zero or positive", self.carrier)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Infrared:
+    """The four infrared sensors of each robot."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+    # Age beyond which ranges are invalid [s].
+    stale_after: float = 1.0
+
+    def __post_init__(self) -> None:
+        require_positive("stale_after", self.stale_after)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Imperfections:
+    """How bad the channels of the simulated laboratory are; see `Channel`."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+    # Poses; the quantum is of positions and headings alike.
+    mocap: Channel = field(default_factory=Channel)
+    # Commands on their way to each robot.
+    radio: Channel = field(default_factory=lambda: Channel(period=0.05, seed=1))
+    # Ranges on their way back.
+    infrared: Channel = field(default_factory=lambda: Channel(period=0.1, seed=2))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Emulation:
+    """How bad the air of the emulated laboratory is."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+    # Probability that a frame is lost, in [0, 1].
+    frame_loss: float = 0.1
+    # Of a frame [s].
+    delay: float = 0.05
+    # Of losses.
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        require(0 <= self.frame_loss <= 1, "frame_loss", "lie in [0, 1]", self.frame_loss)
+        require_non_negative("delay", self.delay)
+        require(self.seed >= 0, "seed", "be zero or positive", self.seed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StationScenario:
+    """A laboratory and the game that is played in it."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+    # The game, as `sightfield track` plays it: its period is the station's.
+    tracking: TrackingScenario
+    # Horizon [s].
+    seconds: float = 15.0
+    # Time step of the simulated robots [s].
+    time_step: float = 0.01
+    mocap: Mocap = field(default_factory=Mocap)
+    radio: Radio = field(default_factory=Radio)
+    omni_camera: OmniCameraDevice = field(default_factory=OmniCameraDevice)
+    infrared: Infrared = field(default_factory=Infrared)
+    imperfections: Imperfections = field(default_factory=Imperfections)
+    emulation: Emulation = field(default_factory=Emulation)
+
+    def __post_init__(self) -> None:
+        require_positive("seconds", self.seconds)
+        require_positive("time_step", self.time_step)
+        require(
+            "you" not in self.tracking.evaders.policy_of_each,
+            "tracking.evaders.policies",
+            "not be you: a recorded run could not be played again",
+            self.tracking.evaders.policies,
+        )
+        count = self.size
+        for name, given in (
+            ("mocap.bodies", self.mocap.bodies),
+            ("radio.robots", self.radio.robots),
+        ):
+            require(len(given) in (0, count), name, f"name {count} robots or none", given)
+        require(
+            self.omni_camera.carrier < self.tracking.pursuers.size,
+            "omni_camera.carrier",
+            f"be below {self.tracking.pursuers.size}",
+            self.omni_camera.carrier,
+        )
+
+    @property
+    def period(self) -> float:
+        """Of everything that the station samples [s]."""
+        return self.tracking.period
+
+    @property
+    def size(self) -> int:
+        """Number of robots."""
+        return self.tracking.pursuers.size + self.tracking.evaders.size
+
+    @property
+    def bodies(self) -> list[str]:
+        """Name of each robot in the motion capture."""
+        return self.mocap.bodies or self.names
+
+    @property
+    def names(self) -> list[str]:
+        """What each robot is called."""
+        pursuers, evaders = self.tracking.pursuers.size, self.tracking.evaders.size
+        return [f"pursuer{i}" for i in range(pursuers)] + [f"evader{j}" for j in range(evaders)]
+
+    @property
+    def robots(self) -> list[int]:
+        """Number of each robot on the radio."""
+        return self.radio.robots or list(range(1, self.size + 1))

@@ -1,0 +1,140 @@
+"""The simulated laboratory: robots, motion capture, radio, infrared sensors, camera."""
+
+import numpy as np
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from ...systems.numerics.social.routes.infrared import InfraredRing
+from ...systems.numerics.station.channel import Channel
+from ...systems.numerics.vision.omni_optics import OmniCamera
+from ...systems.numerics.vision.sensor import Sensor
+from ...systems.numerics.vision.shells import SHELL_COLOURS, shell_of
+from ...systems.numerics.vision.surroundings import Surroundings
+from ...systems.social.infrared_sensors import InfraredSensors
+from ...systems.station.command_timeout import CommandTimeout
+from ...systems.station.imperfect_channel import ImperfectChannel
+from ...systems.station.picture_player import PicturePlayer
+from ...systems.station.sampled_receiver import SampledReceiver
+from ...systems.tracking.differential_drive_team import DifferentialDriveTeam
+from ...systems.vision.omni_camera import OmniCameraSensor
+from ..tracking.game import TrackingGame
+from .ports import IMAGE, INFRARED
+from .scenario import StationScenario
+from .wiring import constant, select, split_teams
+
+# Where robots are points, their sensors still need a rim [m].
+_SMALLEST_BODY = 1e-3
+# Of the pursuers; the evaders take the other colours in turn.
+_PURSUERS = "blue"
+
+
+def AddSimulatedLaboratory(
+    builder: DiagramBuilder,
+    scenario: StationScenario,
+    game: TrackingGame,
+    sent_command: OutputPort,
+) -> dict[str, OutputPort]:
+    """Add robots that obey commands, and what measures them; return the ports of the devices.
+
+    Every channel is as bad as the scenario says. Robots clip commands at the limits of the faster
+    team: the controllers keep those of each.
+    """
+    add, connect = builder.AddNamedSystem, builder.Connect
+    bad, count = scenario.imperfections, scenario.size
+    teams = (scenario.tracking.pursuers, scenario.tracking.evaders)
+    starts = np.concatenate([game.pursuer_starts, game.evader_starts])
+    robots = DifferentialDriveTeam(
+        starts,
+        top_speed=max(team.top_speed for team in teams),
+        top_turn_rate=max(team.top_turn_rate for team in teams),
+        time_step=scenario.time_step,
+    )
+    add("robots", robots)
+    radio = add("radio", ImperfectChannel(bad.radio, np.zeros((count, 2))))
+    timeout = add("command_timeout", CommandTimeout(count, limit=scenario.radio.heartbeat))
+    connect(sent_command, radio.GetInputPort("sent"))
+    connect(radio.GetOutputPort("received"), timeout.GetInputPort("command"))
+    connect(radio.GetOutputPort("stamp"), timeout.GetInputPort("stamp"))
+    connect(timeout.GetOutputPort("obeyed_command"), robots.GetInputPort("command"))
+
+    def measure(name: str, port: OutputPort, channel: Channel, initial: np.ndarray, limit: float):
+        """Send a port of all robots through a channel and receive it at the ticks."""
+        through = add(f"{name}_channel", ImperfectChannel(channel, initial))
+        receiver = SampledReceiver(initial, period=scenario.period, stale_after=limit)
+        add(f"{name}_receiver", receiver)
+        connect(port, through.GetInputPort("sent"))
+        connect(through.GetOutputPort("received"), receiver.GetInputPort("received"))
+        connect(through.GetOutputPort("stamp"), receiver.GetInputPort("arrival_stamp"))
+        return receiver
+
+    pose = robots.GetOutputPort("pose")
+    mocap = measure("mocap", pose, bad.mocap, starts, scenario.mocap.stale_after)
+    ports: dict[str, OutputPort] = {}
+    for name, output, width in (("poses", "value", 3), ("valid", "valid", 1), ("age", "age", 1)):
+        ports |= split_teams(builder, scenario, name, mocap.GetOutputPort(output), width)
+    ports |= split_teams(builder, scenario, "stamp", mocap.GetOutputPort("stamp"))
+    body = max(scenario.tracking.pursuers.radius, _SMALLEST_BODY)
+    ring = InfraredRing()
+    sensors = InfraredSensors(game.world, count=count, radius=body, ring=ring)
+    add("infrared_sensors", sensors)
+    connect(pose, sensors.GetInputPort("pose"))
+    nothing_near = np.full((count, INFRARED), ring.reach)
+    ranges = sensors.GetOutputPort("infrared")
+    infrared = measure(
+        "infrared", ranges, bad.infrared, nothing_near, scenario.infrared.stale_after
+    )
+    ports["infrared.ranges"] = infrared.GetOutputPort("value")
+    ports |= {f"infrared.{name}": infrared.GetOutputPort(name) for name in ("valid", "age")}
+    ports["radio.quality"] = constant(builder, "quality", np.full(count, 1 - bad.radio.dropout))
+    ports["radio.battery"] = constant(builder, "battery", np.full(count, np.nan))
+    return ports | _add_camera(builder, scenario, game, pose)
+
+
+def _add_camera(
+    builder: DiagramBuilder, scenario: StationScenario, game: TrackingGame, pose: OutputPort
+) -> dict[str, OutputPort]:
+    """Add the omni-directional camera, or what stands for none."""
+    device = scenario.omni_camera
+    if device.source == "none":
+        player = PicturePlayer([], lambda number: np.zeros((1, 1, 4)), period=scenario.period)
+        builder.AddNamedSystem("no_camera", player)
+        never = {"valid": 0.0, "age": np.inf, "stamp": -np.inf}
+        return {
+            IMAGE: player.GetOutputPort("image"),
+            **{
+                f"omni_camera.{name}": constant(builder, f"camera_{name}", np.array([value]))
+                for name, value in never.items()
+            },
+        }
+    others = [k for k in range(scenario.size) if k != device.carrier]
+    hues = [colour for colour in SHELL_COLOURS if colour != _PURSUERS]
+    pursuers = scenario.tracking.pursuers.size
+    colours = [_PURSUERS if k < pursuers else hues[(k - pursuers) % len(hues)] for k in others]
+    camera = OmniCameraSensor(
+        OmniCamera(),
+        Sensor(),
+        Surroundings(world=game.world),
+        [shell_of(colour) for colour in colours],
+        own_shell=shell_of(_PURSUERS),
+        period=1.0 / device.rate,
+    )
+    builder.AddNamedSystem("omni_camera", camera)
+    own = [3 * device.carrier + axis for axis in range(3)]
+    seen = [3 * k + axis for k in others for axis in range(2)]
+    builder.Connect(select(builder, "carrier", pose, own), camera.GetInputPort("pose"))
+    shells = select(builder, "shells", pose, seen)
+    builder.Connect(shells, camera.GetInputPort("shell_position"))
+    frame = camera.GetOutputPort("frame")
+    receiver = SampledReceiver(
+        np.zeros((1, 3)), period=scenario.period, stale_after=device.stale_after
+    )
+    builder.AddNamedSystem("camera_receiver", receiver)
+    builder.Connect(frame, receiver.GetInputPort("received"))
+    taken = select(builder, "exposure_time", frame, [1])
+    builder.Connect(taken, receiver.GetInputPort("arrival_stamp"))
+    return {
+        IMAGE: camera.GetOutputPort("image"),
+        **{
+            f"omni_camera.{name}": receiver.GetOutputPort(name)
+            for name in ("valid", "age", "stamp")
+        },
+    }

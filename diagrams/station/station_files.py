@@ -1,0 +1,63 @@
+"""Laboratories from YAML files."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ...systems.numerics.errors import InvalidInput, require
+from ..scenario_files import build, find_scenario, with_settings
+from ..tracking.game import TrackingGame
+from .scenario import StationScenario
+
+
+def load_station(path: Path, overrides: Sequence[str] = ()) -> StationScenario:
+    """Read a laboratory; its `tracking` is the name or file of a scenario of `sightfield track`.
+
+    Args:
+        path: Of the file.
+        overrides: `key=value` settings, the game's below `tracking.`.
+
+    Raises:
+        InvalidInput: See `load_scenario`.
+    """
+    tree = with_settings(_read(path), [each for each in overrides if _names_game(each)])
+    game = tree.get("tracking")
+    folder = path.parent
+    if isinstance(game, str):
+        file = path.parent / game
+        file = file if file.is_file() else find_scenario(game)
+        tree["tracking"], folder = _read(file), file.parent
+    settings = [each for each in overrides if not _names_game(each)]
+    scenario = build(StationScenario, with_settings(tree, settings))
+    tracking = scenario.tracking
+    return replace(scenario, tracking=replace(tracking, world=tracking.world.beside(folder)))
+
+
+def station_tree(scenario: StationScenario, game: TrackingGame) -> dict[str, Any]:
+    """A laboratory as nested mappings, complete without any file, for `build`."""
+    tree = asdict(scenario)
+    world = game.world
+    if scenario.tracking.world.file:
+        tree["tracking"]["world"] = {
+            "boundary": world.boundary.tolist(),
+            "obstacles": [ring.tolist() for ring in world.obstacles],
+        }
+    return tree
+
+
+def _names_game(override: str) -> bool:
+    return override.split("=")[0] == "tracking"
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        tree = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError, OSError) as error:
+        raise InvalidInput(
+            f"`scenario` must be readable YAML; got {path}: {' '.join(str(error).split())}"
+        ) from None
+    require(isinstance(tree, dict), "scenario", "be a YAML mapping of keys to values", path)
+    return tree

@@ -1,0 +1,69 @@
+"""Team tracking on a station: the strategies of `sightfield track`, wired once for every mode."""
+
+from collections.abc import Sequence
+
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.primitives import Multiplexer
+
+from ...systems.numerics.geometry.world import World
+from ...systems.station.pose_parts import PoseParts
+from ...systems.tracking.wall_sliding import WallSliding
+from ..tracking.game import TrackingGame
+from ..tracking.make_tracking import AddTracking
+from ..tracking.scenario import Team
+from ..tracking.team_ports import AddDrive, TeamPorts
+from .ports import COMMANDS
+
+
+def AddStationTracking(
+    builder: DiagramBuilder, station: Diagram, game: TrackingGame
+) -> dict[str, OutputPort]:
+    """Wire team tracking to the ports of a station.
+
+    Args:
+        builder: Of the diagram, which has the station.
+        station: From `MakeStation`, in any mode.
+        game: What is played.
+
+    Returns:
+        Outputs by name, as of `AddTracking`.
+    """
+    scenario = game.scenario
+    teams = {
+        "pursuer": (scenario.pursuers, game.pursuer_regions),
+        "evader": (scenario.evaders, game.evader_regions),
+    }
+    ports, commands = [], []
+    for name, (team, regions) in teams.items():
+        pose = station.GetOutputPort(f"{name}.poses")
+        team_ports, command = _add_team(builder, name, team, regions, scenario.period, pose)
+        ports.append(team_ports)
+        commands.append(command)
+    joined = Multiplexer([command.size() for command in commands])
+    builder.AddNamedSystem("commands", joined)
+    for k, command in enumerate(commands):
+        builder.Connect(command, joined.get_input_port(k))
+    builder.Connect(joined.get_output_port(), station.GetInputPort(COMMANDS))
+    pursuing, evading = ports
+    return AddTracking(builder, game, teams=(pursuing, evading))
+
+
+def _add_team(
+    builder: DiagramBuilder,
+    name: str,
+    team: Team,
+    regions: Sequence[World],
+    period: float,
+    pose: OutputPort,
+) -> tuple[TeamPorts, OutputPort]:
+    """Add what stands between a strategy and the station's differential drives."""
+    count = team.size
+    parts = builder.AddNamedSystem(f"{name}_parts", PoseParts(count))
+    walls = WallSliding(regions, count=count, period=period)
+    builder.AddNamedSystem(f"{name}_wall_sliding", walls)
+    builder.Connect(pose, parts.get_input_port())
+    position, direction = parts.GetOutputPort("position"), parts.GetOutputPort("direction")
+    builder.Connect(position, walls.GetInputPort("position"))
+    safe = walls.GetOutputPort("safe_velocity")
+    command = AddDrive(builder, name, team, regions, period, velocity=safe, pose=pose)
+    return TeamPorts(walls.GetInputPort("velocity"), position, direction), command

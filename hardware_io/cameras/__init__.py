@@ -1,0 +1,1 @@
+"""Pictures of cameras: devices, network streams, folders of pictures."""

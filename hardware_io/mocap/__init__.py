@@ -1,0 +1,1 @@
+"""Where robots are: motion capture, LCM, recordings and the emulation behind one interface."""

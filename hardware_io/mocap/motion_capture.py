@@ -1,0 +1,99 @@
+"""Vicon, OptiTrack, Qualisys, by the `motioncapture` package in a process of its own."""
+
+import contextlib
+import json
+import queue
+import subprocess
+import sys
+import threading
+from collections.abc import Sequence
+from importlib.util import find_spec
+
+from ...systems.numerics.errors import InvalidInput, require, require_one_of
+from .pose_source import NewestPoses, PoseReading
+
+# The package's names of systems; "mock" is its own stand-in, which sees nothing.
+KINDS = ("vicon", "optitrack", "optitrack_closed_source", "qualisys", "nokov", "vrpn", "mock")
+
+
+class MotionCapture:
+    """Bodies that a motion capture system tracks.
+
+    A body that is hidden is not in a frame, so that it goes stale. Stamps are the moments at which
+    frames came; how long the system took before that is not known.
+
+    Args:
+        kind: One of KINDS.
+        hostname: Of the machine that runs the tracking software.
+        bodies: Names of the robots there, in the order of the rows.
+        patience: How long to wait for the connection [s].
+
+    Raises:
+        InvalidInput: The system does not answer, or `motioncapture` is not installed.
+    """
+
+    def __init__(
+        self, kind: str, hostname: str, bodies: Sequence[str], *, patience: float = 5.0
+    ) -> None:
+        require_one_of("mocap.source", kind, KINDS)
+        require(
+            find_spec("motioncapture") is not None,
+            "mocap.source",
+            "come with the extra [hardware]: pip install sightfield[hardware]",
+            kind,
+        )
+        self._newest = NewestPoses(bodies)
+        module = f"{__package__}.tracker_process"
+        self._process = subprocess.Popen(
+            [sys.executable, "-u", "-m", module, kind, hostname],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self._started: queue.Queue[bool] = queue.Queue()
+        self._reader = threading.Thread(target=self._listen, daemon=True)
+        self._reader.start()
+        try:
+            connected = self._started.get(timeout=patience)
+        except queue.Empty:
+            self.close()
+            raise InvalidInput(
+                f"`mocap.hostname` must be a {kind} that answers; got {hostname}, silent for "
+                f"{patience:g} s"
+            ) from None
+        if not connected:
+            why = " ".join(self._complaint().split()) or "it ended"
+            self.close()
+            raise InvalidInput(
+                f"`mocap.hostname` must be a {kind} that answers; got {hostname} ({why})"
+            )
+
+    def _listen(self) -> None:
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            with contextlib.suppress(json.JSONDecodeError):
+                frame = json.loads(line)
+                if frame == "connected":
+                    self._started.put(True)
+                elif isinstance(frame, dict):
+                    for name, pose in frame["bodies"].items():
+                        self._newest.see(name, pose, frame["stamp"])
+        self._started.put(False)
+
+    def _complaint(self) -> str:
+        assert self._process.stderr is not None
+        return self._process.stderr.read()
+
+    def read(self) -> PoseReading:
+        """See `PoseSource`."""
+        return self._newest.read()
+
+    def close(self) -> None:
+        """End the process that listens."""
+        self._process.kill()
+        self._process.wait()
+        self._reader.join()
+        for pipe in (self._process.stdout, self._process.stderr):
+            if pipe is not None:
+                pipe.close()

@@ -1,0 +1,60 @@
+"""A process that listens to a motion capture system and writes what it sees, a line a frame.
+
+The `motioncapture` package holds Python's lock while it waits for a connection or a frame, and
+waits for ever: in the controller's own process it would stand still with it.
+
+Run as `python -m sightfield.hardware_io.mocap.tracker_process KIND HOSTNAME`; each line is JSON,
+first "connected", then the time by `time.monotonic()`, which is the same for all processes of a
+machine, and the poses of the bodies seen.
+"""
+
+import json
+import math
+import sys
+import time
+from typing import Any
+
+
+def heading_of(x: float, y: float, z: float, w: float) -> float:
+    """Heading of a rotation about the vertical, from its quaternion [rad]."""
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def frame_line(stamp: float, bodies: dict[str, Any]) -> str:
+    """One frame, from the package's rigid bodies: position [m] and rotation, z up."""
+    seen = {
+        name: [
+            float(body.position[0]),
+            float(body.position[1]),
+            heading_of(body.rotation.x, body.rotation.y, body.rotation.z, body.rotation.w),
+        ]
+        for name, body in bodies.items()
+    }
+    return json.dumps({"stamp": stamp, "bodies": seen})
+
+
+def main() -> None:
+    """Listen until standard output is closed."""
+    import motioncapture
+
+    kind, hostname = sys.argv[1:3]
+    system = motioncapture.connect(kind, {"hostname": hostname})
+    sys.stdout.write(json.dumps("connected") + "\n")
+    sys.stdout.flush()
+    while True:
+        system.waitForNextFrame()
+        sys.stdout.write(frame_line(time.monotonic(), system.rigidBodies) + "\n")
+        sys.stdout.flush()
+        if kind == "mock":
+            # The package's own stand-in has no rate.
+            time.sleep(0.01)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except (BrokenPipeError, KeyboardInterrupt):
+        pass
+    except Exception as error:
+        # Its reader makes one line of it.
+        sys.exit(str(error))

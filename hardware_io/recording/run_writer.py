@@ -1,0 +1,87 @@
+"""A log that is written while the run goes on, and is whole up to the moment of a crash."""
+
+import json
+import os
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...systems.numerics.errors import InvalidInput
+from .log_format import ABOUT, END, MAGIC, PICTURE, SAMPLES, pack
+
+# What the disk may lose when the machine itself fails [s].
+_SYNC_PERIOD = 1.0
+
+
+class RunWriter:
+    """Writes a log, each record at once: a crash of the program loses none of them.
+
+    Args:
+        path: Of the log; must not exist.
+        ports: Sizes of the ports by name, in the order of the samples.
+        pictures: Names of the ports of pictures.
+        about: What else is to be known, ready for JSON.
+
+    Raises:
+        InvalidInput: The file exists, or cannot be written.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        ports: Mapping[str, int],
+        pictures: tuple[str, ...] = (),
+        about: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.path = path
+        self.ports = dict(ports)
+        self.pictures = tuple(pictures)
+        self._size = sum(self.ports.values())
+        self._synced = time.monotonic()
+        try:
+            self._file = path.open("xb", buffering=0)
+        except OSError as error:
+            raise InvalidInput(f"`log` must be a new file; got {path} ({error.strerror})") from None
+        header = {"ports": self.ports, "pictures": self.pictures, "about": about or {}}
+        self._write(MAGIC + pack(ABOUT, 0.0, json.dumps(header).encode()))
+
+    def __enter__(self) -> "RunWriter":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def samples(self, time: float, values: np.ndarray) -> None:
+        """Write a sample of every port, joined in order, shape (sum of the sizes,)."""
+        assert values.shape == (self._size,)
+        self._write(pack(SAMPLES, time, values.astype("<f8").tobytes()))
+
+    def picture(self, time: float, port: str, png: bytes) -> None:
+        """Write a picture that a port has shown from now on, as PNG."""
+        number = self.pictures.index(port).to_bytes(2, "little")
+        self._write(pack(PICTURE, time, number + png))
+
+    def close(self) -> None:
+        """Say that nothing follows."""
+        if not self._file.closed:
+            self._write(pack(END, 0.0, b""))
+            os.fsync(self._file.fileno())
+            self._file.close()
+
+    def _write(self, data: bytes) -> None:
+        view = memoryview(data)
+        try:
+            # A file without a buffer may take a part.
+            while view:
+                view = view[self._file.write(view) :]
+            if time.monotonic() - self._synced > _SYNC_PERIOD:
+                os.fsync(self._file.fileno())
+                self._synced = time.monotonic()
+        except OSError as error:
+            raise InvalidInput(
+                f"`log` must be on a disk with room; got {self.path} ({error.strerror})"
+            ) from None

@@ -1,0 +1,122 @@
+"""Figure 2.24 in Meshcat: the mini-map with robots, sight lines and chases."""
+
+import math
+
+import numpy as np
+import shapely
+from meshcat.geometry import MeshBasicMaterial, MeshLambertMaterial, TriangularMeshGeometry
+
+from ...diagrams.visuals.meshes import Mesh, bar_mesh, extruded_mesh, flat_mesh, line_mesh
+from ...diagrams.visuals.text import text_mesh
+from .messages import Scene, State
+from .scene_store import SceneStore
+
+# The thesis's colours: black sight lines, purple chases, green obstacles, orange limits.
+FLOOR, OBSTACLE, LIMIT = 0xFBFBFA, 0x4CA85E, 0xF28C21
+PURSUER, EVADER, UNSEEN = 0x215FCC, 0xD92E33, 0x9AA1AB
+SIGHT, CHASE, NUMBER = 0x0F0F14, 0x9438D6, 0xFFFFFF
+
+_OBSTACLE_HEIGHT, _ROBOT_HEIGHT = 0.12, 0.18
+_LINE, _BAND, _BAR = 0.012, 0.016, 0.034
+
+
+class Drawing:
+    """Draws scenes and states of runs into a store.
+
+    Args:
+        store: Of the pages that watch.
+    """
+
+    def __init__(self, store: SceneStore) -> None:
+        self._store = store
+        self._colours: list[int] = []
+        for helper in ("/Grid", "/Axes"):
+            store.set_property(helper, "visible", False)
+        for end in ("top_color", "bottom_color"):
+            store.set_property("/Background", end, [0.914, 0.925, 0.941])
+
+    def scene(self, scene: Scene) -> None:
+        """Draw another run's world, in place of what was there."""
+        store = self._store
+        store.delete("/laboratory")
+        self._colours = []
+        floor = shapely.Polygon(scene.boundary)
+        self._put("/laboratory/floor", flat_mesh(floor), MeshBasicMaterial(color=FLOOR))
+        if scene.obstacles:
+            blocks = shapely.MultiPolygon([shapely.Polygon(ring) for ring in scene.obstacles])
+            mesh = extruded_mesh(blocks, 0.0, _OBSTACLE_HEIGHT)
+            self._put("/laboratory/obstacles", mesh, _solid(OBSTACLE))
+        limits = [np.asarray(ring) for ring in scene.limits]
+        self._put("/laboratory/limits", line_mesh(limits, _BAND), MeshBasicMaterial(color=LIMIT))
+        store.set_transform("/laboratory/limits", _at(0.0, 0.0, 0.004))
+        west, south, east, north = floor.bounds
+        # The camera looks at the origin: the laboratory's middle goes there.
+        middle = _at(-(west + east) / 2, -(south + north) / 2, 0.0)
+        store.set_transform("/laboratory", middle)
+        size = max(east - west, north - south)
+        # x east, height, y south.
+        eye = [0.0, 0.72 * size, 0.22 * size]
+        store.set_property("/Cameras/default/rotated/<object>", "position", eye)
+
+    def state(self, scene: Scene, state: State, *, stale: bool) -> None:
+        """Draw how a run stands; what is stale, and who is not seen, in grey."""
+        pursuers = len(scene.pursuers)
+        teams = [PURSUER if k < pursuers else EVADER for k in range(len(state.poses))]
+        colours = [
+            colour if valid and not stale else UNSEEN
+            for colour, valid in zip(teams, state.valid, strict=True)
+        ]
+        for k, (x, y, heading) in enumerate(state.poses):
+            path = f"/laboratory/robots/{k}"
+            if self._colours[k : k + 1] != [colours[k]]:
+                body, nose = _robot(scene.radius)
+                self._put(f"{path}/body", body, _solid(colours[k]))
+                self._put(f"{path}/nose", nose, _solid(colours[k]))
+                number = text_mesh(
+                    str(k if k < pursuers else k - pursuers),
+                    0.85 * scene.radius,
+                    bold=True,
+                    align="centre",
+                )
+                self._put(f"/laboratory/numbers/{k}", number, MeshBasicMaterial(color=NUMBER))
+            self._store.set_transform(path, _at(x, y, 0.0, heading))
+            self._store.set_transform(f"/laboratory/numbers/{k}", _at(x, y, _ROBOT_HEIGHT + 0.01))
+        self._colours = colours
+        points = np.array(state.poses)[:, :2]
+        seen = [(i, pursuers + j) for i, row in enumerate(state.sight) for j in np.flatnonzero(row)]
+        chased = [(i, pursuers + j) for i, j in enumerate(state.assignment) if j >= 0]
+        self._lines("/laboratory/chases", points, chased, _BAR, 0.06, CHASE)
+        self._lines("/laboratory/sight", points, seen, _LINE, 0.07, SIGHT)
+
+    def _lines(self, path, points, pairs, width, height, colour) -> None:
+        if not pairs:
+            self._store.delete(path)
+            return
+        ends = points[np.array(pairs)]
+        mesh = bar_mesh(ends[:, 0], ends[:, 1], width)
+        self._put(path, mesh, MeshBasicMaterial(color=colour))
+        self._store.set_transform(path, _at(0.0, 0.0, height))
+
+    def _put(self, path: str, mesh: Mesh, material: MeshBasicMaterial | MeshLambertMaterial):
+        geometry = TriangularMeshGeometry(
+            mesh.vertices.T.astype(np.float32), mesh.faces.T.astype(np.uint32)
+        )
+        self._store.set_object(path, geometry, material)
+
+
+def _robot(radius: float) -> tuple[Mesh, Mesh]:
+    """A robot at the origin that looks east: its body, and its nose."""
+    body = extruded_mesh(shapely.Point(0, 0).buffer(radius), 0.0, _ROBOT_HEIGHT)
+    tip, root = 1.5 * radius, 0.7 * radius
+    nose = shapely.Polygon([(tip, 0), (root, root), (root, -root)])
+    return body, extruded_mesh(nose, 0.0, _ROBOT_HEIGHT)
+
+
+def _solid(colour: int) -> MeshLambertMaterial:
+    return MeshLambertMaterial(color=colour)
+
+
+def _at(x: float, y: float, z: float, heading: float = 0.0) -> np.ndarray:
+    """A pose in space, shape (4, 4)."""
+    c, s = math.cos(heading), math.sin(heading)
+    return np.array([[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, z], [0, 0, 0, 1]], dtype=float)

@@ -1,0 +1,1 @@
+"""What a laboratory does to numbers on their way: late, lost, rounded, stale."""

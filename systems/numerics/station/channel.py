@@ -1,0 +1,108 @@
+"""A channel that delays, loses and rounds what goes through it.
+
+Samples of every member are taken together and travel apart: each is lost or late on its own, and
+one that overtakes an older one makes that worthless.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import require, require_non_negative, require_positive
+
+
+@dataclass(frozen=True, kw_only=True)
+class Channel:
+    """How bad a channel is.
+
+    Attributes:
+        period: Time between samples [s].
+        delay: From sampling to arrival, at least [s].
+        jitter: Added to the delay, uniform from zero to this [s].
+        dropout: Probability that a member's sample is lost, in [0, 1].
+        quantum: To multiples of which values are rounded, in each value's unit; 0: not at all.
+        seed: Of losses and jitter.
+
+    Raises:
+        InvalidInput: A number is out of its range.
+    """
+
+    period: float = 0.01
+    delay: float = 0.0
+    jitter: float = 0.0
+    dropout: float = 0.0
+    quantum: float = 0.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        require_positive("period", self.period)
+        for name in ("delay", "jitter", "dropout", "quantum"):
+            require_non_negative(name, getattr(self, name))
+        require(self.dropout <= 1, "dropout", "lie in [0, 1]", self.dropout)
+        require(self.seed >= 0, "seed", "be zero or positive", self.seed)
+
+    @property
+    def slots(self) -> int:
+        """How many samples may be under way at once."""
+        return math.ceil((self.delay + self.jitter) / self.period - 1e-9) + 1
+
+
+class Flight(NamedTuple):
+    """What is under way, and what came last.
+
+    Attributes:
+        values: Under way, shape (slots, N, width).
+        arrivals: When each arrives, shape (slots, N) [s]; infinite if lost, or for an empty slot.
+        taken: When each sample was taken, shape (slots,) [s].
+        held: What came last, shape (N, width).
+        stamps: When that was taken, shape (N,) [s]; minus infinity before the first.
+    """
+
+    values: np.ndarray
+    arrivals: np.ndarray
+    taken: np.ndarray
+    held: np.ndarray
+    stamps: np.ndarray
+
+
+def empty_flight(channel: Channel, initial: np.ndarray) -> Flight:
+    """Nothing under way, `initial` held, shape (N, width)."""
+    count, width = initial.shape
+    return Flight(
+        np.zeros((channel.slots, count, width)),
+        np.full((channel.slots, count), np.inf),
+        np.full(channel.slots, -np.inf),
+        initial.copy(),
+        np.full(count, -np.inf),
+    )
+
+
+def received(flight: Flight, time: float) -> tuple[np.ndarray, np.ndarray]:
+    """The newest sample of each member that has arrived, shape (N, width), and its time (N,)."""
+    held, stamps = flight.held.copy(), flight.stamps.copy()
+    for slot in np.argsort(flight.taken):
+        newer = (flight.arrivals[slot] <= time + 1e-9) & (flight.taken[slot] > stamps)
+        held[newer] = flight.values[slot, newer]
+        stamps[newer] = flight.taken[slot]
+    return held, stamps
+
+
+def send(channel: Channel, flight: Flight, tick: int, values: np.ndarray) -> Flight:
+    """Take sample number `tick`, of shape (N, width), and put it on its way.
+
+    What has arrived by then is held, so that its slot may be used again.
+    """
+    time = tick * channel.period
+    held, stamps = received(flight, time)
+    generator = np.random.default_rng([channel.seed, tick])
+    lost = generator.random(len(values)) < channel.dropout
+    late = channel.delay + channel.jitter * generator.random(len(values))
+    sent, arrivals, taken = flight.values.copy(), flight.arrivals.copy(), flight.taken.copy()
+    slot = tick % channel.slots
+    if channel.quantum > 0:
+        values = channel.quantum * np.round(values / channel.quantum)
+    sent[slot], taken[slot] = values, time
+    arrivals[slot] = np.where(lost, np.inf, time + late)
+    return Flight(sent, arrivals, taken, held, stamps)

@@ -1,0 +1,1 @@
+"""LeafSystems between a controller and its robots: channels, receivers, gates, players."""
