@@ -2,6 +2,7 @@
 
 import struct
 import subprocess
+import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -76,8 +77,10 @@ class RobotCores:
 
     def __enter__(self) -> "RobotCores":
         command: list[str | Path] = [runner_path(), firmware_path()]
+        # A file, since nobody would empty a pipe.
+        self._said = tempfile.TemporaryFile()
         self._process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._said
         )
         body = self.body
         parameters = (body.track_width, body.counts_per_metre, body.top_speed)
@@ -92,7 +95,7 @@ class RobotCores:
 
     def __exit__(self, *_: object) -> None:
         if self._process is not None:
-            for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
+            for stream in (self._process.stdin, self._process.stdout, self._said):
                 if stream is not None:
                     stream.close()
             self._process.wait()
@@ -180,7 +183,6 @@ class RobotCores:
         return data
 
     def _ended(self) -> EmulationError:
-        assert self._process is not None
-        assert self._process.stderr is not None
-        said = self._process.stderr.read().decode(errors="replace").strip().splitlines()
+        self._said.seek(0)
+        said = self._said.read().decode(errors="replace").strip().splitlines()
         return EmulationError(f"the emulator has ended: {said[-1] if said else 'no reason given'}")

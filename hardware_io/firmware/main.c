@@ -29,14 +29,17 @@ static uint8_t robot_id(void)
 static void hear(uint8_t byte)
 {
     static struct frame frame;
+    const uint8_t *source;
     const uint8_t *payload;
     uint8_t length;
-    if (!xbee_take(&parser, byte) || !xbee_received(&parser, &payload, &length)) {
+    if (!xbee_take(&parser, byte) || !xbee_received(&parser, &source, &payload, &length)) {
         return;
     }
     if (!frame_decode(payload, length, &frame)) {
         link_refuse(&radio);
     } else if (link_take(&radio, &frame, clock_ms())) {
+        /* Whoever arms or stops the robot is the one to report to. */
+        report_to(source);
         report_acknowledgement(&radio, &frame);
     } else {
         /* Nothing to answer. */

@@ -1,19 +1,26 @@
 #include "report.h"
 
+#include <string.h>
+
 #include "analog.h"
 #include "robot.h"
 #include "uart.h"
 #include "xbee.h"
 
-/* To all: the robots ignore it, and the work station may change its module. */
-static const uint8_t BROADCAST[XBEE_ADDRESS] = {0, 0, 0, 0, 0, 0, 0xFF, 0xFF};
+/* Where reports go: at first to all. */
+static uint8_t station[XBEE_ADDRESS] = {0, 0, 0, 0, 0, 0, 0xFF, 0xFF};
 
 static uint16_t sequence;
+
+void report_to(const uint8_t *address)
+{
+    (void)memcpy(station, address, XBEE_ADDRESS);
+}
 
 static void transmit(const uint8_t *payload, uint8_t length)
 {
     static uint8_t serial[XBEE_MOST_SERIAL];
-    uart_send(serial, xbee_send_request(BROADCAST, payload, length, serial));
+    uart_send(serial, xbee_send_request(station, payload, length, serial));
     sequence++;
 }
 

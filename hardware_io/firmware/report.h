@@ -17,6 +17,9 @@ struct motion {
 #define FLAG_WATCHDOG_RESET 2U
 #define FLAG_SATURATED 4U
 
+/* Report to a module's address, of XBEE_ADDRESS bytes; before, reports go to all. */
+void report_to(const uint8_t *address);
+
 void report_telemetry(const struct link *link, const struct motion *motion, uint16_t now);
 
 void report_acknowledgement(const struct link *link, const struct frame *frame);

@@ -21,7 +21,7 @@
 #define TICK_MS 10U
 /* Silence, and silence about this robot, after which the motors are cut [ms]. At 20 commands a
  * second two lost in a row pass unnoticed. */
-#define LINK_TIMEOUT_MS 180U
+#define LINK_TIMEOUT_MS 170U
 /* Commands from poses older than this are heartbeats only [ms]. */
 #define OLDEST_COMMAND_MS 300U
 #define TELEMETRY_PERIOD_MS 200U

@@ -51,11 +51,13 @@ bool xbee_take(struct xbee_parser *parser, uint8_t byte)
     }
 }
 
-bool xbee_received(const struct xbee_parser *parser, const uint8_t **payload, uint8_t *length)
+bool xbee_received(const struct xbee_parser *parser, const uint8_t **source,
+                   const uint8_t **payload, uint8_t *length)
 {
     if ((parser->data[0] != RECEIVE_64) || (parser->length <= XBEE_RECEIVE_HEADER)) {
         return false;
     }
+    *source = parser->data + 1;
     *payload = parser->data + XBEE_RECEIVE_HEADER;
     *length = (uint8_t)(parser->length - XBEE_RECEIVE_HEADER);
     return true;

@@ -25,8 +25,9 @@ struct xbee_parser {
 bool xbee_take(struct xbee_parser *parser, uint8_t byte);
 
 /* After that: whether the frame is a received packet (0x80, 64-bit source address). If so,
- * `payload` points into the parser. */
-bool xbee_received(const struct xbee_parser *parser, const uint8_t **payload, uint8_t *length);
+ * `source`, of XBEE_ADDRESS bytes, and `payload` point into the parser. */
+bool xbee_received(const struct xbee_parser *parser, const uint8_t **source,
+                   const uint8_t **payload, uint8_t *length);
 
 /* Write the request (0x00) to send a payload to a 64-bit address, without a status report, into
  * XBEE_MOST_SERIAL bytes; returns its length. */

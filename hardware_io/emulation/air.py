@@ -1,0 +1,88 @@
+"""The air between radio modules: frames are lost, late, and come out of order; or it is cut."""
+
+import heapq
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...systems.numerics.errors import require, require_non_negative
+
+# A module tries a frame to a single other one so many times, as the 802.15.4 MAC does.
+TRIES = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class AirSettings:
+    """How bad the air is.
+
+    Attributes:
+        frame_loss: Probability that a frame does not reach a receiver, 0 to 1.
+        delay: From module to module [s].
+        jitter: Largest addition to it, uniform [s]; frames may overtake each other.
+        rssi: Strength at the receivers [dBm], -255 to 0.
+    """
+
+    frame_loss: float = 0.0
+    delay: float = 0.002
+    jitter: float = 0.0
+    rssi: int = -48
+
+    def __post_init__(self) -> None:
+        require(0 <= self.frame_loss <= 1, "frame_loss", "be 0 to 1", self.frame_loss)
+        require_non_negative("delay", self.delay)
+        require_non_negative("jitter", self.jitter)
+        require(-255 <= self.rssi <= 0, "rssi", "be -255 to 0 dBm", self.rssi)
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A payload on its way to one receiver."""
+
+    sender: int
+    receiver: int
+    payload: bytes
+    broadcast: bool
+
+
+class Air:
+    """What is on its way between modules, which go by numbers.
+
+    Args:
+        settings: How bad it is.
+        seed: Of what is lost and how late frames are.
+    """
+
+    def __init__(self, settings: AirSettings, seed: int) -> None:
+        self._settings = settings
+        self._random = np.random.default_rng(seed)
+        self._queue: list[tuple[float, int, Flight]] = []
+        self._count = 0
+        self.cut = False
+
+    def send(self, flight: Flight, time: float) -> bool:
+        """Send a payload; False where none of the tries of a frame to one receiver got through.
+
+        A broadcast is tried once, and nobody knows who received it: True.
+        """
+        settings = self._settings
+        for _ in range(1 if flight.broadcast else TRIES):
+            if not self.cut and self._random.random() >= settings.frame_loss:
+                arrival = time + settings.delay + settings.jitter * self._random.random()
+                self._count += 1
+                heapq.heappush(self._queue, (arrival, self._count, flight))
+                return True
+        return flight.broadcast
+
+    def arrivals(self, time: float) -> list[Flight]:
+        """Take what has arrived by a time; nothing does while the air is cut."""
+        arrived = []
+        while self._queue and self._queue[0][0] <= time:
+            _, _, flight = heapq.heappop(self._queue)
+            if not self.cut:
+                arrived.append(flight)
+        return arrived
+
+    def next_arrival(self) -> float:
+        """When the next payload arrives [s]; infinite if none is on its way."""
+        return self._queue[0][0] if self._queue else math.inf

@@ -1,0 +1,206 @@
+"""A laboratory without hardware: robots with the real firmware, paced to wall time."""
+
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...systems.numerics.errors import SightfieldError, require
+from ...systems.numerics.geometry.edge_index import build_edge_index
+from ...systems.numerics.geometry.world import World
+from ...systems.numerics.social.routes.infrared import InfraredRing, infrared_ranges
+from .air import AirSettings
+from .emulated_radio import EmulatedRadio
+from .robot_body import RobotBody
+from .robot_cores import CoresReport, RobotCores
+
+# Of the exchange between modules and processors [s].
+_STEP = 0.002
+# Of the infrared sensors [s]; the firmware reads each of them as often.
+_SENSING = 0.05
+
+
+@dataclass(frozen=True)
+class LaboratorySnapshot:
+    """The true state of a laboratory.
+
+    Attributes:
+        time: Since it was entered [s].
+        poses: Shape (n, 3) [m], [m], [rad]; headings count turns.
+        wheel_speeds: Left and right, shape (n, 2) [m/s].
+        still_since: When the wheels of each robot came to rest, shape (n,) [s]; infinite while one
+            of them turns.
+        unpowered_since: When its motors were cut, shape (n,) [s]; infinite while one has power.
+        lag: How far emulation is behind the wall clock [s].
+    """
+
+    time: float
+    poses: np.ndarray
+    wheel_speeds: np.ndarray
+    still_since: np.ndarray
+    unpowered_since: np.ndarray
+    lag: float
+
+
+class EmulatedLaboratory:
+    """Robots, their radio and true poses; a context manager.
+
+    Every byte between work station and robots goes through a pty, emulated modules and air, and
+    the UART of an emulated ATmega2560 that runs the real firmware. Walls stop nobody: they are felt
+    by the infrared sensors only.
+
+    Args:
+        robots: Numbers of the robots.
+        starts: Poses, shape (n, 3) [m], [m], [rad].
+        frame_loss: Probability that a frame is lost, 0 to 1.
+        delay: Of frames [s].
+        jitter: Largest addition to it [s].
+        seed: Of losses and jitter.
+        world: Walls that the infrared sensors feel; with None they feel what `set_infrared` says.
+        ring: Where the sensors look; four of them.
+        body: Of all robots.
+
+    Raises:
+        InvalidInput: An argument is out of its range.
+        ToolchainError: On entering: firmware or emulator cannot be built.
+    """
+
+    def __init__(
+        self,
+        robots: Sequence[int],
+        starts: np.ndarray,
+        *,
+        frame_loss: float = 0.0,
+        delay: float = 0.002,
+        jitter: float = 0.0,
+        seed: int = 0,
+        world: World | None = None,
+        ring: InfraredRing | None = None,
+        body: RobotBody | None = None,
+    ) -> None:
+        self._cores = RobotCores(robots, starts, body=body)
+        self.robots, self.body = self._cores.robots, self._cores.body
+        air = AirSettings(frame_loss=frame_loss, delay=delay, jitter=jitter)
+        self._radio = EmulatedRadio(len(self.robots), air, seed)
+        self._ring = ring or InfraredRing()
+        require(self._ring.count == 4, "ring", "have four sensors", self._ring.count)
+        self._edges = None if world is None else build_edge_index(world).edges
+        # Its thread alone moves the laboratory on; others read the last report, and leave what they
+        # want in `_ranges` and `air.cut`. Each is one reference, so that no lock is needed.
+        self._ranges: np.ndarray | None = None
+        self._leaving = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="laboratory", daemon=True)
+        self._began = self._lag = 0.0
+        self._report: CoresReport | None = None
+        self._failure: SightfieldError | None = None
+
+    def __enter__(self) -> "EmulatedLaboratory":
+        self._cores.__enter__()
+        self._radio.__enter__()
+        self._report = self._cores.advance(_STEP)
+        self._began = time.monotonic()
+        self._thread.start()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._leaving.set()
+        self._thread.join()
+        self._radio.__exit__(*exception)
+        self._cores.__exit__(*exception)
+
+    @property
+    def radio_port(self) -> str:
+        """Path of the work station's serial device."""
+        return self._radio.port
+
+    def time(self) -> float:
+        """Since it was entered, by the robots' clock [s]."""
+        return self.snapshot().time
+
+    def snapshot(self) -> LaboratorySnapshot:
+        """The true state now.
+
+        Raises:
+            EmulationError: The emulator has died.
+        """
+        if self._failure is not None:
+            raise self._failure
+        report = self._report
+        if report is None:
+            raise SightfieldError("the laboratory is closed: use it in a `with` statement")
+        return LaboratorySnapshot(
+            time=report.time,
+            poses=report.poses,
+            wheel_speeds=report.wheel_speeds,
+            still_since=report.still_since,
+            unpowered_since=report.unpowered_since,
+            lag=self._lag,
+        )
+
+    def poses(self) -> np.ndarray:
+        """True poses now, shape (n, 3) [m], [m], [rad]."""
+        return self.snapshot().poses
+
+    def wheel_speeds(self) -> np.ndarray:
+        """Left and right, now, shape (n, 2) [m/s]."""
+        return self.snapshot().wheel_speeds
+
+    def cut_radio(self) -> float:
+        """Let nothing through the air any more; returns the time of it [s]."""
+        self._radio.air.cut = True
+        return self.time()
+
+    def restore_radio(self) -> None:
+        """Let frames through again."""
+        self._radio.air.cut = False
+
+    def set_infrared(self, ranges: np.ndarray) -> None:
+        """Set what the sensors feel, shape (n, 4) [m] from the rim; for a laboratory without walls.
+
+        Raises:
+            InvalidInput: The shape does not fit, or there is a world to feel.
+        """
+        require(self._edges is None, "world", "be None where ranges are set", "a world")
+        ranges = np.asarray(ranges, dtype=float)
+        shape = (len(self.robots), 4)
+        require(ranges.shape == shape, "ranges", f"have shape {shape}", ranges.shape)
+        require(bool((ranges >= 0).all()), "ranges", "be zero or positive", ranges)
+        self._ranges = ranges
+
+    def _run(self) -> None:
+        """Keep emulation level with the wall clock, until the laboratory is left."""
+        sense = 0.0
+        while not self._leaving.is_set():
+            behind = time.monotonic() - self._began - self._cores.time
+            if behind < _STEP:
+                time.sleep(_STEP - behind)
+                continue
+            try:
+                if self._cores.time >= sense:
+                    self._feel()
+                    sense += _SENSING
+                self._step(behind)
+            except SightfieldError as error:
+                self._failure = error
+                return
+
+    def _step(self, behind: float) -> None:
+        assert self._report is not None
+        to_robots = self._radio.exchange(self._cores.time, self._report.serial)
+        for k, data in enumerate(to_robots):
+            if data:
+                self._cores.send(k, data)
+        self._lag = max(behind - _STEP, 0.0)
+        # Late by a little, it catches up at once; late by a lot, in small steps.
+        self._report = self._cores.advance(min(behind, 5 * _STEP))
+
+    def _feel(self) -> None:
+        assert self._report is not None
+        if self._edges is not None:
+            poses, radius = self._report.poses, self.body.radius
+            self._ranges = infrared_ranges(self._edges, poses, radius, self._ring)
+        if self._ranges is not None:
+            for k, each in enumerate(self._ranges):
+                self._cores.set_sensors(k, each, self.body.battery)

@@ -1,0 +1,120 @@
+"""The radio as a system: velocity commands in, what the robots report out."""
+
+import math
+import time
+
+import numpy as np
+from pydrake.systems.framework import Context, EventStatus, LeafSystem
+
+from ...systems.drake_types import read, state_vector
+from ...systems.numerics.errors import require_non_negative, require_positive
+from .link import RadioLink
+from .robot_reports import robot_reports
+
+
+class RadioCommander(LeafSystem):
+    """Sends the commands of a team once a period, and tells what its robots have reported last.
+
+    A robot whose command is not valid, or not finite, is told to stand still. Robots must have been
+    armed (`RadioLink.arm`); they stand still by themselves when this system is no longer run. The
+    outputs are sampled at the beginning of each period, so that a log of them is what controllers
+    saw; the commands go out in a publish event, a stated time later.
+
+    .. pydrake_system::
+
+        name: RadioCommander
+        input_ports:
+        - velocity_commands
+        - valid
+        - pose_age
+        output_ports:
+        - infrared_ranges
+        - battery
+        - link_quality
+        - age
+        - robot_state
+
+    =================  ====  ==========  =====
+    port               size  unit        frame
+    =================  ====  ==========  =====
+    velocity_commands  2 N   m/s, rad/s  robot
+    valid              N     -           -
+    pose_age           1     s           -
+    infrared_ranges    4 N   m           robot
+    battery            N     V           -
+    link_quality       N     -           -
+    age                N     s           -
+    robot_state        N     -           -
+    =================  ====  ==========  =====
+
+    `valid`, all ones if not connected, counts above 0.5. `pose_age`, zero if not connected, is that
+    of the poses which the commands are made from: robots follow none older than 0.3 s. Ranges come robot by robot, from
+    left to right, and are infinite before a robot's first report; `battery` and `link_quality` are
+    zero then and `age`, that of the report, infinite. `link_quality` is the part of the frames
+    that a robot has taken lately; `robot_state` is a number of RobotState, or -1.
+
+    Source: Zhang 2014, 2.2.8 and 2.3.4.
+
+    Args:
+        link: Open while this system runs.
+        period: Of sending [s]; 0.05 lets two frames in a row be lost before robots stop, after
+            0.17 s of silence.
+        offset: Of sending, after the outputs were sampled [s].
+
+    Raises:
+        InvalidInput: The period is not positive, or the offset is negative.
+        RadioError: While running: the module has gone.
+    """
+
+    def __init__(self, link: RadioLink, *, period: float = 0.05, offset: float = 0.0):
+        super().__init__()
+        require_positive("period", period)
+        require_non_negative("offset", offset)
+        self._link = link
+        count = len(link.robots)
+        self._commands = self.DeclareVectorInputPort("velocity_commands", 2 * count)
+        self._valid = self.DeclareVectorInputPort("valid", count)
+        self._pose_age = self.DeclareVectorInputPort("pose_age", 1)
+        blank = (math.inf, 0.0, 0.0, math.inf, -1.0)
+        sizes = (4 * count, count, count, count, count)
+        names = ("infrared_ranges", "battery", "link_quality", "age", "robot_state")
+        self._states = [
+            self.DeclareDiscreteState(state_vector(np.full(size, value)))
+            for size, value in zip(sizes, blank, strict=True)
+        ]
+        for name, state in zip(names, self._states, strict=True):
+            self.DeclareStateOutputPort(name, state)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
+        self.DeclarePeriodicPublishEvent(period, offset, self._send)
+
+    def get_velocity_commands_input_port(self):
+        """Forward speeds and turn rates, size 2 N [m/s], [rad/s]."""
+        return self._commands
+
+    def get_valid_input_port(self):
+        """Whether each robot's command is to be followed, size N."""
+        return self._valid
+
+    def get_pose_age_input_port(self):
+        """Age of the poses that the commands are made from [s]; may be left open."""
+        return self._pose_age
+
+    def _sample(self, context: Context, discrete_state) -> EventStatus:
+        link = self._link
+        now = robot_reports(link.telemetry(), link.robots, time.monotonic())
+        quality = np.array(link.statistics().quality)
+        values = (now.infrared_ranges, now.battery, quality, now.age, now.robot_state)
+        for state, value in zip(self._states, values, strict=True):
+            discrete_state.set_value(state, value.ravel())
+        return EventStatus.Succeeded()
+
+    def _send(self, context: Context) -> EventStatus:
+        commands = read(self._commands, context).reshape(-1, 2)
+        valid = np.isfinite(commands).all(axis=1)
+        if self._valid.HasValue(context):
+            valid &= read(self._valid, context) > 0.5
+        age = read(self._pose_age, context)[0] if self._pose_age.HasValue(context) else 0.0
+        # Without a known age nothing is to be followed.
+        known = math.isfinite(age) and age >= 0
+        self._link.send_commands(commands, valid & known, age if known else 0.0)
+        return EventStatus.Succeeded()

@@ -1,0 +1,45 @@
+"""The last reports of a team, as arrays."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .link import Receipt
+
+
+@dataclass(frozen=True)
+class RobotReports:
+    """What robots said last; what a robot that was not heard has not said is blank.
+
+    Attributes:
+        infrared_ranges: Free ways before the sensors, shape (n, 4) [m]; blank is infinite.
+        battery: Shape (n,) [V]; blank is 0.
+        age: Since each report came, shape (n,) [s]; blank is infinite.
+        robot_state: Numbers of RobotState, shape (n,); blank is -1.
+    """
+
+    infrared_ranges: np.ndarray
+    battery: np.ndarray
+    age: np.ndarray
+    robot_state: np.ndarray
+
+
+def robot_reports(receipts: dict[int, Receipt], robots: Sequence[int], now: float) -> RobotReports:
+    """Reports of some robots, in their order, at a time by the receipts' clock [s]."""
+    count = len(robots)
+    reports = RobotReports(
+        infrared_ranges=np.full((count, 4), math.inf),
+        battery=np.zeros(count),
+        age=np.full(count, math.inf),
+        robot_state=np.full(count, -1.0),
+    )
+    for k, robot in enumerate(robots):
+        receipt = receipts.get(robot)
+        if receipt is not None:
+            reports.infrared_ranges[k] = np.array(receipt.telemetry.ranges) / 1000
+            reports.battery[k] = receipt.telemetry.battery / 1000
+            reports.age[k] = max(now - receipt.time, 0.0)
+            reports.robot_state[k] = receipt.telemetry.state
+    return reports

@@ -1,0 +1,98 @@
+"""Payloads out and in by an XBee module (802.15.4, API mode), through digi-xbee."""
+
+import logging
+from collections.abc import Callable
+
+from digi.xbee.devices import Raw802Device
+from digi.xbee.exception import XBeeException
+from digi.xbee.models.address import XBee64BitAddress
+from digi.xbee.models.status import TransmitStatus
+from digi.xbee.packets.base import XBeeAPIPacket
+from digi.xbee.packets.raw import RX64Packet, TX64Packet, TXStatusPacket
+from serial import SerialException
+
+from ...systems.numerics.errors import SightfieldError
+
+# How long a module may take to answer when it is opened [s].
+_PATIENCE = 1
+
+
+class RadioError(SightfieldError):
+    """No radio, no module that answers, or a module that went away."""
+
+
+class XBeePort:
+    """A context manager: opened, it sends payloads and hands on what it receives.
+
+    Args:
+        port: Serial device, as /dev/ttyUSB0.
+        baud_rate: Of the module.
+        on_payload: Called with payload, 64-bit address of the sender and RSSI [dBm], in threads
+            of digi-xbee's.
+        on_status: Called with a frame id and whether the payload was delivered.
+    """
+
+    def __init__(
+        self,
+        port: str,
+        baud_rate: int,
+        on_payload: Callable[[bytes, bytes, int], None],
+        on_status: Callable[[int, bool], None],
+    ) -> None:
+        self.port = port
+        self._baud_rate = baud_rate
+        self._on_payload, self._on_status = on_payload, on_status
+        self._device: Raw802Device | None = None
+
+    def __enter__(self) -> "XBeePort":
+        # It reports on stderr what is also raised, where nobody has set up logging.
+        logging.getLogger("digi").addHandler(logging.NullHandler())
+        device = Raw802Device(self.port, self._baud_rate, _sync_ops_timeout=_PATIENCE)
+        try:
+            device.open()
+        except SerialException as error:
+            raise RadioError(f"no radio at {self.port}: {_reason(error)}") from None
+        except XBeeException as error:
+            device.close()
+            raise RadioError(
+                f"no 802.15.4 XBee module in API mode answers at {self.port} with "
+                f"{self._baud_rate} baud: {_reason(error)}"
+            ) from None
+        device.add_packet_received_callback(self._receive)
+        self._device = device
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        device, self._device = self._device, None
+        if device is not None:
+            device.del_packet_received_callback(self._receive)
+            device.close()
+
+    def send(self, payload: bytes, address: bytes | None = None) -> int:
+        """Hand a payload to the module, for one 64-bit address or for all; returns its frame id.
+
+        Raises:
+            RadioError: The port is not open, or its module has gone.
+        """
+        device = self._device
+        if device is None:
+            raise RadioError(f"the radio at {self.port} is not open: use it in a `with` statement")
+        to = XBee64BitAddress(address) if address else XBee64BitAddress.BROADCAST_ADDRESS
+        frame_id = device.get_next_frame_id()
+        try:
+            device.send_packet(TX64Packet(frame_id, to, 0, rf_data=payload))
+        except (XBeeException, SerialException, OSError) as error:
+            raise RadioError(f"the radio at {self.port} has gone: {_reason(error)}") from None
+        return frame_id
+
+    def _receive(self, packet: XBeeAPIPacket) -> None:
+        if isinstance(packet, RX64Packet):
+            address = bytes(packet.x64bit_source_addr.address)
+            self._on_payload(bytes(packet.rf_data or b""), address, -packet.rssi)
+        elif isinstance(packet, TXStatusPacket):
+            self._on_status(packet.frame_id, packet.transmit_status == TransmitStatus.SUCCESS)
+
+
+def _reason(error: Exception) -> str:
+    """First line of what an exception says."""
+    return (str(error).splitlines() or [type(error).__name__])[0]
