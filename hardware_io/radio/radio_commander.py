@@ -48,10 +48,11 @@ class RadioCommander(LeafSystem):
     =================  ====  ==========  =====
 
     `valid`, all ones if not connected, counts above 0.5. `pose_age`, zero if not connected, is that
-    of the poses which the commands are made from: robots follow none older than 0.3 s. Ranges come robot by robot, from
-    left to right, and are infinite before a robot's first report; `battery` and `link_quality` are
-    zero then and `age`, that of the report, infinite. `link_quality` is the part of the frames
-    that a robot has taken lately; `robot_state` is a number of RobotState, or -1.
+    of the poses which the commands are made from: robots follow none older than 0.3 s. Ranges come
+    robot by robot, from left to right, and are infinite before a robot's first report; `battery`
+    and `link_quality` are zero then and `age`, that of the report, infinite. `link_quality` is the
+    part of the frames that a robot has taken lately; `robot_state` is a number of RobotState, or
+    -1.
 
     Source: Zhang 2014, 2.2.8 and 2.3.4.
 
@@ -110,11 +111,12 @@ class RadioCommander(LeafSystem):
 
     def _send(self, context: Context) -> EventStatus:
         commands = read(self._commands, context).reshape(-1, 2)
-        valid = np.isfinite(commands).all(axis=1)
+        follow = np.isfinite(commands).all(axis=1)
         if self._valid.HasValue(context):
-            valid &= read(self._valid, context) > 0.5
+            follow = follow & (read(self._valid, context) > 0.5)
         age = read(self._pose_age, context)[0] if self._pose_age.HasValue(context) else 0.0
-        # Without a known age nothing is to be followed.
-        known = math.isfinite(age) and age >= 0
-        self._link.send_commands(commands, valid & known, age if known else 0.0)
+        if not (math.isfinite(age) and age >= 0):
+            # Without a known age nothing is to be followed.
+            follow, age = np.zeros_like(follow), 0.0
+        self._link.send_commands(commands, follow, age)
         return EventStatus.Succeeded()
