@@ -111,7 +111,7 @@ class RadioCommander(LeafSystem):
 
     def _send(self, context: Context) -> EventStatus:
         commands = read(self._commands, context).reshape(-1, 2)
-        follow = np.isfinite(commands).all(axis=1)
+        follow = np.all(np.isfinite(commands), axis=1)
         if self._valid.HasValue(context):
             follow = follow & (read(self._valid, context) > 0.5)
         age = read(self._pose_age, context)[0] if self._pose_age.HasValue(context) else 0.0
