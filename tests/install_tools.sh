@@ -13,6 +13,12 @@ have() {
 missing=""
 have dot || missing="$missing graphviz"
 have chromium chromium-browser google-chrome || missing="$missing chromium"
+# The robots' firmware, and the emulator that runs it.
+have avr-gcc || missing="$missing gcc-avr avr-libc"
+have cc || missing="$missing gcc libc6-dev"
+if have apt-get && [ ! -e /usr/include/simavr/sim_avr.h ]; then
+    missing="$missing libsimavr-dev"
+fi
 # Playwright's driver links to it, and Debian's base and chromium come without.
 if have apt-get && ! /sbin/ldconfig -p | grep -q libatomic.so.1; then
     missing="$missing libatomic1"
