@@ -61,9 +61,18 @@ def load_scenario(schema: type[Schema], path: Path, overrides: Sequence[str] = (
             f"`scenario` must be readable YAML; got {path}: {' '.join(str(error).split())}"
         ) from None
     require(isinstance(tree, dict), "scenario", "be a YAML mapping of keys to values", path)
+    return build(schema, with_settings(tree, overrides))
+
+
+def with_settings(tree: dict[str, Any], overrides: Sequence[str]) -> dict[str, Any]:
+    """Nested mappings and lists with `key=value` settings applied to them, in place.
+
+    Raises:
+        InvalidInput: A setting has another form, or names no place.
+    """
     for override in overrides:
         _set(tree, override)
-    return build(schema, tree)
+    return tree
 
 
 def build(schema: type[Schema], tree: Any) -> Schema:

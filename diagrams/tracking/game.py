@@ -37,14 +37,18 @@ class TrackingGame:
     evader_starts: np.ndarray
 
 
-def set_up_game(scenario: TrackingScenario) -> TrackingGame:
+def set_up_game(scenario: TrackingScenario, world: World | None = None) -> TrackingGame:
     """Load a scenario's world and place its teams.
+
+    Args:
+        scenario: What is played.
+        world: The scenario's world, where it is loaded already.
 
     Raises:
         InvalidInput: The world is no free region; a robot starts outside it, in an obstacle, or
             on another robot's spot; an evader starts where nobody sees it; there is no room.
     """
-    world = scenario.world.load()
+    world = world or scenario.world.load()
     pursuer_regions = shrink_world(world, scenario.pursuers.radius)
     evader_regions = shrink_world(world, scenario.evaders.radius)
     pursuers, evaders = _positions(scenario, world, pursuer_regions[0], evader_regions[0])

@@ -5,6 +5,7 @@ edges that come within a margin of it, and whether one point inside it is free; 
 status then follows from the edges of its cell alone.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +28,7 @@ class EdgeIndex(NamedTuple):
             x and y each [m].
         frame: x_min, y_min, cell size, tolerance [m]; columns, rows.
         starts: Where each cell's list begins in `items`, shape (columns * rows + 1,).
-        items: Edge numbers, cell by cell.
+        items: Edge numbers, cell by cell, shape (m,).
         probes: One point of each cell and 1 where it is free, else 0; shape (cells, 3) [m, m, -].
     """
 
@@ -38,8 +39,12 @@ class EdgeIndex(NamedTuple):
     probes: np.ndarray
 
 
+# A handful: the systems of one diagram ask for the same two or three again and again.
+@lru_cache(maxsize=8)
 def build_edge_index(*worlds: World) -> EdgeIndex:
     """Index the edges of one world, or of several that do not overlap, as one free region.
+
+    Called again with the same worlds it returns the same arrays: they are not to be written to.
 
     The grid has about five cells per edge: the fastest of 1 to 16 for segments in worlds of
     200 edges.
@@ -64,7 +69,12 @@ def build_edge_index(*worlds: World) -> EdgeIndex:
 
 @kernel
 def cell_of(frame: np.ndarray, x: float, y: float) -> int:
-    """Number of the cell that holds a point, or -1 outside the grid."""
+    """Number of the cell that holds a point, or -1 outside the grid.
+
+    Args:
+        frame: Of an `EdgeIndex`, shape (6,) [m].
+        x, y: The point [m].
+    """
     i = int(np.floor((x - frame[X_MIN]) / frame[CELL]))
     j = int(np.floor((y - frame[Y_MIN]) / frame[CELL]))
     if i < 0 or j < 0 or i >= frame[COLUMNS] or j >= frame[ROWS]:
@@ -74,7 +84,13 @@ def cell_of(frame: np.ndarray, x: float, y: float) -> int:
 
 @kernel
 def edge_distance(edges: np.ndarray, e: int, x: float, y: float) -> float:
-    """Distance from a point to an edge [m]."""
+    """Distance from a point to an edge [m].
+
+    Args:
+        edges: Of an `EdgeIndex`, shape (n, 6) [m].
+        e: Number of the edge.
+        x, y: The point [m].
+    """
     dx = edges[e, END] - edges[e, START]
     dy = edges[e, END + 1] - edges[e, START + 1]
     px = x - edges[e, START]
@@ -85,7 +101,12 @@ def edge_distance(edges: np.ndarray, e: int, x: float, y: float) -> float:
 
 @kernel
 def point_is_free(index: EdgeIndex, x: float, y: float) -> bool:
-    """Whether a point is in the closed free region, the tolerance included."""
+    """Whether a point is in the closed free region, the tolerance included.
+
+    Args:
+        index: The world's edges.
+        x, y: The point [m].
+    """
     edges, frame, starts, items, probes = index
     cell = cell_of(frame, x, y)
     if cell < 0:

@@ -1,0 +1,136 @@
+"""What a study is made of: a scenario, a grid of cells that change it, runs, a root seed."""
+
+import re
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any, ClassVar
+
+import yaml
+from pydantic import ConfigDict
+
+from ...systems.numerics.errors import InvalidInput, require
+from ...systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
+from ...systems.numerics.geometry.world import World
+from ...systems.numerics.statistics.run_seeds import run_seed
+from ..scenario_files import NO_OTHER_KEYS, build, with_settings
+from ..tracking.game import with_random_starts
+from ..tracking.scenario import TrackingScenario
+from ..world_source import WorldSource
+
+_NAME = re.compile(r"[A-Za-z0-9_.,+-]+")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell:
+    """One way to play: what it changes in the study's scenario."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+    # Unique in the study: letters, digits and _ . , + -
+    name: str
+    # "key=value" settings, as of `sightfield track --set`.
+    settings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        fine = bool(_NAME.fullmatch(self.name))
+        require(fine, "cell", "be named by letters, digits and _ . , + -", repr(self.name))
+
+    def value(self, key: str) -> object:
+        """What the cell sets a key to, or None."""
+        values = [each.partition("=")[2] for each in self.settings if each.startswith(f"{key}=")]
+        return yaml.safe_load(values[-1]) if values else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """A grid of cells, each played a number of times from random starts in random worlds.
+
+    Run r has the same seed in every cell, and so the same world and, for teams of the same sizes,
+    the same starts: cells are compared on common random numbers. With as many pursuers, the
+    evaders of a smaller team are the first ones of a larger team.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+    # What to call it.
+    name: str
+    # What every cell starts from; its own starts are not used.
+    base: TrackingScenario
+    # The grid.
+    cells: tuple[Cell, ...]
+    # Runs of each cell.
+    runs: int
+    # Root of all seeds.
+    seed: int = 0
+    # How each run's world is drawn; None: the scenario's own world.
+    arena: Arena | None = field(default_factory=Arena)
+
+    def __post_init__(self) -> None:
+        require(self.runs > 0, "runs", "be positive", self.runs)
+        require(self.seed >= 0, "seed", "be zero or positive", self.seed)
+        require(len(self.cells) > 0, "cells", "hold one at least", "none")
+        names = [cell.name for cell in self.cells]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        require(not twice, "cells", "have a name each", f"{', '.join(twice)} twice")
+        for cell in self.cells:
+            cell_scenario(self, cell)
+
+    def cell(self, name: str) -> Cell:
+        """The cell of a name.
+
+        Raises:
+            InvalidInput: There is none.
+        """
+        for cell in self.cells:
+            if cell.name == name:
+                return cell
+        known = ", ".join(cell.name for cell in self.cells)
+        raise InvalidInput(f"`cell` must be one of {known}; got {name}")
+
+    def scenario(self, cell: Cell, run: int) -> TrackingScenario:
+        """The game of one run, complete: it can be played alone.
+
+        Raises:
+            InvalidInput: There is no such run; the arena has no room for its obstacles.
+        """
+        require(0 <= run < self.runs, "run", f"lie between 0 and {self.runs - 1}", run)
+        seed = run_seed(self.seed, run)
+        world = None if self.arena is None else draw_arena(self.arena, seed)
+        return in_world(cell_scenario(self, cell), world, seed)
+
+
+def cell_scenario(study: Study, cell: Cell) -> TrackingScenario:
+    """The scenario of a cell, before a run has given it world and seed.
+
+    Raises:
+        InvalidInput: A setting does not fit the scenario.
+    """
+    try:
+        tree = with_settings(asdict(with_random_starts(study.base)), cell.settings)
+        return build(TrackingScenario, tree)
+    except InvalidInput as error:
+        raise InvalidInput(f"{error} (in cell {cell.name})") from None
+
+
+def in_world(scenario: TrackingScenario, world: World | None, seed: int) -> TrackingScenario:
+    """The scenario with a seed and, if one is given, in a drawn world."""
+    if world is None:
+        return replace(scenario, seed=seed)
+    rings = [ring.tolist() for ring in world.obstacles]
+    source = WorldSource(boundary=world.boundary.tolist(), obstacles=rings)
+    return replace(scenario, seed=seed, world=source)
+
+
+def study_to_json(study: Study) -> dict[str, Any]:
+    """The study as JSON can hold it."""
+    tree = asdict(study)
+    tree["cells"] = [{**cell, "settings": list(cell["settings"])} for cell in tree["cells"]]
+    return tree
+
+
+def study_from_json(tree: Any) -> Study:
+    """The study that `study_to_json` wrote.
+
+    Raises:
+        InvalidInput: It is none.
+    """
+    return build(Study, tree)
