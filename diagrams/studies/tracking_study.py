@@ -19,7 +19,7 @@ def thesis_base(seconds: float = SECONDS, world: WorldSource | None = None) -> T
     """The game of 2.2.7: point agents, v_p = 300 mm per time unit, a = 0.3, in an arena of 4 m.
 
     Evaders play to escape (Table 2.1); the thesis does not say what its evaders do. Pursuers are
-    assigned by the Hungarian method on the risk (2.13).
+    assigned by the Hungarian method on the risk (2.13) and run along the fields of Table 2.2.
 
     Args:
         seconds: Horizon [s].
@@ -28,7 +28,7 @@ def thesis_base(seconds: float = SECONDS, world: WorldSource | None = None) -> T
     arena = WorldSource(boundary=[[0, 0], [4, 0], [4, 4], [0, 4]])
     return TrackingScenario(
         world=world or arena,
-        pursuers=Pursuers(top_speed=0.3, count=1),
+        pursuers=Pursuers(top_speed=0.3, count=1, field="table"),
         evaders=Evaders(top_speed=0.09, count=1),
         seconds=float(seconds),
     )
