@@ -67,6 +67,10 @@ def load_scenario(schema: type[Schema], path: Path, overrides: Sequence[str] = (
 def with_settings(tree: dict[str, Any], overrides: Sequence[str]) -> dict[str, Any]:
     """Nested mappings and lists with `key=value` settings applied to them, in place.
 
+    Args:
+        tree: As YAML has it.
+        overrides: The settings.
+
     Raises:
         InvalidInput: A setting has another form, or names no place.
     """
@@ -77,6 +81,10 @@ def with_settings(tree: dict[str, Any], overrides: Sequence[str]) -> dict[str, A
 
 def build(schema: type[Schema], tree: Any) -> Schema:
     """Make a dataclass from nested mappings and lists, with errors that name the key.
+
+    Args:
+        schema: The dataclass.
+        tree: As YAML has it.
 
     Raises:
         InvalidInput: See `load_scenario`.

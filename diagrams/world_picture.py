@@ -42,7 +42,13 @@ def draw_world(axes: Axes, world: World, *, corners: bool = True) -> None:
 
 
 def save_world_picture(path: Path, world: World, title: str) -> None:
-    """Write a PNG picture of a world, 1600 pixels along its longer side."""
+    """Write a PNG picture of a world, 1600 pixels along its longer side.
+
+    Args:
+        path: Of the file.
+        world: Which.
+        title: Stands above it.
+    """
     width, height = np.ptp(world.bounds.reshape(2, 2), axis=0)
     size = 10.0 * np.array([width, height]) / max(width, height)
     # A figure of its own, without pyplot: no window, no global state.

@@ -15,7 +15,11 @@ from .scenario_files import NO_OTHER_KEYS
 
 @dataclass(frozen=True, kw_only=True)
 class WorldSource:
-    """A free region with holes."""
+    """A free region with holes.
+
+    Raises:
+        InvalidInput: Neither rings nor a file are given, or both; an option is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 

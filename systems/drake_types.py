@@ -28,5 +28,5 @@ read = InputPort.Eval  # type: ignore[assignment]  # the stubs say object
 
 
 def state_vector(values: np.ndarray) -> BasicVector:
-    """A model vector for a state, from its initial values."""
+    """A model vector for a state, from its initial values, shape (size,)."""
     return BasicVector(values)  # type: ignore[call-overload]  # the stubs want a list

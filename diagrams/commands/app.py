@@ -20,6 +20,7 @@ COMMANDS = (
     "schedule",
     "harvest",
     "social",
+    "station",
     "study",
 )
 

@@ -122,6 +122,10 @@ def promises_optimum(method: str, ask: PlanningQuestion) -> bool:
 
     Extremals meet x, y and theta exactly, and only drive forwards. Polished paths were as quick as
     those from every seed, or quicker, in all of 400 random questions (compare bench_planners.py).
+
+    Args:
+        method: Name of the planner.
+        ask: The question.
     """
     if method == "extremal":
         return not any(ask.goal.tolerance[:3]) and not ask.trailer.reverse

@@ -14,7 +14,11 @@ from ...systems.numerics.planning.value_function.value_function import ValueFunc
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanningQuestion:
-    """From where to where, with which cart, among which walls."""
+    """From where to where, with which cart, among which walls.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     # x, y, theta, beta [m], [m], [rad], [rad].
     start: tuple[float, float, float, float]

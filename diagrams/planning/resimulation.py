@@ -28,7 +28,8 @@ class Resimulation:
         control_excess: By how much the planned controls leave the bounds, which the plant keeps
             [m/s or rad/s].
         jackknife_excess: By how much |beta| exceeds the limit at a sample [rad].
-        drift: Largest distance between a planned state and the driven one, in any entry.
+        drift: Largest distance between a planned state and the driven one, in any entry
+            [m or rad].
     """
 
     path: TrailerPath

@@ -30,7 +30,7 @@ class Row:
 
     @property
     def violation(self) -> float | None:
-        """The largest of what is outside the goal and beyond the bounds when it is driven."""
+        """The largest of what is outside the goal and beyond the bounds when it is driven [-]."""
         return None if self.driven is None else self.driven.violation
 
     @property
@@ -81,6 +81,10 @@ class Verdict:
 
 def ask_methods(question: PlanningQuestion, methods: Sequence[str]) -> Verdict:
     """Ask planners, by name, and drive what they return through the plant.
+
+    Args:
+        question: What is asked.
+        methods: Their names.
 
     Raises:
         InvalidInput: The question cannot be meant, for instance starts in a wall.

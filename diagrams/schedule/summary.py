@@ -33,7 +33,7 @@ class Constraint:
 
     Attributes:
         name: The input that it bounds.
-        slack: How much is left; negative: not met.
+        slack: How much is left, in the unit below [-]; negative: not met.
         unit: Of the slack.
         part: The slack as a part of the bound, by which constraints compare.
         says: The condition in words.
@@ -60,7 +60,7 @@ def summarise(
         carts: How many there are.
         travel_time: Between neighbours, if it is one and the same [s].
         fill: Part of each tank that was asked for.
-        jitter: That was asked for.
+        jitter: Part of each time, that was asked for.
     """
     fleet = answer.fleet
     limits = constraints(answer, travel_time)
@@ -105,9 +105,10 @@ def summarise(
 
 
 def travel_limit(answer: ScheduleAnswer) -> float:
-    """The largest equal time between neighbours with the same split, ways by a truck as they are.
+    """The largest equal time between neighbours with the same split [s].
 
-    Negative: not even no time would do. Infinite where no cart drives from combine to combine.
+    Ways by a truck stay as they are. Negative: not even no time would do.
+    Infinite where no cart drives from combine to combine.
     """
     fleet = replace(answer.fleet, travel_times=line_of((1.0,) * (answer.fleet.size - 1)))
     kinds = {*zip(fleet.capacities, fleet.fill_rates, fleet.unload_rates, strict=True)}
@@ -123,7 +124,12 @@ def travel_limit(answer: ScheduleAnswer) -> float:
 
 
 def constraints(answer: ScheduleAnswer, travel_time: float | None) -> list[Constraint]:
-    """The conditions of all carts, each for the cart that has least left."""
+    """The conditions of all carts, each for the cart that has least left.
+
+    Args:
+        answer: The schedule.
+        travel_time: Between neighbours, if it is one and the same [s].
+    """
     fleet = answer.fleet
     share = max(unloading_share(fleet, cart.group.order) for cart in answer.carts)
     scale = answer.travel_scale
@@ -151,7 +157,14 @@ def constraints(answer: ScheduleAnswer, travel_time: float | None) -> list[Const
 def binding(
     answer: ScheduleAnswer, limits: list[Constraint], fill: float, jitter: float | None
 ) -> list[str]:
-    """The constraints that are not met or, if all are, those that leave least."""
+    """The constraints that are not met or, if all are, those that leave least.
+
+    Args:
+        answer: The schedule.
+        limits: Its constraints.
+        fill: Part of each tank that was asked for.
+        jitter: Part of each time, that was asked for.
+    """
     if answer.feasible:
         least = min(limit.part for limit in limits)
         return [limit.name for limit in limits if limit.part <= least + _TIE]

@@ -45,7 +45,12 @@ def draw_connectivity(
 
 
 def runs(times: np.ndarray, state: np.ndarray) -> list[tuple[float, float]]:
-    """Start and duration of every stretch in which a state holds, sample by sample [s]."""
+    """Start and duration of every stretch in which a state holds, sample by sample [s].
+
+    Args:
+        times: Of the samples, shape (n,) [s].
+        state: Whether it holds, shape (n,).
+    """
     edges = np.flatnonzero(np.diff(np.concatenate([[0], state.astype(int), [0]])))
     ends = np.append(times, times[-1])
     return [(float(times[a]), float(ends[b] - times[a])) for a, b in edges.reshape(-1, 2).tolist()]

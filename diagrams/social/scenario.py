@@ -23,7 +23,13 @@ POLICIES = ("wander", "rest")
 
 
 def require_poses(name: str, poses: list[list[float]], count: int) -> None:
-    """Refuse poses that are not [x, y, heading], or as many as neither `count` nor none."""
+    """Refuse poses that are not [x, y, heading], or as many as neither `count` nor none.
+
+    Args:
+        name: Of the key, for the message.
+        poses: What came [m], [m], [rad].
+        count: How many there are to be.
+    """
     require(len(poses) in (0, count), name, f"have {count} entries or none", len(poses))
     for pose in poses:
         sound = len(pose) == 3 and all(math.isfinite(value) for value in pose)
@@ -32,7 +38,11 @@ def require_poses(name: str, poses: list[list[float]], count: int) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class MazeSource:
-    """Walls and what hangs on them."""
+    """Walls and what hangs on them.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
@@ -50,7 +60,11 @@ class MazeSource:
 
 @dataclass(frozen=True, kw_only=True)
 class Camera:
-    """Of every common agent."""
+    """Of every common agent.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
@@ -79,7 +93,11 @@ class Camera:
 
 @dataclass(frozen=True, kw_only=True)
 class CommonAgents:
-    """The people of the story: they walk about, take pictures and post them."""
+    """The people of the story: they walk about, take pictures and post them.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
@@ -132,7 +150,11 @@ class CommonAgents:
 
 @dataclass(frozen=True, kw_only=True)
 class Evader:
-    """Whom the pursuer looks for."""
+    """Whom the pursuer looks for.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
@@ -151,7 +173,11 @@ class Evader:
 
 @dataclass(frozen=True, kw_only=True)
 class Pursuer:
-    """Who makes friends, reads their pictures, and goes to the evader."""
+    """Who makes friends, reads their pictures, and goes to the evader.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
@@ -170,7 +196,11 @@ class Pursuer:
 
 @dataclass(frozen=True, kw_only=True)
 class Search:
-    """How friends are made and pictures read (Table 2.3)."""
+    """How friends are made and pictures read (Table 2.3).
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
@@ -203,7 +233,11 @@ class Search:
 
 @dataclass(frozen=True, kw_only=True)
 class SocialScenario:
-    """A pursuer without a camera finds an evader in its friends' pictures."""
+    """A pursuer without a camera finds an evader in its friends' pictures.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 

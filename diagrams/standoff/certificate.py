@@ -31,7 +31,7 @@ class Certificate:
     """V(x) = (x - rest)^T matrix (x - rest) falls along all motions in V < 1.
 
     Attributes:
-        rest: The wanted equilibrium, y, and 0 for the integral [m], [m s].
+        rest: The wanted equilibrium, y, and 0 for the integral, shape (1,) or (2,) [m], [m s].
         matrix: Shape (1, 1) or (2, 2).
         low, high: Where V = 1 with an empty integral: starts between them settle [m].
     """

@@ -56,6 +56,10 @@ ROWS = {
 def standoff_report(loop: StandoffLoop, start: float) -> StandoffReport:
     """Follow one start in closed form, and as a block diagram behind a moving evader.
 
+    Args:
+        loop: The closed loop.
+        start: Distance at the start [m].
+
     Raises:
         InvalidInput: There is no equilibrium, or the start lies on a singularity.
     """

@@ -149,6 +149,9 @@ def measure_convergence(
         duration: [s].
         filter_times: Falling, shape (n,) [s].
         samples_per_filter_time: Samples are so many times as frequent.
+
+    Raises:
+        InvalidInput: Filter times do not fall, or a number is out of its range.
     """
     filter_times = np.asarray(filter_times, dtype=float)
     require(len(filter_times) > 1, "filter_times", "be two at least", len(filter_times))

@@ -53,6 +53,9 @@ def add_controls(meshcat: Meshcat, *, pursuers: int, realtime_rate: float = 1.0)
         meshcat: The page.
         pursuers: Number of pursuers to choose from.
         realtime_rate: Where the speed slider starts, from 0 (as fast as possible) to 20.
+
+    Raises:
+        InvalidInput: There are no pursuers, or the rate is out of its range.
     """
     require(pursuers > 0, "pursuers", "be at least 1", pursuers)
     require(0 <= realtime_rate <= _FASTEST, "realtime_rate", "be from 0 to 20", realtime_rate)

@@ -114,7 +114,15 @@ def save_corner_picture(
     evader: tuple[float, float],
     field: str = "margin",
 ) -> None:
-    """Write what `draw_corner_game` draws as a PNG picture."""
+    """Write what `draw_corner_game` draws as a PNG picture.
+
+    Args:
+        path: Of the file.
+        alpha: Interior angle of the obstacle [rad].
+        a: Speed ratio v_e / v_p.
+        pursuer, evader: Positions in the corner's frame [m].
+        field: A name in `FIELDS`.
+    """
     draw_corner_game(alpha, a, pursuer, evader, field).savefig(path, dpi=110)
 
 

@@ -43,6 +43,14 @@ class MeshcatVelocity(LeafSystem):
 
     Source: none in the thesis; it lets a person play an evader (Zhang 2014, 2.2.7, has them move
     by themselves).
+
+    Args:
+        meshcat: The page.
+        speed: s, the robot's top speed [m/s].
+        period: Between readings of the sliders [s].
+
+    Raises:
+        InvalidInput: A number is not positive.
     """
 
     def __init__(self, meshcat: Meshcat, speed: float, *, period: float = 0.05) -> None:

@@ -27,7 +27,11 @@ POLICIES = ("adversarial", "waypoints", "random_walk", "you")
 
 @dataclass(frozen=True, kw_only=True)
 class Team:
-    """A team of equal robots."""
+    """A team of equal robots.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
@@ -81,7 +85,11 @@ class Team:
 
 @dataclass(frozen=True, kw_only=True)
 class Pursuers(Team):
-    """The team that keeps sight, and its strategy."""
+    """The team that keeps sight, and its strategy.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     # Who tracks whom: a name in RULES.
     assignment: str = "hungarian"
@@ -115,7 +123,11 @@ class Pursuers(Team):
 
 @dataclass(frozen=True, kw_only=True)
 class Evaders(Team):
-    """The team that is watched."""
+    """The team that is watched.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     # One policy for all or one each: "adversarial", "waypoints", "random_walk" or "you".
     policies: list[str] = field(default_factory=lambda: ["adversarial"])
@@ -164,7 +176,11 @@ class Evaders(Team):
 
 @dataclass(frozen=True, kw_only=True)
 class TrackingScenario:
-    """A game of sight: pursuers keep evaders in view among obstacles."""
+    """A game of sight: pursuers keep evaders in view among obstacles.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
@@ -206,5 +222,5 @@ class TrackingScenario:
 
     @property
     def speed_ratio(self) -> float:
-        """a = v_e / v_p."""
+        """The ratio a = v_e / v_p."""
         return self.evaders.top_speed / self.pursuers.top_speed

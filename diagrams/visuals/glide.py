@@ -19,7 +19,13 @@ class Glide:
     __slots__ = ("_high", "_key", "_low", "_previous", "_tolerance", "frame", "values")
 
     def __init__(self, frame: int, values: Values, tolerance: Values) -> None:
-        """Start with a sample: its frame, its components, and how far each may be missed."""
+        """Start with a sample.
+
+        Args:
+            frame: Its number.
+            values: Its components, any unit.
+            tolerance: How far each may be missed.
+        """
         self.frame = frame
         self.values = values
         self._tolerance = tolerance

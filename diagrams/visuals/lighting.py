@@ -34,6 +34,10 @@ def paint(red: float, green: float, blue: float, opacity: float = 1.0) -> Rgba:
     """Mix the paint that shows as an sRGB colour, each part from 0 to 1, on a level surface.
 
     The purest hues are beyond the curve: they come out a little paler.
+
+    Args:
+        red, green, blue: Parts of the colour, from 0 to 1.
+        opacity: From 0 to 1.
     """
     shown = _FROM_CURVE_INVERSE @ _linear(np.array([red, green, blue]))
     # The curve is (v^2 + p v - q) / (r v^2 + s v + t): solve it for v.

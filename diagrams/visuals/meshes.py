@@ -27,7 +27,13 @@ class Mesh:
 
 
 def mesh_of(points: np.ndarray, faces: np.ndarray, height: float = 0.0) -> Mesh:
-    """Make a mesh of points of the plane, shape (n, 2), or of space, (n, 3), and faces (m, 3)."""
+    """Make a mesh of points of the plane, shape (n, 2), or of space, (n, 3), and faces (m, 3).
+
+    Args:
+        points: Shape (n, 2) or (n, 3) [m].
+        faces: Numbers of points, shape (m, 3).
+        height: Of points of the plane [m].
+    """
     if points.shape[1] == 2:
         points = np.column_stack([points, np.full(len(points), height)])
     return Mesh(
@@ -49,7 +55,12 @@ def merged(meshes: Iterable[Mesh]) -> Mesh:
 
 
 def flat_mesh(shape: shapely.Geometry, height: float = 0.0) -> Mesh:
-    """Fill a polygon, or several, with triangles at one height."""
+    """Fill a polygon, or several, with triangles at one height.
+
+    Args:
+        shape: Of the plane [m].
+        height: [m].
+    """
     triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(shape))
     corners = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, :3]
     points, indices = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
@@ -60,6 +71,10 @@ def extruded_mesh(shape: shapely.Geometry, bottom: float, top: float) -> Mesh:
     """Raise a polygon, or several, into prisms without a floor.
 
     The walls share no vertices with one another or the roof, so that edges look sharp.
+
+    Args:
+        shape: Of the plane [m].
+        bottom, top: Heights [m].
     """
     rings = shapely.get_parts(shapely.get_rings(shapely.get_parts(shape)))
     walls = []
@@ -100,7 +115,11 @@ def bar_mesh(start: np.ndarray, end: np.ndarray, width: float) -> Mesh:
 
 
 def unit_bar_mesh(width: float) -> Mesh:
-    """A bar along the x axis from 0 to 1, to be stretched."""
+    """A bar along the x axis from 0 to 1, to be stretched.
+
+    Args:
+        width: [m].
+    """
     return bar_mesh(np.array([[0.0, 0.0]]), np.array([[1.0, 0.0]]), width)
 
 
@@ -129,7 +148,12 @@ def arrow_mesh(points: np.ndarray, vectors: np.ndarray, length: float) -> Mesh:
 
 
 def disc_mesh(radius: float, hole: float = 0.0) -> Mesh:
-    """A disc, or a ring with a hole, about the origin; both radii in metres."""
+    """A disc, or a ring with a hole, about the origin; both radii in metres.
+
+    Args:
+        radius: Of the rim [m].
+        hole: Radius of the hole; 0: none [m].
+    """
     shape = shapely.Point(0, 0).buffer(radius, quad_segs=12)
     return flat_mesh(shape.difference(shapely.Point(0, 0).buffer(hole, quad_segs=12)))
 

@@ -67,11 +67,21 @@ class Stage:
             self.meshcat.SetProperty(f"{full_path}/<object>", "material.depthWrite", False)
 
     def raise_to(self, path: str, height: float) -> None:
-        """Lift a folder above the floor, once and for all; what is placed must be below it."""
+        """Lift a folder above the floor, once and for all; what is placed must be below it.
+
+        Args:
+            path: Of the folder.
+            height: [m].
+        """
         self.meshcat.SetTransform(f"{self.root}/{path}", _transform((0.0, 0.0, 0.0), height))
 
     def show(self, path: str, visible: bool) -> None:
-        """Show or hide a path and all below it."""
+        """Show or hide a path and all below it.
+
+        Args:
+            path: What.
+            visible: Show, or hide.
+        """
         if self._shown.get(path) == visible:
             return
         full_path = f"{self.root}/{path}"
@@ -84,7 +94,12 @@ class Stage:
         self._shown[path] = visible
 
     def place(self, path: str, x: float, y: float) -> None:
-        """Move a path, which neither turns nor stretches."""
+        """Move a path, which neither turns nor stretches.
+
+        Args:
+            path: What.
+            x, y: Where to [m].
+        """
         near = self._tolerance
         self._glide(path, "position", (x, y, 0.0), near, near, near)
 
@@ -92,17 +107,33 @@ class Stage:
         """Move and turn a path below which things are drawn up to `reach` from its origin.
 
         Meshcat undoes its scale: stretch a child of it instead.
+
+        Args:
+            path: What.
+            x, y: Where to [m].
+            angle: Its heading [rad].
+            reach: Of what is drawn below it [m].
         """
         near = self._tolerance
         self._glide(path, "pose", (x, y, angle), near, near, near / max(reach, near))
 
     def stretch(self, path: str, length: float) -> None:
-        """Scale a path along its x axis."""
+        """Scale a path along its x axis.
+
+        Args:
+            path: What.
+            length: Its scale, in metres for something 1 m long.
+        """
         near = self._tolerance
         self._glide(path, "scale", (length, 1.0, 1.0), near, near, near)
 
     def fade(self, path: str, opacity: float) -> None:
-        """Set the opacity of a mesh made with one below 1; a replay fades on between calls."""
+        """Set the opacity of a mesh made with one below 1; a replay fades on between calls.
+
+        Args:
+            path: What.
+            opacity: From 0 to 1.
+        """
         name = "material.opacity"
         self._glide(f"{path}/<object>", name, (opacity,), _OPACITY_TOLERANCE, stands=False)
 

@@ -38,7 +38,15 @@ def _outline(text: str, bold: bool) -> BaseGeometry:
 
 @cache
 def advance(text: str, *, bold: bool = False) -> float:
-    """Width of a line of text with capitals 1 high, the gap after it included."""
+    """Width of a line of text with capitals 1 high, the gap after it included.
+
+    Args:
+        text: The line.
+        bold: Whether it is.
+
+    Returns:
+        In units of the height of a capital.
+    """
     # Spaces have no outline, so measure between two bars.
     bars = _outline("||", bold).bounds
     return float(_outline(f"|{text}|", bold).bounds[2] - bars[2])

@@ -42,7 +42,7 @@ class Thing:
         kind: "class", "function", "method" or "property".
         name: Its own name.
         signature: With parentheses; empty for properties.
-        doc: The docstring, cleaned; empty if it has none.
+        doc: The docstring, cleaned, and behind that of a class its constructor's; empty: none.
         parameters: Of the function, or of a class's constructor; not `self`.
         returns: The annotation of what it returns; empty if it has none.
         fields: Of a dataclass or an enumeration.
@@ -148,7 +148,7 @@ def _class(node: ast.ClassDef, name: str, lines: list[str]) -> Thing:
         kind="class",
         name=name,
         signature=f"({', '.join(each.name for each in shown)})",
-        doc=inspect.cleandoc(ast.get_docstring(node) or ""),
+        doc="\n\n".join(filter(None, (ast.get_docstring(each) for each in (node, *builders[:1])))),
         parameters=_parameters(builders[0]) if builders else (),
         returns="",
         fields=fields,

@@ -58,16 +58,28 @@ class AlbumKeeper:
         return self._answers.waiting + self._pictures.waiting
 
     def visitors(self, state: str) -> frozenset[str]:
-        """Users who "knock", or are in by a "join"; none whose answer is under way."""
+        """Users who "knock", or are in by a "join"; none whose answer is under way.
+
+        Args:
+            state: Of membership, as the server calls it.
+        """
         with self._lock:
             return frozenset(user for user, now in self._visitors.items() if now == state)
 
     def let_in(self, user: str) -> None:
-        """Accept a knock, by an invitation."""
+        """Accept a knock, by an invitation.
+
+        Args:
+            user: Who knocked.
+        """
         self._answer(user, "invite", lambda: self._client.room_invite(self._album, user))
 
     def send_away(self, user: str) -> None:
-        """Reject a knock, or end a friendship."""
+        """Reject a knock, or end a friendship.
+
+        Args:
+            user: Who knocked, or is in.
+        """
         self._answer(user, "remove", lambda: self._client.room_kick(self._album, user))
 
     def post(self, picture: Picture, run: str) -> None:

@@ -60,6 +60,10 @@ class AlbumMirror:
         """The newest pictures whose files are here, newest first; from any thread.
 
         They are a run's, and those from elsewhere, whose time is that since the run began.
+
+        Args:
+            count: How many, at most.
+            run: Whose pictures.
         """
         with self._lock:
             here = [

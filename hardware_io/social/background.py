@@ -10,6 +10,9 @@ class Background:
     """An event loop in a thread of its own.
 
     What goes wrong in it is kept, and raised in the caller's thread by `check`.
+
+    Args:
+        name: Of the thread.
     """
 
     def __init__(self, name: str) -> None:

@@ -85,6 +85,9 @@ class MatrixNetwork:
     def begin(self, patience: float = 10.0) -> None:
         """Start a run: hear who is a friend already, or go on without after a while [s].
 
+        Args:
+            patience: How long to wait [s].
+
         Raises:
             ServerRefusal: The server does not take a token.
         """
@@ -96,6 +99,9 @@ class MatrixNetwork:
 
     def advance(self, iteration: int) -> None:
         """Let the agents answer.
+
+        Args:
+            iteration: Its number.
 
         Raises:
             ServerRefusal: The server takes a token no more.
@@ -137,7 +143,12 @@ class MatrixNetwork:
     def latest(self, agent: int, count: int) -> list[Picture]:
         """A friend's most recent pictures whose files have come, newest first, at most 16.
 
+        Args:
+            agent: Whose.
+            count: How many, at most.
+
         Raises:
+            InvalidInput: There is no such agent.
             NotFriends: The agent is not a friend.
         """
         self._require_agent(agent)
@@ -147,7 +158,11 @@ class MatrixNetwork:
         return self._pursuer.latest(agent, count, self._run)
 
     def flush(self, patience: float) -> bool:
-        """Wait until the server has taken everything, at most so long [s]: whether it has."""
+        """Wait until the server has taken everything, at most so long [s]: whether it has.
+
+        Args:
+            patience: How long to wait [s].
+        """
         deadline = time.monotonic() + patience
         while self._waiting() > 0 and time.monotonic() < deadline:
             self._background.check()

@@ -39,7 +39,12 @@ class Outbox:
         new.replace(self._folder / f"{name}.picture")
 
     def done(self, picture: Picture, run: str) -> None:
-        """A picture is posted: forget it."""
+        """A picture is posted: forget it.
+
+        Args:
+            picture: Which.
+            run: It belongs to.
+        """
         if self._folder is not None:
             for file in self._folder.glob(f"*-{transaction_of(picture, run)}.picture"):
                 file.unlink()

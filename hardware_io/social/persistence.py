@@ -23,7 +23,13 @@ _PASSING = {408, 425, 429}
 
 
 def make_client(homeserver: str, user: str, token: str) -> nio.AsyncClient:
-    """A client that leaves trying again to `persist`."""
+    """A client that leaves trying again to `persist`.
+
+    Args:
+        homeserver: Its address.
+        user: Name of the account.
+        token: Its access token.
+    """
     config = nio.AsyncClientConfig(
         max_limit_exceeded=0, max_timeouts=0, request_timeout=30, encryption_enabled=False
     )

@@ -35,12 +35,20 @@ class PostedPicture:
     digest: str | None
 
     def fits(self, data: bytes) -> bool:
-        """Whether a file is the whole of this picture, as far as that is known."""
+        """Whether a file is the whole of this picture, as far as that is known.
+
+        Args:
+            data: The file.
+        """
         return self.digest in (None, _digest(data))
 
 
 def media_type(data: bytes) -> str:
-    """Of a file, by its first bytes."""
+    """Of a file, by its first bytes.
+
+    Args:
+        data: The file.
+    """
     if data.startswith(b"\x89PNG\r\n\x1a\n"):
         return "image/png"
     return "image/jpeg" if data.startswith(b"\xff\xd8\xff") else "application/octet-stream"

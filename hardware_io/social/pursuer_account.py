@@ -96,7 +96,13 @@ class PursuerAccount:
             return frozenset(self._friends)
 
     def latest(self, agent: int, count: int, run: Run) -> list[Picture]:
-        """An agent's newest pictures of a run that are here, newest first."""
+        """An agent's newest pictures of a run that are here, newest first.
+
+        Args:
+            agent: Whose.
+            count: How many, at most.
+            run: Whose pictures.
+        """
         return self._mirrors[agent].latest(count, run)
 
     async def close(self) -> None:

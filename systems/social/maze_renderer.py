@@ -81,6 +81,7 @@ class MazeRenderer:
         posters: What hangs on the walls, if not the maze's landmarks as they should.
 
     Raises:
+        InvalidInput: There are no common agents.
         SightfieldError: The system lacks the graphics library.
     """
 
@@ -122,6 +123,9 @@ class MazeRenderer:
 
         Returns:
             Red, green, blue without noise, shape (height, width, 3), uint8.
+
+        Raises:
+            InvalidInput: There is no such agent, or not a pose for each.
         """
         require(0 <= viewer < self._agents, "viewer", f"be below {self._agents}", viewer)
         shape = np.shape(common_agents)

@@ -103,7 +103,7 @@ class Assignment(LeafSystem):
 
 
 def codes_of(name: str, names: Sequence[str], codes: dict[str, int], count: int) -> np.ndarray:
-    """Codes of `count` names, a single name standing for all.
+    """Codes of `count` names, a single name standing for all; shape (count,).
 
     Raises:
         InvalidInput: A name is not among `codes`, or their number is neither 1 nor `count`.

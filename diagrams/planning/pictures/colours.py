@@ -19,11 +19,20 @@ _PALENESS = 0.55
 
 
 def time_colours(count: int) -> ListedColormap:
-    """As many colours as bands of time to go, from dark at the goal to pale far away."""
+    """As many colours as bands of time to go, from dark at the goal to pale far away.
+
+    Args:
+        count: Number of bands.
+    """
     strong = matplotlib.colormaps["viridis"](np.linspace(0.0, 1.0, count))[:, :3]
     return ListedColormap(_PALENESS + (1 - _PALENESS) * strong)
 
 
 def line_width(number: int, count: int) -> float:
-    """Thick for the first planner and thin for the last, so that equal paths all show: 4 to 0.8."""
+    """Thick for the first planner and thin for the last, so that equal paths all show [pt].
+
+    Args:
+        number: Of the planner, from 0.
+        count: Of planners.
+    """
     return 4.0 - 3.2 * number / max(count - 1, 1)

@@ -54,7 +54,7 @@ def slices_along(
         value: The table.
         row: Whose plan; see `followed_row`.
         start: x, y, theta, beta of the question [m], [m], [rad], [rad].
-        bounds: x_min, y_min, x_max, y_max of the slices [m].
+        bounds: x_min, y_min, x_max, y_max of the slices, shape (4,) [m].
         count: How many, at least two.
     """
     moments, states = np.zeros(1), np.array([start], dtype=float)
@@ -77,7 +77,7 @@ def slices_along(
 
 
 def extent(value: ValueFunction) -> np.ndarray:
-    """Bounds of the table in the world: x_min, y_min, x_max, y_max [m]."""
+    """Bounds of the table in the world: x_min, y_min, x_max, y_max, shape (4,) [m]."""
     x_low, y_low, x_high, y_high = value.grid.bounds
     corners = np.array([(x_low, y_low), (x_high, y_low), (x_high, y_high), (x_low, y_high)])
     x, y, heading = value.placement
@@ -87,7 +87,7 @@ def extent(value: ValueFunction) -> np.ndarray:
 
 
 def band_levels(slices: list[ValueSlice]) -> np.ndarray:
-    """Round times that part the bands of all slices, from zero up [s]."""
+    """Round times that part the bands of all slices, from zero up, shape (k,) [s]."""
     finite = [each.times[np.isfinite(each.times)] for each in slices]
     longest = max((float(times.max()) for times in finite if times.size), default=0.0)
     return np.asarray(
@@ -96,7 +96,12 @@ def band_levels(slices: list[ValueSlice]) -> np.ndarray:
 
 
 def bands(piece: ValueSlice, levels: np.ndarray) -> list[BaseGeometry]:
-    """For each two levels in turn, where the time to go lies between them [m]."""
+    """For each two levels in turn, where the time to go lies between them [m].
+
+    Args:
+        piece: The slice.
+        levels: Rising, shape (k,) [s].
+    """
     times = np.ma.masked_invalid(piece.times)
     if times.count() == 0:
         return [shapely.Polygon() for _ in levels[1:]]

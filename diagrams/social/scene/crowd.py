@@ -48,7 +48,12 @@ class Crowd:
         ]
 
     def move(self, time: float, poses: np.ndarray) -> None:
-        """Show where all robots are, shape (2 + agents, 3) [m], [m], [rad], at a time [s]."""
+        """Show where all robots are at a time.
+
+        Args:
+            time: [s].
+            poses: Shape (2 + agents, 3) [m], [m], [rad].
+        """
         for k, (x, y, heading) in enumerate(poses.tolist()):
             self._stage.place(f"robots/{k}", x, y)
             self._stage.pose(f"robots/{k}/body", 0.0, 0.0, heading, reach=self._reach)
@@ -59,7 +64,11 @@ class Crowd:
                     view.draw(flat_mesh(seen))
 
     def view_of(self, pose: np.ndarray) -> BaseGeometry:
-        """What of the floor a camera at a pose sees past the walls, up to a reach."""
+        """What of the floor a camera at a pose sees past the walls, up to a reach.
+
+        Args:
+            pose: x, y [m], heading [rad], shape (3,).
+        """
         x, y, heading = pose
         half = 0.5 * self._maze.camera.field_of_view
         angles = heading + np.linspace(-half, half, 13)
@@ -81,7 +90,14 @@ def _glass(agent: int) -> Rgba:
 
 
 def landmark_bar(x: float, y: float, facing: float, side: float, depth: float) -> shapely.Polygon:
-    """A landmark from above: a bar in the wall that it hangs on."""
+    """A landmark from above: a bar in the wall that it hangs on.
+
+    Args:
+        x, y: Its middle [m].
+        facing: Direction of its front [rad].
+        side: Its width [m].
+        depth: How far it reaches into the wall [m].
+    """
     along = np.array([-math.sin(facing), math.cos(facing)])
     into = -np.array([math.cos(facing), math.sin(facing)])
     middle = np.array([x, y])

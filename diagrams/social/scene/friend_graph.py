@@ -52,7 +52,12 @@ class FriendGraph:
         _node(stage, "friends/pursuer/at", centre, 1.2 * size, "P", PURSUER)
 
     def update(self, connected: np.ndarray, waiting: np.ndarray) -> None:
-        """Show who is a friend and who was asked, bool, shape (agents,) each."""
+        """Show who is a friend and who was asked.
+
+        Args:
+            connected: Friends, shape (agents,), bool.
+            waiting: Those asked, shape (agents,), bool.
+        """
         for k in range(self._agents):
             friend, asked = bool(connected[k]), bool(waiting[k])
             self._stage.show(f"friends/{k}/friend", friend)

@@ -35,7 +35,7 @@ class Gallery:
             stage: Where to draw.
             layout: Sizes.
             agents: How many.
-            proportion: Height of a picture relative to its width.
+            proportion: Ratio of a picture's height to its width.
         """
         self._stage = stage
         self._count = [0] * agents
@@ -58,7 +58,13 @@ class Gallery:
             stage.mesh(f"frames/{k}/sheet", flat_mesh(sheet.buffer(0.003 * layout.span)), PAPER)
 
     def show(self, agent: int, picture: np.ndarray, state: str) -> None:
-        """Put a picture, red, green, blue, shape (h, w, 3), into an agent's frame."""
+        """Put a picture, red, green, blue, shape (h, w, 3), into an agent's frame.
+
+        Args:
+            agent: Whose.
+            picture: Shape (h, w, 3).
+            state: "read" or "unread".
+        """
         left, bottom, width, height = self._frames[agent]
         path = f"pictures/{agent}/{self._count[agent]}"
         square = picture_square(picture, width, pixels=_PIXELS)
@@ -79,7 +85,13 @@ class Gallery:
 def frames(
     layout: Layout, count: int, proportion: float
 ) -> list[tuple[float, float, float, float]]:
-    """Left, bottom, width and height of the pictures, column by column from the top down."""
+    """Left, bottom, width and height of the pictures, column by column from the top down.
+
+    Args:
+        layout: Where the gallery is.
+        count: Number of pictures.
+        proportion: Height over width, a ratio.
+    """
     span = layout.span
     _, south, east, north = layout.map_bounds
     left, gap = east + layout.wall + _GAP * span, _GAP * span

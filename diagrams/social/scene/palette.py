@@ -26,5 +26,10 @@ def agent_rgb(agent: int) -> tuple[float, float, float]:
 
 
 def agent_paint(agent: int, opacity: float = 1.0) -> Rgba:
-    """The paint that shows as an agent's colour."""
+    """The paint that shows as an agent's colour.
+
+    Args:
+        agent: Its number.
+        opacity: From 0 to 1.
+    """
     return paint(*agent_rgb(agent), opacity)

@@ -31,7 +31,13 @@ _BANNERS = {"located": ("EVADER LOCATED", IN_SIGHT), "unknown": ("EVADER NOT YET
 
 
 class Panel:
-    """Numbers at `numbers/ROW/PLACE/DIGIT`; of `state/located` and `state/unknown` one shows."""
+    """Numbers at `numbers/ROW/PLACE/DIGIT`; of `state/located` and `state/unknown` one shows.
+
+    Args:
+        stage: Where to draw.
+        layout: Sizes.
+        agents: How many.
+    """
 
     def __init__(self, stage: Stage, layout: Layout, agents: int) -> None:
         self._stage = stage
@@ -66,7 +72,14 @@ class Panel:
         connected: np.ndarray,
         waiting: np.ndarray,
     ) -> None:
-        """Show a time [s], numbers by the names of the rows, and who is a friend or was asked."""
+        """Show a time [s], numbers by the names of the rows, and who is a friend or was asked.
+
+        Args:
+            time: [s].
+            counts: Numbers by the names of the rows.
+            located: Whether the evader has been.
+            connected, waiting: Who is a friend, who was asked; shape (agents,) each.
+        """
         self._clock.show(time)
         for name, digits in self._numbers.items():
             known = located or name not in ("age", "doubt")

@@ -77,7 +77,12 @@ class SearchLayer:
 
 
 def ellipse(middle: np.ndarray, covariance: np.ndarray) -> BaseGeometry:
-    """Where something is with 95 % probability, given its mean (2,) [m] and covariance (2, 2)."""
+    """Where something is with 95 % probability, given its mean (2,) [m] and covariance (2, 2).
+
+    Args:
+        middle: The mean, shape (2,) [m].
+        covariance: Shape (2, 2) [m^2].
+    """
     values, axes = np.linalg.eigh(covariance)
     half = np.minimum(_CHI * np.sqrt(np.maximum(values, 1e-8)), _LARGEST)
     circle = shapely.Point(0, 0).buffer(1.0, quad_segs=12)

@@ -33,7 +33,13 @@ class StandoffScene:
     """
 
     def __init__(self, meshcat: Meshcat, run: StandoffRun, title: str) -> None:
-        """Draw what stands still, and the robots."""
+        """Draw what stands still, and the robots.
+
+        Args:
+            meshcat: The page.
+            run: What is played.
+            title: Stands above it.
+        """
         self.meshcat = meshcat
         self._run = run
         ends = np.concatenate([run.evader, run.pursuer, run.pursuer + run.estimate])
@@ -131,6 +137,11 @@ class StandoffScene:
 
 def write_standoff_replay(path: Path, run: StandoffRun, title: str) -> Path:
     """Write a self-contained page that plays a run.
+
+    Args:
+        path: Of the page.
+        run: What is played.
+        title: Stands above it.
 
     Raises:
         OSError: The file cannot be written.

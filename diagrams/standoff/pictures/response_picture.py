@@ -39,7 +39,14 @@ def draw_responses(loop: StandoffLoop, start: float, duration: float = 8.0) -> F
 def save_response_picture(
     path: Path, loop: StandoffLoop, start: float, duration: float = 8.0
 ) -> None:
-    """Write what `draw_responses` draws as a PNG picture."""
+    """Write what `draw_responses` draws as a PNG picture.
+
+    Args:
+        path: Of the file.
+        loop: Gains, reference and error.
+        start: Distance at the start [m].
+        duration: [s].
+    """
     draw_responses(loop, start, duration).savefig(path, dpi=110)
 
 

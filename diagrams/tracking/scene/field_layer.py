@@ -46,7 +46,14 @@ class FieldLayer:
         evaders: np.ndarray,
         assignment: np.ndarray,
     ) -> None:
-        """Show the field of one pursuer; nothing for None or a pursuer that chases nobody."""
+        """Show the field of one pursuer; nothing for None or a pursuer that chases nobody.
+
+        Args:
+            time: [s].
+            pursuer: Its number.
+            pursuers, evaders: Positions, shapes (Np, 2), (Ne, 2) [m].
+            assignment: The evader of each pursuer or -1, shape (Np,).
+        """
         if pursuer is None or assignment[pursuer] < 0:
             self._keyframes.clear()
         elif self._keyframes.due(time):

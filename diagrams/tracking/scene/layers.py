@@ -43,7 +43,17 @@ class Snapshot:
 
 
 class Layers:
-    """The drawn scene: still parts at once, moving parts with every snapshot."""
+    """The drawn scene: still parts at once, moving parts with every snapshot.
+
+    Args:
+        stage: Where to draw.
+        layout: Sizes.
+        world: Whose obstacles.
+        grown: Where robots' centres may be.
+        pursuers, evaders: How many.
+        visibility_polygon: From a point, shape (2,) [m], to what it sees, shape (n, 2) [m].
+        pursuit_field: Of a pursuer, at points.
+    """
 
     def __init__(
         self,

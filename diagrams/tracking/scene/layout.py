@@ -29,7 +29,8 @@ class Layout:
         span: Height of the view; the scale of widths, letters and markers.
         map_bounds: [x_min, y_min, x_max, y_max] of the world.
         panel_bounds: The same of the panel, left of the map.
-        robot_radius: Radius at which robots are drawn: their own, or the least legible one.
+        robot_radius: Radius at which robots are drawn: their own, or the least legible one
+            [m].
     """
 
     span: float
@@ -71,7 +72,12 @@ _ABOVE = ("sight", "chases")
 
 
 def make_layout(world_bounds: Iterable[float], robot_radius: float) -> Layout:
-    """Put the panel left of a world and choose the scale of the view."""
+    """Put the panel left of a world and choose the scale of the view.
+
+    Args:
+        world_bounds: x_min, y_min, x_max, y_max [m].
+        robot_radius: The robots' own [m].
+    """
     x_min, y_min, x_max, y_max = (float(value) for value in world_bounds)
     width, height = x_max - x_min, y_max - y_min
     room = _ASPECT - _PANEL_WIDTH - _CONTROLS_WIDTH - 2 * _MARGIN - 2 * _WALL

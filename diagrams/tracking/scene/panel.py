@@ -27,6 +27,11 @@ class Panel:
 
     The clock's digits are at `clock/PLACE/DIGIT`, the number of evaders in sight at
     `in_sight/PLACE/DIGIT`; of `state/in_sight` and `state/lost` one is visible.
+
+    Args:
+        stage: Where to draw.
+        layout: Sizes.
+        pursuers, evaders: How many.
     """
 
     def __init__(self, stage: Stage, layout: Layout, *, pursuers: int, evaders: int) -> None:
@@ -69,7 +74,13 @@ class Panel:
         )
 
     def update(self, time: float, visibility: np.ndarray, assignment: np.ndarray) -> None:
-        """Show a time [s], who sees whom, shape (Np, Ne), and who chases whom, shape (Np,)."""
+        """Show the state of the game.
+
+        Args:
+            time: [s].
+            visibility: True where pursuer i sees evader j, shape (Np, Ne).
+            assignment: The evader that each pursuer chases, or -1, shape (Np,).
+        """
         in_sight = visibility.any(axis=0)
         self._clock.show(time)
         self._count.show(int(in_sight.sum()))

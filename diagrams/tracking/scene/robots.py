@@ -23,6 +23,12 @@ class Team:
 
     Below the node, `body` turns with the heading; `ghost` covers it, to show a robot that nobody
     sees; `chosen` is a ring around the robot whose view is shown.
+
+    Args:
+        stage: Where to draw.
+        layout: Sizes.
+        name: TEAM.
+        count: How many robots.
     """
 
     def __init__(self, stage: Stage, layout: Layout, name: str, count: int) -> None:
@@ -63,7 +69,11 @@ class Team:
                 self._stage.pose(f"{self._name}/{k}/body", 0.0, 0.0, heading, reach=self._reach)
 
     def mark_unseen(self, unseen: np.ndarray) -> None:
-        """Show as ghosts the robots that nobody sees: True in an array of shape (n,)."""
+        """Show as ghosts the robots that nobody sees.
+
+        Args:
+            unseen: Shape (n,).
+        """
         for k, hidden in enumerate(unseen.tolist()):
             self._stage.show(f"{self._name}/{k}/ghost", hidden)
 
@@ -74,7 +84,15 @@ class Team:
 
 
 def draw_ghost(stage: Stage, path: str, number: int, radius: float, colour: Rgba) -> None:
-    """Draw the hollow, pale robot that stands for one out of sight."""
+    """Draw the hollow, pale robot that stands for one out of sight.
+
+    Args:
+        stage: Where it is drawn.
+        path: Its place on the stage.
+        number: That it bears.
+        radius: [m].
+        colour: Its paint.
+    """
     stage.mesh(f"{path}/paper", disc_mesh(0.80 * radius), PAPER)
     stage.raise_to(f"{path}/label", 0.02 * radius)
     stage.mesh(f"{path}/label", numeral(number, radius), colour)

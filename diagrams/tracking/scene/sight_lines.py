@@ -37,11 +37,11 @@ class SightLines:
         visibility: np.ndarray,
         assignment: np.ndarray,
     ) -> None:
-        """Draw the lines between positions, shapes (Np, 2) and (Ne, 2) [m].
+        """Draw the lines between positions.
 
         Args:
-            pursuers: Positions of the pursuers.
-            evaders: Positions of the evaders.
+            pursuers: Positions of the pursuers, shape (Np, 2) [m].
+            evaders: Positions of the evaders, shape (Ne, 2) [m].
             visibility: True where pursuer i sees evader j, shape (Np, Ne).
             assignment: The evader that each pursuer chases, or -1, shape (Np,).
         """

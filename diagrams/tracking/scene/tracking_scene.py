@@ -86,6 +86,9 @@ class TrackingScene(LeafSystem):
             recording: Record the run from its start, for `write_replay`. Its size grows with
                 time, so an endless session is better drawn without.
             view: Called at each publish event; says whose view to show.
+
+        Raises:
+            InvalidInput: A number is not positive.
         """
         super().__init__()
         require(pursuers > 0, "pursuers", "be at least 1", pursuers)

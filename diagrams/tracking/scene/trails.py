@@ -38,7 +38,12 @@ class Trails:
         stage.raise_to("trails", layout.level("trails"))
 
     def update(self, time: float, positions: np.ndarray) -> None:
-        """Note where the team is, shape (n, 2) [m], at a time [s]."""
+        """Note where the team is.
+
+        Args:
+            time: [s].
+            positions: Shape (n, 2) [m].
+        """
         tick = floor(time / PIECE_DURATION + 1e-6)
         if tick == self._tick:
             if time - self._sampled >= _SAMPLE_PERIOD - 1e-6:

@@ -33,7 +33,12 @@ class VisibilityLayer:
         stage.raise_to("polygon", layout.level("polygon"))
 
     def update(self, time: float, position: np.ndarray | None) -> None:
-        """Show what is seen from a position, shape (2,) [m]; nothing without one."""
+        """Show what is seen from a position; nothing without one.
+
+        Args:
+            time: [s].
+            position: Shape (2,) [m].
+        """
         if position is None:
             self._keyframes.clear()
             self._seen_from = _NOWHERE

@@ -22,6 +22,12 @@ def summarise_found(
 ) -> dict[str, object]:
     """The entries of an estimate's summary.
 
+    Args:
+        found: What the estimator says of each colour.
+        calibration: It was made with.
+        pose: Of the camera: x, y [m], heading [rad].
+        model: Of ranges, one of MODELS.
+
     Returns:
         model, pose, and shells: for each colour its outcome, valid, and, null where there is no
         estimate, range [m] and bearing [rad] of the near side, range_std, bearing_std, position

@@ -179,7 +179,12 @@ class PictureScene(LeafSystem):
 
 
 def mirror_square(image: np.ndarray, camera: OmniCamera) -> np.ndarray:
-    """The part of a picture around the mirror, red, green, blue, shape (n, n, 3); black beyond."""
+    """The part of a picture around the mirror, red, green, blue, shape (n, n, 3); black beyond.
+
+    Args:
+        image: The picture, shape (height, width, 3 or 4).
+        camera: Which took it.
+    """
     half = int(np.ceil(camera.rim_radius)) + 3
     column, row = np.rint(camera.axis_pixel).astype(int)
     square = np.zeros((2 * half, 2 * half, 3), dtype=np.uint8)

@@ -42,11 +42,15 @@ class Quality(Sensor):
 
 @dataclass(frozen=True, kw_only=True)
 class Vision:
-    """How pursuers see, and the strategy that goes with it."""
+    """How pursuers see, and the strategy that goes with it.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
-    # w of (2.7): 1 for the pursuit field alone, 0 for the pull towards the evader alone.
+    # Weight w of (2.7): 1 for the pursuit field alone, 0 for the pull towards the evader alone.
     weight: float = 0.5
     # Distance from the evader to keep [m], and the way over which the limit on closing in grows
     # from there to the top speed [m].
@@ -108,7 +112,11 @@ class Vision:
 
 @dataclass(frozen=True, kw_only=True)
 class PictureTrackingScenario(TrackingScenario):
-    """A game of sight in which pursuers know of evaders only what their pictures show."""
+    """A game of sight in which pursuers know of evaders only what their pictures show.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 

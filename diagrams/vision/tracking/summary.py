@@ -20,6 +20,10 @@ PICTURE_UNITS = {
 def summarise(run: PictureRun, scenario: str) -> dict[str, object]:
     """The run in numbers, ready for JSON.
 
+    Args:
+        run: What happened.
+        scenario: Its name.
+
     Returns:
         What `sightfield track` says of the game, and: senses ("pictures" or "truth"), weight (w of
         (2.7)), model (of ranges), estimation_error_rms, _median and _worst (distance of the

@@ -71,7 +71,7 @@ def see_corners(
         index: The world's edges.
         corners: Its corners.
         viewers: Shape (2 n,), x and y of each viewer [m]; in the free region.
-        own: Scratch, as many entries as `corners.lines` has columns.
+        own: Scratch, shape (m,), with as many entries as `corners.lines` has columns.
         seen: Filled with 1.0 and 0.0, shape (n, k).
     """
     lines = corners.lines

@@ -21,7 +21,11 @@ ERROR_ACCURACY = 1e-4
 
 @dataclass(frozen=True, kw_only=True)
 class OutlineOptions:
-    """How cells become polygons."""
+    """How cells become polygons.
+
+    Raises:
+        InvalidInput: A number is out of its range.
+    """
 
     unknown: str = "occupied"  # what unknown cells count as: "occupied" or "free"
     min_obstacle_area: float = 0.02  # [m^2]; a smaller obstacle without a wall's shape is speckle

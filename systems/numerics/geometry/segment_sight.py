@@ -68,7 +68,13 @@ def _are_clear(index: EdgeIndex, starts: np.ndarray, ends: np.ndarray) -> np.nda
 
 @kernel
 def segment_is_clear(index: EdgeIndex, ax: float, ay: float, bx: float, by: float) -> bool:
-    """Whether the closed free region covers the segment from a to b (kernel)."""
+    """Whether the closed free region covers the segment from a to b (kernel).
+
+    Args:
+        index: The world's edges.
+        ax, ay: One end of the segment [m].
+        bx, by: The other [m].
+    """
     edges, frame, starts, items, _ = index
     cell, tolerance = frame[CELL], frame[TOLERANCE]
     columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
@@ -167,6 +173,13 @@ def leaves_through_obstacle(
     """Whether direction u, from the start of edge `e`, points into the obstacle there.
 
     Over the distance `reach`, a course within `tolerance` of one of the two edges follows it.
+
+    Args:
+        edges: Of an `EdgeIndex`, shape (n, 6) [m].
+        e: Number of the edge.
+        ux, uy: The direction, a unit vector, no unit.
+        reach: Length of the course [m].
+        tolerance: Of the world [m].
     """
     vx, vy = edges[e, START], edges[e, START + 1]
     nx, ny = edges[e, END] - vx, edges[e, END + 1] - vy

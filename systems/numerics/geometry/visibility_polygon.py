@@ -102,6 +102,11 @@ def cast_ray(index: EdgeIndex, x: float, y: float, ux: float, uy: float) -> tupl
     """Distances at which the view ends just clockwise and just counter-clockwise of a ray [m].
 
     The start must be in the free region and u a unit vector (kernel).
+
+    Args:
+        index: The world's edges.
+        x, y: The start [m].
+        ux, uy: Direction of the ray, no unit.
     """
     edges, frame, starts, items, _ = index
     cell = frame[CELL]

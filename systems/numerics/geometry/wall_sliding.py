@@ -37,6 +37,11 @@ def slide(index: EdgeIndex, x: float, y: float, dx: float, dy: float) -> tuple[f
     """The admissible displacement nearest in spirit to (dx, dy) [m] from a point (kernel).
 
     A point that is not free is led to the nearest wall instead, by at most the length asked for.
+
+    Args:
+        index: Edges of where the point may be.
+        x, y: The point [m].
+        dx, dy: The displacement asked for [m].
     """
     length = math.sqrt(dx * dx + dy * dy)
     if length == 0.0:
@@ -67,6 +72,11 @@ def first_contact(
     index: EdgeIndex, x: float, y: float, dx: float, dy: float
 ) -> tuple[float, float, float]:
     """How far along a displacement the first wall is met, and that wall's direction (kernel).
+
+    Args:
+        index: Edges of where the point may be.
+        x, y: The point [m].
+        dx, dy: The displacement [m].
 
     Returns:
         The fraction in [0, 1] of the displacement (1: no wall), and the unit tangent (0, 0: none).

@@ -104,7 +104,13 @@ def least_lengths(words: Words, radius: float) -> np.ndarray:
 
 
 def paths_by_length(words: Words, start: Sequence[float], radius: float) -> list[CarPath]:
-    """The words for one pose, n = 1, as paths, shortest first."""
+    """The words for one pose, n = 1, as paths, shortest first.
+
+    Args:
+        words: Of one pose.
+        start: x, y, theta [m], [m], [rad].
+        radius: Least turning radius [m].
+    """
     x, y, theta = map(float, start)
     paths = [
         CarPath(

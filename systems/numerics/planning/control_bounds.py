@@ -11,6 +11,11 @@ def clip_control(v, omega, trailer: Trailer):
 
     The speed lies in [0, speed], or in [-speed, speed] for a tractor that may reverse; the turn
     rate in [-turn_rate, turn_rate]. Beyond a bound, and on it to one side, the slope is zero.
+
+    Args:
+        v: Speed wished for [m/s].
+        omega: Turn rate wished for [rad/s].
+        trailer: Whose bounds.
     """
     if trailer.reverse:
         allowed_v = clip_symmetric(v, trailer.speed)

@@ -32,7 +32,13 @@ def dubins_paths(start: Sequence[float], end: Sequence[float], radius: float) ->
 
 
 def dubins_lengths(start: Sequence[float], ends: np.ndarray, radius: float) -> np.ndarray:
-    """Lengths of the shortest Dubins paths from one pose to many, shape (n, 3) -> (n,) [m]."""
+    """Lengths of the shortest Dubins paths from one pose to many, shape (n, 3) -> (n,) [m].
+
+    Args:
+        start: x, y, theta [m], [m], [rad].
+        ends: The same, many times, shape (n, 3).
+        radius: Least turning radius [m].
+    """
     return least_lengths(_words(relative_poses(start, ends, radius)), radius)
 
 

@@ -15,6 +15,9 @@ class Goal:
 
     A time to a point, to a box and with beta free are three different numbers: every result says
     which goal it is for.
+
+    Raises:
+        InvalidInput: The state is not four finite numbers, or a tolerance is negative.
     """
 
     # (x, y, theta, beta) [m], [m], [rad], [rad].

@@ -31,7 +31,13 @@ def reeds_shepp_paths(start: Sequence[float], end: Sequence[float], radius: floa
 
 
 def reeds_shepp_lengths(start: Sequence[float], ends: np.ndarray, radius: float) -> np.ndarray:
-    """Lengths of the shortest Reeds-Shepp paths from one pose to many, (n, 3) -> (n,) [m]."""
+    """Lengths of the shortest Reeds-Shepp paths from one pose to many, (n, 3) -> (n,) [m].
+
+    Args:
+        start: x, y, theta [m], [m], [rad].
+        ends: The same, many times, shape (n, 3).
+        radius: Least turning radius [m].
+    """
     return least_lengths(_words(relative_poses(start, ends, radius)), radius)
 
 

@@ -20,6 +20,9 @@ class Trailer:
     The state is (x, y, theta, beta): the tractor's rear axle [m], its heading [rad], and the angle
     from the trailer's heading to the tractor's [rad]. The control is (v, omega): speed [m/s] and
     turn rate [rad/s] of the tractor.
+
+    Raises:
+        InvalidInput: A number is out of its range.
     """
 
     # Speed of the tractor [m/s].

@@ -53,7 +53,11 @@ CAR_WITHOUT_REVERSE = (
 
 
 def word_families(reverse: bool) -> Iterator[WordFamily]:
-    """The six Dubins families, or the 48 of Reeds and Shepp."""
+    """The six Dubins families, or the 48 of Reeds and Shepp.
+
+    Args:
+        reverse: Whether the car may drive backwards: Reeds and Shepp.
+    """
     # Backwards round the rest of the circle is shorter than an arc beyond half a turn.
     longest = math.pi if reverse else math.tau
     for turns, signs, choices in CAR_WITH_REVERSE if reverse else CAR_WITHOUT_REVERSE:

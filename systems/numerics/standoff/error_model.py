@@ -16,6 +16,9 @@ class ErrorModel:
 
     The defaults are the thesis's fit, a = 0.001062 1/mm, b = -0.7598, c = 137 mm, and the
     distances that it was measured at, 15 to 60 inches.
+
+    Raises:
+        InvalidInput: A number is not finite, a is zero, or the distances are in the wrong order.
     """
 
     # Curvature [1/m], not zero.

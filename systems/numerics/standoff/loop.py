@@ -31,6 +31,9 @@ class StandoffLoop:
     """A controller, its gains, the distance that it is to keep, and the estimate's error.
 
     A gain that the controller has no use for is ignored. The defaults are the thesis's.
+
+    Raises:
+        InvalidInput: An unknown controller, or a gain out of its range.
     """
 
     # P, PI, PD or PID.
@@ -87,7 +90,12 @@ class StandoffLoop:
         return drive / self.inertia(y)
 
     def acceleration(self, y, y_rate):
-        """y'' of PI and PID, by the corrected (2.10) and (2.12) [m/s^2]."""
+        """y'' of PI and PID, by the corrected (2.10) and (2.12) [m/s^2].
+
+        Args:
+            y: Distance [m].
+            y_rate: Its rate [m/s].
+        """
         curvature = 2 * self.error.a * self.derivative_gain
         pull = self.kp * self.slope(y) * y_rate + self.ki * self.miss(y)
         return (pull + curvature * y_rate * y_rate) / self.inertia(y)

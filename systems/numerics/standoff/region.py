@@ -21,7 +21,11 @@ class Region:
     high: float
 
     def holds(self, y: float) -> bool:
-        """Whether a distance [m] lies inside."""
+        """Whether a distance [m] lies inside.
+
+        Args:
+            y: The distance [m].
+        """
         return self.low < y < self.high
 
 

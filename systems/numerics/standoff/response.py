@@ -110,6 +110,10 @@ def respond(
 def require_start(loop: StandoffLoop, start: float) -> None:
     """Refuse a start that is not finite, or on a singularity.
 
+    Args:
+        loop: With its singularities.
+        start: y at the start [m].
+
     Raises:
         InvalidInput: It is.
     """

@@ -22,7 +22,7 @@ class Channel:
         delay: From sampling to arrival, at least [s].
         jitter: Added to the delay, uniform from zero to this [s].
         dropout: Probability that a member's sample is lost, in [0, 1].
-        quantum: To multiples of which values are rounded, in each value's unit; 0: not at all.
+        quantum: To multiples of which values are rounded, in each value's unit; [-]; 0: not at all.
         seed: Of losses and jitter.
 
     Raises:
@@ -80,7 +80,12 @@ def empty_flight(channel: Channel, initial: np.ndarray) -> Flight:
 
 
 def received(flight: Flight, time: float) -> tuple[np.ndarray, np.ndarray]:
-    """The newest sample of each member that has arrived, shape (N, width), and its time (N,)."""
+    """The newest sample of each member that has arrived, shape (N, width), and its time (N,).
+
+    Args:
+        flight: What is on its way.
+        time: Now [s].
+    """
     held, stamps = flight.held.copy(), flight.stamps.copy()
     for slot in np.argsort(flight.taken):
         newer = (flight.arrivals[slot] <= time + 1e-9) & (flight.taken[slot] > stamps)
@@ -93,6 +98,12 @@ def send(channel: Channel, flight: Flight, tick: int, values: np.ndarray) -> Fli
     """Take sample number `tick`, of shape (N, width), and put it on its way.
 
     What has arrived by then is held, so that its slot may be used again.
+
+    Args:
+        channel: How bad it is.
+        flight: What is on its way.
+        tick: Number of the sample.
+        values: The sample, shape (N, width).
     """
     time = tick * channel.period
     held, stamps = received(flight, time)

@@ -27,7 +27,13 @@ from .sight_state import split_sight
 def corner_stance(
     x: float, y: float, heading: float, angle: float, standoff: float
 ) -> tuple[float, float]:
-    """Offset of the grown obstacle's corner from the true one [m], at most two standoffs long."""
+    """Offset of the grown obstacle's corner from the true one [m], at most two standoffs long.
+
+    Args:
+        x, y: The corner [m]; the offset is the same wherever it is.
+        heading, angle: Of the corner [rad].
+        standoff: How near the evader's centre comes to a wall [m].
+    """
     reach = standoff / max(math.sin(0.5 * angle), 0.5)
     # The obstacle's bisector lies at angle/2 - pi in the corner's frame; the offset is opposite.
     out = heading + 0.5 * angle
@@ -47,7 +53,10 @@ def escape_velocity(
     speed: float,
     standoff: float,
 ) -> tuple[float, float]:
-    """Velocity of evader j (kernel); with the blocks of sight, as in `adversarial_velocities`."""
+    """Velocity of evader j (kernel), with the blocks of sight one by one.
+
+    For the rest see `adversarial_velocities`.
+    """
     n, k = len(pursuers) // 2, len(corners)
     best, best_c, best_i = np.inf, -1, -1
     for c in range(k):

@@ -18,6 +18,10 @@ def free_angle(x: float, y: float, alpha: float) -> float:
 
     The branch cut runs along the obstacle's bisector, so that a point on an edge, or a rounding
     error behind one, gets the angle of that edge and never that of the other.
+
+    Args:
+        x, y: The point in the corner's frame [m].
+        alpha: Interior angle of the obstacle [rad].
     """
     angle = math.atan2(y, x)
     if angle < 0.5 * alpha - math.pi:
@@ -78,7 +82,7 @@ def from_corner_frame(
     """Carry a vector from a corner's frame back into the world, undoing the reflection.
 
     Args:
-        ux, uy: Components in the (reflected) frame, any unit.
+        ux, uy: Components in the (reflected) frame, any unit [-].
         heading: World heading of the frame's positive x axis [rad].
         alpha: Interior angle of the obstacle at the corner [rad].
         mirrored: What `to_corner_frame` returned.

@@ -71,6 +71,8 @@ def region(r_p: float, phi_p: float, r_e: float, phi_e: float, alpha: float, a: 
 
     The pursuer wins everywhere but in Region 1 and where the evader is hidden already. That the
     regions cover all states is proved; where 2 ends and 4 begins, and 3 and 5, is our reading.
+
+    Arguments as in `margins`.
     """
     if r_p == 0.0 or phi_p >= 0.0:
         return IN_STAR

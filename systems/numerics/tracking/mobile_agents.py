@@ -42,7 +42,14 @@ def point_rates(velocities, top_speed: float):
 
 @register_jitable
 def point_step(positions, velocities, top_speed: float, step: float):
-    """Positions of point agents after velocities held for a step, shape (2 n,) each [m]."""
+    """Positions of point agents after velocities held for a step, shape (2 n,) each [m].
+
+    Args:
+        positions: Shape (2 n,) [m].
+        velocities: Shape (2 n,) [m/s].
+        top_speed: [m/s].
+        step: [s].
+    """
     return positions + step * point_rates(velocities, top_speed)
 
 
@@ -119,6 +126,6 @@ def heading_command(headings, velocities, gain: float):
 
 @register_jitable
 def heading_commands(poses, velocities, gain: float):
-    """Commands of robots by `heading_command`, shapes (3 n,), (2 n,) -> (2 n,)."""
+    """Commands of robots, shapes (3 n,), (2 n,) -> (2 n,); see `heading_command`."""
     headings = poses.reshape((-1, 3))[:, 2]
     return heading_command(headings, velocities.reshape((-1, 2)), gain).reshape((-1,))

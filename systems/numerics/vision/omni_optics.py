@@ -30,6 +30,9 @@ class OmniCamera:
 
     The defaults are a testbed robot's: it sees the floor, its horizon and shells from 15 to 60
     inches (0.38 to 1.52 m) well inside a picture of 640 x 480 pixels.
+
+    Raises:
+        InvalidInput: A length is not positive, or a size is no whole number.
     """
 
     # Of the mirror ball [m]; its diameter is D = 2 mirror_radius.

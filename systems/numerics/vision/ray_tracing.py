@@ -29,8 +29,8 @@ def next_crossing(
 
     Args:
         edges: x0, y0, x1, y1 in the camera frame, free space on the left, shape (k, 4) [m].
-        lists, begin, end: Numbers of the edges to look at.
-        sine, cosine: Of the bearing.
+        lists, begin, end: Numbers of the edges, shape (n,), and which of them to look at.
+        sine, cosine: Of the bearing, pure numbers.
         after: Crossings up to this distance do not count [m].
         entering: Into the wall, else out of it.
 
@@ -84,12 +84,12 @@ def trace(
         picture: To be filled, shape (height * width, 3), 0 to 1.
         pixels, sines, cosines, sectors, starts, heights, slopes: As in `RayTable`.
         edges: Walls in the camera frame, shape (k, 4) [m].
-        list_starts, lists: Of `edges_by_sector`.
+        list_starts, lists: Numbers of the edges of each sector, shapes (s + 1,), (n,).
         wall_height: [m].
         shells: x, y in the camera frame, radius, base, top, shape (m, 5) [m].
         shell_colours: Shape (m, 3), 0 to 1.
         palette: Of the surroundings, shape (7, 3).
-        pose: Of the camera in the world, x, y [m], heading [rad].
+        pose: Of the camera in the world, x, y [m], heading [rad], shape (3,).
         tile: Side of the floor's tiles [m].
         light: Direction to the light in the camera frame, and the shading, shape (3,).
     """

@@ -31,7 +31,7 @@ def render(
         camera: Whose picture.
         rays: Its own, from `make_ray_table`.
         surroundings: Floor and walls.
-        pose: Of the camera: x, y [m] in free space, heading [rad].
+        pose: Of the camera: x, y [m] in free space, heading [rad], shape (3,).
         shells: Of robots; one around the camera itself is seen from above.
         positions: Of the shells' axes, shape (m, 2) [m].
 

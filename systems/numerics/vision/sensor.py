@@ -14,7 +14,11 @@ _NOISE, _DROPS = 0, 1
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor:
-    """How good pictures are. The response is linear: no gamma."""
+    """How good pictures are. The response is linear: no gamma.
+
+    Raises:
+        InvalidInput: A number is out of its range.
+    """
 
     # Counts per light: 1 turns full white light into 255.
     exposure: float = 1.0
@@ -64,7 +68,12 @@ def expose(sensor: Sensor, light: np.ndarray, frame: int) -> np.ndarray:
 
 
 def is_dropped(sensor: Sensor, frame: int) -> bool:
-    """Whether a picture is lost on its way."""
+    """Whether a picture is lost on its way.
+
+    Args:
+        sensor: Of the camera.
+        frame: Number of the picture.
+    """
     if sensor.drop_share == 0:
         return False
     return bool(_random(sensor, frame, _DROPS).random() < sensor.drop_share)

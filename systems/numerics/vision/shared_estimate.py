@@ -39,7 +39,11 @@ class Tracks:
 
 
 def no_tracks(count: int) -> Tracks:
-    """Nothing is known of any evader."""
+    """Nothing is known of any evader.
+
+    Args:
+        count: Number of evaders.
+    """
     return Tracks(np.full((count, 2), np.nan), np.zeros((count, 2, 2)))
 
 

@@ -20,6 +20,9 @@ class Shell:
 
     The defaults fit the testbed's robots, whose centres keep 0.16 m from obstacles, and which
     stand on wheels: the shell's bottom edge, to which ranges are measured, is above the floor.
+
+    Raises:
+        InvalidInput: A number is out of its range.
     """
 
     # Of the cylinder [m].

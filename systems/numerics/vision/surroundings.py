@@ -18,6 +18,9 @@ class Surroundings:
     Walls are higher than the default camera's mirror, so that they hide all that is behind them:
     sight in pictures is then the plane's line of sight. Lower walls show their tops, and what is
     beyond them.
+
+    Raises:
+        InvalidInput: A number is out of its range.
     """
 
     # Free region; everything outside it is wall.

@@ -18,7 +18,11 @@ _ATTEMPTS = 50
 
 @dataclass(frozen=True, kw_only=True)
 class Arena:
-    """How arenas are drawn."""
+    """How arenas are drawn.
+
+    Raises:
+        InvalidInput: A number is out of its range.
+    """
 
     # Side of the square [m].
     side: float = 4.0

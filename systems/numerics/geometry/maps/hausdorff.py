@@ -5,7 +5,7 @@ import shapely
 
 
 def hausdorff_distance(rings: list[np.ndarray], others: list[np.ndarray], accuracy: float) -> float:
-    """Largest distance from a point of either outline to the other outline.
+    """Largest distance from a point of either outline to the other outline [cells].
 
     It need not be at a vertex. Along a straight piece the distance to ONE edge of the other
     outline is convex, so the distance to that outline is nowhere larger than the larger of the
@@ -13,8 +13,8 @@ def hausdorff_distance(rings: list[np.ndarray], others: list[np.ndarray], accura
     to either end, exceeds the largest distance found so far are halved.
 
     Args:
-        rings, others: Closed rings without repeated ends, each shape (n, 2).
-        accuracy: The result is at most this much below the true value.
+        rings, others: Closed rings without repeated ends, each shape (n, 2) [cells].
+        accuracy: The result is at most this much below the true value [cells].
     """
     return max(_directed(rings, others, accuracy), _directed(others, rings, accuracy))
 

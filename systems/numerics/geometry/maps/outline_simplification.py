@@ -18,13 +18,14 @@ class MarkGrid(NamedTuple):
     """Points that no chord may sweep over, in buckets of a square grid.
 
     Attributes:
-        points: Shape (m, 2).
-        x, y, cell: Corner of the grid, side of a bucket.
+        points: Shape (m, 2) [cells].
+        x, y, cell: Corner of the grid, side of a bucket [cells].
         columns: Buckets in a row.
-        starts: Where each bucket starts in `items`, row by row, and their end.
-        items: Numbers of points.
+        starts: Where each bucket starts in `items`, row by row, and their end,
+            shape (buckets + 1,).
+        items: Numbers of points, shape (m,).
         winding, stamp: Scratch of the search: how often the area swept from the current tail winds
-            around each point, valid where the stamp is the current serial number.
+            around each point, valid where the stamp is the current serial number; shape (m,).
         serial: That number, shape (1,).
     """
 

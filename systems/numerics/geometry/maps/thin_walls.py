@@ -20,7 +20,8 @@ def wall_guards(inside: np.ndarray, tolerance: float) -> np.ndarray:
     except when it is nowhere wider than two tolerances.
 
     Args:
-        inside: True for the cells of the region, False in the outermost rows and columns.
+        inside: True for the cells of the region, False in the outermost rows and columns;
+            shape (rows, columns).
         tolerance: [cells].
 
     Returns:

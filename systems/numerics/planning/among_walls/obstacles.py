@@ -42,7 +42,14 @@ class Walls(NamedTuple):
 
 
 def make_walls(world: World, discs: Discs, grid: Grid, fineness: int = FINENESS) -> Walls:
-    """Sample the free distance over the grid, at a fraction of its step."""
+    """Sample the free distance over the grid, at a fraction of its step.
+
+    Args:
+        world: With the walls.
+        discs: What the cart covers.
+        grid: Over which.
+        fineness: Samples in a step of the grid.
+    """
     x_min, y_min, _, _ = grid.bounds
     step = grid.step / fineness
     x = x_min + step * np.arange(fineness * (grid.x_count - 1) + 1)
@@ -55,7 +62,12 @@ def make_walls(world: World, discs: Discs, grid: Grid, fineness: int = FINENESS)
 
 @compiled
 def overlaps(walls, x, y, theta, beta):
-    """Whether a disc reaches into a wall, or beyond the raster."""
+    """Whether a disc reaches into a wall, or beyond the raster.
+
+    Args:
+        walls: Free distances, from `make_walls`.
+        x, y, theta, beta: State of the cart [m], [m], [rad], [rad].
+    """
     c, s = math.cos(theta), math.sin(theta)
     heading = theta - beta
     back_x = x - walls.hitch * c - walls.length * math.cos(heading)

@@ -54,7 +54,8 @@ def _take_cubic(line, values, known, part, time, shut, bit, best):
 
 @compiled
 def sweep_walled_row(table, t, cubic, shut, durations, turns, xc, xp, yc, yp, bc, bp, width, best):
-    """The best update of all nodes of one theta row; arguments as those of `sweep_row`.
+    """The best update of all nodes of one theta row; otherwise
+    arguments as those of `sweep_row`.
 
     Args:
         shut: Whether each control's way is shut, by bit, shape of the table.

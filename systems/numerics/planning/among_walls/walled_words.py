@@ -45,11 +45,11 @@ def drop_walled(
 
     Args:
         hits, found: From `enter_box`, shape of the grid.
-        nodes: Thetas, and half angles of the betas, of the nodes.
+        nodes: Thetas, and half angles of the betas, of the nodes, shapes (t,), (b, 2).
         words: All words; they are looked at on their lattice.
         last: What `found` counts in; looked at every LOOK samples.
         walls: What is in the way.
-        corner: x and y of the first node, and the step of the grid [m].
+        corner: x and y of the first node, and the step of the grid, shape (3,) [m].
         scale: Length of a turning radius [m].
         sample: Distance of samples of the last arc [1 / turn rate].
     """

@@ -30,7 +30,13 @@ def control_set(trailer: Trailer) -> np.ndarray:
 
 
 def shift_of(theta, v, omega, duration):
-    """Shift (dx, dy) of the tractor under held controls (3.26), (3.27); broadcasts."""
+    """Shift (dx, dy) of the tractor under held controls (3.26), (3.27); broadcasts.
+
+    Args:
+        theta: Heading at the start [rad].
+        v, omega: Controls [m/s], [rad/s].
+        duration: [s].
+    """
     half = omega * duration / 2
     chord = v * duration * np.sinc(half / math.pi)
     return chord * np.cos(theta + half), chord * np.sin(theta + half)

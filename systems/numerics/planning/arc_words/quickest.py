@@ -90,7 +90,13 @@ def quickest_word(trailer: Trailer, start, goal: Goal, lattice: float = LATTICE)
 
 
 def word_path(trailer: Trailer, start, word: ArcWord) -> TrailerPath:
-    """Where a word leads from a state, sampled along its arcs."""
+    """Where a word leads from a state, sampled along its arcs.
+
+    Args:
+        trailer: Which drives.
+        start: x, y, theta, beta [m], [m], [rad], [rad].
+        word: Its arcs.
+    """
     state = np.array(start, dtype=float)
     states, controls, steps = [state[None]], [], []
     for (v, omega), duration in zip(word.controls.tolist(), word.durations.tolist(), strict=True):

@@ -30,7 +30,12 @@ class Words(NamedTuple):
 
 
 def angles_after(maps, betas) -> np.ndarray:
-    """Beta after each of some words, (n, 2, 2) and (m,) -> (n, m), in (-pi, pi] [rad]."""
+    """Beta after each of some words, in (-pi, pi], shape (n, m) [rad].
+
+    Args:
+        maps: Of the words, shape (n, 2, 2).
+        betas: At their start, shape (m,) [rad].
+    """
     s, c = np.moveaxis(np.einsum("nij,mj->nmi", maps, half_angles(betas)), -1, 0)
     return np.remainder(2 * np.arctan2(s, c) + math.pi, math.tau) - math.pi
 
@@ -125,7 +130,7 @@ def endings_of(
         trailer: Normalised.
         words: What comes before.
         longest: Largest duration of a word with its last arc [1 / turn rate].
-        reach: Largest duration of a straight alone; a turn alone may go once round.
+        reach: Largest duration of a straight alone [1 / turn rate]; a turn alone may go once round.
         sample: Distance of samples [1 / turn rate].
     """
     found = []

@@ -21,7 +21,10 @@ SHORTEST = 1e-9
 class Arc(NamedTuple):
     """One arc of a path in the normalised model, driven forwards.
 
-    `omega` is its turn rate, on a singular arc at its start.
+    Attributes:
+        omega: Its turn rate, on a singular arc at its start; in units of the bound.
+        duration: In units of the normalised model.
+        is_singular: Along which the switching function vanishes.
     """
 
     omega: float

@@ -19,6 +19,11 @@ def split_into_arcs(path: TrailerPath, trailer: Trailer, intervals_per_arc: int)
     """Group a solution of the programme of one arc by the bounds that its controls are at.
 
     A single free interval between two arcs is where a switch falls: it is shared between them.
+
+    Args:
+        path: The solution.
+        trailer: Whose bounds.
+        intervals_per_arc: How finely each arc is divided anew.
     """
     bounds = np.array([trailer.speed, trailer.turn_rate])
     at_bound = np.abs(path.controls) >= (1 - _AT_BOUND) * bounds

@@ -34,7 +34,13 @@ class Discs:
         return len(self.bodies)
 
     def centre(self, k: int, state, cos=np.cos, sin=np.sin):
-        """(x, y) of the centre of disc k [m]; `state` has its entries along the first axis."""
+        """(x, y) of the centre of disc k [m]; `state` has its entries along the first axis.
+
+        Args:
+            k: Number of the disc.
+            state: x, y, theta, beta [m], [m], [rad], [rad].
+            cos, sin: Of the kind of numbers that the state has.
+        """
         x, y, theta, beta = state[0], state[1], state[2], state[3]
         if self.bodies[k] == TRACTOR:
             return x + self.offsets[k] * cos(theta), y + self.offsets[k] * sin(theta)
@@ -55,6 +61,9 @@ def covering_discs(trailer: Trailer, width: float | None = None) -> Discs:
     Args:
         trailer: For its length and hitch.
         width: Of the vehicle [m]; by default half of the trailer's length.
+
+    Raises:
+        InvalidInput: The width is not positive.
     """
     width = trailer.length / 2 if width is None else width
     require_positive("width", width)

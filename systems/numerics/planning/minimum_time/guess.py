@@ -49,7 +49,7 @@ def columns_at(times: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.n
 
 
 def nearest_goal_state(goal: Goal, state: np.ndarray) -> np.ndarray:
-    """The goal's state with its angles turned fully until they are nearest to a state's."""
+    """The goal's state, its angles turned fully until they are nearest to a state's, shape (4,)."""
     target = np.array(goal.state, dtype=float)
     target[2:] += 2 * np.pi * np.round((state[2:] - target[2:]) / (2 * np.pi))
     return target

@@ -131,7 +131,11 @@ def _commonest(statuses: list[str]) -> str:
 
 
 def checked_start(trailer: Trailer, start: Sequence[float]) -> np.ndarray:
-    """The start as an array, after refusing what cannot be one."""
+    """The start as an array, shape (4,), after refusing what cannot be one.
+
+    Raises:
+        InvalidInput: It is not x, y, theta and beta, finite, with beta within the jackknife limit.
+    """
     try:
         entries = [float(value) for value in start]
     except (TypeError, ValueError):

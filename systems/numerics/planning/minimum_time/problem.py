@@ -78,7 +78,12 @@ class Problem:
     discs: Discs | None = None
 
     def programme(self, intervals: int, arcs: int) -> Programme:
-        """The programme of this kind of problem; from the cache, if there was one before."""
+        """The programme of this kind of problem; from the cache, if there was one before.
+
+        Args:
+            intervals: Of each arc.
+            arcs: How many.
+        """
         field = None
         if self.obstacles is not None and self.discs is not None:
             field = clearance_field(self.obstacles, self.discs)

@@ -69,6 +69,11 @@ def seed_along(
 
     Driven forwards, the trailer follows as it does; backwards it would fold, so there its angle is
     let run evenly from the first to the last of two values.
+
+    Args:
+        pieces: The paths.
+        trailer: Which drives.
+        betas: At the start and at the end [rad].
     """
     states, controls, durations = [], [], []
     total = sum(path.length for path in pieces)

@@ -38,7 +38,7 @@ def look_beyond_jumps(
     cost some milliseconds for each state beside a jump.
 
     Args:
-        table, grid: Of an open field.
+        table, grid: Of an open field, shape (theta, beta, y, x) [s].
         trailer: Whose time it is.
         goal: The box, in the table's frame.
         states: In the table's frame, shape (n, 4).

@@ -65,6 +65,9 @@ def save_value_function(value: ValueFunction, path: str | os.PathLike[str]) -> N
 def load_value_function(path: str | os.PathLike[str]) -> ValueFunction:
     """Read what `save_value_function` wrote.
 
+    Args:
+        path: The file.
+
     Raises:
         InvalidInput: The file is missing, truncated, changed, foreign or of another version.
     """

@@ -19,6 +19,9 @@ class Grid:
 
     Angle number k stands at 2 pi k / n, so that zero is a node and mirror images of nodes are
     nodes. Cost and memory grow with the product of the four counts.
+
+    Raises:
+        InvalidInput: A count or a step is out of its range.
     """
 
     # Position of the first node [m].
@@ -48,6 +51,9 @@ class Grid:
             step: Distance of nodes in turning radii; 0.2 is the thesis's.
             centre: (x, y) of its middle [m].
             radius: Smallest turning radius, speed / turn rate [m].
+
+        Raises:
+            InvalidInput: The step is not in (0, 1].
         """
         require(0 < step <= 1, "grid", "have a step in (0, 1]", step)
         require_positive("radius", radius)
@@ -68,12 +74,22 @@ class Grid:
 
     @classmethod
     def thesis(cls, centre=(0.0, 0.0), *, radius: float = 1.0) -> "Grid":
-        """61 x 61 x 25 x 25 nodes (Table 3.1)."""
+        """61 x 61 x 25 x 25 nodes (Table 3.1).
+
+        Args:
+            centre: (x, y) of its middle [m].
+            radius: Smallest turning radius, speed / turn rate [m].
+        """
         return cls.of_step(THESIS_STEP, centre, radius=radius)
 
     @classmethod
     def fine(cls, centre=(0.0, 0.0), *, radius: float = 1.0) -> "Grid":
-        """The thesis's grid with every step halved."""
+        """The thesis's grid with every step halved.
+
+        Args:
+            centre: (x, y) of its middle [m].
+            radius: Smallest turning radius, speed / turn rate [m].
+        """
         return cls.of_step(THESIS_STEP / 2, centre, radius=radius)
 
     @classmethod
@@ -86,6 +102,9 @@ class Grid:
             bounds: (x_min, y_min, x_max, y_max) [m].
             step: Distance of nodes in turning radii.
             radius: Smallest turning radius [m].
+
+        Raises:
+            InvalidInput: The bounds enclose no area, or the step is not in (0, 1].
         """
         square = cls.of_step(step, radius=radius)
         x_min, y_min, x_max, y_max = (float(value) for value in bounds)
@@ -135,7 +154,10 @@ class Grid:
         return x_min <= x <= x_max and y_min <= y <= y_max
 
     def axes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Coordinates of nodes along x, y, theta and beta; angles from 0 up to 2 pi."""
+        """Coordinates of nodes along x, y, theta and beta, shape (count,) each.
+
+        Angles go from 0 up to 2 pi.
+        """
         return (
             self.x_min + self.step * np.arange(self.x_count),
             self.y_min + self.step * np.arange(self.y_count),

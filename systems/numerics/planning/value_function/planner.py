@@ -136,7 +136,14 @@ def plan_by_value_function(
 
 
 def grid_around(trailer: Trailer, start: Sequence[float], goal: Goal, step: float) -> Grid:
-    """The usual grid around a goal, grown where the start needs more room."""
+    """The usual grid around a goal, grown where the start needs more room.
+
+    Args:
+        trailer: For its turning radius.
+        start: x, y, theta, beta [m], [m], [rad], [rad].
+        goal: The middle.
+        step: Distance of nodes in turning radii.
+    """
     radius = trailer.speed / trailer.turn_rate
     square = Grid.of_step(step, goal.state[:2], radius=radius)
     margin = MARGIN * radius

@@ -50,6 +50,10 @@ def bang_bang(value: ValueFunction, state) -> float:
     """Turn rate (3.20): minus the sign of du/dtheta + du/dbeta, by a central difference [rad/s].
 
     Zero where the two sides are equal, or where neither can be compared.
+
+    Args:
+        value: The table.
+        state: x, y, theta, beta [m], [m], [rad], [rad].
     """
     step = 0.5 * value.grid.theta_step
     shift = np.array([[0, 0, step, step], [0, 0, -step, -step]])
@@ -60,7 +64,12 @@ def bang_bang(value: ValueFunction, state) -> float:
 
 
 def look_ahead(value: ValueFunction, state) -> tuple[float, float]:
-    """The control (v, omega) whose long steps promise the least time [m/s], [rad/s]."""
+    """The control (v, omega) whose long steps promise the least time [m/s], [rad/s].
+
+    Args:
+        value: The table.
+        state: x, y, theta, beta [m], [m], [rad], [rad].
+    """
     trailer = value.trailer
     times = np.array(LOOK_AHEAD) * value.grid.theta_step / trailer.turn_rate
     pairs = control_set(trailer) * [trailer.speed, trailer.turn_rate]
@@ -73,7 +82,14 @@ def look_ahead(value: ValueFunction, state) -> tuple[float, float]:
 
 
 def drive(trailer: Trailer, state, v: float, omega: float, duration: float) -> np.ndarray:
-    """The state after a held control, shape (4,)."""
+    """The state after a held control, shape (4,).
+
+    Args:
+        trailer: Which drives.
+        state: x, y, theta, beta [m], [m], [rad], [rad].
+        v, omega: The control [m/s], [rad/s].
+        duration: For how long it is held [s].
+    """
     x, y, theta, beta = (float(value) for value in state)
     dx, dy = shift_of(theta, v, omega, duration)
     steps = max(1, math.ceil(20 * duration * (trailer.turn_rate + trailer.speed / trailer.length)))
@@ -89,7 +105,13 @@ def inside(value: ValueFunction, states) -> np.ndarray:
 
 
 def is_late(value: ValueFunction, promised: float, time: float) -> bool:
-    """Whether a path took so much longer than promised at its start that it went in a loop."""
+    """Whether a path took so much longer than promised at its start that it went in a loop.
+
+    Args:
+        value: The table.
+        promised: Time to go at the start [s].
+        time: Of the path [s].
+    """
     return time > LATE * promised + _LATE_TURN / value.trailer.turn_rate
 
 

@@ -53,7 +53,13 @@ def blend(a, b, part, out):
 
 @kernel
 def blend_four(a, b, c, d, part, out):
-    """out = what is `between` b and c, all along four lines."""
+    """out = what is `between` b and c, all along four lines.
+
+    Args:
+        a, b, c, d: Neighbouring lines of values.
+        part: How far from b to c, 0 to 1.
+        out: To be filled.
+    """
     for i in range(len(out)):
         out[i] = between(a[i], b[i], c[i], d[i], part)
 
@@ -123,7 +129,17 @@ def sweep_row(table, t, cubic, durations, turns, xc, xp, yc, yp, bc, bp, width, 
 
 @compiled
 def settle_row(table, t, best, near, width, x_count, mirrored):
-    """Write a row, bounded by the near field, and its mirror image; return the largest change."""
+    """Write a row, bounded by the near field, and its mirror image; return the largest change.
+
+    Args:
+        table: Values, shape (theta, beta, y x).
+        t: Number of the row in theta.
+        best: New values of the row, shape (beta, y x).
+        near: Bounds near the goal, shape of the table.
+        width: Entries from one y to the next, those beyond the grid included.
+        x_count: Nodes along x.
+        mirrored: Whether the row -theta has the mirror image of the values.
+    """
     theta_count, beta_count, n = table.shape
     change = np.float32(0.0)
     for b in range(beta_count):

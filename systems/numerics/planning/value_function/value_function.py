@@ -83,7 +83,11 @@ class ValueFunction:
         return out
 
     def to_table(self, states) -> np.ndarray:
-        """States in the table's own frame, shape (..., 4)."""
+        """States in the table's own frame, shape (..., 4).
+
+        Raises:
+            InvalidInput: States do not have four entries, or some are not finite.
+        """
         states = np.array(states, dtype=float)
         require(
             states.ndim > 0 and states.shape[-1] == 4, "states", "have shape (..., 4)", states.shape
@@ -103,6 +107,9 @@ class ValueFunction:
 
         Args:
             x, y, theta: Where the goal is to be [m], [m], [rad].
+
+        Raises:
+            InvalidInput: A number is not finite.
         """
         for value in (x, y, theta):
             require_finite("goal", value)

@@ -15,6 +15,9 @@ class ForwardCamera:
 
     Frame: x to the right, y down, z forward. A pixel's centre has whole coordinates, the first
     being (0, 0) at the top left, as in OpenCV.
+
+    Raises:
+        InvalidInput: A number is out of its range.
     """
 
     # Size of a picture [px].
@@ -68,7 +71,7 @@ def project(camera: ForwardCamera, pose: np.ndarray, points: np.ndarray) -> np.n
 
     Args:
         camera: Its optics.
-        pose: Of the camera's robot: x, y [m], heading [rad].
+        pose: Of the camera's robot: x, y [m], heading [rad], shape (3,).
         points: x, y and height, shape (n, 3) [m].
 
     Returns:

@@ -36,7 +36,11 @@ def landmark_picture(number: int, pixels: int = PIXELS) -> np.ndarray:
 
 @lru_cache(maxsize=4)
 def marker_picture(pixels: int = PIXELS) -> np.ndarray:
-    """The marker's picture, as of a landmark, but of bolder pieces: the marker is smaller."""
+    """The marker's picture, as of a landmark, but of bolder pieces: the marker is smaller.
+
+    Args:
+        pixels: Width and height.
+    """
     return _picture(_MARKER, 0, pixels)
 
 

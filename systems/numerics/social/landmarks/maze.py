@@ -31,7 +31,11 @@ def upright_square(middle: np.ndarray, side: float, facing: float) -> np.ndarray
 
 @dataclass(frozen=True, kw_only=True)
 class Landmark:
-    """A square picture, unlike all others, that hangs upright on a wall."""
+    """A square picture, unlike all others, that hangs upright on a wall.
+
+    Raises:
+        InvalidInput: A number is out of its range.
+    """
 
     # Which picture: of `landmark_picture`.
     number: int
@@ -69,6 +73,9 @@ class MarkerBlock:
     """An upright block on the evader's axis that shows the marker on every side.
 
     Side k faces the evader's heading plus 2 pi k / copies.
+
+    Raises:
+        InvalidInput: A number is out of its range, or the block is too slim for its copies.
     """
 
     copies: int = 4
@@ -131,6 +138,10 @@ class Maze:
         wall_height: Of walls and obstacles alike [m].
         robot_radius: Of every robot; the evader's block does not reach beyond it [m].
         body_height: Of every robot without camera or block [m].
+
+    Raises:
+        InvalidInput: A height or radius is out of its range, two landmarks have one number, or one
+            does not hang on a wall.
     """
 
     world: World

@@ -94,7 +94,14 @@ def square_by_edges(
 def middle_by_size(
     camera: ForwardCamera, corners: np.ndarray, side: float, *, printed: bool = False
 ) -> np.ndarray | None:
-    """Where the middle of a square is, from its apparent size: ahead and left, shape (2,) [m]."""
+    """Where the middle of a square is, from its apparent size: ahead and left, shape (2,) [m].
+
+    Args:
+        camera: Its optics.
+        corners: Of the square in the picture, shape (4, 2) [px].
+        side: Of the square [m].
+        printed: Leave the bearing out, as the printed equation does.
+    """
     heights = corners[[3, 2], 1] - corners[[0, 1], 1]
     if (heights <= 0).any():
         return None

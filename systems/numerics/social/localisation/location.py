@@ -139,7 +139,12 @@ def _judge(maze: Maze, camera: CameraPose, position: np.ndarray, covariance: np.
 
 
 def nearest_free(maze: Maze, position: np.ndarray) -> np.ndarray:
-    """The nearest point of the free region, shape (2,) [m]."""
+    """The nearest point of the free region, shape (2,) [m].
+
+    Args:
+        maze: Its walls.
+        position: Shape (2,) [m].
+    """
     free = maze.world.polygon
     if shapely.contains_xy(free, *position):
         return position

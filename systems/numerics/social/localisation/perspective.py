@@ -20,7 +20,13 @@ _TURN = 0.7
 
 
 def starting_poses(camera: ForwardCamera, corners: np.ndarray, side: float) -> list[np.ndarray]:
-    """Rough relative poses, shape (3,): by apparent size, the front turned either way."""
+    """Rough relative poses, shape (3,): by apparent size, the front turned either way.
+
+    Args:
+        camera: Its optics.
+        corners: Of the square in the picture, shape (4, 2) [px].
+        side: Of the square [m].
+    """
     middle = middle_by_size(camera, corners, side)
     if middle is None:
         return []
@@ -128,7 +134,13 @@ def fit_square(
 
 
 def slopes(function, at: np.ndarray, step: float = 1e-5) -> np.ndarray:
-    """Derivatives of a vector function by central differences, shape (values, arguments)."""
+    """Derivatives of a vector function by central differences, shape (values, arguments).
+
+    Args:
+        function: From a vector to a vector.
+        at: Where, shape (arguments,).
+        step: Half of each difference, in the arguments' units [-].
+    """
     columns = []
     for k in range(len(at)):
         moved = np.zeros(len(at))

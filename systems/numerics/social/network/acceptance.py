@@ -41,9 +41,11 @@ class OwnAcceptance:
         require_chances("friending", self.friending)
 
     def count(self) -> int:
+        """How many agents there are."""
         return len(self.friending)
 
     def probability(self, agent: int, friends: Collection[int]) -> float:
+        """The agent's own, whoever the friends are."""
         return self.friending[agent]
 
 
@@ -57,7 +59,7 @@ class MutualFriendsAcceptance:
     Attributes:
         friending: p of each agent, per iteration, without friends in common.
         acquaintances: Pairs of agents that know each other.
-        persuasion: w.
+        persuasion: w, a probability.
 
     Raises:
         InvalidInput: A probability is none, or a pair is not of two agents.
@@ -75,6 +77,7 @@ class MutualFriendsAcceptance:
             require(two, "acquaintances", f"be pairs of two agents below {self.count()}", pair)
 
     def count(self) -> int:
+        """How many agents there are."""
         return len(self.friending)
 
     def mutual_friends(self, agent: int, friends: Collection[int]) -> int:
@@ -85,6 +88,7 @@ class MutualFriendsAcceptance:
         )
 
     def probability(self, agent: int, friends: Collection[int]) -> float:
+        """That the agent accepts in one iteration, p(m)."""
         refusal = (1 - self.persuasion) ** self.mutual_friends(agent, friends)
         return 1 - (1 - self.friending[agent]) * refusal
 

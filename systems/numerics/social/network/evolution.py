@@ -102,13 +102,25 @@ class Iteration:
 
 
 def strangers(count: int) -> Acquaintances:
-    """Agents 0 to count - 1, none of them asked yet."""
+    """Agents 0 to count - 1, none of them asked yet.
+
+    Raises:
+        InvalidInput: The count is no whole number from 0.
+    """
     require_whole("count", count, 0)
     return Acquaintances((STRANGER,) * count, tuple(range(count)))
 
 
 def with_friends(count: int, friends: Sequence[int]) -> Acquaintances:
-    """As `strangers`, but some are friends already."""
+    """As `strangers`, but some are friends already.
+
+    Args:
+        count: Number of agents.
+        friends: Numbers of those that are.
+
+    Raises:
+        InvalidInput: A friend is none of the agents.
+    """
     require(set(friends) <= set(range(count)), "friends", f"be agents below {count}", friends)
     status = tuple(FRIEND if i in friends else STRANGER for i in range(count))
     return Acquaintances(status, tuple(range(count)))
@@ -172,7 +184,15 @@ def evolve(
     iteration: int,
     interest: Sequence[float] | None = None,
 ) -> Iteration:
-    """One iteration of Algorithm 2 on a network."""
+    """One iteration of Algorithm 2 on a network.
+
+    Args:
+        network: Whose agents are 0 to n - 1.
+        known: How things stood before.
+        limits: N_req, N_f and T_wait.
+        iteration: Its number.
+        interest: How much each agent is worth to be asked; None: in turn.
+    """
     known, chosen = choose_new(known, limits, interest)
     for agent in chosen:
         network.request(agent)

@@ -99,6 +99,10 @@ def connected_fraction(friending: float, unfriending: float) -> float:
     """p / (p + q): long-run share of iterations in which an agent that is always asked is a friend.
 
     NaN where both are zero: then it stays what it is.
+
+    Args:
+        friending: Probability p of acceptance, per iteration.
+        unfriending: Probability q of leaving, per iteration.
     """
     total = friending + unfriending
     return friending / total if total > 0 else float("nan")

@@ -79,7 +79,11 @@ class MemoryNetwork:
         return frozenset(self._friends)
 
     def post(self, agent: int, picture: Picture) -> None:
-        """Put a picture into an album, behind the earlier ones."""
+        """Put a picture into an album, behind the earlier ones.
+
+        Raises:
+            InvalidInput: There is no such agent, or the picture is not its own.
+        """
         self._require_agent(agent)
         require(picture.agent == agent, "picture.agent", f"be {agent}", picture.agent)
         self._albums[agent].append(picture)
@@ -87,7 +91,12 @@ class MemoryNetwork:
     def latest(self, agent: int, count: int) -> list[Picture]:
         """A friend's most recent pictures, newest first.
 
+        Args:
+            agent: Whose.
+            count: How many, at most.
+
         Raises:
+            InvalidInput: There is no such agent, or the count is no whole number from 0.
             NotFriends: The agent is not a friend.
         """
         self._require_agent(agent)

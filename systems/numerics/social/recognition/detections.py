@@ -47,7 +47,8 @@ def stance_of(corners: np.ndarray, tolerance: float) -> Stance:
 
     Args:
         corners: Shape (4, 2) [px].
-        tolerance: How far the lower end of an edge may be beside the upper one, of its height.
+        tolerance: How far the lower end of an edge may be beside the upper one, as a part of
+            its height.
     """
     edges = corners[[3, 2]] - corners[[0, 1]]
     if (np.abs(edges[:, 0]) > tolerance * np.abs(edges[:, 1])).any():

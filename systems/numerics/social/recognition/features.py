@@ -59,7 +59,11 @@ class FeatureFinder:
             self._finder = _make_surf()
 
     def find(self, grey: np.ndarray) -> Features:
-        """Features of a picture, shape (height, width), uint8."""
+        """Features of a picture.
+
+        Args:
+            grey: Shape (height, width), uint8.
+        """
         keypoints, raw = self._finder.detectAndCompute(grey, None)
         if raw is None or len(keypoints) == 0:
             width = {"sift": 128, "orb": 256, "surf": 64}[self.method]

@@ -33,7 +33,7 @@ class References:
         starts: Row at which each subject's features start, shape (s,).
         points: Where on the subject's square, from (0, 0), top left, to (1, 1); shape (n, 2).
         descriptors: Shape (n, d).
-        pictures: Grey picture of each subject, 0 to 255, float32.
+        pictures: Grey picture of each subject, 0 to 255, shape (height, width), float32.
     """
 
     finder: FeatureFinder

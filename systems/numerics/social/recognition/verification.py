@@ -73,14 +73,24 @@ def homography_of(corners: np.ndarray) -> np.ndarray:
 
 
 def map_square(homography: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Where places of the unit square appear, shape (n, 2) [px]."""
+    """Where places of the unit square appear, shape (n, 2) [px].
+
+    Args:
+        homography: From the unit square to pixels, shape (3, 3).
+        places: Shape (n, 2).
+    """
     lifted = np.column_stack([places, np.ones(len(places))]) @ homography.T
     with np.errstate(divide="ignore", invalid="ignore"):
         return lifted[:, :2] / lifted[:, 2:]
 
 
 def is_sane(homography: np.ndarray, corners: np.ndarray) -> bool:
-    """Whether corners are those of a square seen from its front, wholly before the camera."""
+    """Whether corners are those of a square seen from its front, wholly before the camera.
+
+    Args:
+        homography: From the unit square to pixels, shape (3, 3).
+        corners: Where it takes the square's corners, shape (4, 2) [px].
+    """
     depth = UNIT_SQUARE @ homography[2, :2] + homography[2, 2]
     if not np.isfinite(corners).all() or not ((depth > 0).all() or (depth < 0).all()):
         return False

@@ -38,6 +38,9 @@ class FollowingLaw:
         stand_off: What is left of the route where it stops [m].
         wary_range: A robot nearer than that is avoided, from rim to rim [m].
         passing_gap: What is left between the rims when passing [m].
+
+    Raises:
+        InvalidInput: A number is out of its range.
     """
 
     speed: float = 0.2
@@ -132,7 +135,7 @@ def deviation(
         ranges: What its sensors say, shape (sensors,) [m].
         expected: What they would say of the walls alone, shape (sensors,) [m].
         radius: Of every robot [m].
-        side: Of the wish to which it turned last: 1 left, -1 right, 0 neither.
+        side: A number, to which side of the wish it turned last: 1 left, -1 right, 0 neither.
 
     Returns:
         The direction [rad], None if there is none, and the side of it.
@@ -162,6 +165,11 @@ def drive_towards(law: FollowingLaw, heading: float, direction: float | None) ->
     """Speed and turn rate, shape (2,) [m/s], [rad/s]: turn, and drive by the part that is ahead.
 
     Without a direction the robot waits.
+
+    Args:
+        law: Parameters.
+        heading: Of the robot [rad].
+        direction: Where to [rad].
     """
     if direction is None:
         return np.zeros(2)

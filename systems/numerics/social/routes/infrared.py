@@ -26,6 +26,9 @@ class InfraredRing:
         bearings: Of the cones' axes from the heading, from left to right [rad].
         cone: Full angle of each, below pi [rad].
         reach: Beyond it nothing is felt [m], from the robot's rim.
+
+    Raises:
+        InvalidInput: A number is out of its range.
     """
 
     bearings: tuple[float, ...] = tuple(math.radians(each) for each in (75, 25, -25, -75))
@@ -65,7 +68,7 @@ def infrared_ranges(
     """What every sensor says.
 
     Args:
-        edges: Of the world, from its `EdgeIndex`; columns START and END are used.
+        edges: Of the world, from its `EdgeIndex`, shape (k, 6) [m]; columns START and END are used.
         poses: Of all robots, shape (n, 3) [m], [m], [rad].
         radius: Of every robot [m].
         ring: Where the sensors look.

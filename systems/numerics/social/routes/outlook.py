@@ -96,6 +96,11 @@ def belief(outlook: Outlook, mean: np.ndarray, covariance: np.ndarray) -> np.nda
     """Where the evader is, given an estimate: a Gaussian on the cells, shape (n,), summing to one.
 
     An infinite covariance is no estimate: all cells are alike.
+
+    Args:
+        outlook: Its cells.
+        mean: Of the position, shape (2,) [m].
+        covariance: Shape (2, 2) [m^2].
     """
     count = len(outlook.cells)
     if not np.isfinite(covariance).all():

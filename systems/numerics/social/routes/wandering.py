@@ -24,6 +24,9 @@ class WanderingLaw:
         turn_range: A range ahead at which it stops and turns [m].
         least_turn, greatest_turn: Between which the angle of a turn is drawn [rad].
         centring: Curvature of its way per difference of the outer ranges [rad/m^2].
+
+    Raises:
+        InvalidInput: A number is out of its range.
     """
 
     speed: float = 0.1

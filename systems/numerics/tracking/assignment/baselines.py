@@ -8,18 +8,18 @@ _MASK = (1 << 64) - 1
 
 
 def own_riskiest(view: TeamView) -> np.ndarray:
-    """The evader that this pursuer itself ranks riskiest."""
+    """The evader that this pursuer itself ranks riskiest, shape (n,)."""
     return _best_visible(view.visible, view.risk)
 
 
 def nearest(view: TeamView) -> np.ndarray:
-    """The nearest evader in sight."""
+    """The nearest evader in sight, shape (n,)."""
     offsets = view.pursuers[:, None, :] - view.evaders[None, :, :]
     return _best_visible(view.visible, -np.hypot(offsets[..., 0], offsets[..., 1]))
 
 
 def random_visible(view: TeamView) -> np.ndarray:
-    """An evader in sight by lot, drawn anew when what the pursuer sees changes."""
+    """An evader in sight by lot, shape (n,), drawn anew when what the pursuer sees changes."""
     targets = np.full(len(view.visible), UNASSIGNED)
     numbers = view.numbers if len(view.numbers) else np.arange(len(targets))
     for i, row in enumerate(view.visible):
@@ -33,7 +33,7 @@ def random_visible(view: TeamView) -> np.ndarray:
 
 
 def stay(view: TeamView) -> np.ndarray:
-    """Nobody pursues."""
+    """Nobody pursues: -1, shape (n,)."""
     return np.full(len(view.visible), UNASSIGNED)
 
 

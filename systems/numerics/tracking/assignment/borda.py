@@ -33,7 +33,11 @@ def borda_scores(risk: np.ndarray, ranked: np.ndarray) -> np.ndarray:
 
 
 def borda_printed(view: TeamView) -> np.ndarray:
-    """Algorithm 1 to the letter; extra pursuers are always assigned, whatever `view.extra`."""
+    """Algorithm 1 to the letter; extra pursuers are always assigned, whatever `view.extra`.
+
+    Returns:
+        Each pursuer's evader, shape (n,).
+    """
     scores = borda_scores(view.risk, np.ones_like(view.visible))
     targets = match(np.broadcast_to(scores, view.risk.shape), view.visible)
     rank = np.argsort(-scores, kind="stable")

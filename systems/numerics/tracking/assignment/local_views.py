@@ -44,7 +44,7 @@ def known_view(view: TeamView, members: np.ndarray) -> TeamView:
 
     Args:
         view: The whole game.
-        members: Numbers of the pursuers in it, ascending.
+        members: Numbers of the pursuers in it, ascending, shape (k,).
     """
     visible = view.visible[members]
     return view._replace(

@@ -69,10 +69,18 @@ def place_extra(targets: np.ndarray, view: TeamView, score: np.ndarray) -> np.nd
 
 
 def hungarian(view: TeamView) -> np.ndarray:
-    """Least total risk, all pursuers sharing one risk function (Zhang 2014, 2.2.3.2)."""
+    """Least total risk, all pursuers sharing one risk function (Zhang 2014, 2.2.3.2).
+
+    Returns:
+        Each pursuer's evader, -1 for none, shape (n,).
+    """
     return place_extra(match(view.risk, view.visible), view, view.risk)
 
 
 def hungarian_max(view: TeamView) -> np.ndarray:
-    """Greatest total risk: the pursuers on whom most depends are kept on their evaders."""
+    """Greatest total risk: the pursuers on whom most depends are kept on their evaders.
+
+    Returns:
+        Each pursuer's evader, -1 for none, shape (n,).
+    """
     return place_extra(match(view.risk, view.visible, maximise=True), view, view.risk)

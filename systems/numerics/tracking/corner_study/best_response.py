@@ -154,6 +154,17 @@ def response_value(
     """Value after one step: the pursuer's along (ux, uy), the evader's in direction d.
 
     d = -1 is the way round the corner, d = -2 standing still.
+
+    Args:
+        value: Values at the grid's nodes, shape (p, e, r).
+        phi_p, phi_e, rho: The state [rad], [rad], [r_p].
+        ux, uy: The pursuer's velocity, at most one long.
+        d: Number of the evader's direction, from 0.
+        directions: How many the evader has, evenly round the circle.
+        step: Duration [r_p / v_p].
+        alpha: Interior angle of the obstacle [rad].
+        spacing_rho: Distance of the grid's nodes in rho.
+        timed: Whether the value is a time.
     """
     phi, r, spare = pursuer_move(phi_p, ux, uy, step, alpha)
     if d == -2:

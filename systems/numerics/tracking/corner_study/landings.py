@@ -15,9 +15,10 @@ class Landings:
     """Where steps lead, the pursuer's of shape (p, d), the evader's (e, r, d + 1).
 
     Attributes:
-        cell: Index of the interval of the player's angle that it lands in.
-        share: How far into the interval, 0 to 1.
-        distance: The pursuer's from the corner [r_p]; the evader's, in nodes of rho.
+        cell: Index of the interval of the player's angle that it lands in; of that shape.
+        share: How far into the interval, 0 to 1; of that shape.
+        distance: The pursuer's from the corner [r_p]; the evader's, in nodes of rho; of
+            that shape.
     """
 
     cell: np.ndarray
@@ -26,14 +27,18 @@ class Landings:
 
 
 def pursuer_landings(grid: CornerGrid, angles: np.ndarray, step: float) -> Landings:
-    """Where steps in the given directions, shape (d,) [rad], lead the pursuer."""
+    """Where steps at given angles, shape (d,) [rad], lead the pursuer."""
     return Landings(
         *_pursuer_landings(grid.phi_p, np.cos(angles), np.sin(angles), step, grid.alpha)
     )
 
 
 def evader_landings(grid: CornerGrid, angles: np.ndarray) -> Landings:
-    """Where steps in the given directions, and last that round the corner, lead the evader."""
+    """Where steps at given angles, and last that round the corner, lead the evader.
+
+    Angles have the shape (d,) [rad].
+
+    """
     return Landings(
         *_evader_landings(
             grid.phi_e, grid.rho, np.cos(angles), np.sin(angles), grid.step, grid.alpha

@@ -19,8 +19,8 @@ def pursuer_move(
 
     Args:
         phi_p: Polar angle in [alpha - pi, 0) [rad].
-        ux, uy: Velocity, at most one long.
-        step: Duration.
+        ux, uy: Velocity, at most one long [v_p].
+        step: Duration [r_p / v_p].
         alpha: Interior angle of the obstacle [rad].
 
     Returns:
@@ -53,6 +53,12 @@ def evader_move(
     A straight line that would pass through the obstacle from one edge to the other is refused;
     `round_corner` is the way round.
 
+    Args:
+        phi_e, rho: The evader's polar coordinates [rad], [r_p].
+        wx, wy: Its velocity [v_p].
+        step: Duration [r_p / v_p].
+        alpha: Interior angle of the obstacle [rad].
+
     Returns:
         (phi, rho) after the step.
     """
@@ -76,7 +82,12 @@ def evader_move(
 
 @njit(cache=True)
 def round_corner(phi_e: float, rho: float, step: float) -> tuple[float, float]:
-    """Move the evader straight to the corner, and with what is left along edge A."""
+    """Move the evader straight to the corner, and with what is left along edge A.
+
+    Args:
+        phi_e, rho: The evader's polar coordinates [rad], [r_p].
+        step: Duration [r_p / v_p].
+    """
     if rho >= step:
         return phi_e, rho - step
     return math.pi, step - rho
@@ -111,6 +122,12 @@ def look_up(
 
     The grid ends at phi_p = 0 and at phi_e = pi and begins at rho = 0. Beyond the largest rho a
     value is that at the largest rho, grown by `growth`.
+
+    Args:
+        values: At the grid's nodes, shape (p, e, r).
+        phi_p, phi_e, rho: Where [rad], [rad], [r_p].
+        spacing: Of the angles' nodes [rad].
+        spacing_rho: Of the nodes in rho [r_e / (a r_p)].
     """
     n_p, n_e, n_r = values.shape
     f = n_p - 1 + phi_p / spacing

@@ -20,7 +20,7 @@ def pursuer_turn(
 
     Args:
         value, out: Values, shape (p, r, e).
-        cell, share, distance: The pursuer's `Landings`.
+        cell, share, distance: The pursuer's `Landings`, shape (p, d) each.
     """
     n_p, n_r, n_e = value.shape
     out[:] = value
@@ -64,9 +64,9 @@ def evader_turn(
 
     Args:
         value, out: Values, shape (e, r, p).
-        cell, share, distance: The evader's `Landings`.
+        cell, share, distance: The evader's `Landings`, shape (e, r, d + 1) each.
         angles: Its directions, shape (d,) [rad].
-        phi_e, rho, step: Of the grid.
+        phi_e, rho, step: Of the grid, shapes (e,), (r,) [rad], [r_p], [r_p / v_p].
         timed: Whether the value is a time.
     """
     n_e, n_r, n_p = value.shape

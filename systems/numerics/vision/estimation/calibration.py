@@ -44,6 +44,10 @@ class Calibration:
         k_spread: Standard deviation of k over the distances [px/rad].
         parabola: a [1/m], b [-], c [m] of (2.8), the error of the thesis's model.
         readings: What it was made from.
+
+    Raises:
+        InvalidInput: A number is out of its range, or the readings do not show farther shells
+            farther out.
     """
 
     camera: OmniCamera
@@ -71,7 +75,12 @@ class Calibration:
         require(rising, "readings", "show farther shells farther out", "others")
 
     def range_of(self, model: str, pixel_radius: np.ndarray | float) -> np.ndarray:
-        """Distances by a model of MODELS, any shape [px] -> same shape [m]."""
+        """Distances by a model of MODELS, any shape [px] -> same shape [m].
+
+        Args:
+            model: One of MODELS.
+            pixel_radius: p, any shape [px].
+        """
         if model == "thesis":
             return thesis_range(pixel_radius, k=self.k, height=self.height)
         return exact_range(pixel_radius, camera=self.camera, base=self.base)
@@ -150,6 +159,11 @@ def fit_optics(readings: Readings, camera: OmniCamera, base: float) -> OmniCamer
     """Fit height, focal length and, if the directions tell it, the axis's pixel.
 
     Least squares of the pixel radii, robust against single wrong labels.
+
+    Args:
+        readings: Where shells stood and were seen.
+        camera: A first guess, with the mirror's size.
+        base: Height of the shells' bottom edges above the floor [m].
 
     Raises:
         InvalidInput: The readings fit no mirror of this size.

@@ -31,13 +31,22 @@ def as_rgb(picture: np.ndarray, name: str = "picture") -> np.ndarray:
 
 
 def has_contrast(picture: np.ndarray) -> bool:
-    """Whether not all pixels are equal; shape (height, width, 3)."""
+    """Whether not all pixels are equal.
+
+    Args:
+        picture: Shape (height, width, 3).
+    """
     # A few pixels settle it for every real picture.
     return any(bool(np.any(pixels != picture[0, 0])) for pixels in (picture[::16, ::16], picture))
 
 
 def require_size(picture: np.ndarray, width: int, height: int, name: str = "picture") -> None:
     """Refuse a picture of another size than the camera's [px].
+
+    Args:
+        picture: Shape (height, width, 3).
+        width, height: Of the camera's pictures [px].
+        name: Of the parameter, for the message.
 
     Raises:
         InvalidInput: It has another size.
@@ -48,6 +57,10 @@ def require_size(picture: np.ndarray, width: int, height: int, name: str = "pict
 
 def require_contrast(picture: np.ndarray, name: str = "picture") -> None:
     """Refuse a picture that is all one colour: a covered lens, an unplugged camera.
+
+    Args:
+        picture: Shape (height, width, 3).
+        name: Of the parameter, for the message.
 
     Raises:
         InvalidInput: All pixels are equal.
@@ -83,6 +96,10 @@ def load_picture(path: str | Path) -> np.ndarray:
 
 def save_picture(path: Path, picture: np.ndarray) -> None:
     """Write a picture as a PNG file.
+
+    Args:
+        path: Of the file.
+        picture: Shape (height, width, 3), uint8.
 
     Raises:
         InvalidInput: Not a picture, or not a place to write to.

@@ -33,7 +33,13 @@ def thesis_range(pixel_radius: np.ndarray | float, *, k: float, height: float) -
 def k_values(
     pixel_radius: np.ndarray | float, distance: np.ndarray | float, *, height: float
 ) -> np.ndarray:
-    """The k that makes (2.4) right at each distance: p / arctan(d / h) [px/rad]."""
+    """The k that makes (2.4) right at each distance: p / arctan(d / h) [px/rad].
+
+    Args:
+        pixel_radius: p, any shape [px].
+        distance: True d, same shape [m].
+        height: h, of the mirror's focus above the shell's bottom edge [m].
+    """
     return np.asarray(pixel_radius) / np.arctan2(distance, height)
 
 
@@ -56,7 +62,13 @@ def exact_range(pixel_radius: np.ndarray | float, *, camera: OmniCamera, base: f
 def exact_pixel_radius(
     distance: np.ndarray | Sequence[float], *, camera: OmniCamera, base: float
 ) -> np.ndarray:
-    """The inverse of `exact_range`: pixel radius of a bottom edge, shape (n,) -> (n,) [px]."""
+    """The inverse of `exact_range`: pixel radius of a bottom edge, shape (n,) -> (n,) [px].
+
+    Args:
+        distance: From the axis, shape (n,) [m].
+        camera: Whose picture.
+        base: Height of the edge above the floor [m].
+    """
     distance = np.asarray(distance, dtype=float)
     zero = np.zeros_like(distance)
     pixels, _ = project(camera, np.column_stack([distance, zero, zero + base]))
@@ -64,7 +76,13 @@ def exact_pixel_radius(
 
 
 def implied_k(camera: OmniCamera, base: float, distances: np.ndarray) -> np.ndarray:
-    """The k at each distance that exact optics imply, with h by F = D / 4, shape (n,) [px/rad]."""
+    """The k at each distance that exact optics imply, with h by F = D / 4, shape (n,) [px/rad].
+
+    Args:
+        camera: Whose optics.
+        base: Height of the shell's bottom edge above the floor [m].
+        distances: Shape (n,) [m].
+    """
     radius = exact_pixel_radius(distances, camera=camera, base=base)
     return k_values(radius, distances, height=camera.focus_height - base)
 

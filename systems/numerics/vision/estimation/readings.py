@@ -21,6 +21,9 @@ class Readings:
         distance: True distance from the mirror's axis to the shell's near side, shape (n,) [m].
         bearing: True bearing from the robot's front, counter-clockwise, shape (n,) [rad].
         pixels: Near point of the bottom edge in the picture (column, row), shape (n, 2).
+
+    Raises:
+        InvalidInput: Shapes differ, or a number is not finite.
     """
 
     distance: np.ndarray
@@ -54,20 +57,26 @@ class Readings:
         return np.unique(self.distance)
 
     def means(self, values: np.ndarray) -> np.ndarray:
-        """Means over the directions at each of `distances`, shape (n,) -> (m,)."""
+        """Means over the directions at each of `distances`, shape (n,) -> (m,).
+
+        Args:
+            values: One for each picture, any unit, shape (n,).
+        """
         return np.array([values[self.distance == each].mean() for each in self.distances])
 
 
 @dataclass(frozen=True, kw_only=True)
 class ErrorCurve:
-    """How a model errs at each distance, over all directions: shapes (m,).
+    """How a model errs at each distance, over all directions.
 
     Attributes:
-        distance: True distances [m].
-        pixel_radius: Mean p [px].
-        mean_error: True distance less the mean estimate, e of (2.8); its size is Figure 2.11 [m].
-        spread: Standard deviation of the estimates over the directions, Figure 2.12 [m].
-        rms: Root of the mean square error, both together [m].
+        distance: True distances, shape (m,) [m].
+        pixel_radius: Mean p, shape (m,) [px].
+        mean_error: True distance less the mean estimate, e of (2.8); its size is Figure 2.11;
+            shape (m,) [m].
+        spread: Standard deviation of the estimates over the directions, Figure 2.12;
+            shape (m,) [m].
+        rms: Root of the mean square error, both together, shape (m,) [m].
     """
 
     distance: np.ndarray

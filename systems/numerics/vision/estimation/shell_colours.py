@@ -24,6 +24,9 @@ class ShellColour:
         hue_tolerance: How far a pixel's hue may be from it [deg].
         min_saturation: Least saturation, from 0 (grey) to 1.
         min_value: Least brightness of the strongest part, from 0 (black) to 1.
+
+    Raises:
+        InvalidInput: A number is out of its range.
     """
 
     name: str
@@ -74,7 +77,12 @@ def hue_saturation_value(picture: np.ndarray) -> np.ndarray:
 
 
 def colour_mask(hsv: np.ndarray, colour: ShellColour) -> np.ndarray:
-    """Pixels of a colour, 255 where they have it and else 0, shape (height, width), uint8."""
+    """Pixels of a colour, 255 where they have it and else 0, shape (height, width), uint8.
+
+    Args:
+        hsv: The picture as hue, saturation and value, shape (height, width, 3).
+        colour: Which.
+    """
     low = (colour.hue - colour.hue_tolerance) / 360 * 256
     high = (colour.hue + colour.hue_tolerance) / 360 * 256
     least = (255 * colour.min_saturation, 255 * colour.min_value)

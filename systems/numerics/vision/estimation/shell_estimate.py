@@ -150,7 +150,7 @@ def locate(
 
     Args:
         estimate: Range and bearing.
-        pose: Of the camera: x, y [m], heading [rad].
+        pose: Of the camera: x, y [m], heading [rad], shape (3,).
         shell_radius: [m].
 
     Returns:
