@@ -16,15 +16,17 @@ from ...systems.numerics.harvest.routes.planner import RoutePlanner
 from ...systems.numerics.harvest.schedule.answer import (
     ScheduleAnswer,
     answer_schedule,
-    answer_timetable,
 )
 from ...systems.numerics.harvest.schedule.fleet import Fleet, Truck
-from ...systems.numerics.harvest.schedule.simulation import CartRun, simulate_schedule
 from ...systems.numerics.harvest.schedule.timetable import Timetable
+from ...systems.numerics.harvest.timetables.latest_starts import Service, plan_visits
+from ...systems.numerics.harvest.timetables.work import work_of
 from .scenario import HarvestScenario
 
 # Between carts that wait for the start, and between their trucks [m].
 BETWEEN = 30.0
+# Ways round standing crop are as long as along the sides of a square.
+ROUNDABOUT = math.sqrt(2.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +45,7 @@ class HarvestJob:
         trucks: Where each cart stands at its truck: x, y, theta of the tractor, shape (K, 3).
         starts: x, y, theta, beta of each cart at first, shape (K, 4).
         answer: Whether the carts can serve the combines.
-        timetable: What is planned; of an infeasible schedule, what would come of it.
+        timetable: What is planned for the work that the combines really do.
     """
 
     scenario: HarvestScenario
@@ -100,7 +102,7 @@ def prepare_harvest(scenario: HarvestScenario, folder: Path = Path()) -> Harvest
     ground = ground_of(coverage.field, coverage.crop_cells(scenario.cell))
     trucks = _truck_places(coverage, carts.count, carts.width)
     starts = np.column_stack([trucks, np.zeros(len(trucks))])
-    answer, timetable = _schedule(scenario, coverage, begins, trucks)
+    answer, timetable = _schedule(scenario, coverage, lanes, reach, trucks)
     return HarvestJob(
         scenario,
         coverage,
@@ -160,7 +162,11 @@ def travel_times(coverage: CoveragePlan, speed: float, cart_speed: float, radius
 
 
 def _schedule(
-    scenario: HarvestScenario, coverage: CoveragePlan, begins: np.ndarray, trucks: np.ndarray
+    scenario: HarvestScenario,
+    coverage: CoveragePlan,
+    lanes: Lanes,
+    reach: float,
+    trucks: np.ndarray,
 ) -> tuple[ScheduleAnswer, Timetable]:
     team, carts = scenario.combines, scenario.carts
     count = len(coverage.paths)
@@ -185,11 +191,18 @@ def _schedule(
             unload_rate=carts.truck_rate,
         )
     answer = answer_schedule(fleet, carts.count, truck, scenario.fill)
-    longest = max(path.length + path.start_delay for path in coverage.paths) / team.speed
-    if answer.feasible:
-        period = min(plan.period for plan in answer.plans)
-        cycles = max(1, math.ceil(1.1 * longest / period))
-        return answer, answer_timetable(answer, cycles, start_times=begins.tolist(), ready=0.0)
-    runs = [CartRun(round=cart.group.round) for cart in answer.carts]
-    cycles = max(1, math.ceil(longest * fleet.fill_rates[0] / team.capacity))
-    return answer, simulate_schedule(fleet, runs, cycles, start_times=begins.tolist())
+    works = [
+        work_of(path, n, coverage.timeline, lanes.of[n], reach, scenario.density, team.speed)
+        for n, path in enumerate(coverage.paths)
+    ]
+    service = Service(
+        level=scenario.fill * team.capacity,
+        capacity=team.capacity,
+        rate=team.unload_rate,
+        speed=carts.speed - team.speed,
+        roundabout=ROUNDABOUT,
+        settling=(math.tau * carts.turning_radius + SETTLE) / (carts.speed - team.speed),
+        truck=truck,
+    )
+    orders = [cart.group.order for cart in answer.carts]
+    return answer, plan_visits(works, orders, trucks[:, :2], service)

@@ -79,7 +79,8 @@ def next_in_turn(
         if empty and (sight.alongside[n] == cart or done):
             after[EMPTIED] = 1.0
         full = sight.room[cart] <= 0.0
-        other = _instead_of_waiting(n, mine, sight, cart, capacity)
+        behind = not planned or sight.time > row[2]
+        other = _instead_of_waiting(n, mine, sight, cart, capacity) if behind else -1
         if other >= 0:
             after[VISIT] += next(
                 k for k in range(len(rows)) if rows[int(after[VISIT] + k) % len(rows), 0] == other
