@@ -26,10 +26,13 @@ from ...hardware_io.mocap.recorded_poses import RecordedPoses
 from ...hardware_io.recording.port_recorder import PortRecorder, port_name
 from ...hardware_io.recording.run_log import RunLog, read_run_log
 from ...hardware_io.recording.run_writer import RunWriter
+from ...hardware_io.viewer.keyboard import keys
+from ...hardware_io.viewer.launch import find_view, open_view
 from ...hardware_io.viewer.messages import Scene
 from ...hardware_io.viewer.operator import Operator
 from ...hardware_io.viewer.operator_port import OperatorPort
 from ...hardware_io.viewer.state_publisher import Shows, StatePublisher
+from ...hardware_io.viewer.viewer_link import ViewerLink
 from ...systems.numerics.errors import InvalidInput
 from ...systems.station.age_limit import AgeLimit
 from ..tracking.game import TrackingGame
@@ -48,12 +51,18 @@ __all__ = [
     "Scene",
     "Shows",
     "StatePublisher",
+    "ViewerLink",
+    "build_emulator",
+    "find_view",
+    "keys",
     "open_camera",
     "open_devices",
     "open_poses",
     "open_radio",
+    "open_view",
     "port_name",
     "read_run_log",
+    "serial_ports",
 ]
 
 # Commands go out, and samples are written, this long after the tick at which poses are sampled:
@@ -118,6 +127,26 @@ def open_radio(port: str, robots: list[int], baud_rate: int) -> Any:
             f"got none ({error})"
         ) from None
     return RadioLink(port, robots, baud_rate=baud_rate)
+
+
+def serial_ports() -> list[str]:
+    """Serial ports of this machine, with something plugged in; none without pyserial."""
+    try:
+        from serial.tools import list_ports
+    except ModuleNotFoundError:
+        return []
+    return sorted(port.device for port in list_ports.comports())
+
+
+def build_emulator() -> str:
+    """Build the robots' firmware and what runs it in simavr; say where they are.
+
+    Raises:
+        SightfieldError: A tool is missing, or refuses.
+    """
+    from ...hardware_io.emulation.toolchain import firmware_path, runner_path
+
+    return f"the firmware is built, {firmware_path()}, and what runs it, {runner_path()}"
 
 
 @contextmanager

@@ -1,0 +1,147 @@
+"""What of a laboratory is connected and what is missing, in plain words."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from importlib.util import find_spec
+
+import numpy as np
+
+from ...systems.numerics.errors import SightfieldError
+from ...systems.numerics.station.freshness import freshness
+from .hardware import (
+    build_emulator,
+    find_view,
+    open_camera,
+    open_poses,
+    open_radio,
+    serial_ports,
+)
+from .scenario import StationScenario
+
+# How long a device may take to show that somebody is there [s].
+_PATIENCE = 1.5
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What was found of one thing.
+
+    Attributes:
+        thing: What was looked for.
+        found: Whether it is there.
+        words: What that means, and what to do about it if it is not.
+    """
+
+    thing: str
+    found: bool
+    words: str
+
+
+def check_laboratory(scenario: StationScenario, port: int) -> Iterator[Finding]:
+    """Look for every device of a laboratory, one after the other; none is made to move.
+
+    Args:
+        scenario: The laboratory.
+        port: Of the operator's view.
+    """
+    yield _packages()
+    yield _serial(scenario)
+    yield _asked("radio and robots", lambda: _robots(scenario))
+    yield _asked("motion capture", lambda: _bodies(scenario))
+    yield _asked("omni-camera", lambda: _camera(scenario))
+    yield _asked("emulated laboratory", build_emulator)
+    yield _asked("operator's view", lambda: _view(port))
+
+
+def _asked(thing: str, ask: Callable[[], str]) -> Finding:
+    """What a question found; its error says what is missing."""
+    try:
+        return Finding(thing, True, ask())
+    except SightfieldError as error:
+        return Finding(thing, False, str(error))
+
+
+def _packages() -> Finding:
+    names = {"digi-xbee": "digi.xbee", "pyserial": "serial", "motioncapture": "motioncapture"}
+    missing = [name for name, module in names.items() if not _is_installed(module)]
+    if missing:
+        words = f"missing: {', '.join(missing)}; pip install sightfield[hardware]"
+        return Finding("packages", False, words)
+    return Finding("packages", True, f"{', '.join(names)} are installed")
+
+
+def _is_installed(module: str) -> bool:
+    try:
+        return find_spec(module) is not None
+    except ModuleNotFoundError:
+        return False
+
+
+def _serial(scenario: StationScenario) -> Finding:
+    ports = serial_ports()
+    if scenario.radio.port in ports:
+        return Finding("serial port", True, f"{scenario.radio.port} is there")
+    others = f"others: {', '.join(ports)}" if ports else "no serial port is plugged in"
+    return Finding("serial port", False, f"{scenario.radio.port} is not there; {others}")
+
+
+def _robots(scenario: StationScenario) -> str:
+    """Which robots report. The link is closed with a stop, which harms none."""
+    with open_radio(scenario.radio.port, scenario.robots, scenario.radio.baud_rate) as link:
+        deadline = time.monotonic() + _PATIENCE
+        while time.monotonic() < deadline and len(link.telemetry()) < len(scenario.robots):
+            link.heartbeat()
+            time.sleep(0.05)
+        heard = link.telemetry()
+    silent = [each for each in scenario.robots if each not in heard]
+    if silent:
+        raise SightfieldError(
+            f"the module answers at {scenario.radio.port}; robots that are silent: "
+            f"{', '.join(map(str, silent))}: are they on, and their numbers right?"
+        )
+    return f"the module answers, and robots {', '.join(map(str, scenario.robots))} report"
+
+
+def _bodies(scenario: StationScenario) -> str:
+    with closing(open_poses(scenario.mocap, scenario.bodies)) as source:
+        deadline = time.monotonic() + _PATIENCE
+        while True:
+            stamps = source.read().stamps
+            valid, _ = freshness(time.monotonic(), stamps, scenario.mocap.stale_after)
+            if valid.all() or time.monotonic() > deadline:
+                break
+            time.sleep(0.02)
+    unseen = [name for name, good in zip(scenario.bodies, valid, strict=True) if not good]
+    if unseen:
+        names = ", ".join(unseen)
+        raise SightfieldError(f"{scenario.mocap.source} is connected, but does not see {names}")
+    return f"{scenario.mocap.source} sees {', '.join(scenario.bodies)}"
+
+
+def _camera(scenario: StationScenario) -> str:
+    if scenario.omni_camera.source == "none":
+        return "the scenario has none"
+    with closing(open_camera(scenario.omni_camera)) as source:
+        deadline = time.monotonic() + _PATIENCE
+        frame = source.read()
+        while frame is None and time.monotonic() < deadline:
+            time.sleep(0.02)
+            frame = source.read()
+    if frame is None:
+        raise SightfieldError(f"{scenario.omni_camera.place} opens, but gives no picture")
+    height, width = np.shape(frame.picture)[:2]
+    return f"{scenario.omni_camera.place} gives pictures of {width} x {height}"
+
+
+def _view(port: int) -> str:
+    view = find_view(port)
+    if view is None:
+        return f"not open; a run opens it on port {port}"
+    return f"open at {view.url}"
+
+
+def all_found(findings: list[Finding]) -> bool:
+    """Whether nothing is missing that `--hardware` needs."""
+    return all(each.found for each in findings if each.thing != "emulated laboratory")
