@@ -13,32 +13,51 @@ FIRMWARE = Path(__file__).resolve().parents[1] / "firmware"
 RUNNER = Path(__file__).resolve().parent
 RUNNER_SOURCES = ("runner.c", "board.c", "wheels_model.c")
 
-# Program, and the Debian package that has it.
-TOOLS = {"avr-gcc": "gcc-avr avr-libc", "make": "make", "cc": "gcc libc6-dev libsimavr-dev"}
+# What a build needs, and the Debian packages that have it.
+_PACKAGES = {
+    "avr-gcc": "gcc-avr avr-libc",
+    "make": "make",
+    "cc": "gcc libc6-dev",
+    "libsimavr": "libsimavr-dev",
+}
 
 
 class ToolchainError(SightfieldError):
-    """The firmware or the runner cannot be built; the message says what is missing or wrong."""
+    """The firmware or the runner cannot be built; the message says what is wrong."""
+
+
+class MissingTool(ToolchainError):
+    """A program or library is not installed; the message says what to type."""
 
 
 def firmware_path() -> Path:
     """The robots' program, robot.elf, built if need be.
 
     Raises:
-        ToolchainError: avr-gcc is missing or refuses.
+        MissingTool: avr-gcc or make is not installed.
+        ToolchainError: They refuse.
     """
-    return _built(FIRMWARE, "robot.elf", ["make"], ("avr-gcc", "make"))
+    return _built(FIRMWARE, "robot.elf", ["make", "--silent", "OUT={out}"], ("avr-gcc", "make"))
 
 
 def runner_path() -> Path:
     """The program that runs firmware in simavr, built if need be.
 
     Raises:
-        ToolchainError: A compiler or libsimavr is missing.
+        MissingTool: A compiler or libsimavr is not installed.
+        ToolchainError: The compiler refuses.
     """
-    command = ["cc", "-O2", "-Wall", "-Wextra", "-Werror", "-o"]
-    command += ["{out}/runner", *RUNNER_SOURCES, "-lsimavr", "-lm"]
-    return _built(RUNNER, "runner", command, ("cc",))
+    command = ["cc", "-O2", "-Wall", "-Wextra", "-Werror", "-o", "{out}/runner"]
+    command += [*RUNNER_SOURCES, "-lsimavr", "-lm"]
+    return _built(RUNNER, "runner", command, ("cc", "libsimavr"))
+
+
+def _has(tool: str) -> bool:
+    if tool != "libsimavr":
+        return shutil.which(tool) is not None
+    probe = ["cc", "-fsyntax-only", "-xc", "-"]
+    done = subprocess.run(probe, input=b"#include <simavr/sim_avr.h>\n", capture_output=True)
+    return done.returncode == 0
 
 
 def _cache() -> Path:
@@ -56,16 +75,13 @@ def _built(sources: Path, name: str, command: list[str], tools: tuple[str, ...])
     if product.is_file():
         return product
     for tool in tools:
-        if shutil.which(tool) is None:
-            raise ToolchainError(
-                f"{tool} is not installed: sudo apt-get install {TOOLS[tool]}",
-            )
+        if not _has(tool):
+            packages = _PACKAGES[tool]
+            raise MissingTool(f"{tool} is not installed: sudo apt-get install {packages}")
     product.parent.mkdir(parents=True, exist_ok=True)
     # Built aside and moved: two processes may build at once.
     with tempfile.TemporaryDirectory(dir=product.parent) as folder:
         words = [word.format(out=folder) for word in command]
-        if words == ["make"]:
-            words += ["--silent", f"OUT={folder}"]
         done = subprocess.run(
             words, cwd=sources, capture_output=True, text=True, stdin=subprocess.DEVNULL
         )

@@ -33,9 +33,9 @@ ISR(USART0_UDRE_vect)
 
 void uart_start(void)
 {
-    UBRR0 = 34; /* 57143 baud with double speed, 0.8% slow */
     UCSR0A = (uint8_t)_BV(U2X0);
     UCSR0C = (uint8_t)(_BV(UCSZ01) | _BV(UCSZ00));
+    UBRR0 = 34; /* 57143 baud with double speed, 0.8% slow */
     UCSR0B = (uint8_t)(_BV(RXCIE0) | _BV(RXEN0) | _BV(TXEN0));
 }
 

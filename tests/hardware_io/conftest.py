@@ -1,0 +1,53 @@
+"""The robots' firmware: emulated in simavr, and its portable files compiled for this machine."""
+
+import ctypes
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from sightfield.hardware_io.emulation.toolchain import (
+    FIRMWARE,
+    MissingTool,
+    firmware_path,
+    runner_path,
+)
+
+# Those that need no AVR.
+PORTABLE = ["crc32.c", "frames.c", "link.c", "speed_loop.c", "xbee.c"]
+
+
+@pytest.fixture(scope="session")
+def emulator() -> None:
+    """What emulated robots need; without it a test is skipped, and fails where CI=true."""
+    try:
+        firmware_path()
+        runner_path()
+    except MissingTool as missing:
+        if os.environ.get("CI") == "true":
+            pytest.fail(str(missing))
+        pytest.skip(str(missing))
+
+
+@pytest.fixture(scope="session")
+def compile_firmware(require_tool, tmp_path_factory):
+    """A function that compiles the portable files with more arguments; returns the product."""
+    cc = require_tool("cc", "gcc libc6-dev", "gcc", "clang")
+
+    def compile_with(name: str, *arguments: str | Path) -> Path:
+        product = tmp_path_factory.mktemp("firmware") / name
+        sources = [FIRMWARE / file for file in PORTABLE]
+        warnings = ["-std=c99", "-Wall", "-Wextra", "-Werror"]
+        command = [cc, *warnings, f"-I{FIRMWARE}", "-o", product, *sources, *arguments]
+        done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return product
+
+    return compile_with
+
+
+@pytest.fixture(scope="session")
+def firmware_library(compile_firmware) -> ctypes.CDLL:
+    """The portable files as a shared library."""
+    return ctypes.CDLL(str(compile_firmware("firmware.so", "-O2", "-shared", "-fPIC")))
