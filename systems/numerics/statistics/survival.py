@@ -123,5 +123,10 @@ def _sample(times: ArrayLike, lost: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     times, lost = np.asarray(times, dtype=float), np.asarray(lost, dtype=bool)
     require(times.ndim == 1 and times.shape == lost.shape, "times", "match `lost`", times.shape)
     require(len(times) > 0, "times", "hold at least one run", "none")
-    require(bool(np.isfinite(times).all() and (times >= 0).all()), "times", "be finite", times)
+    require(
+        bool(np.isfinite(times).all() and (times >= 0).all()),
+        "times",
+        "be finite and not negative",
+        times,
+    )
     return times, lost
