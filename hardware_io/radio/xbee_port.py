@@ -14,7 +14,7 @@ from serial import SerialException
 from ...systems.numerics.errors import SightfieldError
 
 # How long a module may take to answer when it is opened [s].
-_PATIENCE = 1
+_PATIENCE = 3
 
 
 class RadioError(SightfieldError):

@@ -26,6 +26,7 @@ from sightfield.hardware_io.cameras.camera_port import CameraPort
 from sightfield.hardware_io.cameras.frame_source import NoCamera
 from sightfield.hardware_io.mocap.pose_receiver import PoseReceiver
 from sightfield.hardware_io.mocap.pose_source import NewestPoses
+from sightfield.hardware_io.radio.radio_commander import RadioCommander
 from sightfield.hardware_io.recording.port_recorder import PortRecorder
 from sightfield.hardware_io.viewer.operator import Operator
 from sightfield.hardware_io.viewer.operator_port import OperatorPort
@@ -232,6 +233,7 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "PositionFilter": lambda: PositionFilter(3),
         "PictureScene": pictures,
         "PursuitFieldController": lambda: PursuitFieldController(world, **teams, **speeds),
+        "RadioCommander": lambda: RadioCommander(SimpleNamespace(robots=(1, 2))),
         "RandomWalkEvaders": lambda: RandomWalkEvaders(3, top_speed=0.3),
         "RoutePursuer": lambda: RoutePursuer(
             build_route_graph([world]),
