@@ -1,0 +1,116 @@
+"""The radio's system sends once a period, and holds back what is not to be followed."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+
+from sightfield.hardware_io.radio.link import Receipt
+from sightfield.hardware_io.radio.link_record import LinkStatistics
+from sightfield.hardware_io.radio.messages import RobotFlag, RobotState, Telemetry
+from sightfield.hardware_io.radio.radio_commander import RadioCommander
+from sightfield.systems.numerics.errors import InvalidInput
+
+
+class KeptLink:
+    """Keeps what it is given to send; robot 3 has been heard and robot 8 has not."""
+
+    robots = (3, 8)
+
+    def __init__(self):
+        self.sent = []
+
+    def send_commands(self, velocities, valid, age):
+        self.sent.append((velocities.copy(), valid.copy(), age))
+
+    def telemetry(self):
+        report = Telemetry(
+            session=0,
+            sequence=0,
+            robot=3,
+            state=RobotState.IDLE,
+            flags=RobotFlag(0),
+            last_sequence=0,
+            hold=0,
+            counts=(0, 0),
+            speeds=(0, 0),
+            ranges=(400, 250, 10, 0),
+            battery=7400,
+            taken=0,
+            refused=0,
+        )
+        return {3: Receipt(time.monotonic() - 2.0, report)}
+
+    def statistics(self):
+        return LinkStatistics(9, 0, 0, 0, 1, 0, -50, 0.02, (0.9, 0.0))
+
+
+@pytest.fixture
+def link():
+    return KeptLink()
+
+
+def run(link, duration, *, valid=None, age=None, velocities=(0.3, 1.0, -0.1, 0.0), **options):
+    system = RadioCommander(link, period=0.05, **options)
+    simulator = Simulator(system)
+    context = simulator.get_mutable_context()
+    system.get_velocity_commands_input_port().FixValue(context, np.array(velocities))
+    if valid is not None:
+        system.get_valid_input_port().FixValue(context, np.array(valid))
+    if age is not None:
+        system.get_pose_age_input_port().FixValue(context, np.array([age]))
+    simulator.AdvanceTo(duration)
+    return system, context
+
+
+def test_commands_go_out_once_a_period(link):
+    run(link, 0.524)
+    assert len(link.sent) == 11
+    for velocities, valid, age in link.sent:
+        assert velocities.tolist() == [[0.3, 1.0], [-0.1, 0.0]]
+        assert valid.tolist() == [True, True]
+        assert age == 0.0
+
+
+def test_commands_go_out_a_stated_time_later(link):
+    run(link, 0.0501, offset=0.001)
+    assert len(link.sent) == 1
+
+
+def test_what_is_not_valid_or_not_a_number_is_not_to_be_followed(link):
+    run(link, 0.0, valid=[0.0, 1.0])
+    run(link, 0.0, valid=[1.0, 1.0], velocities=(0.3, math.nan, -0.1, 0.0))
+    assert [valid.tolist() for _, valid, _ in link.sent] == [[False, True], [False, True]]
+
+
+@pytest.mark.parametrize("age", [math.inf, math.nan, -1.0])
+def test_commands_from_poses_of_unknown_age_are_not_to_be_followed(link, age):
+    run(link, 0.0, age=age)
+    assert [(valid.tolist(), age) for _, valid, age in link.sent] == [([False, False], 0.0)]
+
+
+def test_the_age_of_poses_is_passed_on(link):
+    run(link, 0.0, age=0.12)
+    assert link.sent[0][2] == 0.12
+
+
+def test_reports_come_out_and_what_was_not_heard_is_blank(link):
+    system, context = run(link, 0.06)
+
+    def output(name):
+        return system.GetOutputPort(name).Eval(context)
+
+    assert output("infrared_ranges") == pytest.approx([0.4, 0.25, 0.01, 0.0, *[math.inf] * 4])
+    assert output("battery") == pytest.approx([7.4, 0.0])
+    assert output("link_quality") == pytest.approx([0.9, 0.0])
+    assert output("robot_state").tolist() == [RobotState.IDLE, -1]
+    assert output("age")[0] >= 2.0
+    assert output("age")[1] == math.inf
+
+
+@pytest.mark.parametrize("wrong", [{"period": 0.0}, {"offset": -0.1}])
+def test_times_that_are_none_are_refused(link, wrong):
+    with pytest.raises(InvalidInput):
+        RadioCommander(link, **wrong)

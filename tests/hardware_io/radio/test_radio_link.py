@@ -1,0 +1,135 @@
+"""A link refuses what it cannot send, says in one line that no radio is there, and retries."""
+
+import os
+import pty
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from sightfield.hardware_io.emulation.air import AirSettings
+from sightfield.hardware_io.emulation.emulated_radio import EmulatedRadio
+from sightfield.hardware_io.radio import xbee_port
+from sightfield.hardware_io.radio.link import RadioLink
+from sightfield.hardware_io.radio.xbee_port import RadioError
+from sightfield.systems.numerics.errors import InvalidInput
+
+
+@pytest.fixture
+def deaf_robots():
+    """A port with a module, and robots that never answer."""
+    with EmulatedRadio(2, AirSettings()) as radio:
+        leaving = threading.Event()
+        sent: list[bytes] = []
+
+        def run() -> None:
+            began = time.monotonic()
+            while not leaving.wait(0.002):
+                sent.append(radio.exchange(time.monotonic() - began, (b"", b""))[0])
+
+        thread = threading.Thread(target=run)
+        thread.start()
+        radio.sent = sent
+        yield radio
+        leaving.set()
+        thread.join()
+
+
+@pytest.mark.parametrize("port", ["/dev/ttyUSB99", "/dev/null"])
+def test_without_a_device_the_port_is_named(port):
+    with pytest.raises(RadioError, match=f"no radio at {port}") as refusal, RadioLink(port, [1]):
+        pass
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_device_that_is_no_module_is_refused(monkeypatch):
+    monkeypatch.setattr(xbee_port, "_PATIENCE", 0.1)
+    ends = pty.openpty()
+    port = os.ttyname(ends[1])
+    with pytest.raises(RadioError, match=f"no 802.15.4 XBee .* at {port}"), RadioLink(port, [1]):
+        pass
+    for end in ends:
+        os.close(end)
+
+
+def test_a_link_that_is_not_open_sends_nothing():
+    with pytest.raises(RadioError, match="not open"):
+        RadioLink("/dev/null", [1]).heartbeat()
+
+
+@pytest.mark.parametrize("robots", [[], [255], [-1], [1, 1]])
+def test_robots_that_are_none_are_refused(robots):
+    with pytest.raises(InvalidInput, match="`robots`"):
+        RadioLink("/dev/null", robots)
+
+
+@pytest.mark.parametrize(
+    ("velocities", "options", "name"),
+    [
+        (np.zeros((1, 2)), {}, "velocities"),
+        (np.zeros((2, 3)), {}, "velocities"),
+        (np.full((2, 2), np.nan), {}, "velocities"),
+        (np.zeros((2, 2)), {"valid": np.ones(3, bool)}, "valid"),
+        (np.zeros((2, 2)), {"age": -0.1}, "age"),
+        (np.zeros((2, 2)), {"age": np.inf}, "age"),
+    ],
+)
+def test_commands_that_are_none_are_refused(velocities, options, name):
+    with pytest.raises(InvalidInput, match=f"`{name}`"):
+        RadioLink("/dev/null", [1, 2]).send_commands(velocities, **options)
+
+
+def test_robots_that_do_not_answer_are_asked_again_and_then_reported(deaf_robots):
+    with RadioLink(deaf_robots.port, [1, 2]) as link:
+        assert link.arm(timeout=0.3) == ()
+        statistics = link.statistics()
+        assert statistics.lost == 2
+        assert statistics.retried >= 2
+        assert statistics.sent == statistics.retried + 1
+
+
+def test_a_stop_ends_an_arm_that_is_under_way(deaf_robots):
+    with RadioLink(deaf_robots.port, [1, 2]) as link:
+        answers = []
+        arming = threading.Thread(target=lambda: answers.append(link.arm(timeout=60)))
+        arming.start()
+        while link.statistics().sent < 2:
+            time.sleep(0.01)
+        link.stop(timeout=0)
+        arming.join(timeout=30)
+        assert answers == [()]
+
+
+def test_a_team_too_large_for_one_frame_gets_two(deaf_robots):
+    robots = list(range(20))
+    with RadioLink(deaf_robots.port, robots) as link:
+        before = link.statistics().sent
+        link.send_commands(np.zeros((20, 2)))
+        assert link.statistics().sent == before + 2
+
+
+def test_a_module_that_goes_away_is_an_error():
+    radio = EmulatedRadio(1, AirSettings())
+    leaving = threading.Event()
+
+    def run() -> None:
+        while not leaving.wait(0.002):
+            radio.exchange(0.0, (b"",))
+
+    with radio:
+        thread = threading.Thread(target=run)
+        thread.start()
+        link = RadioLink(radio.port, [1]).__enter__()
+        leaving.set()
+        thread.join()
+
+    def send_until_it_fails() -> None:
+        for _ in range(200):
+            link.heartbeat()
+            time.sleep(0.05)
+
+    with pytest.raises(RadioError, match="has gone"):
+        send_until_it_fails()
+    with pytest.raises(RadioError, match="has gone"):
+        link.__exit__(None, None, None)
