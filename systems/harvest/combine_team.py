@@ -8,10 +8,9 @@ from pydrake.systems.framework import LeafSystem
 from ..drake_types import read, state_vector
 from ..numerics.errors import require, require_positive
 from ..numerics.harvest.field.combine_path import CombinePath
-from ..numerics.harvest.field.pace import Holds
+from ..numerics.harvest.field.pace.holds import Holds, pack_holds
 from ..numerics.harvest.machines.combine import Combine
 from ..numerics.harvest.machines.filling import COLUMNS, MODE, STATION, TANK
-from ..numerics.harvest.machines.holding import pack_holds
 from ..numerics.harvest.machines.team import advance_team, pack_paths, poses_of
 
 

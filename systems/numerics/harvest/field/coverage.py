@@ -11,8 +11,10 @@ from ...errors import require, require_non_negative, require_positive
 from .combine_path import CombinePath
 from .field import Field
 from .leftovers import find_blocks
-from .pace import Holds, Timeline, find_holds, least_delays, run_timeline, station_limits
-from .right_of_way import find_crossings
+from .pace.holds import Holds, station_limits
+from .pace.right_of_way import find_crossings
+from .pace.timeline import Timeline, run_timeline
+from .pace.waiting import find_holds, least_delays
 from .rings.loops import lay_out_loops
 from .stubble import Stubble
 from .swept_cells import CropCells, Sweeps, bare_cells, cut_cells, join_sweeps

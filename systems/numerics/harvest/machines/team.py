@@ -7,8 +7,8 @@ import numpy as np
 
 from ...compiled import compiled
 from ..field.combine_path import CombinePath
+from ..field.pace.holds import limits_of
 from .filling import MODE, STATION, WAITING, advance_combine
-from .holding import limits_of
 
 
 class PackedPaths(NamedTuple):

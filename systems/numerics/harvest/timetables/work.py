@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..field.combine_path import CombinePath
-from ..field.pace import Timeline
+from ..field.pace.timeline import Timeline
 from ..machines.alongside import ACROSS, ALONG, TURNED
 from ..routes.lane import STEP, Lane
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.harvest.field.combine_path import CombinePath
-from sightfield.systems.numerics.harvest.field.pace import run_timeline
-from sightfield.systems.numerics.harvest.field.right_of_way import find_crossings
+from sightfield.systems.numerics.harvest.field.pace.right_of_way import find_crossings
+from sightfield.systems.numerics.harvest.field.pace.timeline import run_timeline
 
 HEADER, LENGTH, STEP = 9.0, 8.0, 2.0
 

@@ -4,9 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...compiled import compiled
-from .combine_path import CombinePath
-from .pace import Holds, Timeline
+from ....compiled import compiled
+from ..combine_path import CombinePath
+from .holds import Holds
+from .timeline import Timeline
 
 # Spacing of the places looked at, and what is to be between two combines' headers, as lines [m].
 STEP, CLEAR = 2.0, 6.0

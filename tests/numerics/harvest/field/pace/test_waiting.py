@@ -6,12 +6,9 @@ import pytest
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.harvest.field.coverage import plan_coverage
 from sightfield.systems.numerics.harvest.field.field import Field
-from sightfield.systems.numerics.harvest.field.pace import (
-    Holds,
-    least_delays,
-    run_timeline,
-    station_limits,
-)
+from sightfield.systems.numerics.harvest.field.pace.holds import Holds, station_limits
+from sightfield.systems.numerics.harvest.field.pace.timeline import run_timeline
+from sightfield.systems.numerics.harvest.field.pace.waiting import least_delays
 
 HEADER = 9.0
 
@@ -95,3 +92,22 @@ def test_delays_give_what_followers_need_up_to_a_bound():
     hold = Holds(1, 0, True, stations, needs - 10.0, needs)
     assert least_delays([hold], 2, 100.0).tolist() == [0.0, 35.0]
     assert least_delays([hold], 2, 20.0).tolist() == [0.0, 20.0]
+
+
+def test_a_timeline_is_what_a_plain_simulation_gives(plan):
+    """Looking through every row of every hold in every step."""
+    step = HEADER / 4
+    ends = np.array([path.length for path in plan.paths])
+    delays = np.array([path.start_delay for path in plan.paths])
+    timeline = run_timeline(ends, delays, plan.holds, step)
+    now, clock = np.zeros(len(ends)), 0.0
+    for progress in timeline.progress:
+        assert progress == pytest.approx(now)
+        limits = ends.copy()
+        for hold in plan.holds:
+            blocked = hold.stations[hold.needs > now[hold.other] + 1e-9]
+            limits[hold.waiting] = min(limits[hold.waiting], blocked.min(initial=np.inf))
+        able = np.clip(clock + step - delays, 0.0, step)
+        now = np.maximum(now, np.minimum(now + able, limits))
+        clock += step
+    assert (timeline.progress[-1] == ends).all()

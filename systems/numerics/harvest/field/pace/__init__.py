@@ -1,0 +1,1 @@
+"""Pace: who has to wait for whom, and when everybody is where."""
