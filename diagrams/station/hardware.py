@@ -215,7 +215,10 @@ def AddDevices(
     ports: dict[str, OutputPort] = {}
     for name, width in (("poses", 3), ("valid", 1), ("age", 1), ("stamp", 1)):
         ports |= split_teams(builder, scenario, name, mocap.GetOutputPort(name), width)
-    radio = add("radio", RadioCommander(devices.radio, period=period, offset=AFTER_TICK))
+    radio = add(
+        "radio",
+        RadioCommander(devices.radio, period=period / scenario.radio.repeats, offset=AFTER_TICK),
+    )
     connect(sent_command, radio.GetInputPort("velocity_commands"))
     connect(mocap.GetOutputPort("valid"), radio.GetInputPort("valid"))
     ports["infrared.ranges"] = radio.GetOutputPort("infrared_ranges")

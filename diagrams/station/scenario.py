@@ -40,7 +40,7 @@ class Mocap:
     # Of "log": the file.
     log: str = ""
     # Age beyond which a pose is invalid, and its robot stops [s].
-    stale_after: float = 0.12
+    stale_after: float = 0.06
 
     def __post_init__(self) -> None:
         require_one_of("source", self.source, MOCAP_SOURCES)
@@ -60,11 +60,14 @@ class Radio:
     baud_rate: int = 57600
     # Numbers of the robots, as set in their firmware, pursuers first; empty: 1, 2, ...
     robots: list[int] = field(default_factory=list)
+    # How often each command goes out in a period: a lost frame then costs a part of it only.
+    repeats: int = 2
     # Simulated robots stop when they have not heard for this long [s].
     heartbeat: float = 0.2
 
     def __post_init__(self) -> None:
         require(self.baud_rate > 0, "baud_rate", "be positive", self.baud_rate)
+        require(self.repeats > 0, "repeats", "be positive", self.repeats)
         require_positive("heartbeat", self.heartbeat)
         require(len(set(self.robots)) == len(self.robots), "robots", "differ", self.robots)
 
