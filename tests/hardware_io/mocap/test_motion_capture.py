@@ -84,7 +84,7 @@ def test_the_package_itself_is_spoken_to():
 
 
 def test_an_unknown_system_is_refused():
-    with pytest.raises(InvalidInput, match="`mocap.source` must be one of vicon"):
+    with pytest.raises(InvalidInput, match=r"`mocap\.source` must be one of vicon"):
         MotionCapture("sonar", "nowhere", ["robot"])
 
 
