@@ -75,6 +75,7 @@ static avr_cycle_count_t step_wheels(avr_t *avr, avr_cycle_count_t when, void *p
 {
     struct board *board = param;
     struct wheel *wheels = board->rover.wheels;
+    board->last_step = when;
     const bool standby = !((avr->data[PORT_A] & avr->data[DDR_A]) >> 6 & 1);
     const double now = now_of(board);
     wheels[0].power = standby ? 0.0 : motor_power(avr, 7, OCR1_A, 2);
@@ -102,6 +103,7 @@ static avr_cycle_count_t next_byte(avr_t *avr, avr_cycle_count_t when, void *par
 {
     struct board *board = param;
     (void)avr;
+    board->last_byte = when;
     if (board->to_robot.count == 0) {
         board->sending = false;
         return 0;
@@ -125,10 +127,12 @@ static void take_byte(struct avr_irq_t *irq, uint32_t value, void *param)
 static void keep_time(struct board *board)
 {
     avr_t *avr = board->avr;
-    if (avr_cycle_timer_status(avr, step_wheels, board) == 0) {
+    if (avr->cycle > board->last_step + 2 * STEP_CYCLES) {
+        board->last_step = avr->cycle;
         avr_cycle_timer_register(avr, STEP_CYCLES, step_wheels, board);
     }
-    if (board->sending && avr_cycle_timer_status(avr, next_byte, board) == 0) {
+    if (board->sending && avr->cycle > board->last_byte + 2 * BYTE_CYCLES) {
+        board->last_byte = avr->cycle;
         avr_cycle_timer_register(avr, BYTE_CYCLES, next_byte, board);
     }
 }
@@ -172,7 +176,7 @@ struct board *board_start(elf_firmware_t *program, const struct body *body, uint
     board->serial_in = avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT);
     avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT),
                             take_byte, board);
-    keep_time(board);
+    avr_cycle_timer_register(avr, STEP_CYCLES, step_wheels, board);
     return board;
 }
 
@@ -200,6 +204,7 @@ bool board_receive(struct board *board, const uint8_t *bytes, int count)
     board->to_robot.count += count;
     if (!board->sending) {
         board->sending = true;
+        board->last_byte = board->avr->cycle;
         avr_cycle_timer_register(board->avr, BYTE_CYCLES, next_byte, board);
     }
     return true;

@@ -33,9 +33,11 @@ struct board {
     avr_irq_t *serial_in;
     struct bytes to_robot; /* waiting for the wire */
     struct bytes from_robot;
-    bool sending;         /* a byte is on the wire to the robot */
-    double top_power;     /* largest power of a motor since it was last asked for */
-    double still_since;   /* [s]; infinite while a wheel turns */
+    bool sending;                /* a byte is on the wire to the robot */
+    avr_cycle_count_t last_step; /* when the wheels, and that wire, were last looked after */
+    avr_cycle_count_t last_byte;
+    double top_power;       /* largest power of a motor since it was last asked for */
+    double still_since;     /* [s]; infinite while a wheel turns */
     double unpowered_since; /* [s]; infinite while a motor gets power */
 };
 

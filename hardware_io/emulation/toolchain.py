@@ -86,7 +86,8 @@ def _built(sources: Path, name: str, command: list[str], tools: tuple[str, ...])
             words, cwd=sources, capture_output=True, text=True, stdin=subprocess.DEVNULL
         )
         if done.returncode != 0:
-            reason = (done.stderr or done.stdout).strip().splitlines()[:1]
-            raise ToolchainError(f"{name} cannot be built: {' '.join(reason)}")
+            said = done.stderr.strip().splitlines()
+            reasons = [line for line in said if "error" in line] or said or ["no reason given"]
+            raise ToolchainError(f"{name} cannot be built: {reasons[0]}")
         os.replace(Path(folder) / name, product)
     return product

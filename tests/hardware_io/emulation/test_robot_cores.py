@@ -83,6 +83,15 @@ def test_wheels_reach_the_speeds_they_are_told():
         assert told == pytest.approx(speeds, abs=0.01)
 
 
+@pytest.mark.parametrize("phase", [0.0, 0.0004, 0.0007])
+def test_a_wheel_follows_a_step_within_a_third_of_a_second(phase):
+    with armed_team(1) as team:
+        team.advance(phase)
+        fastest = max(team.drive([[0.3, 0.0]], 0.05).wheel_speeds[0, 0] for _ in range(7))
+        assert fastest < 0.36
+        assert team.drive([[0.3, 0.0]], 0.05).wheel_speeds[0] == pytest.approx([0.3] * 2, rel=0.05)
+
+
 def test_a_robot_drives_the_circle_that_its_twist_describes():
     with armed_team(1) as team:
         before = team.drive([[0.3, 1.0]], 1.0).poses[0]
