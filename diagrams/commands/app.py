@@ -22,6 +22,7 @@ COMMANDS = (
     "social",
     "station",
     "study",
+    "reproduce",
 )
 
 

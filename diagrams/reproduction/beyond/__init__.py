@@ -1,0 +1,1 @@
+"""Exhibits beyond the thesis: what else the same studies can tell."""

@@ -1,0 +1,95 @@
+"""Figure 2.34 and Tables 2.3 and 2.4: who is the pursuer's friend when."""
+
+from dataclasses import replace
+
+from matplotlib.figure import Figure
+
+from ....systems.numerics.social.network.acceptance import OwnAcceptance, thesis_temperaments
+from ....systems.numerics.social.network.evolution import EvolutionLimits
+from ....systems.numerics.social.network.friendship_chain import friendship_chain
+from ...scenario_files import find_scenario, load_scenario
+from ...social import scenarios
+from ...social.connectivity_picture import draw_connectivity
+from ...social.networks import NetworkChoice, open_network
+from ...social.run import run_social_search
+from ...social.scenario import SocialScenario
+from ...social.social_game import set_up_social_game
+from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Workshop, judged
+
+# Tables 2.3 and 2.4: N_req, T_wait, N_img; friending and unfriending of the three agents.
+LIMITS = (3, 10, 1)
+FRIENDING, UNFRIENDING = (0.4, 0.5, 0.3), (0.05, 0.02, 0.04)
+# Of the runs shown [s], and iterations of Algorithm 2 in the statement about them.
+SECONDS, QUICK_SECONDS, ITERATIONS = 240.0, 20.0, 60
+
+
+def _make(workshop: Workshop) -> Evidence:
+    scenario = load_scenario(SocialScenario, find_scenario("thesis_maze", scenarios))
+    scenario = replace(scenario, seconds=QUICK_SECONDS if workshop.quick else SECONDS)
+    game = set_up_social_game(scenario)
+    with open_network(game, NetworkChoice()) as network:
+        run = run_social_search(game, network)
+    figure = Figure(figsize=(9, 3.2), layout="constrained")
+    connected = run.log["connected"]
+    draw_connectivity(figure.subplots(), run.times, connected, run.log["waiting"])
+    file = workshop.pictures / "figure_2_34.png"
+    figure.savefig(file, dpi=120)
+    chain = friendship_chain(thesis_temperaments(), EvolutionLimits())
+    everyone = chain.fraction(lambda state: len(state.friends) == 3)
+    throughout = chain.chance_throughout(lambda state: len(state.friends) > 0, ITERATIONS)
+    search, agents = scenario.search, scenario.agents
+    acceptance = thesis_temperaments().acceptance
+    as_tables = (
+        (search.requests, search.patience, search.pictures) == LIMITS
+        and (tuple(agents.friending), tuple(agents.unfriending)) == (FRIENDING, UNFRIENDING)
+        and isinstance(acceptance, OwnAcceptance)
+        and acceptance.friending == FRIENDING
+    )
+    return Evidence(
+        (Picture(file, "Filled: connected; gray: asked, and no answer yet."),),
+        (
+            Finding(
+                "Parameters (Tables 2.3 and 2.4)",
+                "N_req = 3, T_wait = 10, N_img = 1; friending 0.4, 0.5, 0.3, unfriending 0.05, "
+                "0.02, 0.04.",
+                "The scenario has them; N_f, of which the tables say nothing, is 3.",
+                judged(as_tables),
+            ),
+            Finding(
+                "All three at once",
+                "All three agents are connected in most of the time.",
+                f"In the long run {everyone:.1%} of the time, exactly, by the Markov chain of "
+                f"Algorithm 2; in this run {connected.all(axis=1).mean():.0%}.",
+                judged(everyone > 0.5),
+            ),
+            Finding(
+                "At least one in any time instant",
+                "At least one of them is connected in any time instant.",
+                f"Likely and not certain: once somebody is connected, somebody is throughout the "
+                f"next {ITERATIONS} iterations with probability {throughout:.3f}. In this run "
+                f"{connected.any(axis=1).mean():.0%} of the time, from strangers on.",
+                judged(throughout == 1.0),
+            ),
+            Finding(
+                "Each agent alone",
+                "",
+                ", ".join(
+                    f"agent {k + 1} {p / (p + q):.1%}"
+                    for k, (p, q) in enumerate(zip(FRIENDING, UNFRIENDING, strict=True))
+                )
+                + " of the time in the long run, p / (p + q).",
+                SHOWN,
+            ),
+        ),
+    )
+
+
+SOCIAL_CONNECTIVITY = Exhibit(
+    id="figure-2.34",
+    covers=("Figure 2.34", "Table 2.3", "Table 2.4"),
+    title="Connectivity between the pursuer and common agents",
+    states="A run of the experiment with three common agents: who is connected when, with the "
+    "parameters of Tables 2.3 and 2.4.",
+    command="sightfield social --out out/social",
+    make=_make,
+)

@@ -1,0 +1,82 @@
+"""How verdicts vary with what the thesis leaves open: map, evaders, robots, horizon."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ....systems.numerics.geometry.arenas.random_arena import Arena
+from ...tracking.scenario import TrackingScenario
+from ...world_source import WorldSource
+from ..records import StudyResult
+from ..study import Study
+from ..tracking_study import thesis_base
+from .claim import Verdict
+
+# Half the thickness of the testbed's robots, which the thesis leaves between them and walls [m].
+RADIUS = 0.16
+
+# Where times are cut off as well; the thesis does not say what the maximum time is [s].
+HORIZONS = (30.0, 60.0)
+
+Judge = Callable[..., tuple[Verdict, ...]]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One way to fill in what is not stated.
+
+    Attributes:
+        name: What is different.
+        base: What is played.
+        arena: How worlds are drawn; None: that of `base`.
+    """
+
+    name: str
+    base: TrackingScenario
+    arena: Arena | None
+
+
+def variants(world: Path | None = None) -> tuple[Variant, ...]:
+    """The variants, and the map of your own if you give one (WKT, GeoJSON or ROS map)."""
+    base = thesis_base()
+    wandering = replace(base.evaders, policies=["random_walk"])
+    body = {"model": "differential_drive", "radius": RADIUS}
+    robots = replace(
+        base,
+        pursuers=replace(base.pursuers, **body),
+        evaders=replace(base.evaders, **body),
+    )
+    found = [
+        Variant("evaders that wander", replace(base, evaders=wandering), Arena()),
+        Variant("2 obstacles", base, Arena(obstacles=2)),
+        Variant("8 obstacles", base, Arena(obstacles=8, longest=0.6)),
+        Variant("robots of the testbed", robots, Arena(gap=2.5 * RADIUS)),
+    ]
+    if world is not None:
+        found.append(Variant(world.stem, thesis_base(world=WorldSource(file=str(world))), None))
+    return tuple(found)
+
+
+def judge_everywhere(
+    judge: Judge,
+    results: Mapping[str, StudyResult],
+    horizons: tuple[float, ...] = HORIZONS,
+) -> dict[str, tuple[Verdict, ...]]:
+    """Verdicts by what was assumed.
+
+    Args:
+        judge: `judge_teams` or `judge_allocations`.
+        results: Studies by what they assume, the thesis's reading first; that one is judged at
+            the shorter horizons too.
+        horizons: Which [s].
+    """
+    (name, main), *others = results.items()
+    found = {name: judge(main)}
+    for horizon in horizons:
+        found[f"{horizon:g} s"] = judge(main, horizon=horizon)
+    return {**found, **{name: judge(result) for name, result in others}}
+
+
+def varied(make: Callable[..., Study], variant: Variant, **options) -> Study:
+    """The study of `make` on a variant."""
+    return make(base=variant.base, arena=variant.arena, **options)
