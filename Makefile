@@ -21,10 +21,10 @@ unexport PYTHONPATH PYTHONHOME
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint format bench peers docs links pictures tools venv lock clean
+.PHONY: help demo test lint format bench peers docs links tutorials pictures tools venv lock clean
 
 help:  ## list the targets
-	@awk -F ':.*##  *' '/^[a-z]+:.*##/ { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*##  *' '/^[a-z]+:.*##/ { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 demo: $(VENV)/run.stamp  ## track evaders through the thesis's arena; watch it in a browser
 	$(BIN)/sightfield track thesis_3v4 --out $(OUT) --meshcat
@@ -58,6 +58,9 @@ docs: $(VENV)/dev.stamp  ## build the documentation into build/docs; warnings ar
 
 links: $(VENV)/dev.stamp  ## look whether the documentation's links to other sites lead somewhere
 	$(BIN)/python -m sphinx -q -b linkcheck -d build/doctrees docs build/links
+
+tutorials: $(VENV)/dev.stamp  ## open the tutorials in JupyterLab
+	$(BIN)/python -m jupyterlab --notebook-dir=tutorials $(ARGS)
 
 pictures: $(VENV)/dev.stamp  ## make the README's pictures again (needs Chromium)
 	$(BIN)/python docs/make_pictures.py
