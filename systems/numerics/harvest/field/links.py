@@ -47,13 +47,15 @@ class Passable:
         count = max(2, int(np.ceil(path.length / CHECK)) + 1)
         return self._admits(path, min(count, FIRST_LOOK)) and self._admits(path, count)
 
+    def stays_clear(self, points: np.ndarray) -> np.ndarray:
+        """Which points are on the ground and not taboo, shape (n, 2 or more) -> (n,)."""
+        x, y = points[:, 0], points[:, 1]
+        return shapely.contains_xy(self.ground, x, y) & ~shapely.contains_xy(self.taboo, x, y)
+
     def _admits(self, path: CarPath, count: int) -> bool:
         distances = np.linspace(0.0, path.length, count)
         poses = path.poses(distances)
-        x, y = poses[:, 0], poses[:, 1]
-        if shapely.contains_xy(self.taboo, x, y).any():
-            return False
-        if not shapely.contains_xy(self.ground, x, y).all():
+        if not self.stays_clear(poses).all():
             return False
         ends = np.cumsum(np.abs(path.lengths))
         piece = np.minimum(np.searchsorted(ends, distances), len(ends) - 1)
@@ -75,10 +77,13 @@ def shortest_link(
     Returns:
         Number of the end and the way to it; None if there is none among those tried.
     """
+    if not passable.stays_clear(np.array([start], dtype=float)).all():
+        return None
     lengths = reeds_shepp_lengths(start, ends, radius)
+    lengths[~passable.stays_clear(ends)] = np.inf
     best: tuple[int, CarPath] | None = None
     for index in np.argsort(lengths)[:MOST_ENDS].tolist():
-        if best is not None and lengths[index] >= best[1].length:
+        if lengths[index] >= (np.inf if best is None else best[1].length):
             break
         for path in _words(start, ends[index].tolist(), radius):
             if best is not None and path.length >= best[1].length:
