@@ -17,9 +17,19 @@ from .make_harvest import MakeHarvest
 from .scene.harvest_scene import HarvestScene
 
 # What is logged, by exported port, and the length of one row of it (0: one number each).
-LOGGED = {"pose": 3, "station": 0, "tank": 0, "mode": 0, "state": 4, "load": 0, "alongside": 0}
+LOGGED = {
+    "pose": 3,
+    "station": 0,
+    "tank": 0,
+    "mode": 0,
+    "state": 4,
+    "load": 0,
+    "alongside": 0,
+    "task": 0,
+    "doing": 0,
+}
 # Between two samples of the log, and between two looks whether all is done [s].
-LOG_PERIOD, STRIDE = 2.0, 10.0
+LOG_PERIOD, STRIDE = 1.0, 10.0
 
 
 @dataclass(frozen=True, eq=False)

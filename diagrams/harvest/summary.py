@@ -32,6 +32,8 @@ UNITS = {
     "state": "m, m, rad, rad",
     "load": "kg",
     "alongside": "1",
+    "task": "1",
+    "doing": "1",
 }
 
 

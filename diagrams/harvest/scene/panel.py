@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from ....systems.numerics.harvest.machines.filling import MODES
-from ....systems.numerics.harvest.routes.driver_memory import (
+from ....systems.numerics.harvest.driving.memory import (
     AT_TRUCK,
     BACKING,
     BESIDE,
     EN_ROUTE,
 )
+from ....systems.numerics.harvest.machines.filling import MODES
 from ....systems.numerics.harvest.strategies.serving import TRUCK
 from ...tracking.scene.layout import Layout
 from ...tracking.scene.palette import FAINT_INK, INK, PAPER
@@ -48,7 +48,7 @@ class HarvestMoment:
         loads: In each cart, shape (K,) [kg].
         load_fills: In [0, 1], shape (K,).
         tasks: Combine that each cart is sent to, or what `strategies.serving` says, shape (K,).
-        doing: What each cart's driver does, as in `routes.driver_memory`, shape (K,).
+        doing: What each cart's driver does, as in `driving.memory`, shape (K,).
         delivered: To all trucks [kg].
         lost: [kg].
     """

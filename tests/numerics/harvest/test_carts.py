@@ -21,6 +21,7 @@ from sightfield.systems.numerics.harvest.routes.clearance import (
 from sightfield.systems.numerics.harvest.routes.ground import Traffic, ground_of
 from sightfield.systems.numerics.harvest.routes.lane import STEP, lanes_beside
 from sightfield.systems.numerics.harvest.routes.planner import RoutePlanner
+from sightfield.systems.numerics.harvest.routes.route import staying_at
 from sightfield.systems.numerics.harvest.routes.steering import drive, nearest_way, steer
 from sightfield.systems.numerics.harvest.routes.way import way_of_poses
 
@@ -150,7 +151,7 @@ def test_a_route_leads_round_standing_crop_to_where_it_should(ground, traffic):
     # Beyond the field: the straight way crosses it.
     start = np.array([70.0, 106.0, math.pi, 0.0])
     far = traffic._replace(waits=np.full(2, 1e4))
-    route = RoutePlanner(CART, ground).plan(far, start, 0.0, lambda time: goal)
+    route = RoutePlanner(CART, ground).plan(far, start, 0.0, staying_at(goal))
     assert route is not None
     assert route.way.kind == "search"
     states = route.way.states
@@ -167,7 +168,7 @@ def test_a_route_leads_round_standing_crop_to_where_it_should(ground, traffic):
 def test_a_route_in_the_open_is_the_shortest_car_path(ground, traffic):
     start, goal = np.array([20.0, -6.0, 0.0, 0.0]), np.array([60.0, -6.0, 0.0])
     far = traffic._replace(waits=np.full(2, 1e4), progress=np.array([150.0, 0.0]))
-    route = RoutePlanner(CART, ground).plan(far, start, 0.0, lambda time: goal)
+    route = RoutePlanner(CART, ground).plan(far, start, 0.0, staying_at(goal))
     assert route is not None
     assert route.way.kind == "car"
     assert route.way.length == pytest.approx(40.0)

@@ -8,6 +8,7 @@ import numpy as np
 from ...compiled import compiled
 from ..machines.cart import Cart
 from .ground import drivable, pose_on_path, station_at
+from .others import gap_to_carts
 
 # Points of the outlines are at most so far apart [m].
 SPACING = 1.5
@@ -84,7 +85,15 @@ def gap_to_combines(traffic, placed, time):
 
 
 @compiled
-def way_is_clear(ground, traffic, points, length, hitch_offset, states, times, early, gap):
+def is_near(traffic, placed, time, gaps):
+    """Whether an outline is nearer to a combine, or to another cart, than gaps (2,) allow [m]."""
+    if gap_to_combines(traffic, placed, time) < gaps[0]:
+        return True
+    return gap_to_carts(traffic.others, placed, time - traffic.time) < gaps[1]
+
+
+@compiled
+def way_is_clear(ground, traffic, points, length, hitch_offset, states, times, early, gaps, under):
     """Index of the first state of a way that does not fit; the number of states if all do.
 
     Args:
@@ -96,14 +105,17 @@ def way_is_clear(ground, traffic, points, length, hitch_offset, states, times, e
         states: x, y, theta, beta, shape (n, 4).
         times: When it is there, shape (n,) [s].
         early: How much earlier the crop must be gone, and how much later a combine may come [s].
-        gap: To keep from combines [m].
+        gaps: To keep from combines, and from other carts, shape (2,) [m].
+        under: Number of points of the outline that stand in crop at first: it may leave it.
     """
     for k in range(len(states)):
         placed = outline_at(points, length, hitch_offset, states[k])
-        if crop_under(ground, traffic, placed, times[k], early) > 0:
+        count = crop_under(ground, traffic, placed, times[k], early)
+        if count > under:
             return k
+        under = count
         for shift in (0.0, early):
-            if gap_to_combines(traffic, placed, times[k] + shift) < gap:
+            if is_near(traffic, placed, times[k] + shift, gaps):
                 return k
     return len(states)
 

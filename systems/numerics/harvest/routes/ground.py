@@ -9,6 +9,7 @@ import shapely
 from ...compiled import compiled
 from ..field.field import Field
 from ..field.swept_cells import CropCells
+from .others import NOBODY, Others
 
 # Codes of cells without crop: one may drive there always, or never.
 FREE, BARRED = -1, -2
@@ -42,6 +43,7 @@ class Traffic(NamedTuple):
         time: When that is [s].
         speed: Of the combines [m/s].
         size: Of a combine: half its header, half its body's width, its body's length [m].
+        others: The other carts, from `time` on.
     """
 
     starts: np.ndarray
@@ -52,6 +54,14 @@ class Traffic(NamedTuple):
     time: float
     speed: float
     size: np.ndarray
+    others: Others = NOBODY
+
+
+def stations_at(traffic: Traffic, combine: int, times: np.ndarray) -> np.ndarray:
+    """As `station_at` for many times, shape (n,) [s] -> (n,) [m]."""
+    driven = np.maximum(times - traffic.time - traffic.waits[combine], 0.0) * traffic.speed
+    last = traffic.stations[traffic.starts[combine + 1] - 1]
+    return np.minimum(traffic.progress[combine] + driven, last)
 
 
 @compiled

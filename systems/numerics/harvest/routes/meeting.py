@@ -7,9 +7,10 @@ import numpy as np
 
 from ..machines.alongside import MIDDLE
 from ..machines.cart import Cart
-from .ground import Traffic, station_at
+from .ground import Traffic, stations_at
 from .lane import STEP, Lane
-from .planner import Meeting
+from .route import Meeting
+from .way import poses_on
 
 # A cart comes onto the lane so far behind its place, so that its trailer is straight there [m].
 SETTLE = 8.0
@@ -71,17 +72,25 @@ class Lanes:
         return [self._meeting(traffic, combine, choice) for choice in range(max(1, ways))]
 
     def _meeting(self, traffic: Traffic, combine: int, choice: int) -> Meeting:
+        lanes = self.of[combine]
+        begins = np.array([lane.begin for lane in lanes]) - 1e-6
+        ends = np.array([lane.end for lane in lanes]) + 1e-6
 
-        def pose(time: float) -> np.ndarray | None:
-            station = float(station_at(traffic, combine, time))
-            numbers = self.numbers_at(combine, station)
-            if not numbers:
-                return None
-            number = numbers[min(choice, len(numbers) - 1)]
-            place = self.place_at(combine, number, station) - SETTLE
-            return self.of[combine][number].pose_at(max(place, 0.0))
+        def poses(times: np.ndarray) -> np.ndarray:
+            stations = stations_at(traffic, combine, times)
+            serves = (begins <= stations[:, None]) & (stations[:, None] <= ends)
+            # The choice is among lanes that serve at once, where the combine ends.
+            rank = np.minimum(choice, serves.sum(axis=1) - 1)
+            chosen = (serves.cumsum(axis=1) == rank[:, None] + 1).argmax(axis=1)
+            found = np.full((len(times), 3), np.nan)
+            for number in np.unique(chosen[serves.any(axis=1)]).tolist():
+                at = (chosen == number) & serves.any(axis=1)
+                lane = lanes[number]
+                places = np.interp(stations[at], lane.stations, lane.slots) + self.lead - SETTLE
+                found[at] = poses_on(lane.points, STEP, places)
+            return found
 
-        return pose
+        return poses
 
     def speed_beside(self, combine: int, number: int, station: float, speed: float, way: float):
         """Speed to be at one's place on a lane, for a combine that drives at a speed [m/s]."""

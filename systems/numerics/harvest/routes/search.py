@@ -10,7 +10,7 @@ import heapq
 import numpy as np
 
 from ...compiled import compiled
-from .clearance import crop_under, gap_to_combines, outline_at
+from .clearance import crop_under, is_near, outline_at
 from .detours import COARSE
 from .way import rates
 
@@ -23,13 +23,15 @@ WAIT = 3.0
 MOST_WAIT = 60.0
 # A trailer at such an angle to its tractor is too near to it [rad].
 FOLDED = 1.4
+# For how long a cart may still stand as badly as it does at the start [s].
+BEGIN = 3.0
 # How much the distance still to go counts for: more than 1 finds a way sooner, and a longer one.
 WEIGHT = 1.5
 
 
 @compiled
 def search_way(
-    ground, traffic, points, hitch, speed, radius, start, time, away, near, early, gap, most
+    ground, traffic, points, hitch, speed, radius, start, time, away, near, early, gaps, most
 ):
     """States and times of a way that ends near some goals, whatever its heading there.
 
@@ -45,7 +47,7 @@ def search_way(
         away: How far it is to the goals, from `distances_to` [m].
         near: How near is near enough [m].
         early: See `way_is_clear` [s].
-        gap: To keep from combines [m].
+        gaps: To keep from combines, and from other carts, shape (2,) [m].
         most: Number of nodes after which to give up.
 
     Returns:
@@ -61,6 +63,8 @@ def search_way(
     seen = {(np.int64(1 << 40), np.int64(0), np.int64(0)): np.int64(0)}
     queue = [(0.0, np.int64(0))]
     state = np.empty(4)
+    placed = outline_at(points, hitch.length, hitch.hitch_offset, nodes[0, :4])
+    under = crop_under(ground, traffic, placed, time, early)
     while queue and count < most:
         _, number = heapq.heappop(queue)
         x, y, theta, beta, now = nodes[number]
@@ -73,10 +77,10 @@ def search_way(
             continue
         if to_go_from(away, ground, x, y) <= near:
             return _trace(nodes, parents, number)
-        combine_in_the_way = False
+        met = False
         for move in range(len(BENDS) + 1):
             waits = move == len(BENDS)
-            if waits and not combine_in_the_way:
+            if waits and not met:
                 continue
             bend = 0.0 if waits else BENDS[move] / radius
             v = 0.0 if waits else speed
@@ -93,14 +97,15 @@ def search_way(
                         state[i] += step / 2 * r[i]
                 at = now + (k + 1) * step
                 placed = outline_at(points, hitch.length, hitch.hitch_offset, state)
-                if abs(state[3]) > FOLDED or crop_under(ground, traffic, placed, at, early) > 0:
+                # What stands in crop, or is folded up, gets out of it at first.
+                begins = at < time + BEGIN
+                folded = abs(state[3]) > (max(FOLDED, abs(start[3])) if begins else FOLDED)
+                stands_in = crop_under(ground, traffic, placed, at, early)
+                if folded or stands_in > (under if begins else 0):
                     clear = False
                     break
-                if (
-                    gap_to_combines(traffic, placed, at) < gap
-                    or gap_to_combines(traffic, placed, at + early) < gap
-                ):
-                    clear, combine_in_the_way = False, True
+                if is_near(traffic, placed, at, gaps) or is_near(traffic, placed, at + early, gaps):
+                    clear, met = False, True
                     break
             if not clear:
                 continue

@@ -1,6 +1,8 @@
 """Ways of a cart: states at equal distances, with the trailer behind as it will follow."""
 
+import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -69,3 +71,30 @@ def way_of_poses(poses: np.ndarray, beta: float, cart: Cart, kind: str) -> Way:
     poses[:, 2] = np.unwrap(poses[:, 2])
     betas = trailing(poses, beta, hitch_of(cart), distances)
     return Way(distances, np.column_stack([poses, betas]), kind)
+
+
+def poses_on(line: np.ndarray, step: float, ways: np.ndarray) -> np.ndarray:
+    """Poses after ways along a line of points at equal steps, shape (n,) -> (n, 3)."""
+    at = np.clip(ways / step, 0.0, len(line) - 1.001)
+    k = at.astype(int)
+    return line[k] + (at - k)[:, None] * (line[k + 1] - line[k])
+
+
+def along_arcs(poses: np.ndarray) -> np.ndarray:
+    """Poses STEP apart or less along arcs through poses, shape (n, 3) -> (m, 3)."""
+    pieces = [poses[:1]]
+    for a, b in pairwise(poses):
+        turn = b[2] - a[2]
+        chord = math.hypot(b[0] - a[0], b[1] - a[1])
+        length = chord / np.sinc(turn / math.tau)
+        count = max(1, math.ceil(length / STEP))
+        share = np.arange(1, count + 1) / count
+        middle = a[2] + share * turn / 2
+        along = share * length * np.sinc(share * turn / math.tau)
+        pieces.append(
+            np.stack(
+                [a[0] + along * np.cos(middle), a[1] + along * np.sin(middle), a[2] + share * turn],
+                axis=1,
+            )
+        )
+    return np.concatenate(pieces)

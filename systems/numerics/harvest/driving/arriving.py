@@ -1,0 +1,36 @@
+"""The end of a way, or of a lane."""
+
+import numpy as np
+
+from ..routes.ground import Traffic
+from ..routes.meeting import Lanes
+from ..strategies.serving import TRUCK
+from .memory import AT_TRUCK, BESIDE, DOING, EN_ROUTE, LANE, POINTS, RESTING, SPACING, TARGET, WAY
+
+# How near to the end of its way a cart is there, and how near to its lane it has found it [m].
+THERE, FOUND = 0.5, 5.0
+
+
+def notice_arrival(memory: np.ndarray, state: np.ndarray, lanes: Lanes, traffic: Traffic) -> None:
+    """Change what a driver remembers where its way ends, or its lane, in place.
+
+    Args:
+        memory: Of one driver.
+        state: x, y, theta, beta of its cart.
+        lanes: Beside the combines.
+        traffic: The combines, now.
+    """
+    target = int(memory[TARGET])
+    station = float(traffic.progress[max(target, 0)])
+    numbers = lanes.numbers_at(target, station) if target >= 0 else []
+    end = memory[SPACING] * (POINTS - 1)
+    if memory[DOING] == EN_ROUTE and memory[WAY] >= end - THERE:
+        if target == TRUCK:
+            memory[DOING] = AT_TRUCK
+        elif numbers:
+            memory[WAY], gap, memory[LANE] = lanes.nearest(target, station, state)
+            memory[DOING] = BESIDE if gap < FOUND else RESTING
+        else:
+            memory[DOING] = RESTING
+    elif memory[DOING] == BESIDE and memory[LANE] not in numbers:
+        memory[DOING] = RESTING

@@ -1,0 +1,93 @@
+"""What a cart does in the next step: it follows its line, and stops before what is in its way."""
+
+import numpy as np
+
+from ...compiled import compiled
+from ..routes.clearance import crop_under, gap_to_combines, outline_at
+from ..routes.others import gap_to_cart, gap_to_carts
+from ..routes.search import FOLDED
+from ..routes.steering import drive, nearest_way, steer
+
+# How near combines and other carts may come before a cart stops [m], and how far ahead in the
+# combines' time it looks [s].
+STOP_GAP, OTHERS_GAP, LOOK = 0.8, 1.5, 3.0
+# By how much nearer it may come in a step all the same, where its route leads past them, and how
+# near never [m].
+CREEP, LEAST_GAP = 0.1, 0.4
+# How far a line may have been followed since the last step, and back [m].
+WINDOW = 4.0
+
+
+@compiled
+def follow(line, step, state, way, wish, radius, hitch, points, ground, traffic, period):
+    """Speed, turn rate and way along a line; and whether something is in the way.
+
+    Args:
+        line: x, y, theta, theta unwrapped, shape (m, 3).
+        step: Spacing of its points [m].
+        state: x, y, theta, beta of the cart.
+        way: Along the line where it was [m].
+        wish: Speed that it would drive at [m/s].
+        radius: Least turning radius [m].
+        hitch: Of the cart.
+        points: Its outline.
+        ground: Raster.
+        traffic: Combines and other carts, now.
+        period: [s].
+    """
+    way = nearest_way(line, step, state[0], state[1], way, WINDOW)
+    if wish <= 0.0:
+        return 0.0, 0.0, way, False
+    omega = steer(line, step, state, way, wish, radius, period)
+    now = traffic.time
+    then = drive(state, wish, omega, hitch, period, 2)
+    placed = outline_at(points, hitch.length, hitch.hitch_offset, then)
+    stays = outline_at(points, hitch.length, hitch.hitch_offset, state)
+    if crop_under(ground, traffic, placed, now, 0.0) > crop_under(ground, traffic, stays, now, 0.0):
+        return 0.0, 0.0, way, True
+    if meets_cart(traffic.others, placed, stays, period):
+        return 0.0, 0.0, way, True
+    for ahead in (period, LOOK / 2, LOOK):
+        gap = gap_to_combines(traffic, placed, now + ahead)
+        if comes_too_near(gap, STOP_GAP, gap_to_combines(traffic, stays, now + ahead)):
+            return 0.0, 0.0, way, True
+    return wish, omega, way, False
+
+
+@compiled
+def comes_too_near(gap, least, before):
+    """Whether a gap that a step leaves is too small, and the step to blame; all in [m]."""
+    return (gap < least and gap < before - CREEP) or (gap < LEAST_GAP and gap < before)
+
+
+@compiled
+def backs_into(ground, traffic, points, hitch, state, v, omega, period):
+    """Whether a control brings a cart in a period into crop or too near to others, or folds it."""
+    then = drive(state, v, omega, hitch, period, 2)
+    if abs(then[3]) > FOLDED and abs(then[3]) > abs(state[3]):
+        return True
+    gaps, under = np.empty(2), np.empty(2)
+    for k, at in enumerate((state, then)):
+        placed = outline_at(points, hitch.length, hitch.hitch_offset, at)
+        under[k] = crop_under(ground, traffic, placed, traffic.time, 0.0)
+        gaps[k] = min(
+            gap_to_combines(traffic, placed, traffic.time),
+            gap_to_carts(traffic.others, placed, 0.0) - OTHERS_GAP + STOP_GAP,
+        )
+    return under[1] > under[0] or (gaps[1] < STOP_GAP and gaps[1] < gaps[0])
+
+
+@compiled
+def meets_cart(others, placed, stays, period):
+    """Whether an outline comes too near to another cart, and nearer than if it stays.
+
+    Of those that one lets pass also where they will be soon.
+    """
+    for number in range(len(others.states)):
+        looks = 4 if number < others.before else 2
+        for k in range(looks):
+            ahead = (0.0, period, LOOK / 2, LOOK)[k]
+            gap = gap_to_cart(others, number, placed, ahead)
+            if comes_too_near(gap, OTHERS_GAP, gap_to_cart(others, number, stays, ahead)):
+                return True
+    return False
