@@ -25,7 +25,8 @@ def as_restructured_text(doc: str, thing: Thing | None = None) -> str:
     blocks = [_escaped(block) for block in re.split(r"(\n\s*\n)", doc)]
     text = "".join(blocks)
     text = re.sub(r"^Source: ", "**Source:** ", text, flags=re.MULTILINE)
-    return str(GoogleDocstring(text, _CONFIG, what="class" if thing and thing.fields else "object"))
+    what = "class" if thing and thing.fields else "object"
+    return str(GoogleDocstring(text, _CONFIG, what=what)).replace("** -- ", "** \N{EN DASH} ")
 
 
 def _escaped(block: str) -> str:

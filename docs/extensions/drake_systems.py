@@ -5,13 +5,11 @@ import inspect
 import re
 
 import yaml
-from docstrings import as_restructured_text
 from docutils import nodes
-from docutils.statemachine import StringList
 from names import full_names, modules, name_in, places
+from sources import ROOT
 from sphinx import addnodes
 from sphinx.util.docutils import SphinxDirective, SphinxRole
-from sphinx.util.nodes import nested_parse_with_titles
 
 _BLOCK = re.compile(r"^\.\. pydrake_system::\n\n((?:(?: {4}.*)?\n)+)", re.MULTILINE)
 _TABLE = re.compile(r"^(=+(?: +=+)+)\nport .*\n\1\n(?:.+\n)+?\1$", re.MULTILINE)
@@ -52,27 +50,52 @@ def fault_of_port(name: str) -> str:
     return "" if ports and port in ports[1] + ports[2] else f"{name} must be a port of a system"
 
 
+def box_of(name: str, inputs: list[str], outputs: list[str]) -> nodes.Node:
+    """A system as a box, inputs on the left, outputs on the right."""
+    columns = [
+        '<div class="{}">{}</div>'.format(
+            side, "".join(f"<span>{html.escape(port)}</span>" for port in ports)
+        )
+        for side, ports in (("inputs", inputs), ("outputs", outputs))
+    ]
+    box = f'<div class="name">{html.escape(name)}</div>'
+    text = f'<div class="drake-system">{columns[0]}{box}{columns[1]}</div>'
+    return nodes.raw("", text, format="html")
+
+
+def table_of(doc: str) -> list[nodes.Node]:
+    """The table of ports of a docstring, if it has one."""
+    found = _TABLE.search(doc)
+    if not found:
+        return []
+    lines = found[0].splitlines()
+    starts = [match.start() for match in re.finditer("=+", lines[0])]
+    cuts = list(zip(starts, [*starts[1:], None], strict=True))
+    rows = [[line[a:b].strip() for a, b in cuts] for line in [lines[1], *lines[3:-1]]]
+    group = nodes.tgroup(cols=len(cuts))
+    group += [nodes.colspec(colwidth=1) for _ in cuts]
+    head, body = nodes.thead(), nodes.tbody()
+    for part, some in ((head, rows[:1]), (body, rows[1:])):
+        for cells in some:
+            row = nodes.row()
+            row += [nodes.entry("", nodes.paragraph("", cell)) for cell in cells]
+            part += row
+    group += [head, body]
+    return [nodes.table("", group)]
+
+
 class Box(SphinxDirective):
-    """`.. pydrake_system::`: a system as a box, inputs on the left, outputs on the right."""
+    """`.. pydrake_system::`: the box of a docstring's block."""
 
     has_content = True
 
     def run(self) -> list[nodes.Node]:
         """The box."""
-        name, inputs, outputs = _ports("\n".join(self.content))
-        columns = [
-            '<div class="{}">{}</div>'.format(
-                side, "".join(f"<span>{html.escape(port)}</span>" for port in ports)
-            )
-            for side, ports in (("inputs", inputs), ("outputs", outputs))
-        ]
-        box = f'<div class="name">{html.escape(name)}</div>'
-        text = f'<div class="drake-system">{columns[0]}{box}{columns[1]}</div>'
-        return [nodes.raw("", text, format="html")]
+        return [box_of(*_ports("\n".join(self.content)))]
 
 
 class System(SphinxDirective):
-    """`{system}`: a system in a story; a link to it, its first sentence, box and table of ports."""
+    """`{system}`: a system in a story: a link to it, its first sentence, box and table of ports."""
 
     required_arguments = 1
 
@@ -81,18 +104,17 @@ class System(SphinxDirective):
         name = self.arguments[0]
         fault = fault_of(name)
         thing = None if fault else places()[full_names(name)[0]]
-        block = _BLOCK.search(thing.doc + "\n") if thing else None
-        if thing is None or block is None:
+        ports = ports_of(thing.doc) if thing else None
+        if thing is None or ports is None:
             raise self.error(fault or f"{name} must be a system")
-        table = _TABLE.search(thing.doc)
-        first = as_restructured_text(thing.doc.split("\n\n")[0])
-        text = [f":api:`{name}`: {first}", block[0]]
-        text += [as_restructured_text(table[0])] if table else []
-        node = nodes.container(classes=["system"])
-        lines = "\n\n".join(text).splitlines()
-        # A page in Markdown nests reStructuredText here.
-        nested_parse_with_titles(self.state, StringList(lines, name), node)
-        return node.children
+        # The page is to be made again when the docstring changes.
+        module = modules()[full_names(name)[0].rpartition(".")[0]]
+        for file in (ROOT / module.file, __file__):
+            self.env.note_dependency(str(file))
+        first = " ".join(thing.doc.split("\n\n")[0].split()).replace("`", "")
+        link = _link(self, full_names(name)[0], thing.name)
+        words = nodes.paragraph("", "", link, nodes.Text(f": {first}"))
+        return [words, box_of(*ports), *table_of(thing.doc)]
 
 
 class Port(SphinxRole):
@@ -132,12 +154,12 @@ class Quoted(SphinxRole):
         return [nodes.literal(self.rawtext, self.text)], []
 
 
-def _link(role: SphinxRole, target: str, text: str) -> nodes.Node:
+def _link(place: SphinxRole | SphinxDirective, target: str, text: str) -> nodes.Node:
     reference = addnodes.pending_xref(
-        role.rawtext, refdomain="py", reftype="obj", reftarget=target, refwarn=True
+        text, refdomain="py", reftype="obj", reftarget=target, refwarn=True
     )
-    reference["refdoc"] = role.env.docname
-    reference += nodes.literal(role.rawtext, text)
+    reference["refdoc"] = place.env.docname
+    reference += nodes.literal(text, text)
     return reference
 
 

@@ -86,11 +86,21 @@ def test_nothing_is_fetched_from_another_site(site):
     ]
 
 
-def test_a_page_shows_a_systems_ports(site):
-    page = (site / "api" / "sightfield.systems.tracking.html").read_text(encoding="utf-8")
-    box = re.search(r'<div class="drake-system">.*?>Assignment</div>.*?</div></div>', page)
+@pytest.mark.parametrize(
+    "name", ["api/sightfield.systems.tracking.html", "stories/tracking.html"], ids=["api", "story"]
+)
+def test_a_page_shows_a_systems_ports(site, name):
+    page = (site / name).read_text(encoding="utf-8")
+    box = re.search(r'<div class="drake-system">[^\n]*?>Assignment</div>.*?</div></div>', page)
     assert box
     assert all(f"<span>{port}</span>" in box[0] for port in ("sight", "assignment"))
+    assert re.search(r"<td><p>sight</p></td>\s*<td><p>Np Ne \+ Np K \+ Ne K</p></td>", page)
+
+
+def test_no_markup_is_left_over(site):
+    pages = [file.read_text(encoding="utf-8") for file in site.rglob("*.html")]
+    words = [re.sub(r"(?s)<pre.*?</pre>|<code.*?</code>|<script.*?</script>", "", x) for x in pages]
+    assert not [mark for text in words for mark in re.findall(r":(?:api|port):|\n\.\. |====", text)]
 
 
 @pytest.mark.parametrize(
