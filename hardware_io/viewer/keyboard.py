@@ -5,7 +5,7 @@ import select
 import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 # How long the thread waits for a key before it looks whether it shall end [s].
 _WAIT = 0.1
@@ -21,8 +21,12 @@ def keys(
         actions: By key, a character each.
         terminal: Its file descriptor; None for standard input.
     """
-    place = sys.stdin.fileno() if terminal is None else terminal
-    if not os.isatty(place):
+    place = terminal
+    if place is None:
+        # A service has no standard input, and one that was replaced has no descriptor.
+        with suppress(AttributeError, OSError):
+            place = sys.stdin.fileno()
+    if place is None or not os.isatty(place):
         yield False
         return
     # Of terminals alone; other systems have none of these.
