@@ -190,7 +190,7 @@ def _schedule(
             travel_time=float(far) / carts.speed,
             unload_rate=carts.truck_rate,
         )
-    answer = answer_schedule(fleet, carts.count, truck, scenario.fill)
+    answer = answer_schedule(fleet, carts.count, truck, scenario.fill, neighbours=True)
     works = [
         work_of(path, n, coverage.timeline, lanes.of[n], reach, scenario.density, team.speed)
         for n, path in enumerate(coverage.paths)

@@ -76,6 +76,7 @@ def answer_schedule(
     truck: Truck | None = None,
     fill: float = 1.0,
     jitter: float | None = None,
+    neighbours: bool = False,
 ) -> ScheduleAnswer:
     """Split the combines among carts, and plan each cart's round.
 
@@ -88,12 +89,13 @@ def answer_schedule(
         truck: Where carts of finite capacity unload.
         fill: Part of each tank that is used.
         jitter: Choose that part so that this jitter is certainly stood, as in `plan_jitter`.
+        neighbours: Give each cart combines that follow one another.
     """
     require(0 < fill <= 1, "fill", "lie above 0 and up to 1", fill)
     require(jitter is None or fill == 1.0, "jitter", "come without fill", jitter)
     if jitter is not None:
         require_non_negative("jitter", jitter)
-    groups = assign_combines(fleet, carts, truck)
+    groups = assign_combines(fleet, carts, truck, neighbours=neighbours)
     plans = [_plan_cart(fleet, group, fill, jitter) for group in groups]
     reasons = tuple(reason for cart in plans for reason in _reasons(fleet, cart, fill, jitter))
     feasible = all(cart.plan is not None for cart in plans)

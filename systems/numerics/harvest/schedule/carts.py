@@ -35,10 +35,19 @@ class CartGroup:
     travel_scale: float
 
 
-def assign_combines(fleet: Fleet, carts: int, truck: Truck | None = None) -> tuple[CartGroup, ...]:
+def assign_combines(
+    fleet: Fleet, carts: int, truck: Truck | None = None, *, neighbours: bool = False
+) -> tuple[CartGroup, ...]:
     """The split of the combines among at most `carts` carts whose worst group is best.
 
     Among equals the one whose next worst group is better; then neighbours in a group.
+
+    Args:
+        fleet: The combines.
+        carts: How many there are at most.
+        truck: Where carts of finite capacity unload.
+        neighbours: Only groups of combines that follow one another, so that carts keep out of
+            each other's way.
     """
     require_count("carts", carts)
 
@@ -54,7 +63,7 @@ def assign_combines(fleet: Fleet, carts: int, truck: Truck | None = None) -> tup
 
     everyone = tuple(range(fleet.size))
     most = _ALL_SPLITS if truck is None else _ALL_SPLITS_WITH_TRUCK
-    splits = _splits if fleet.size <= most else _neighbour_splits
+    splits = _splits if fleet.size <= most and not neighbours else _neighbour_splits
     best = max(splits(everyone, min(carts, fleet.size)), key=worth)
     return tuple(group_of(group) for group in best)
 

@@ -126,3 +126,11 @@ def test_an_infeasible_schedule_says_why():
     assert "0.1 of each tank is too little" in too_low.reasons[0]
     with pytest.raises(InvalidInput, match="`answer` must be feasible"):
         answer_timetable(too_far, 1)
+
+
+def test_neighbours_stay_together_where_that_is_asked_for():
+    free = assign_combines(MIXED, 2)
+    kept = assign_combines(MIXED, 2, neighbours=True)
+    assert sorted(n for group in kept for n in group.order) == list(range(6))
+    assert all(max(group.order) - min(group.order) == len(group.order) - 1 for group in kept)
+    assert min(g.travel_scale for g in kept) <= min(g.travel_scale for g in free) + 1e-9
