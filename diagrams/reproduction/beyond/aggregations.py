@@ -4,7 +4,8 @@ from ....systems.numerics.statistics.corrections import holm
 from ....systems.numerics.statistics.paired import paired_difference
 from ....systems.numerics.statistics.survival import restricted_mean
 from ....systems.numerics.tracking.assignment.aggregation import AGGREGATIONS
-from ...studies.assignment_study import PURSUERS, assignment_grid, assignment_study
+from ...studies.assignment_study import PURSUERS, assignment_study
+from ...studies.grid import Grid, Panel
 from ...studies.pictures import draw_means
 from ...studies.tracking_study import cell_name
 from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Table, Workshop
@@ -12,14 +13,25 @@ from ..played import played
 
 RUNS, QUICK_RUNS = 500, 6
 SIZES = (2, 3, 4)
-RULES = tuple(f"{name}_{sense}" for sense in ("min", "max") for name in AGGREGATIONS)
+SENSES = ("min", "max")
+RULES = tuple(f"{name}_{sense}" for sense in SENSES for name in AGGREGATIONS)
 
 
 def _make(workshop: Workshop) -> Evidence:
     runs = workshop.runs_of(RUNS, QUICK_RUNS)
     result = played(workshop, assignment_study(runs=runs, rules=RULES, sizes=SIZES))
     file = workshop.pictures / "beyond_aggregations.png"
-    draw_means(result, assignment_grid(result.study)).savefig(file, dpi=110)
+    panels = tuple(
+        Panel(
+            title={"min": "least total score", "max": "greatest total score"}[sense],
+            series={
+                name: {m: cell_name(PURSUERS, m, f"{name}_{sense}") for m in SIZES}
+                for name in AGGREGATIONS
+            },
+        )
+        for sense in SENSES
+    )
+    draw_means(result, Grid(means=panels, curves=(), pairs=())).savefig(file, dpi=110)
 
     def times(rule: str, evaders: int):
         return result.times(cell_name(PURSUERS, evaders, rule))

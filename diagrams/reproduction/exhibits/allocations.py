@@ -8,7 +8,7 @@ from ..evidence import Evidence, Exhibit, Picture, Workshop
 from ..played import findings_of, played, verdicts_by_assumption
 
 # As of Figures 2.16 to 2.18; the claims are about one evader, some, and more than pursuers.
-RUNS, VARIED, SIZES = 1000, 100, (1, 2, 3, 4)
+RUNS, VARIED, SIZES = 1000, 60, (1, 2, 3, 4)
 QUICK_RUNS, QUICK_VARIED, QUICK_SIZES = 8, 2, (1, 3, 4)
 
 

@@ -8,7 +8,7 @@ from ..evidence import Evidence, Exhibit, Picture, Workshop
 from ..played import findings_of, played, verdicts_by_assumption
 
 # Runs of each cell, runs of each cell of each variant, and sizes of the teams there.
-RUNS, VARIED, SIZES = 1000, 100, (1, 2, 3, 4)
+RUNS, VARIED, SIZES = 1000, 60, (1, 2, 3, 4)
 QUICK_RUNS, QUICK_VARIED, QUICK_SIZES = 8, 4, (1, 4)
 
 

@@ -9,8 +9,9 @@ from importlib import resources
 from ..evidence import VERDICTS, Evidence, Finding, Picture, Table
 from ..make_exhibits import FAILED, Made
 
-# As in a title of the page; what a verdict of 2.2.7 is called in tables.
-MEANINGS = {**VERDICTS, FAILED: "could not be made"}
+# The weightiest first.
+MEANINGS = {FAILED: "could not be made", **VERDICTS}
+# How the claims of 2.2.7 are judged, and which colour that has.
 _CLAIMS = {"holds": "agrees", "does not hold": "differs", "cannot tell": "cannot tell"}
 
 
@@ -26,7 +27,9 @@ def make_page(made: Sequence[Made], *, quick: bool, made_with: str) -> str:
         HTML without any reference to another file or address.
     """
     style = resources.files(__package__ or "").joinpath("style.css").read_text(encoding="utf-8")
-    counts = Counter(each.verdict for each in made)
+    said = [finding for each in made if each.evidence for finding in each.evidence.findings]
+    counts = Counter(finding.verdict for finding in said)
+    counts[FAILED] = sum(each.evidence is None for each in made)
     items = "".join(
         f"<li>{_badge(verdict)} {counts[verdict]}, {escape(meaning)}</li>"
         for verdict, meaning in MEANINGS.items()
@@ -48,7 +51,8 @@ def make_page(made: Sequence[Made], *, quick: bool, made_with: str) -> str:
 <h1>The figures and tables, made again</h1>
 <p class="lead">M. Zhang, <cite>Path planning for autonomous vehicles</cite>, Iowa State University,
 2014: its results as Sightfield makes them, beside what the thesis states of them in our words. Made
-{how}. An exhibit differs where one statement of it does.</p>
+{how}. Below are the verdicts on {len(said)} statements, then the exhibits; one is said to differ
+where any of its statements does.</p>
 <ul class="counts">{items}</ul>
 <nav aria-label="Contents">{"".join(map(_entry, made))}</nav>
 {"".join(map(_section, made))}
@@ -141,7 +145,16 @@ def _class(verdict: str) -> str:
 
 
 def _covers(labels: Sequence[str]) -> str:
-    return escape(", ".join(labels)) or "Beyond the thesis"
+    """Labels, those of a kind together: "Figures 2.16, 2.17; Table 2.1"."""
+    kinds: dict[str, list[str]] = {}
+    for label in labels:
+        kind, _, number = label.partition(" ")
+        kinds.setdefault(kind, []).append(number)
+    parts = [
+        f"{kind}{'s' if len(numbers) > 1 else ''} {', '.join(numbers)}"
+        for kind, numbers in kinds.items()
+    ]
+    return escape("; ".join(parts)) or "Beyond the thesis"
 
 
 def _duration(seconds: float) -> str:
