@@ -1,5 +1,6 @@
 """A laboratory without hardware: robots with the real firmware, paced to wall time."""
 
+import contextlib
 import threading
 import time
 from collections.abc import Sequence
@@ -90,6 +91,7 @@ class EmulatedLaboratory:
         # Its thread alone moves the laboratory on; others read the last report, and leave what they
         # want in `_ranges` and `air.cut`. Each is one reference, so that no lock is needed.
         self._ranges: np.ndarray | None = None
+        self._open = contextlib.ExitStack()
         self._leaving = threading.Event()
         self._thread = threading.Thread(target=self._run, name="laboratory", daemon=True)
         self._began = self._lag = 0.0
@@ -97,18 +99,19 @@ class EmulatedLaboratory:
         self._failure: SightfieldError | None = None
 
     def __enter__(self) -> "EmulatedLaboratory":
-        self._cores.__enter__()
-        self._radio.__enter__()
-        self._report = self._cores.advance(_STEP)
-        self._began = time.monotonic()
-        self._thread.start()
+        with contextlib.ExitStack() as stack:
+            stack.enter_context(self._cores)
+            stack.enter_context(self._radio)
+            self._report = self._cores.advance(_STEP)
+            self._began = time.monotonic()
+            self._thread.start()
+            stack.callback(self._thread.join)
+            stack.callback(self._leaving.set)
+            self._open = stack.pop_all()
         return self
 
-    def __exit__(self, *exception: object) -> None:
-        self._leaving.set()
-        self._thread.join()
-        self._radio.__exit__(*exception)
-        self._cores.__exit__(*exception)
+    def __exit__(self, *_: object) -> None:
+        self._open.close()
 
     @property
     def radio_port(self) -> str:

@@ -1,5 +1,6 @@
 """Several robots' processors in simavr, with their wheels: one process, in lockstep."""
 
+import contextlib
 import struct
 import subprocess
 import tempfile
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ...systems.numerics.errors import SightfieldError, require, require_finite
+from ..radio.messages import require_robots
 from .robot_body import RobotBody, sensor_voltages
 from .toolchain import firmware_path, runner_path
 
@@ -63,13 +65,11 @@ class RobotCores:
     def __init__(
         self, robots: Sequence[int], starts: np.ndarray, *, body: RobotBody | None = None
     ) -> None:
-        self.robots = tuple(int(robot) for robot in robots)
+        self.robots = require_robots(robots)
         self.body = body or RobotBody()
         self._starts = np.asarray(starts, dtype=float)
         count = len(self.robots)
-        require(1 <= count <= 32, "robots", "be 1 to 32", count)
-        require(all(0 <= each < 255 for each in self.robots), "robots", "be 0 to 254", robots)
-        require(len(set(self.robots)) == count, "robots", "differ", robots)
+        require(count <= 32, "robots", "be at most 32", count)
         require(self._starts.shape == (count, 3), "starts", f"have shape ({count}, 3)", starts)
         require(bool(np.isfinite(self._starts).all()), "starts", "be finite", starts)
         self._time = 0.0
@@ -96,8 +96,10 @@ class RobotCores:
     def __exit__(self, *_: object) -> None:
         if self._process is not None:
             for stream in (self._process.stdin, self._process.stdout, self._said):
-                if stream is not None:
-                    stream.close()
+                # One that has died has left something unread.
+                with contextlib.suppress(BrokenPipeError):
+                    if stream is not None:
+                        stream.close()
             self._process.wait()
             self._process = None
 

@@ -12,7 +12,6 @@ from ...systems.numerics.errors import require, require_non_negative
 from .frames import FrameError, decode, encode
 from .link_record import LinkRecord, LinkStatistics
 from .messages import (
-    EVERYONE,
     MODULUS,
     MOST_ENTRIES,
     Acknowledgement,
@@ -25,8 +24,9 @@ from .messages import (
     Kind,
     Stop,
     Telemetry,
+    require_robots,
 )
-from .xbee_port import XBeePort
+from .xbee_port import RadioError, XBeePort
 
 BAUD_RATE = 57600
 # Between one try of a stop or an arm and the next [s].
@@ -68,10 +68,7 @@ class RadioLink:
         baud_rate: int = BAUD_RATE,
         unicast: bool = False,
     ) -> None:
-        self.robots = tuple(int(robot) for robot in robots)
-        require(len(self.robots) > 0, "robots", "be one at least", robots)
-        require(all(0 <= each < EVERYONE for each in self.robots), "robots", "be 0 to 254", robots)
-        require(len(set(self.robots)) == len(self.robots), "robots", "differ", robots)
+        self.robots = require_robots(robots)
         self._unicast = unicast
         self._module = XBeePort(port, baud_rate, self._take_payload, self._take_status)
         self._changed = threading.Condition(threading.RLock())
@@ -91,6 +88,10 @@ class RadioLink:
     def __exit__(self, *exception: object) -> None:
         try:
             self.stop(timeout=0.3)
+        except RadioError:
+            # Not in the place of what went wrong before.
+            if exception[0] is None:
+                raise
         finally:
             self._module.__exit__(*exception)
 

@@ -1,5 +1,6 @@
 """What work station and robots say to each other; `frames.py` has the bytes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 
@@ -168,6 +169,23 @@ class Acknowledgement(Frame):
 
 
 AnyFrame = Command | Heartbeat | Stop | Arm | Telemetry | Acknowledgement
+
+
+def require_robots(robots: Sequence[int]) -> tuple[int, ...]:
+    """Numbers of a team's robots, as a tuple.
+
+    Args:
+        robots: 0 to 254, each once, one at least.
+
+    Raises:
+        InvalidInput: They are not.
+    """
+    team = tuple(robots)
+    require(len(team) > 0, "robots", "be one at least", robots)
+    for robot in team:
+        _require_robot("robots", robot, everyone=False)
+    require(len(set(team)) == len(team), "robots", "differ", robots)
+    return team
 
 
 def _require_within(name: str, value: int, low: int, high: int) -> None:

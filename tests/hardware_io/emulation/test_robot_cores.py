@@ -195,7 +195,7 @@ def test_the_same_calls_give_the_same_run():
 
 
 def test_what_cannot_be_emulated_is_refused():
-    with pytest.raises(InvalidInput, match=r"`robots` must be 0 to 254"):
+    with pytest.raises(InvalidInput, match="`robots` must be a whole number 0 to 254"):
         RobotCores([255], np.zeros((1, 3)))
     with pytest.raises(InvalidInput, match=r"`starts` must have shape \(2, 3\)"):
         RobotCores([1, 2], np.zeros((1, 3)))

@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 
-from sightfield.hardware_io.emulation.air import AirSettings
+from sightfield.hardware_io.emulation.air import AirSettings, Flight
 from sightfield.hardware_io.emulation.emulated_radio import EmulatedRadio
 from sightfield.hardware_io.radio import xbee_port
 from sightfield.hardware_io.radio.link import RadioLink
@@ -21,16 +21,14 @@ def deaf_robots():
     """A port with a module, and robots that never answer."""
     with EmulatedRadio(2, AirSettings()) as radio:
         leaving = threading.Event()
-        sent: list[bytes] = []
 
         def run() -> None:
             began = time.monotonic()
             while not leaving.wait(0.002):
-                sent.append(radio.exchange(time.monotonic() - began, (b"", b""))[0])
+                radio.exchange(time.monotonic() - began, (b"", b""))
 
         thread = threading.Thread(target=run)
         thread.start()
-        radio.sent = sent
         yield radio
         leaving.set()
         thread.join()
@@ -58,7 +56,7 @@ def test_a_link_that_is_not_open_sends_nothing():
         RadioLink("/dev/null", [1]).heartbeat()
 
 
-@pytest.mark.parametrize("robots", [[], [255], [-1], [1, 1]])
+@pytest.mark.parametrize("robots", [[], [255], [-1], [1, 1], ["a"], [1.5]])
 def test_robots_that_are_none_are_refused(robots):
     with pytest.raises(InvalidInput, match="`robots`"):
         RadioLink("/dev/null", robots)
@@ -109,6 +107,26 @@ def test_a_team_too_large_for_one_frame_gets_two(deaf_robots):
         assert link.statistics().sent == before + 2
 
 
+def test_noise_in_payloads_is_counted_and_the_link_goes_on(deaf_robots):
+    rng = np.random.default_rng(0)
+    with RadioLink(deaf_robots.port, [1, 2]) as link:
+        for count in range(1, 101):
+            noise = rng.bytes(int(rng.integers(1, 100)))
+            deaf_robots.air.send(Flight(1, 0, noise, False), 0.0)
+            wait_until(lambda count=count: link.statistics().refused == count)
+        before = link.statistics()
+        assert (before.received, before.rssi) == (0, -48)
+        link.heartbeat()
+        assert link.statistics().sent == before.sent + 1
+
+
+def wait_until(condition, patience=20.0):
+    end = time.monotonic() + patience
+    while not condition():
+        assert time.monotonic() < end, "it did not happen"
+        time.sleep(0.002)
+
+
 def test_a_module_that_goes_away_is_an_error():
     radio = EmulatedRadio(1, AirSettings())
     leaving = threading.Event()
@@ -133,3 +151,5 @@ def test_a_module_that_goes_away_is_an_error():
         send_until_it_fails()
     with pytest.raises(RadioError, match="has gone"):
         link.__exit__(None, None, None)
+    # What went wrong before is not hidden by it.
+    link.__exit__(KeyError, KeyError(), None)
