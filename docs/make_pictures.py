@@ -3,13 +3,15 @@
 Run by `make pictures`; needs Chromium.
 """
 
+import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import Error, sync_playwright
 
 HERE = Path(__file__).parent
 SIGHTFIELD = Path(sys.executable).with_name("sightfield")
@@ -41,6 +43,10 @@ DRAWINGS = [
     ("plan", ["plan"], "paths.png"),
 ]
 
+# Picture, run of a station that shows it in the operator's view, moment of that [s].
+VIEWS = [("station", ["station", "--emulate", "--seconds", "25"], 4.0)]
+VIEW_PORT = "7055"
+
 CHROMIUM = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
@@ -60,6 +66,25 @@ def main() -> None:
             page.evaluate(f"viewer.animator.seek({moment})")
             page.wait_for_timeout(1000)
             page.screenshot(path=HERE / "pictures" / f"{name}.png")
+        for name, command, moment in VIEWS:
+            page = browser.new_page(viewport={"width": 1280, "height": 720})
+            run = subprocess.Popen([SIGHTFIELD, *command, "--view", "--port", VIEW_PORT])
+            address = f"http://127.0.0.1:{VIEW_PORT}/"
+            while True:
+                try:
+                    page.goto(address)
+                    break
+                except Error:
+                    page.wait_for_timeout(200)
+            page.wait_for_function(
+                f"parseFloat(document.querySelector('#status').textContent) > {moment}",
+                timeout=60_000,
+            )
+            page.screenshot(path=HERE / "pictures" / f"{name}.png")
+            run.terminate()
+            run.wait()
+            # The view outlives its runs.
+            os.kill(page.request.get(f"{address}state").json()["pid"], signal.SIGTERM)
         browser.close()
         for name, command, drawing in DRAWINGS:
             out = Path(folder) / name

@@ -63,7 +63,7 @@ class Radio:
     # How often each command goes out in a period: a lost frame then costs a part of it only.
     repeats: int = 2
     # Simulated robots stop when they have not heard for this long [s].
-    heartbeat: float = 0.2
+    heartbeat: float = 0.17
 
     def __post_init__(self) -> None:
         require(self.baud_rate > 0, "baud_rate", "be positive", self.baud_rate)
