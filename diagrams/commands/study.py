@@ -6,7 +6,7 @@ import sys
 import tempfile
 from collections.abc import Callable
 from contextlib import contextmanager, nullcontext
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,7 +16,7 @@ from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn, TimeR
 from rich.table import Table
 from rich.text import Text
 
-from ...systems.numerics.errors import require
+from ...systems.numerics.errors import require, require_one_of
 from ...systems.numerics.geometry.arenas.random_arena import Arena
 from ..outputs import output_folder
 from ..scenario_files import build, with_settings
@@ -145,6 +145,9 @@ def _choose(
     base = thesis_base(SECONDS if seconds is None else seconds, source)
     arena = [each.removeprefix("arena.") for each in settings or [] if each.startswith("arena.")]
     others = [each for each in settings or [] if not each.startswith("arena.")]
+    known = [each.name for each in fields(Arena)]
+    for each in arena:
+        require_one_of("--set arena", each.partition("=")[0], known)
     require(not (arena and world), "--set", "not set the arena with --world", f"arena.{arena[:1]}")
     return make(
         runs=1000 if runs is None else runs,

@@ -20,6 +20,9 @@ GAMES_PER_BLOCK = 64
 # Blocks that wait at each thread of a cluster, so that it never idles.
 _QUEUED = 2
 
+# How long a scheduler may take to answer [s].
+CLUSTER_TIMEOUT = 10
+
 Block = tuple[int, int]
 
 
@@ -97,7 +100,7 @@ def _on_cluster(study: Study, blocks: list[Block], address: str) -> Iterator[tup
             "`cluster` must find dask.distributed (pip install 'sightfield[cluster]'); got none"
         ) from None
     try:
-        client = distributed.Client(address, timeout=10, set_as_default=False)
+        client = distributed.Client(address, timeout=CLUSTER_TIMEOUT)
     except (OSError, ValueError) as error:
         raise InvalidInput(
             f"`cluster` must be the address of a Dask scheduler; got {address} ({error})"
