@@ -38,33 +38,15 @@ to_robots = st.one_of(
 )
 
 
-class CEntry(ctypes.Structure):
-    _fields_ = (("robot", ctypes.c_uint8), ("first", ctypes.c_int16), ("second", ctypes.c_int16))
-
-
-class CFrame(ctypes.Structure):
-    """struct frame of frames.h."""
-
-    _fields_ = (
-        ("kind", ctypes.c_uint8),
-        ("session", ctypes.c_uint16),
-        ("sequence", ctypes.c_uint16),
-        ("robot", ctypes.c_uint8),
-        ("form", ctypes.c_uint8),
-        ("count", ctypes.c_uint8),
-        ("age", ctypes.c_uint16),
-        ("entries", CEntry * 16),
-    )
-
-    def as_message(self):
-        """The frame as Python has it."""
-        both = {"session": self.session, "sequence": self.sequence}
-        if self.kind == Kind.COMMAND:
-            rows = [Entry(e.robot, e.first, e.second) for e in self.entries[: self.count]]
-            return Command(**both, form=Form(self.form), age=self.age, entries=tuple(rows))
-        if self.kind == Kind.HEARTBEAT:
-            return Heartbeat(**both)
-        return (Stop if self.kind == Kind.STOP else Arm)(**both, robot=self.robot)
+def message_of(frame):
+    """The message that a struct frame of the firmware holds."""
+    both = {"session": frame.session, "sequence": frame.sequence}
+    if frame.kind == Kind.COMMAND:
+        rows = [Entry(e.robot, e.first, e.second) for e in frame.entries[: frame.count]]
+        return Command(**both, form=Form(frame.form), age=frame.age, entries=tuple(rows))
+    if frame.kind == Kind.HEARTBEAT:
+        return Heartbeat(**both)
+    return (Stop if frame.kind == Kind.STOP else Arm)(**both, robot=frame.robot)
 
 
 class CTelemetry(ctypes.Structure):
@@ -101,14 +83,14 @@ class CAcknowledgement(ctypes.Structure):
 
 
 @pytest.fixture(scope="module")
-def c_decode(firmware_library):
+def c_decode(firmware_library, c_frame):
     """The message that the firmware makes of a payload, or None."""
     firmware_library.frame_decode.restype = ctypes.c_bool
 
     def decode_in_c(payload: bytes):
-        frame = CFrame()
+        frame = c_frame()
         good = firmware_library.frame_decode(payload, len(payload), ctypes.byref(frame))
-        return frame.as_message() if good else None
+        return message_of(frame) if good else None
 
     return decode_in_c
 

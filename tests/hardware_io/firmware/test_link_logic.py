@@ -14,25 +14,6 @@ COMMAND, HEARTBEAT, STOP, ARM = 1, 2, 3, 4
 EVERYONE = 255
 
 
-class CEntry(ctypes.Structure):
-    _fields_ = (("robot", ctypes.c_uint8), ("first", ctypes.c_int16), ("second", ctypes.c_int16))
-
-
-class CFrame(ctypes.Structure):
-    """struct frame of frames.h."""
-
-    _fields_ = (
-        ("kind", ctypes.c_uint8),
-        ("session", ctypes.c_uint16),
-        ("sequence", ctypes.c_uint16),
-        ("robot", ctypes.c_uint8),
-        ("form", ctypes.c_uint8),
-        ("count", ctypes.c_uint8),
-        ("age", ctypes.c_uint16),
-        ("entries", CEntry * 16),
-    )
-
-
 class CLink(ctypes.Structure):
     """struct link of link.h."""
 
@@ -57,18 +38,19 @@ class CLink(ctypes.Structure):
 class Robot:
     """The firmware's link logic with a clock."""
 
-    def __init__(self, library, start=0):
+    def __init__(self, library, c_frame, start=0):
         self.library, self.link, self.now = library, CLink(), start
+        self.c_frame = c_frame
         library.link_take.restype = ctypes.c_bool
         library.link_reset(ctypes.byref(self.link), ROBOT)
 
     def take(self, kind, sequence, *, session=SESSION, robot=EVERYONE, **command):
-        frame = CFrame(kind=kind, session=session, sequence=sequence % 65536, robot=robot)
+        frame = self.c_frame(kind=kind, session=session, sequence=sequence % 65536, robot=robot)
         frame.form, frame.age = command.get("form", 0), command.get("age", 0)
         rows = command.get("entries", [(ROBOT, 300, 200)])
         frame.count = len(rows)
         for k, row in enumerate(rows):
-            frame.entries[k] = CEntry(*row)
+            frame.entries[k] = row
         clock = ctypes.c_uint16(self.now)
         return self.library.link_take(ctypes.byref(self.link), ctypes.byref(frame), clock)
 
@@ -89,8 +71,8 @@ class Robot:
 
 
 @pytest.fixture
-def new_robot(firmware_library):
-    return lambda start=0: Robot(firmware_library, start)
+def new_robot(firmware_library, c_frame):
+    return lambda start=0: Robot(firmware_library, c_frame, start)
 
 
 @pytest.fixture
@@ -112,8 +94,8 @@ def test_a_robot_moves_only_when_it_is_armed(new_robot):
 
 
 @given(ahead=st.integers(-32768, 32767), start=st.integers(0, 65535))
-def test_a_command_counts_if_it_is_newer_modulo_65536(ahead, start, firmware_library):
-    robot = Robot(firmware_library)
+def test_a_command_counts_if_it_is_newer_modulo_65536(ahead, start, firmware_library, c_frame):
+    robot = Robot(firmware_library, c_frame)
     robot.take(ARM, start)
     robot.take(COMMAND, start + ahead)
     assert (robot.speeds == (300, 200)) == (ahead > 0)
@@ -211,8 +193,8 @@ def test_a_new_station_takes_over_by_arming(robot):
 
 
 @given(speed=st.integers(-32768, 32767), turn=st.integers(-32768, 32767))
-def test_a_twist_turns_about_the_same_point_at_any_speed(speed, turn, firmware_library):
-    robot = Robot(firmware_library)
+def test_a_twist_turns_about_the_same_point_at_any_speed(speed, turn, firmware_library, c_frame):
+    robot = Robot(firmware_library, c_frame)
     robot.take(ARM, 0)
     robot.take(COMMAND, 1, form=1, entries=[(ROBOT, speed, turn)])
     left, right = robot.speeds
