@@ -19,6 +19,9 @@ static struct link radio;
 static struct xbee_parser parser;
 static uint16_t now = 60000; /* goes round early */
 static uint16_t sequence = 65000;
+/* The last command that was damaged on the line. Cut short, it may be completed by what follows. */
+static uint8_t whole[128];
+static int whole_length;
 
 #define CHECK(fact)                                              \
     do {                                                         \
@@ -121,8 +124,8 @@ static int damage(uint8_t *bytes, int length, int room)
     return length;
 }
 
-/* Feed serial bytes; a payload that is `whole` is passed over. */
-static void feed(const uint8_t *serial, int length, const uint8_t *whole, int whole_length)
+/* Feed serial bytes; a payload that is whole again is passed over. */
+static void feed(const uint8_t *serial, int length)
 {
     static struct frame frame;
     const uint8_t *source;
@@ -132,7 +135,7 @@ static void feed(const uint8_t *serial, int length, const uint8_t *whole, int wh
         if (!xbee_take(&parser, serial[k]) || !xbee_received(&parser, &source, &payload, &size)) {
             continue;
         }
-        if (whole && size == whole_length && memcmp(payload, whole, size) == 0) {
+        if (size == whole_length && memcmp(payload, whole, size) == 0) {
             continue;
         }
         if (!frame_decode(payload, size, &frame)) {
@@ -146,7 +149,7 @@ static void feed(const uint8_t *serial, int length, const uint8_t *whole, int wh
 static void feed_frame(const uint8_t *payload, int length)
 {
     uint8_t serial[400];
-    feed(serial, wrap(serial, payload, length), NULL, 0);
+    feed(serial, wrap(serial, payload, length));
 }
 
 static bool moves(void)
@@ -183,7 +186,7 @@ int main(int argc, char **argv)
 {
     long fed[6] = {0};
     const uint8_t everyone = FRAME_EVERYONE;
-    uint8_t payload[128], serial[400], whole[128];
+    uint8_t payload[128], serial[400], intact[128];
     CHECK(argc == 3);
     seed = 0x9E3779B97F4A7C15ULL + strtoull(argv[2], NULL, 10);
     link_reset(&radio, ROBOT);
@@ -203,7 +206,7 @@ int main(int argc, char **argv)
             for (int k = 0; k < length; k++) {
                 serial[k] = draw(8) ? (uint8_t)draw(256) : 0x7E;
             }
-            feed(serial, length, NULL, 0);
+            feed(serial, length);
             break;
         case 1: /* noise in a packet */
             length = (int)draw(111);
@@ -214,15 +217,15 @@ int main(int argc, char **argv)
             break;
         case 2: /* a command that would be taken, damaged in the air */
             length = make_command(payload, SESSION, (uint16_t)(sequence + 1 + draw(1000)));
-            memcpy(whole, payload, (size_t)length);
+            memcpy(intact, payload, (size_t)length);
             const int left = damage(payload, length, 111);
-            if (left != length || memcmp(payload, whole, (size_t)length) != 0) {
+            if (left != length || memcmp(payload, intact, (size_t)length) != 0) {
                 feed_frame(payload, left);
             }
             break;
         case 3: /* one damaged on the line */
-            length = make_command(whole, SESSION, (uint16_t)(sequence + 1 + draw(1000)));
-            feed(serial, damage(serial, wrap(serial, whole, length), 399), whole, length);
+            whole_length = make_command(whole, SESSION, (uint16_t)(sequence + 1 + draw(1000)));
+            feed(serial, damage(serial, wrap(serial, whole, whole_length), 399));
             break;
         case 4: /* an old one, or the last once more */
             feed_frame(payload,
