@@ -14,8 +14,9 @@ version = release
 extensions = ["myst_parser", "api_pages", "commands_page", "drake_systems"]
 exclude_patterns = ["pictures", "extensions"]
 myst_heading_anchors = 3
-# y' is a derivative, not a quotation.
-smartquotes = False
+# Dashes alone: y' is a derivative, not a quotation.
+smartquotes_action = "D"
+highlight_language = "text"
 
 default_role = "quoted"
 python_use_unqualified_type_names = True

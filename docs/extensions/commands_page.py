@@ -57,4 +57,5 @@ def _options(command) -> Iterator[str]:
 
 def _plain(text: str) -> str:
     """Signs that stand for themselves; a bar alone is an empty line."""
-    return re.sub(r"([*`|\\]|(?<=\w)_(?!\w))", r"\\\1", " ".join(text.split("\f")[0].split()))
+    plain = re.sub(r"([*`|\\]|(?<=\w)_(?!\w))", r"\\\1", " ".join(text.split("\f")[0].split()))
+    return re.sub(r"--[a-z][a-z-]*", r"``\g<0>``", plain)

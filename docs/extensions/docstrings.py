@@ -1,6 +1,7 @@
 """Docstrings as reStructuredText: Google's sections, our comments on fields, plain equations."""
 
 import re
+from collections.abc import Iterator
 from textwrap import indent
 
 from sources import Thing
@@ -22,11 +23,23 @@ def as_restructured_text(doc: str, thing: Thing | None = None) -> str:
     if thing and thing.fields and "Attributes:" not in doc:
         notes = "\n".join(f"{each.name}: {each.note}" for each in thing.fields)
         doc = f"{doc}\n\nAttributes:\n{indent(notes, '    ')}"
-    blocks = [_escaped(block) for block in re.split(r"(\n\s*\n)", doc)]
-    text = "".join(blocks)
+    text = "\n\n".join(_blocks(doc))
     text = re.sub(r"^Source: ", "**Source:** ", text, flags=re.MULTILINE)
     what = "class" if thing and thing.fields else "object"
-    return str(GoogleDocstring(text, _CONFIG, what=what)).replace("** -- ", "** \N{EN DASH} ")
+    return str(GoogleDocstring(text, _CONFIG, what=what))
+
+
+def _blocks(doc: str) -> Iterator[str]:
+    """Paragraphs, indented ones as they stand, unless they belong to a section or a directive."""
+    above = ""
+    for block in re.split(r"\n\s*\n", doc):
+        if not block.startswith("    "):
+            above = block
+            yield _escaped(block)
+        elif re.match(r"\.\. |\w+:\n", above) or above.endswith("::"):
+            yield block if above.endswith("::") else _escaped(block)
+        else:
+            yield f"::\n\n{block}"
 
 
 def _escaped(block: str) -> str:

@@ -207,13 +207,14 @@ def _refuses(node: Routine) -> bool:
 
 
 def _fields(node: ast.ClassDef, lines: list[str]) -> Iterator[Parameter]:
-    note, end = "", 0
+    note, end, kind = "", 0, ""
     for each in node.body:
         if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name):
-            # A comment holds for all fields in the lines that follow it without a gap.
-            note = _note(each, lines) or (note if each.lineno == end + 1 else "")
-            end = each.end_lineno or each.lineno
             annotation = ast.unparse(each.annotation)
+            # A comment holds for all numbers in the lines that follow it without a gap.
+            goes_on = each.lineno == end + 1 and {annotation, kind} <= {"float", "int"}
+            note = _note(each, lines) or (note if goes_on else "")
+            end, kind = each.end_lineno or each.lineno, annotation
             if not each.target.id.startswith("_") and "ClassVar" not in annotation:
                 yield Parameter(each.target.id, annotation, note)
 

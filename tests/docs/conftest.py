@@ -43,12 +43,24 @@ PAGES = [read_page(file) for file in sorted(DOCS.rglob("*.md"))]
 
 
 def pytest_generate_tests(metafunc):
-    """A test of `page` holds for every page, one of `guide` for those with code to run."""
-    if "page" in metafunc.fixturenames:
-        metafunc.parametrize("page", PAGES, ids=str)
-    if "guide" in metafunc.fixturenames:
-        guides = [page for page in PAGES if any(kind == "python" for kind, _ in page.blocks)]
-        metafunc.parametrize("guide", guides, ids=str)
+    """A test of `page` holds for every page, of `guide` for those with code that is run.
+
+    One of `lesson` holds for those with commands that are run; other pages' commands are for what
+    not everybody has: devices, a server.
+    """
+    folders = ("index.md", "stories/", "guides/")
+    wanted = {
+        "page": PAGES,
+        "lesson": [
+            page
+            for page in PAGES
+            if page.name.startswith(folders) and any(kind == "sh" for kind, _ in page.blocks)
+        ],
+        "guide": [page for page in PAGES if any(kind == "python" for kind, _ in page.blocks)],
+    }
+    for name, some in wanted.items():
+        if name in metafunc.fixturenames:
+            metafunc.parametrize(name, some, ids=str)
 
 
 @pytest.fixture(scope="session")

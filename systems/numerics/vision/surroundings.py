@@ -31,8 +31,9 @@ class Surroundings:
     tile: float = 0.5
     # Of the floor's tiles, in turn; equal colours make a plain floor.
     floor: tuple[Colour, Colour] = ((150, 150, 147), (138, 139, 141))
-    # Of the walls' sides, facing the light, and of their tops.
+    # Of the walls' sides, facing the light.
     wall: Colour = (203, 196, 182)
+    # Of the walls' tops.
     wall_top: Colour = (120, 118, 114)
     # Of the room above the walls.
     room: Colour = (226, 229, 233)
