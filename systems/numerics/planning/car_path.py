@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..compiled import compiled
+
 LETTERS = {1: "L", 0: "S", -1: "R"}
 
 
@@ -51,19 +53,37 @@ class CarPath:
         Returns:
             x, y, theta, shape (n, 3); theta is not wrapped.
         """
-        left = np.clip(np.asarray(distances, dtype=float), 0.0, self.length)
-        poses = np.tile(np.array(self.start, dtype=float), (len(left), 1))
-        for turn, length in zip(self.turns, self.lengths, strict=True):
-            way = np.minimum(left, abs(length))
-            left = left - way
-            poses = advance(poses, turn / self.radius, math.copysign(1.0, length) * way)
-        return poses
+        return _poses(
+            np.array(self.start, dtype=float),
+            np.array(self.turns, dtype=float) / self.radius,
+            np.array(self.lengths, dtype=float),
+            np.asarray(distances, dtype=float),
+        )
 
     @property
     def end(self) -> tuple[float, float, float]:
         """Its last pose: x, y, theta [m], [m], [rad]."""
         x, y, theta = self.poses([self.length])[0]
         return float(x), float(y), float(theta)
+
+
+@compiled
+def _poses(start, curvatures, lengths, distances):
+    poses = np.empty((len(distances), 3))
+    for k in range(len(distances)):
+        left = max(distances[k], 0.0)
+        x, y, theta = start
+        for piece in range(len(lengths)):
+            way = min(left, abs(lengths[piece]))
+            left -= way
+            way = math.copysign(way, lengths[piece])
+            half = curvatures[piece] * way / 2
+            chord = way * (math.sin(half) / half if half != 0.0 else 1.0)
+            x += chord * math.cos(theta + half)
+            y += chord * math.sin(theta + half)
+            theta += 2 * half
+        poses[k] = x, y, theta
+    return poses
 
 
 def advance(poses: np.ndarray, curvature, ways) -> np.ndarray:
@@ -103,20 +123,23 @@ def least_lengths(words: Words, radius: float) -> np.ndarray:
     return radius * np.min(np.where(np.isnan(totals), np.inf, totals), axis=0)
 
 
-def paths_by_length(words: Words, start: Sequence[float], radius: float) -> list[CarPath]:
-    """The words for one pose, n = 1, as paths, shortest first.
+def paths_by_length(
+    words: Words, start: Sequence[float], radius: float, pose: int = 0
+) -> list[CarPath]:
+    """The words that lead to one of the poses, as paths, shortest first.
 
     Args:
-        words: Of one pose.
+        words: Of all poses.
         start: x, y, theta [m], [m], [rad].
         radius: Least turning radius [m].
+        pose: Number of the one.
     """
     x, y, theta = map(float, start)
     paths = [
         CarPath(
-            (x, y, theta), turns, tuple(float(radius * piece) for piece in pieces[:, 0]), radius
+            (x, y, theta), turns, tuple(float(radius * piece) for piece in pieces[:, pose]), radius
         )
         for turns, pieces in words
-        if not np.isnan(pieces).any()
+        if not np.isnan(pieces[:, pose]).any()
     ]
     return sorted(paths, key=lambda path: path.length)

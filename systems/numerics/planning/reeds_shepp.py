@@ -38,7 +38,18 @@ def reeds_shepp_lengths(start: Sequence[float], ends: np.ndarray, radius: float)
         ends: The same, many times, shape (n, 3).
         radius: Least turning radius [m].
     """
-    return least_lengths(_words(relative_poses(start, ends, radius)), radius)
+    return least_lengths(reeds_shepp_words(start, ends, radius), radius)
+
+
+def reeds_shepp_words(start: Sequence[float], ends: np.ndarray, radius: float) -> Words:
+    """The words that lead from one pose to many, for `least_lengths` and `paths_by_length`.
+
+    Args:
+        start: x, y, theta [m], [m], [rad].
+        ends: The same, many times, shape (n, 3).
+        radius: Least turning radius [m].
+    """
+    return list(_words(relative_poses(start, ends, radius)))
 
 
 def _words(poses: np.ndarray) -> Words:

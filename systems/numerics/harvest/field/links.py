@@ -6,9 +6,9 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from ...planning.car_path import CarPath
+from ...planning.car_path import CarPath, Words, least_lengths, paths_by_length
 from ...planning.dubins import dubins_paths
-from ...planning.reeds_shepp import reeds_shepp_lengths, reeds_shepp_paths
+from ...planning.reeds_shepp import reeds_shepp_words
 from .stubble import Stubble
 from .track import Track, car_track, forward_track, join_tracks
 
@@ -79,13 +79,14 @@ def shortest_link(
     """
     if not passable.stays_clear(np.array([start], dtype=float)).all():
         return None
-    lengths = reeds_shepp_lengths(start, ends, radius)
+    words = reeds_shepp_words(start, ends, radius)
+    lengths = least_lengths(words, radius)
     lengths[~passable.stays_clear(ends)] = np.inf
     best: tuple[int, CarPath] | None = None
     for index in np.argsort(lengths)[:MOST_ENDS].tolist():
         if lengths[index] >= (np.inf if best is None else best[1].length):
             break
-        for path in _words(start, ends[index].tolist(), radius):
+        for path in _paths(words, start, ends, index, radius):
             if best is not None and path.length >= best[1].length:
                 break
             if passable.admits(path):
@@ -96,10 +97,12 @@ def shortest_link(
     return best[0], car_track(best[1], radius / 16)
 
 
-def _words(start: Sequence[float], end: Sequence[float], radius: float) -> list[CarPath]:
-    """Ways from a pose to another, shortest first; those without backing up are all among them."""
-    forward = dubins_paths(start, end, radius)
-    either = reeds_shepp_paths(start, end, radius)[:MOST_WORDS]
+def _paths(
+    words: Words, start: Sequence[float], ends: np.ndarray, index: int, radius: float
+) -> list[CarPath]:
+    """Ways to one of the ends, shortest first; those without backing up are all among them."""
+    forward = dubins_paths(start, ends[index].tolist(), radius)
+    either = paths_by_length(words, start, radius, index)[:MOST_WORDS]
     return sorted(forward + either, key=lambda path: path.length)
 
 
