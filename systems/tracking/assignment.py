@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
-from ..numerics.errors import require, require_one_of
+from ..numerics.errors import InvalidInput, require, require_one_of
 from ..numerics.geometry.world import World
 from ..numerics.tracking.assignment.local_views import decentralised
 from ..numerics.tracking.assignment.rules import RULES, AssignmentRule
@@ -56,7 +56,7 @@ class Assignment(LeafSystem):
 
     Raises:
         InvalidInput: A name is unknown, the number of risk functions is wrong, or the range is
-            negative.
+            negative; at run time, a rule returns something else than one number per pursuer.
     """
 
     def __init__(
@@ -99,7 +99,12 @@ class Assignment(LeafSystem):
             extra=self._extra,
             seed=self._seed,
         )
-        output.set_value(self._rule(view))
+        targets = self._rule(view)
+        if np.shape(targets) != (n,):
+            raise InvalidInput(
+                f"`rule` must return an evader, or -1, for each of {n} pursuers; got {targets!r}"
+            )
+        output.set_value(targets)
 
 
 def codes_of(name: str, names: Sequence[str], codes: dict[str, int], count: int) -> np.ndarray:

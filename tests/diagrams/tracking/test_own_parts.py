@@ -88,6 +88,10 @@ def test_evaders_of_ones_own_run_where_they_are_told_and_may_know_who_chases_the
             r"`evasion` must have an output port velocity; got none",
         ),
         (
+            {"assignment": lambda view: [0, 1]},
+            r"`rule` must return an evader, or -1, for each of 3 pursuers; got \[0, 1\]",
+        ),
+        (
             {"assignment": lambda view: np.array([0, 4, 1])},
             r"`assignment` must name evaders from 0 to 3, or -1; got \[0.0, 4.0, 1.0\]",
         ),
