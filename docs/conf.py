@@ -28,6 +28,9 @@ toc_object_entries = False
 nitpicky = True
 nitpick_ignore_regex = [(r"py:.*", r"(?!sightfield\.).*")]
 
+# Beginnings of addresses, and one that stands for yours.
+linkcheck_ignore = [r"https?://$", r"https://matrix\.example\.org"]
+
 html_theme = "furo"
 html_title = f"Sightfield {release}"
 html_static_path = ["assets"]

@@ -3,6 +3,7 @@
 import html
 import inspect
 import re
+from typing import Any
 
 import yaml
 from docutils import nodes
@@ -10,6 +11,9 @@ from names import full_names, modules, name_in, places
 from sources import ROOT
 from sphinx import addnodes
 from sphinx.util.docutils import SphinxDirective, SphinxRole
+
+# What a role leaves in the page, and what it complains of. Any: docutils's lists are invariant.
+Written = tuple[list[Any], list[nodes.system_message]]
 
 _BLOCK = re.compile(r"^\.\. pydrake_system::\n\n((?:(?: {4}.*)?\n)+)", re.MULTILINE)
 _TABLE = re.compile(r"^(=+(?: +=+)+)\nport .*\n\1\n(?:.+\n)+?\1$", re.MULTILINE)
@@ -120,7 +124,7 @@ class System(SphinxDirective):
 class Port(SphinxRole):
     """`{port}`: a port, written System.port; a link to the system."""
 
-    def run(self) -> tuple[list[nodes.Node], list[nodes.system_message]]:
+    def run(self) -> Written:
         """The link, or a warning where there is no such port."""
         fault = fault_of_port(self.text)
         if fault:
@@ -132,7 +136,7 @@ class Port(SphinxRole):
 class Api(SphinxRole):
     """`{api}`: something in the API pages, by the end of its name; after a colon, a part of it."""
 
-    def run(self) -> tuple[list[nodes.Node], list[nodes.system_message]]:
+    def run(self) -> Written:
         """The link, or a warning where the name leads nowhere or to several places."""
         fault = fault_of(self.text)
         if fault:
@@ -146,7 +150,7 @@ class Api(SphinxRole):
 class Quoted(SphinxRole):
     """`name` in a docstring: a link where that name leads somewhere, code anyway."""
 
-    def run(self) -> tuple[list[nodes.Node], list[nodes.system_message]]:
+    def run(self) -> Written:
         """The link or the code."""
         found = name_in(self.env.ref_context.get("py:module", ""), self.text)
         if found:
@@ -163,7 +167,7 @@ def _link(place: SphinxRole | SphinxDirective, target: str, text: str) -> nodes.
     return reference
 
 
-def _warned(role: SphinxRole, message: str):
+def _warned(role: SphinxRole, message: str) -> Written:
     problem = role.inliner.reporter.warning(message, line=role.lineno)
     return [nodes.literal(role.rawtext, role.text)], [problem]
 

@@ -41,9 +41,8 @@ class Anchors(HTMLParser):
     def handle_starttag(self, tag, attrs):
         """Note links and ids."""
         found = dict(attrs)
-        self.targets += [found[key] for key in ("href", "src") if found.get(key)]
-        if found.get("id"):
-            self.places.add(found["id"])
+        self.targets += [target for key in ("href", "src") if (target := found.get(key))]
+        self.places |= {place for key in ("id",) if (place := found.get(key))}
 
 
 @pytest.fixture(scope="module")
