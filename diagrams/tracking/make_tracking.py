@@ -161,6 +161,7 @@ def AddTracking(
             risk_functions=pursuers.risk_functions,
             extra=pursuers.extra,
             seed=scenario.seed,
+            radio_range=pursuers.radio_range,
         )
     has_assignment = assignment.HasOutputPort("assignment")
     require(has_assignment, "assignment", "have an output port assignment", "none")

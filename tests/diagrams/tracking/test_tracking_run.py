@@ -73,6 +73,13 @@ def test_the_log_is_complete_and_has_units():
     assert arrays["visibility"][:-2].any(axis=1).all()
 
 
+def test_pursuers_that_hear_nobody_choose_alone():
+    deaf = ("seconds=2", "pursuers.assignment=hungarian_max", "pursuers.radio_range=0")
+    alone = ("seconds=2", "pursuers.assignment=own_riskiest")
+    runs = [play(load("thesis_3v4", *settings)) for settings in (deaf, alone)]
+    np.testing.assert_array_equal(runs[0].log["assignment"], runs[1].log["assignment"])
+
+
 def test_the_corner_game_ends_when_theory_says():
     run = play(load("corner_1v1"))
     game = run.game
