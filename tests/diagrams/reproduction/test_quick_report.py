@@ -1,0 +1,118 @@
+"""The quick report holds every figure and table, and says what is known of them."""
+
+import base64
+import json
+import re
+
+import cv2
+import numpy as np
+import pytest
+
+from sightfield.diagrams.reproduction.evidence import AGREES, DIFFERS, SHOWN, VERDICTS
+from sightfield.diagrams.reproduction.make_exhibits import FAILED
+from sightfield.diagrams.reproduction.registry import EXHIBITS
+
+FIGURES = {
+    2: (5, 6, 10, 11, 12, 16, 17, 18, 19, 20, 34),
+    3: (4, 5, 6, 8, 9, 10),
+}
+TABLES = {2: (1, 2, 3, 4), 3: (1,)}
+
+
+def findings(report, exhibit):
+    """Verdict by subject."""
+    (found,) = [each for each in report.summary["exhibits"] if each["id"] == exhibit]
+    return {each["subject"]: each["verdict"] for each in found["findings"]}
+
+
+def test_every_figure_and_table_is_there(report):
+    covered = [label for each in report.summary["exhibits"] for label in each["covers"]]
+    wanted = [
+        f"{kind} {chapter}.{number}"
+        for kind, chapters in (("Figure", FIGURES), ("Table", TABLES))
+        for chapter, numbers in chapters.items()
+        for number in numbers
+    ]
+    assert sorted(covered) == sorted(wanted)
+    assert report.exit_code == 0
+    assert [each["error"] for each in report.summary["exhibits"]] == [None] * len(EXHIBITS)
+
+
+def test_each_exhibit_has_a_section_with_its_verdict_and_command(report):
+    for each in report.summary["exhibits"]:
+        section = report.page.split(f'<section id="{each["id"]}">')[1].split("</section>")[0]
+        assert f">{each['verdict']}</span>" in section
+        assert each["command"].replace("'", "&#x27;") in section
+        assert f'href="#{each["id"]}"' in report.page
+        assert each["verdict"] in VERDICTS
+        assert each["findings"]
+        # Numbers that came to nothing have no place in a sentence.
+        assert not [f for f in each["findings"] if re.search(r"\b(nan|inf)\b", f["ours"])]
+
+
+def test_the_page_needs_nothing_but_itself(report):
+    links = re.findall(r'(?:src|href)="([^"]*)"', report.page)
+    assert links
+    assert all(link.startswith(("#", "data:image/png;base64,")) for link in links)
+    assert not re.search(r"url\(|@import|<script|<link", report.page)
+
+
+def test_its_pictures_are_the_files_beside_it_and_not_empty(report):
+    inside = [
+        base64.b64decode(each)
+        for each in re.findall(r"data:image/png;base64,([^\"]*)", report.page)
+    ]
+    files = {file.read_bytes() for file in (report.folder / "pictures").iterdir()}
+    assert set(inside) == files
+    for data in inside:
+        picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+        assert picture is not None
+        assert min(picture.shape[:2]) > 200
+        assert picture.std() > 5
+
+
+def test_the_summary_is_also_on_disk(report):
+    text = (report.folder / "summary.json").read_text(encoding="utf-8")
+    assert json.loads(text) == report.summary
+    assert report.summary["quick"] is True
+
+
+@pytest.mark.parametrize(
+    ("exhibit", "subject", "verdict"),
+    [
+        ("table-2.1", "Who wins", AGREES),
+        ("table-2.1", "How long sight holds in Region 1", AGREES),
+        ("table-2.2", "States that the pursuer can win", DIFFERS),
+        ("figure-2.5", "Three risk vectors, three fields", AGREES),
+        ("figure-2.6", "One start, three tracks", AGREES),
+        ("figure-2.10", "Error over distance (Figure 2.11, 2.2.5)", AGREES),
+        ("figure-2.20", "Where the loops come to rest", DIFFERS),
+        ("figure-2.34", "Parameters (Tables 2.3 and 2.4)", AGREES),
+        ("figure-2.34", "All three at once", AGREES),
+        ("figure-2.34", "At least one in any time instant", DIFFERS),
+        ("figure-3.4", "The longest way between neighbours", AGREES),
+        ("figure-3.5", "The longest way between neighbours", AGREES),
+        ("figure-3.5", "The first round", AGREES),
+        ("figure-3.6", "The longest way between neighbours", AGREES),
+        ("figure-3.8", "Rows", AGREES),
+        ("figure-3.8", "Distance between the combines", AGREES),
+        ("figure-3.8", "Open space on the left", AGREES),
+        ("figure-3.9", "Refinement (Table 3.1)", AGREES),
+        ("figure-3.9", "Both approaches reach the goal", AGREES),
+        ("figure-2.16", "t1 above 50", DIFFERS),
+        ("figure-2.16", "74.62 there", DIFFERS),
+        ("figure-2.19", "one evader is never lost", DIFFERS),
+        ("beyond-radio", "A centre less no radio at all", SHOWN),
+    ],
+)
+def test_what_does_not_hang_on_the_number_of_runs_is_as_known(report, exhibit, subject, verdict):
+    assert findings(report, exhibit)[subject] == verdict
+
+
+def test_each_claim_is_judged_with_other_assumptions_too(report):
+    section = report.page.split('<section id="figure-2.16">')[1].split("</section>")[0]
+    table = section.split('<table class="numbers">')[1]
+    head = re.findall(r"<th>([^<]*)</th>", table)
+    assert {"evaders that wander", "2 obstacles", "8 obstacles", "60 s"} < set(head)
+    assert table.count("<tr>") == 1 + len(findings(report, "figure-2.16"))
+    assert FAILED not in table
