@@ -54,6 +54,15 @@ def load_scenario(schema: type[Schema], path: Path, overrides: Sequence[str] = (
         InvalidInput: The file is no YAML mapping; a key is unknown; a value has the wrong type or
             breaks a rule of the dataclass.
     """
+    return build(schema, with_settings(read_tree(path), overrides))
+
+
+def read_tree(path: Path) -> dict[str, Any]:
+    """The nested mappings and lists of a YAML file.
+
+    Raises:
+        InvalidInput: The file is no YAML mapping, or cannot be read.
+    """
     try:
         tree = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (yaml.YAMLError, UnicodeDecodeError, OSError) as error:
@@ -61,7 +70,7 @@ def load_scenario(schema: type[Schema], path: Path, overrides: Sequence[str] = (
             f"`scenario` must be readable YAML; got {path}: {' '.join(str(error).split())}"
         ) from None
     require(isinstance(tree, dict), "scenario", "be a YAML mapping of keys to values", path)
-    return build(schema, with_settings(tree, overrides))
+    return tree
 
 
 def with_settings(tree: dict[str, Any], overrides: Sequence[str]) -> dict[str, Any]:

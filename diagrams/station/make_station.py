@@ -4,16 +4,16 @@ from contextlib import ExitStack
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import Multiplexer
 
 from ...systems.station.command_gate import RUNNING, CommandGate
+from ...systems.station.robot_spacing import RobotSpacing
 from ..tracking.game import TrackingGame, set_up_game
 from .hardware import AddDevices, Devices, Operator, OperatorPort, RunLog, open_devices
 from .ports import COMMANDS, IMAGE, MODE, SENT, device_ports
 from .recorded import AddRecordedLaboratory
 from .scenario import StationScenario
 from .simulated import AddSimulatedLaboratory
-from .wiring import constant
+from .wiring import constant, join_teams
 
 
 def MakeStation(
@@ -26,8 +26,8 @@ def MakeStation(
     """Make a station, whose ports are the same whatever is behind them.
 
     Input port: `team.velocity_commands` (2 N), speed [m/s] and turn rate [rad/s] of each robot,
-    pursuers first. They go to robots whose pose is valid, while the operator lets them run; the
-    others stand.
+    pursuers first. Slowed where robots would come too near to one another, they go to those whose
+    pose is valid, while the operator lets them run; the others stand.
 
     Output ports, in the order in which data flows: `pursuer.poses` (3 Np) and `evader.poses`
     (3 Ne) [m], [m], [rad], with `.valid`, `.age` [s] and `.stamp` [s] of each robot;
@@ -68,13 +68,13 @@ def MakeStation(
         else:
             port = OperatorPort(operator, period=scenario.period)
             ports[MODE] = builder.AddNamedSystem("operator", port).GetOutputPort("mode")
-    teams = (scenario.tracking.pursuers.size, scenario.tracking.evaders.size)
-    valid = builder.AddNamedSystem("valid", Multiplexer(list(teams)))
-    builder.Connect(ports["pursuer.valid"], valid.get_input_port(0))
-    builder.Connect(ports["evader.valid"], valid.get_input_port(1))
-    builder.Connect(valid.get_output_port(), gate.GetInputPort("valid"))
+    spacing = RobotSpacing(scenario.size, spacing=scenario.spacing)
+    builder.AddNamedSystem("spacing", spacing)
+    builder.Connect(join_teams(builder, "poses", ports), spacing.GetInputPort("pose"))
+    builder.Connect(spacing.GetOutputPort("spaced_command"), gate.GetInputPort("command"))
+    builder.Connect(join_teams(builder, "valid", ports), gate.GetInputPort("valid"))
     builder.Connect(ports[MODE], gate.GetInputPort("mode"))
-    builder.ExportInput(gate.GetInputPort("command"), COMMANDS)
+    builder.ExportInput(spacing.GetInputPort("command"), COMMANDS)
     for name in (*device_ports(scenario), IMAGE):
         builder.ExportOutput(ports[name], name)
     builder.ExportOutput(sent, SENT)

@@ -5,10 +5,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from ...systems.numerics.errors import InvalidInput, require
-from ..scenario_files import build, find_scenario, with_settings
+from ..scenario_files import build, find_scenario, read_tree, with_settings
 from ..tracking.game import TrackingGame
 from .scenario import StationScenario
 
@@ -23,13 +20,13 @@ def load_station(path: Path, overrides: Sequence[str] = ()) -> StationScenario:
     Raises:
         InvalidInput: See `load_scenario`.
     """
-    tree = with_settings(_read(path), [each for each in overrides if _names_game(each)])
+    tree = with_settings(read_tree(path), [each for each in overrides if _names_game(each)])
     game = tree.get("tracking")
     folder = path.parent
     if isinstance(game, str):
         file = path.parent / game
         file = file if file.is_file() else find_scenario(game)
-        tree["tracking"], folder = _read(file), file.parent
+        tree["tracking"], folder = read_tree(file), file.parent
     settings = [each for each in overrides if not _names_game(each)]
     scenario = build(StationScenario, with_settings(tree, settings))
     tracking = scenario.tracking
@@ -50,14 +47,3 @@ def station_tree(scenario: StationScenario, game: TrackingGame) -> dict[str, Any
 
 def _names_game(override: str) -> bool:
     return override.split("=")[0] == "tracking"
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        tree = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError, OSError) as error:
-        raise InvalidInput(
-            f"`scenario` must be readable YAML; got {path}: {' '.join(str(error).split())}"
-        ) from None
-    require(isinstance(tree, dict), "scenario", "be a YAML mapping of keys to values", path)
-    return tree

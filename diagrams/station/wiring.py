@@ -2,7 +2,12 @@
 
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder, OutputPort
-from pydrake.systems.primitives import ConstantVectorSource, Demultiplexer, MatrixGain
+from pydrake.systems.primitives import (
+    ConstantVectorSource,
+    Demultiplexer,
+    MatrixGain,
+    Multiplexer,
+)
 
 from .scenario import StationScenario
 
@@ -19,6 +24,15 @@ def split_teams(
         f"pursuer.{name}": split.get_output_port(0),
         f"evader.{name}": split.get_output_port(1),
     }
+
+
+def join_teams(builder: DiagramBuilder, name: str, ports: dict[str, OutputPort]) -> OutputPort:
+    """Join a port of the pursuers and one of the evaders, as of `pursuer.poses`."""
+    both = [ports[f"{team}.{name}"] for team in ("pursuer", "evader")]
+    joined = builder.AddNamedSystem(f"{name}_of_all", Multiplexer([port.size() for port in both]))
+    for k, port in enumerate(both):
+        builder.Connect(port, joined.get_input_port(k))
+    return joined.get_output_port()
 
 
 def constant(builder: DiagramBuilder, name: str, values: np.ndarray) -> OutputPort:

@@ -87,6 +87,7 @@ from sightfield.systems.station.command_timeout import CommandTimeout
 from sightfield.systems.station.imperfect_channel import ImperfectChannel
 from sightfield.systems.station.picture_player import PicturePlayer
 from sightfield.systems.station.pose_parts import PoseParts
+from sightfield.systems.station.robot_spacing import RobotSpacing
 from sightfield.systems.station.sample_player import SamplePlayer
 from sightfield.systems.station.sampled_receiver import SampledReceiver
 from sightfield.systems.tracking.adversarial_evaders import AdversarialEvaders
@@ -235,6 +236,7 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "PursuitFieldController": lambda: PursuitFieldController(world, **teams, **speeds),
         "RadioCommander": lambda: RadioCommander(SimpleNamespace(robots=(1, 2))),
         "RandomWalkEvaders": lambda: RandomWalkEvaders(3, top_speed=0.3),
+        "RobotSpacing": lambda: RobotSpacing(3, spacing=0.26),
         "RoutePursuer": lambda: RoutePursuer(
             build_route_graph([world]),
             world,

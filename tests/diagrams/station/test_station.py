@@ -167,6 +167,19 @@ def test_a_run_ends_at_its_horizon(load_laboratory, tmp_path):
     assert len(read_run_log(tmp_path / "run.log").times) == 21
 
 
+def test_robots_keep_their_spacing_while_they_track(load_laboratory, tmp_path):
+    scenario, game = load_laboratory("seconds=12")
+    run_station(scenario, game, log=tmp_path / "run.log", realtime_rate=0)
+    log = read_run_log(tmp_path / "run.log")
+    places = np.concatenate(
+        [log.samples[f"{team}.poses"].reshape(-1, 3, 3) for team in ("pursuer", "evader")], axis=1
+    )[..., :2]
+    first, second = np.triu_indices(6, 1)
+    distances = np.hypot(*(places[:, first] - places[:, second]).transpose(2, 0, 1))
+    # They do meet; the poses are rounded to a millimetre.
+    assert scenario.spacing - 0.01 < distances.min() < scenario.spacing + 0.05
+
+
 def test_a_run_ends_when_an_evader_is_lost(load_laboratory, tmp_path):
     scenario, game = load_laboratory("tracking=corner_1v1", "radio.robots=[]", "seconds=60")
     done = run_station(scenario, game, log=tmp_path / "run.log", realtime_rate=0)
