@@ -85,6 +85,11 @@ def main() -> None:
             run.wait()
             # The view outlives its runs.
             os.kill(page.request.get(f"{address}state").json()["pid"], signal.SIGTERM)
+        report = Path(folder) / "reproduction"
+        subprocess.run([SIGHTFIELD, "reproduce", "--quick", "--out", report], check=True)
+        page = browser.new_page(viewport={"width": 1280, "height": 900})
+        page.goto((report / "report.html").as_uri())
+        page.screenshot(path=HERE / "pictures" / "reproduction.png")
         browser.close()
         for name, command, drawing in DRAWINGS:
             out = Path(folder) / name
