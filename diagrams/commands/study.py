@@ -256,4 +256,8 @@ def _show(console: Console, summary: dict[str, Any], grid: Grid) -> None:
 
 
 def _interval(mean: dict[str, float]) -> str:
-    return f"{mean['value']:.1f} ({mean['low']:.1f}-{mean['high']:.1f})"
+    return f"{_short(mean['value'])} ({_short(mean['low'])}-{_short(mean['high'])})"
+
+
+def _short(value: float) -> str:
+    return f"{value:.1f}" if value < 9.95 else f"{value:.0f}"
