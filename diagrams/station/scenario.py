@@ -154,7 +154,7 @@ class StationScenario:
     seconds: float = 15.0
     # Least distance of robots' centres, 0 for none [m]. Tracking itself does not keep it.
     spacing: float = 0.0
-    # Time step of the simulated robots [s].
+    # Time step of the simulated robots, a millisecond at least [s].
     time_step: float = 0.01
     mocap: Mocap = field(default_factory=Mocap)
     radio: Radio = field(default_factory=Radio)
@@ -166,6 +166,7 @@ class StationScenario:
     def __post_init__(self) -> None:
         require_positive("seconds", self.seconds)
         require_positive("time_step", self.time_step)
+        require(self.time_step >= 1e-3, "time_step", "be 0.001 at least", self.time_step)
         require_non_negative("spacing", self.spacing)
         require(
             "you" not in self.tracking.evaders.policy_of_each,

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import require, require_non_negative, require_positive
+from ..errors import require, require_finite, require_non_negative
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,8 +18,8 @@ class Channel:
     """How bad a channel is.
 
     Attributes:
-        period: Time between samples [s].
-        delay: From sampling to arrival, at least [s].
+        period: Time between samples, a millisecond at least [s].
+        delay: From sampling to arrival, at least; with the jitter up to a minute [s].
         jitter: Added to the delay, uniform from zero to this [s].
         dropout: Probability that a member's sample is lost, in [0, 1].
         quantum: To multiples of which values are rounded, in each value's unit; [-]; 0: not at all.
@@ -37,9 +37,13 @@ class Channel:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        require_positive("period", self.period)
+        require_finite("period", self.period)
+        require(self.period >= 1e-3, "period", "be 0.001 at least", self.period)
         for name in ("delay", "jitter", "dropout", "quantum"):
             require_non_negative(name, getattr(self, name))
+        require(
+            self.delay + self.jitter <= 60, "delay", "be 60 with the jitter at most", self.delay
+        )
         require(self.dropout <= 1, "dropout", "lie in [0, 1]", self.dropout)
         require(self.seed >= 0, "seed", "be zero or positive", self.seed)
 

@@ -94,7 +94,8 @@ def test_what_is_received_was_sent_at_its_stamp_and_is_never_older_than_before(
 @pytest.mark.parametrize(
     ("setting", "message"),
     [
-        ({"period": 0.0}, "`period` must be positive; got 0.0"),
+        ({"period": 0.0}, "`period` must be 0.001 at least; got 0.0"),
+        ({"delay": 1e9}, "`delay` must be 60 with the jitter at most"),
         ({"dropout": 1.5}, "`dropout` must lie in"),
         ({"jitter": -1.0}, "`jitter` must be zero or positive; got -1.0"),
         ({"delay": float("nan")}, "`delay` must be a finite number; got nan"),
