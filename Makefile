@@ -5,6 +5,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= out/demo
 
+# What notebooks say of themselves.
+KEPT := {'kernelspec', ('language_info', 'name')}
+
 # Test processes; 0 runs the tests in this one.
 WORKERS ?= 0
 
@@ -39,7 +42,10 @@ lint: $(VENV)/dev.stamp  ## check style, format and types
 	$(BIN)/ruff format --check
 	$(BIN)/basedpyright --pythonpath $(BIN)/python
 
-format: $(VENV)/dev.stamp  ## rewrite the sources in the house format
+format: $(VENV)/dev.stamp  ## rewrite the sources in the house format, clear the notebooks
+	$(BIN)/python -m nbconvert --log-level=ERROR --clear-output \
+		--ClearMetadataPreprocessor.enabled=True \
+		"--ClearMetadataPreprocessor.preserve_nb_metadata_mask=$(KEPT)" tutorials/*.ipynb
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
 
