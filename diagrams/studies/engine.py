@@ -43,7 +43,8 @@ def run_study(
     """Play a study, or what is left of it, into a folder.
 
     Blocks that the folder holds already are not played again. When the caller is interrupted
-    (KeyboardInterrupt), the blocks in hand are played to their end and kept first.
+    (KeyboardInterrupt), those that other processes have in hand are played to their end and kept
+    first.
 
     Args:
         study: What is played.
