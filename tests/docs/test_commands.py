@@ -119,3 +119,9 @@ def test_numbers_of_the_pages_are_what_the_commands_say(pages, app):
         assert row, method
         assert found["time"] == pytest.approx(float(row[1]), abs=6e-4)
     assert f"{plans['lower_bound']:.3f}" in text["stories/planning.md"]
+    for goal, words in (("inf", "beta free"), ("0.251", "beta) <= 0.251"), ("0", "the point")):
+        found = answer(f"plan --goal-tolerance 0 0 0 {goal} --method extremal --json")
+        time = found["methods"]["extremal"]["time"]
+        assert re.search(
+            rf"(?m)^\| .*{re.escape(words)} \| {time:.3f}\b", text["stories/planning.md"]
+        )
