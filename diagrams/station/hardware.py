@@ -220,7 +220,15 @@ def AddDevices(
         RadioCommander(devices.radio, period=period / scenario.radio.repeats, offset=AFTER_TICK),
     )
     connect(sent_command, radio.GetInputPort("velocity_commands"))
-    connect(mocap.GetOutputPort("valid"), radio.GetInputPort("valid"))
+    # Looked at for every frame: a robot that is lost between two ticks stops before the next.
+    watch = PoseReceiver(
+        devices.poses,
+        starts,
+        period=period / scenario.radio.repeats,
+        stale_after=scenario.mocap.stale_after,
+    )
+    add("watch", watch)
+    connect(watch.GetOutputPort("valid"), radio.GetInputPort("valid"))
     ports["infrared.ranges"] = radio.GetOutputPort("infrared_ranges")
     ports["infrared.age"] = radio.GetOutputPort("age")
     limit = add("infrared_limit", AgeLimit(count, limit=scenario.infrared.stale_after))
