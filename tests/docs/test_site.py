@@ -102,26 +102,28 @@ def test_no_markup_is_left_over(site):
     assert not [mark for text in words for mark in re.findall(r":(?:api|port):|\n\.\. |====", text)]
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "{port}`LineOfSight.sound`",
-        "{api}`no_such_function`",
-        "{api}`LineOfSight:listeners`",
-        "[a page](nowhere.md)",
-        "```{system} NoSystem\n```",
-    ],
-)
-def test_what_leads_nowhere_is_an_error(text, tmp_path):
+FAULTS = {
+    "{port}`LineOfSight.sound`": "LineOfSight.sound must be a port of a system",
+    "{api}`no_such_function`": "no_such_function must name one thing",
+    "{api}`LineOfSight:listeners`": "LineOfSight must have listeners",
+    "[a page](nowhere.md)": "nowhere.md",
+    "```{system} NoSystem\n```": "NoSystem must name one thing",
+    "```{system} World\n```": "World must be a system",
+}
+
+
+def test_what_leads_nowhere_is_an_error(tmp_path):
     shutil.copytree(ROOT / "docs" / "extensions", tmp_path / "docs" / "extensions")
-    (tmp_path / "docs" / "index.md").write_text(f"# Page\n\n{text}\n", encoding="utf-8")
+    text = "\n\n".join(["# Page", *FAULTS])
+    (tmp_path / "docs" / "index.md").write_text(text, encoding="utf-8")
     # The API pages take long, and are not what is looked at.
     (tmp_path / "docs" / "conf.py").write_text(
-        "import sys\n"
-        "sys.path.insert(0, 'extensions')\n"
+        "import pathlib, sys\n"
+        "sys.path.insert(0, str(pathlib.Path(__file__).with_name('extensions')))\n"
         "extensions = ['myst_parser', 'drake_systems']\n"
         "exclude_patterns = ['extensions']\n",
         encoding="utf-8",
     )
     done = build(tmp_path / "docs", tmp_path)
     assert done.returncode != 0
+    assert [words for words in FAULTS.values() if words not in done.stderr] == []
