@@ -1,5 +1,6 @@
 """The station: robots, motion capture, radio, sensors and camera behind one set of ports."""
 
+import atexit
 from contextlib import ExitStack
 
 import numpy as np
@@ -8,10 +9,11 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from ...systems.station.command_gate import RUNNING, CommandGate
 from ...systems.station.robot_spacing import RobotSpacing
 from ..tracking.game import TrackingGame, set_up_game
-from .hardware import AddDevices, Devices, Operator, OperatorPort, RunLog, open_devices
+from .hardware import AddDevices, Devices, Operator, OperatorPort, RunLog
 from .ports import COMMANDS, IMAGE, MODE, SENT, device_ports
 from .recorded import AddRecordedLaboratory
 from .scenario import StationScenario
+from .session import open_laboratory
 from .simulated import AddSimulatedLaboratory
 from .wiring import constant, join_teams
 
@@ -41,8 +43,8 @@ def MakeStation(
 
     Args:
         scenario: The laboratory.
-        hardware: False simulates it; True opens its devices, which stay open as long as the
-            process; or devices that are open, or a recorded run to play again.
+        hardware: False simulates it; True opens its devices and arms its robots, until the
+            process ends; or devices that are open, or a recorded run to play again.
         game: The scenario's, if it is set up already.
         operator: Who may pause and stop; None: nobody does.
 
@@ -54,8 +56,10 @@ def MakeStation(
     gate = builder.AddNamedSystem("gate", CommandGate(scenario.size))
     sent = gate.GetOutputPort("sent_command")
     if hardware is True:
-        # Never closed, but by the end of the process: then the link stops the robots.
-        hardware = ExitStack().enter_context(open_devices(scenario, game))
+        stack = ExitStack()
+        atexit.register(stack.close)
+        laboratory = open_laboratory(scenario, game, "hardware", operator or Operator())
+        hardware = stack.enter_context(laboratory)
     if isinstance(hardware, RunLog):
         ports = AddRecordedLaboratory(builder, scenario, game, hardware)
     else:

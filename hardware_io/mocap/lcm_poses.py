@@ -5,9 +5,9 @@ import threading
 import time
 from collections.abc import Sequence
 
-from pydrake.lcm import DrakeLcm, DrakeLcmParams
+from pydrake.lcm import DrakeLcm
 
-from ...systems.numerics.errors import InvalidInput
+from ...systems.numerics.errors import InvalidInput, require
 from .lcm_message import decode
 from .pose_source import NewestPoses, PoseReading
 
@@ -20,7 +20,8 @@ class LcmPoses:
     """Bodies whose poses come as `sightfield.poses_t` on a channel.
 
     Stamps are the moments at which messages came; the sender's clock may be another machine's.
-    A body that a message calls invalid, and a message that cannot be read, count for nothing.
+    A body that a message calls invalid counts for nothing, nor does a message that cannot be read,
+    or that repeats the time of the one before: its sender lives, but what it listens to does not.
 
     Args:
         url: Of the LCM network, as "udpm://239.255.76.67:7667?ttl=0".
@@ -29,18 +30,17 @@ class LcmPoses:
         lcm: Use this instead of the network at `url`.
 
     Raises:
-        InvalidInput: There is no network at `url`.
+        InvalidInput: `url` is none of LCM, or a body has no name of its own.
     """
 
     def __init__(
         self, url: str, channel: str, bodies: Sequence[str], *, lcm: DrakeLcm | None = None
     ) -> None:
+        # LCM itself reports another on standard error alone, and goes on.
+        require(url.startswith(("udpm://", "memq://")), "mocap.url", "begin with udpm://", url)
         self._newest = NewestPoses(bodies)
-        try:
-            # Drake's own receiving thread would keep no message in order with ours.
-            self._lcm = lcm or DrakeLcm(DrakeLcmParams(lcm_url=url))
-        except RuntimeError as error:
-            raise InvalidInput(f"`mocap.url` must be an LCM network; got {url} ({error})") from None
+        self._last_utime: int | None = None
+        self._lcm = lcm or DrakeLcm(url)
         self._lcm.Subscribe(channel, self._take)
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._listen, daemon=True)
@@ -50,6 +50,9 @@ class LcmPoses:
         now = time.monotonic()
         with contextlib.suppress(InvalidInput):
             message = decode(data)
+            if message.utime == self._last_utime:
+                return
+            self._last_utime = message.utime
             for name, pose, valid in zip(message.names, message.poses, message.valid, strict=True):
                 if valid:
                     self._newest.see(name, pose, now)

@@ -52,8 +52,12 @@ class RunWriter:
     def __enter__(self) -> "RunWriter":
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: object, *_: object) -> None:
+        if kind is None:
+            self.close()
+        else:
+            # A run that failed is not over: its log says so by having no end.
+            self._file.close()
 
     def samples(self, time: float, values: np.ndarray) -> None:
         """Write a sample of every port, joined in order, shape (sum of the sizes,)."""

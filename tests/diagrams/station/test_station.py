@@ -1,6 +1,8 @@
 """One set of ports, whatever is behind it."""
 
+import gc
 import time
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -79,6 +81,26 @@ def test_without_hardware_true_is_refused_in_one_line(load_laboratory):
     with pytest.raises(Exception, match="/dev/ttyNOTHING") as error:
         MakeStation(scenario, hardware=True, game=game)
     assert "\n" not in str(error.value)
+
+
+def test_hardware_stays_open_as_long_as_the_process(load_laboratory, monkeypatch):
+    scenario, game = load_laboratory()
+    at_the_end, closed = [], []
+
+    @contextmanager
+    def opened(*_):
+        yield silent_devices()
+        closed.append(True)
+
+    monkeypatch.setattr("sightfield.diagrams.station.make_station.open_laboratory", opened)
+    monkeypatch.setattr("atexit.register", at_the_end.append)
+    station = MakeStation(scenario, hardware=True, game=game)
+    gc.collect()
+    assert station.num_input_ports() == 1
+    assert not closed
+    for close in at_the_end:
+        close()
+    assert closed == [True]
 
 
 def drive(station, commands, seconds):

@@ -76,7 +76,7 @@ def test_messages_become_poses_and_what_is_none_does_no_harm():
     before = time.monotonic()
     lcm.Publish("POSES", b"nonsense")
     lcm.Publish("POSES", encode(PosesMessage(0, ("other",), ((9.0, 9.0, 9.0),), (True,))))
-    lcm.Publish("POSES", encode(PosesMessage(0, ("r0",), ((np.nan, 0.0, 0.0),), (True,))))
+    lcm.Publish("POSES", encode(PosesMessage(1, ("r0",), ((np.nan, 0.0, 0.0),), (True,))))
     lcm.Publish("POSES", BYTES)
     assert wait_for(lambda: np.isfinite(source.read().stamps[1]))
     source.close()
@@ -85,3 +85,24 @@ def test_messages_become_poses_and_what_is_none_does_no_harm():
     assert reading.poses.tolist() == [[0, 0, 0], [1, 2, 3]]
     assert reading.stamps[0] == -np.inf
     assert before <= reading.stamps[1] <= time.monotonic()
+
+
+def test_a_sender_that_repeats_itself_goes_stale():
+    lcm = DrakeLcm("memq://")
+    source = LcmPoses("memq://", "POSES", ["r0"], lcm=lcm)
+    lcm.Publish("POSES", BYTES)
+    assert wait_for(lambda: np.isfinite(source.read().stamps[0]))
+    first = source.read().stamps[0]
+    for _ in range(3):
+        time.sleep(0.02)
+        lcm.Publish("POSES", BYTES)
+    time.sleep(0.05)
+    assert source.read().stamps[0] == first
+    lcm.Publish("POSES", encode(PosesMessage(124, ("r0",), ((1.0, 2.0, 3.0),), (True,))))
+    assert wait_for(lambda: source.read().stamps[0] > first)
+    source.close()
+
+
+def test_what_is_no_network_is_refused():
+    with pytest.raises(InvalidInput, match=r"`mocap\.url` must begin with udpm://; got http://x"):
+        LcmPoses("http://x", "POSES", ["r0"])

@@ -90,6 +90,18 @@ def test_a_file_that_is_no_log_is_refused(tmp_path):
         read_run_log(tmp_path / "nothing")
 
 
+def test_the_log_of_a_run_that_failed_has_no_end(tmp_path):
+    def fail():
+        with RunWriter(tmp_path / "run.log", ports={"b": 1}) as writer:
+            writer.samples(0.0, np.zeros(1))
+            raise RuntimeError("the radio is gone")
+
+    with pytest.raises(RuntimeError):
+        fail()
+    log = read_run_log(tmp_path / "run.log")
+    assert (len(log.times), log.complete, log.unread) == (1, False, 0)
+
+
 CRASH = """
 import sys, time
 from pathlib import Path
