@@ -26,6 +26,9 @@ class Finding:
         thesis: What the thesis states, in our words; empty: nothing.
         ours: What came out here.
         verdict: One of VERDICTS.
+
+    Raises:
+        InvalidInput: The verdict is none.
     """
 
     subject: str
@@ -39,7 +42,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Picture:
-    """A PNG file, and what it shows."""
+    """A PNG file, and a caption that says what it shows."""
 
     file: Path
     caption: str

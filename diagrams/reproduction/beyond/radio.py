@@ -18,7 +18,11 @@ PURSUERS, RULE = 3, "borda_max"
 
 
 def radio_study(runs: int) -> Study:
-    """Three pursuers with three risk functions, and radios of several ranges."""
+    """Three pursuers with three risk functions, and radios of several ranges.
+
+    Args:
+        runs: Of each cell.
+    """
     return Study(
         name="radio",
         base=thesis_base(),

@@ -36,14 +36,19 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Test:
-    """A difference that a claim wants to be positive."""
+    """A difference, by name, that a claim wants to be positive."""
 
     name: str
     difference: PairedDifference
 
 
 def compare(name: str, first: np.ndarray, second: np.ndarray | float) -> Test:
-    """The test that a claim wants the first to be greater than the second, run by run."""
+    """The test that a claim wants the first to be greater than the second, run by run.
+
+    Args:
+        name: Of the test.
+        first, second: Shape (runs,) each, or one number for all runs [s].
+    """
     return Test(name, paired_difference(first, np.broadcast_to(second, first.shape)))
 
 

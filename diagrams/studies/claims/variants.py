@@ -78,5 +78,5 @@ def judge_everywhere(
 
 
 def varied(make: Callable[..., Study], variant: Variant, **options) -> Study:
-    """The study of `make` on a variant."""
+    """The study of `make` on a variant, with other options as it takes them."""
     return make(base=variant.base, arena=variant.arena, **options)

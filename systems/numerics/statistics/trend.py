@@ -56,7 +56,7 @@ def spread_trend(
         samples: For each cell its runs under each treatment, shape (cells, runs, k). Row r of all
             cells is one run, and is drawn as one.
         levels: Of each cell, shape (cells,).
-        confidence: Of the percentile interval.
+        confidence: Of the percentile interval, between 0 and 1.
         seed: Of the bootstrap.
 
     Returns:
