@@ -23,8 +23,8 @@ from ...systems.numerics.harvest.timetables.latest_starts import Service, plan_v
 from ...systems.numerics.harvest.timetables.work import work_of
 from .scenario import HarvestScenario
 
-# Between carts that wait for the start, and between their trucks [m].
-BETWEEN = 30.0
+# Where the first truck stands, as a part of the way round the field.
+FIRST_TRUCK = 0.125
 # Ways round standing crop are as long as along the sides of a square.
 ROUNDABOUT = math.sqrt(2.0)
 
@@ -120,7 +120,10 @@ def prepare_harvest(scenario: HarvestScenario, folder: Path = Path()) -> Harvest
 
 
 def _truck_places(coverage: CoveragePlan, carts: int, width: float) -> np.ndarray:
-    """Places along the outer half of the margin, clockwise from where the first combine begins."""
+    """Places along the outer half of the margin, clockwise from where the first combine begins.
+
+    Evenly round the field, and not where the loops begin: all combines turn there.
+    """
     field = coverage.field
     outside = field.outline.buffer(max(field.margin - width, field.margin / 2), quad_segs=16)
     ring = shapely.Polygon(outside.exterior).exterior
@@ -131,7 +134,7 @@ def _truck_places(coverage: CoveragePlan, carts: int, width: float) -> np.ndarra
     start = edge.project(shapely.Point(coverage.paths[0].points[0]))
     places = []
     for k in range(carts):
-        at = (start + BETWEEN * (k + 1)) % edge.length
+        at = (start + edge.length * (FIRST_TRUCK + k / carts)) % edge.length
         here, there = edge.interpolate(at), edge.interpolate(min(at + 0.5, edge.length))
         places.append((here.x, here.y, math.atan2(there.y - here.y, there.x - here.x)))
     return np.array(places)

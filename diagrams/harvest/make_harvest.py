@@ -31,7 +31,7 @@ def MakeHarvest(
     [m], `tank` (N) [kg], `mode` (N) and `account` (8 N) of the combines (see `CombineTeam`);
     `state` (4 K) [m], [m], [rad], [rad], `load` (K) and `delivered` (K) [kg] of the carts;
     `alongside` (N), the cart that each combine pours into, or -1; `task` (K) and `doing` (K) of
-    the carts (see `CartDriver`); and the monitor's `record` (4 + K).
+    the carts and their `routes` (see `CartDriver`); and the monitor's `record` (4 + K).
 
     Args:
         scenario: What is harvested, or a job already prepared.
@@ -91,7 +91,9 @@ def AddHarvest(builder: DiagramBuilder, job: HarvestJob) -> dict[str, OutputPort
         else OnDemandScheduler(
             **sizes, capacity=team.capacity, threshold=scenario.threshold, period=period
         ),
-        "drivers": CartDriver(job.planner, job.lanes, job.traffic, job.trucks, period=period),
+        "drivers": CartDriver(
+            job.planner, job.lanes, job.traffic, job.trucks, reach=job.reach, period=period
+        ),
         "guard": CombineGuard(job.traffic, carts, carts=carts.count),
         "monitor": HarvestMonitor(job.ground, job.traffic, carts, carts=carts.count, period=period),
     }
@@ -107,4 +109,6 @@ def AddHarvest(builder: DiagramBuilder, job: HarvestJob) -> dict[str, OutputPort
             port = system.get_input_port(k)
             builder.Connect(outputs[port.get_name()], port)
     order = ("pose", "station", "tank", "mode", "account", "state", "load", "delivered")
-    return {name: outputs[name] for name in (*order, "alongside", "task", "doing", "record")}
+    return {
+        name: outputs[name] for name in (*order, "alongside", "task", "doing", "routes", "record")
+    }

@@ -10,6 +10,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
+from ...systems.numerics.harvest.driving.record import routes_noted
 from ...systems.numerics.harvest.machines.filling import COLUMNS, DONE
 from ...systems.numerics.harvest.strategies.serving import STAY
 from .job import HarvestJob
@@ -43,6 +44,8 @@ class HarvestRun:
         account: Columns of `machines.filling` for each combine at the end, shape (N, 8).
         load: In each cart at the end, shape (K,) [kg].
         delivered: By each cart to its truck, shape (K,) [kg].
+        routes: Where each route of a cart came from, the time on it [s] and a time that none can
+            beat [s], as in `driving.record`, shape (R, 3).
         record: Of the monitor, shape (4 + K,).
         finished: Whether all was cut and delivered.
         makespan: When that was; the end of the run if never [s].
@@ -56,6 +59,7 @@ class HarvestRun:
     account: np.ndarray
     load: np.ndarray
     delivered: np.ndarray
+    routes: np.ndarray
     record: np.ndarray
     finished: bool
     makespan: float
@@ -123,6 +127,7 @@ def run_harvest(
         account=now("account").reshape(-1, COLUMNS).copy(),
         load=now("load").copy(),
         delivered=now("delivered").copy(),
+        routes=routes_noted(now("routes")),
         record=now("record").copy(),
         finished=finished,
         makespan=float(context.get_time()),

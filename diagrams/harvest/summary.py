@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from ...systems.numerics.harvest.driving.record import KIND, KINDS, LEAST, TAKES
 from ...systems.numerics.harvest.machines.filling import (
     BLOCK_TIME,
     CUT,
@@ -20,6 +21,9 @@ from ...systems.numerics.harvest.machines.watching import (
     RECORD,
 )
 from .run import HarvestRun
+
+# Routes that could be so short are not compared with their bound [s].
+SHORTEST = 2.0
 
 # Units of the arrays in the log; "1" for numbers without one.
 UNITS = {
@@ -52,7 +56,10 @@ def summarise(run: HarvestRun, scenario: str) -> dict[str, object]:
         full), combine_wait_time (held up by others) [s], cart_idle_fraction, crop_crossings (steps
         in which a cart was over standing crop), min_separation (least of the following),
         min_cart_to_combine, min_cart_to_cart, min_combine_to_combine [m], load_deviation (mean
-        difference between tanks as simulated and as planned, in tanks), wall_time [s].
+        difference between tanks as simulated and as planned, in tanks), routes (how many of each
+        kind: "car" and "optimal" are time-optimal for a car and for the cart, "search" was searched
+        for, "aside" makes room), route_time_ratio_median and _worst (of the time on a route to one
+        that certainly no route can beat, crop or not), wall_time [s].
     """
     job, account, record = run.job, run.account, run.record
     scenario_ = job.scenario
@@ -88,7 +95,20 @@ def summarise(run: HarvestRun, scenario: str) -> dict[str, object]:
         "min_cart_to_cart": far[1],
         "min_combine_to_combine": far[2],
         "load_deviation": float(apart),
+        **_routes_in_numbers(run.routes),
         "wall_time": run.wall_time,
+    }
+
+
+def _routes_in_numbers(routes: np.ndarray) -> dict[str, object]:
+    kinds = routes[:, KIND].astype(int)
+    names = {name: int((kinds == k).sum()) for k, name in enumerate(KINDS) if k > 0}
+    counted = (routes[:, LEAST] >= SHORTEST) & (kinds != KINDS.index("aside"))
+    ratios = routes[counted, TAKES] / routes[counted, LEAST]
+    return {
+        "routes": names,
+        "route_time_ratio_median": float(np.median(ratios)) if len(ratios) else None,
+        "route_time_ratio_worst": float(ratios.max()) if len(ratios) else None,
     }
 
 

@@ -1,13 +1,12 @@
 """Which combine pours into which cart."""
 
-import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
 from ..numerics.errors import require, require_positive
 from ..numerics.harvest.machines.alongside import pair_up
 from ..numerics.harvest.machines.cart import Cart
-from ..numerics.harvest.machines.filling import STANDING_MODES
+from ..numerics.harvest.machines.filling import STANDS
 
 
 class AugerTransfer(LeafSystem):
@@ -72,7 +71,7 @@ class AugerTransfer(LeafSystem):
                 read(self._pose, context).reshape(-1, 3),
                 read(self._state, context).reshape(-1, 4),
                 read(self._wanted, context),
-                np.isin(read(self._mode, context), STANDING_MODES),
+                STANDS[read(self._mode, context).astype(int)],
                 self._cart.length,
                 self._cart.hitch_offset,
                 self._reach,

@@ -11,7 +11,13 @@ from ..numerics.errors import require_positive
 from ..numerics.harvest.driving.arriving import notice_arrival
 from ..numerics.harvest.driving.following import backs_into, follow
 from ..numerics.harvest.driving.foresight import seen_by, wish_of
-from ..numerics.harvest.driving.giving_way import HOPELESS, driving_on, is_in_the_way, is_wedged
+from ..numerics.harvest.driving.giving_way import (
+    HOPELESS,
+    driving_on,
+    has_missed_place,
+    is_in_the_way,
+    is_wedged,
+)
 from ..numerics.harvest.driving.memory import (
     AT_TRUCK,
     BACK,
@@ -27,6 +33,7 @@ from ..numerics.harvest.driving.memory import (
     POINTS,
     RESTING,
     RETRY,
+    SLOW,
     SPACING,
     STILL,
     STUCK,
@@ -37,6 +44,7 @@ from ..numerics.harvest.driving.memory import (
     note_move,
 )
 from ..numerics.harvest.driving.record import COLUMNS, ROUTES, note_route
+from ..numerics.harvest.driving.routing import route_to
 from ..numerics.harvest.machines.cart import hitch_of
 from ..numerics.harvest.machines.filling import BLOCKED, FULL
 from ..numerics.harvest.routes.clearance import outline, outline_at
@@ -44,8 +52,7 @@ from ..numerics.harvest.routes.ground import Traffic
 from ..numerics.harvest.routes.meeting import Lanes
 from ..numerics.harvest.routes.others import FAR
 from ..numerics.harvest.routes.planner import RoutePlanner
-from ..numerics.harvest.routes.route import Route, staying_at
-from ..numerics.harvest.strategies.serving import STAY, TRUCK
+from ..numerics.harvest.strategies.serving import STAY
 
 # Between two tries to find a route, and how long something may be in the way before another
 # route is looked for [s]; how much longer for each cart that comes after in precedence.
@@ -77,24 +84,26 @@ class CartDriver(LeafSystem):
         - state
         - station
         - mode
+        - alongside
         output_ports:
         - control
         - emptying
         - doing
         - routes
 
-    ========  ====  ================  =======
-    port      size  unit              frame
-    ========  ====  ================  =======
-    task      K     -                 -
-    state     4 K   m, m, rad, rad    world
-    station   N     m                 path
-    mode      N     -                 -
-    control   2 K   m/s, rad/s        tractor
-    emptying  K     -                 -
-    doing     K     -                 -
-    routes    4500  -, s, s           -
-    ========  ====  ================  =======
+    =========  ====  ================  =======
+    port       size  unit              frame
+    =========  ====  ================  =======
+    task       K     -                 -
+    state      4 K   m, m, rad, rad    world
+    station    N     m                 path
+    mode       N     -                 -
+    alongside  N     -                 -
+    control    2 K   m/s, rad/s        tractor
+    emptying   K     -                 -
+    doing      K     -                 -
+    routes     4500  -, s, s           -
+    =========  ====  ================  =======
 
     `task` is what a scheduler says; `emptying` is 1 while a cart stands at its truck; `doing` is
     0 resting, 1 on its way, 2 beside a combine, 3 at its truck, 4 backing up; `routes` has three
@@ -108,10 +117,11 @@ class CartDriver(LeafSystem):
         lanes: Beside the combines.
         traffic: The combines' paths and speed, at time 0.
         trucks: Where each cart stands at its truck: x, y, theta of the tractor, shape (K, 3).
+        reach: Of the augers, from a combine's middle to its lane [m].
         period: Time step [s].
 
     Raises:
-        InvalidInput: The period is not positive.
+        InvalidInput: The reach or the period is not positive.
     """
 
     def __init__(
@@ -121,11 +131,14 @@ class CartDriver(LeafSystem):
         traffic: Traffic,
         trucks: np.ndarray,
         *,
+        reach: float,
         period: float,
     ):
         super().__init__()
+        require_positive("reach", reach)
         require_positive("period", period)
         self._planner, self._lanes, self._traffic = planner, lanes, traffic
+        self._means = (planner, lanes, float(reach))
         self._trucks = np.array(trucks, dtype=float)
         self._period = float(period)
         self._outline, self._hitch = outline(planner.cart), hitch_of(planner.cart)
@@ -134,6 +147,7 @@ class CartDriver(LeafSystem):
         self._state = self.DeclareVectorInputPort("state", 4 * carts)
         self._station = self.DeclareVectorInputPort("station", combines)
         self._mode = self.DeclareVectorInputPort("mode", combines)
+        self._alongside = self.DeclareVectorInputPort("alongside", combines)
         memory = np.zeros((carts, MEMORY))
         memory[:, TARGET], memory[:, SPACING] = STAY, 1.0
         memory[:, [STUCK, STILL]] = math.inf
@@ -230,12 +244,11 @@ class CartDriver(LeafSystem):
         memories = self._remembered(context).copy()
         lines = context.get_discrete_state(self._lines).value().reshape(-1, POINTS, 3)
         states = read(self._state, context).reshape(-1, 4)
-        tasks = read(self._task, context)
+        tasks, alongside = read(self._task, context), read(self._alongside, context)
         traffic, now = self._traffic_now(context), context.get_time()
         trails = context.get_discrete_state(self._trails).value().reshape(-1, TRAIL, 2).copy()
         for k, (v, omega, way, stopped) in enumerate(self._moves_at(context)):
-            memory = memories[k]
-            memory[WAY] = way
+            (memory := memories[k])[WAY] = way
             note_move(memory, trails[k], v, omega, now)
             memory[STUCK] = min(memory[STUCK], now) if stopped else math.inf
             if memory[TARGET] != tasks[k]:
@@ -246,17 +259,21 @@ class CartDriver(LeafSystem):
             done = memory[WAY] <= 0.0 or memory[NEWEST] <= memory[OLDEST]
             if memory[DOING] == BACKING and (done or waited):
                 memory[DOING], memory[FAILS] = RESTING, 0
-            if memory[DOING] == BACKING or now < memory[RETRY]:
+            # What is poured from a combine that stands is poured to the end.
+            pours = abs(v) < SLOW and (alongside == k).any()
+            if memory[DOING] == BACKING or now < memory[RETRY] or pours:
                 continue
             lasting = memory[DOING] in (EN_ROUTE, BESIDE) and waited
             stands = now - memory[STILL] > patience
+            lasting |= stands and has_missed_place(memory, self._lanes, traffic)
             if memory[DOING] != RESTING and not lasting and not stands:
                 continue
             seen = seen_by(k, memories, lines, states, self._lanes, traffic, FORESEEN)
             placed, begins = self._outline_of(states[k]), self._traffic.waits
-            route = None
-            if memory[DOING] == RESTING or lasting:
-                route = self._route(k, memory, states[k], seen)
+            route, wants_to = None, memory[DOING] == RESTING or lasting
+            if wants_to:
+                target = int(memory[TARGET])
+                route = route_to(target, self._trucks[k], states[k], seen, *self._means)
                 memory[FAILS] += 1
             memory[RETRY] = now + AGAIN * min(1 + memory[FAILS], 5)
             late = route is None or route.depart > now + PATIENCE or memory[FAILS] >= HOPELESS
@@ -268,7 +285,7 @@ class CartDriver(LeafSystem):
                     route, memory[RETRY] = aside, aside.arrive + ASIDE
                 elif is_wedged(memory, placed, traffic):
                     route, memory[DOING], memory[WAY] = None, BACKING, BACK
-            elif route is None and is_wedged(memory, placed, traffic):
+            elif route is None and wants_to and is_wedged(memory, placed, traffic):
                 memory[DOING], memory[WAY] = BACKING, BACK
             if route is not None:
                 memory[DOING], memory[WAY], memory[STUCK] = EN_ROUTE, 0.0, math.inf
@@ -281,13 +298,3 @@ class CartDriver(LeafSystem):
                 discrete_state.set_value(self._routes, record)
         discrete_state.set_value(self._trails, trails.ravel())
         discrete_state.set_value(self._memory, memories.ravel())
-
-    def _route(
-        self, cart: int, memory: np.ndarray, state: np.ndarray, traffic: Traffic
-    ) -> Route | None:
-        if (target := int(memory[TARGET])) == STAY:
-            return None
-        at_truck = [staying_at(self._trucks[cart])]
-        ways = at_truck if target == TRUCK else self._lanes.meetings(traffic, target)
-        routes = (self._planner.plan(traffic, state, traffic.time, each) for each in ways)
-        return next(filter(None, routes), None)

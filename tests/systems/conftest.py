@@ -171,7 +171,7 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
     return {
         "AugerTransfer": lambda: AugerTransfer(**crew, cart=Cart(), reach=8.0),
         "CartDriver": lambda: CartDriver(
-            job.planner, job.lanes, job.traffic, job.trucks, period=0.25
+            job.planner, job.lanes, job.traffic, job.trucks, reach=job.reach, period=0.25
         ),
         "CameraPort": lambda: CameraPort(NoCamera(), period=0.1, stale_after=0.5),
         "CommandGate": lambda: CommandGate(3),

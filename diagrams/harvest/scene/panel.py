@@ -11,7 +11,6 @@ from ....systems.numerics.harvest.driving.memory import (
     BESIDE,
     EN_ROUTE,
 )
-from ....systems.numerics.harvest.machines.filling import MODES
 from ....systems.numerics.harvest.strategies.serving import TRUCK
 from ...tracking.scene.layout import Layout
 from ...tracking.scene.palette import FAINT_INK, INK, PAPER
@@ -30,6 +29,8 @@ _ROW_STEP, _HEADING = 0.042, 1.2
 # Rows of grain below the carts: name of the folder, words.
 _GRAIN = (("delivered", "delivered to trucks"), ("lost", "lost on the ground"))
 _TONNE = 1000.0
+# What combines do, in the order of `machines.filling.MODES`.
+_MODES = ("not begun", "cutting", "unloading", "full: stands", "lets others by", "finished")
 # What the ground's colours mean.
 _LEGEND = (("crop", CROP), ("stubble", STUBBLE[1]), ("margin", MARGIN_GROUND), ("truck", TRUCK_BED))
 _LEGEND_STEP = 0.034
@@ -96,7 +97,7 @@ class Panel:
         at = (self._left, self._right - self._left, step)
         y = top - _FIRST_ROW * span
         badges = [(str(n), combine_paint(n)) for n in range(combines)]
-        self._tanks, y = self._gauges("tanks", "combines", badges, MODES, at, y)
+        self._tanks, y = self._gauges("tanks", "combines", badges, _MODES, at, y)
         words = (
             *(f"to combine {n}" for n in range(combines)),
             *(f"at combine {n}" for n in range(combines)),

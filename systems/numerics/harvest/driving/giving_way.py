@@ -4,12 +4,14 @@ import math
 
 import numpy as np
 
+from ..machines.alongside import ALONG
 from ..routes.clearance import gap_to_combines
 from ..routes.ground import Traffic
+from ..routes.meeting import Lanes
 from ..routes.others import gap_to_carts
 from ..routes.refuge import is_met
 from ..strategies.serving import STAY
-from .memory import FAILS, NEWEST, OLDEST, TARGET
+from .memory import BESIDE, DOING, FAILS, LANE, NEWEST, OLDEST, TARGET, WAY
 
 # How soon somebody would be where a cart stands [s], and how near [m].
 IN_THE_WAY, MET = 20.0, 1.0
@@ -38,6 +40,21 @@ def is_in_the_way(
     if is_met(driving_on(traffic, begins), placed, IN_THE_WAY, MET):
         return True
     return memory[FAILS] >= HOPELESS and gap_to_carts(traffic.others, placed, 0.0) < CLOSE
+
+
+def has_missed_place(memory: np.ndarray, lanes: Lanes, traffic: Traffic) -> bool:
+    """Whether a cart is so far ahead of its place beside a combine that only that one could come.
+
+    Args:
+        memory: What its driver remembers.
+        lanes: Beside the combines.
+        traffic: The combines, now.
+    """
+    if memory[DOING] != BESIDE:
+        return False
+    combine, number = int(memory[TARGET]), int(memory[LANE])
+    place = lanes.place_at(combine, number, float(traffic.progress[combine]))
+    return bool(memory[WAY] > place + ALONG)
 
 
 def is_wedged(memory: np.ndarray, placed: np.ndarray, traffic: Traffic) -> bool:

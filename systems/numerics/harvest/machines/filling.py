@@ -15,6 +15,8 @@ MODES = ("waiting", "cutting", "unloading", "full", "blocked", "done")
 
 # Those in which it stands.
 STANDING_MODES = (WAITING, FULL, BLOCKED, DONE)
+# The same for every mode, to be looked up.
+STANDS = np.isin(np.arange(len(MODES)), STANDING_MODES)
 
 # Columns of a combine's account: way driven along its path [m]; tank, all that was cut and all
 # that was spilt [kg]; time spent full and standing, spilling, and held up by others [s]; mode.

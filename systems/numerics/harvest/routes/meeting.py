@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..machines.alongside import MIDDLE
+from ..machines.alongside import MIDDLE, STANDING
 from ..machines.cart import Cart
 from .ground import Traffic, stations_at
 from .lane import STEP, Lane
@@ -14,6 +14,10 @@ from .way import poses_on
 
 # A cart comes onto the lane so far behind its place, so that its trailer is straight there [m].
 SETTLE = 8.0
+# Where beside a combine that stands a cart is tried, to its left, ahead and behind, turned how
+# [rad], and how far off as a part of how far the auger reaches then.
+BEARINGS, HEADINGS = (1.6, 2.1, 2.6, 3.0, 1.1, 0.7, 0.3), (0.0, 3.14159, 1.57, -1.57)
+NEARBY = 0.9
 # How strongly it closes the gap to its place [1/s].
 CATCH_UP = 0.5
 
@@ -91,6 +95,26 @@ class Lanes:
             return found
 
         return poses
+
+    def places_at_standing(self, pose: np.ndarray, reach: float) -> list[np.ndarray]:
+        """Where a tractor may stand so that a combine that stands reaches its box, shape (3,) each.
+
+        Its auger swings round, so that a cart need not come along the lane, where others may be.
+
+        Args:
+            pose: x, y, theta of the combine.
+            reach: Of the auger [m].
+        """
+        places = []
+        far = NEARBY * STANDING * reach
+        for bearing in BEARINGS:
+            x = pose[0] + far * np.cos(pose[2] + bearing)
+            y = pose[1] + far * np.sin(pose[2] + bearing)
+            for turn in HEADINGS:
+                course = pose[2] + turn
+                ahead = self.lead * np.array([np.cos(course), np.sin(course)])
+                places.append(np.array([x + ahead[0], y + ahead[1], course]))
+        return places
 
     def speed_beside(self, combine: int, number: int, station: float, speed: float, way: float):
         """Speed to be at one's place on a lane, for a combine that drives at a speed [m/s]."""

@@ -1,17 +1,18 @@
 """Routes: how a cart gets beside a combine that goes on working, or to its truck."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from ...planning.dubins import dubins_lengths, dubins_paths
-from ...planning.extremals.planner import plan_by_extremals
-from ...planning.goal import Goal
 from ..machines.cart import Cart, hitch_of
 from .clearance import crop_under, gap_to_combines, outline, outline_at, way_is_clear
 from .detours import COARSE, arrivals, clear_times, distances_to, nearest_arrival
 from .ground import Ground, Traffic
+from .optimal import optimal_way
 from .others import gap_to_carts
 from .refuge import refuges
 from .route import Meeting, Route, staying_at
@@ -29,8 +30,10 @@ GAPS = (1.0, 3.0)
 LATER = (0.0, 3.0, 7.0, 12.0, 20.0, 30.0, 45.0, 60.0, 90.0, 150.0)
 # How much longer than the shortest car path one is still tried, in turning radii.
 DETOUR = 14.0
+# With so much crop straight ahead car's paths are not tried [m].
+WIDE = 15.0
 # Of searches: nodes.
-NODES = 10_000
+NODES = 5_000
 # How long from now meetings are looked at [s].
 AHEAD = np.concatenate([np.arange(0.0, 300.0, 2.0), np.arange(300.0, 1801.0, 10.0)])
 # How near searches are to come to a meeting; from there on a car's path is tried, in radii.
@@ -38,8 +41,6 @@ NEAR = (12.0, 6.0, 2.5)
 # How much longer than over coarse cells a way is taken to be, and for how long after the soonest
 # meeting one is aimed at [s].
 SLOWER, WINDOW = 1.15, 30.0
-# With which trailer angle a path of the planning story ends [rad].
-STRAIGHT = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +57,10 @@ class RoutePlanner:
     cart: Cart
     ground: Ground
     exact: bool = False
+
+    @cached_property
+    def _outline(self) -> np.ndarray:
+        return outline(self.cart)
 
     def plan(
         self, traffic: Traffic, state: np.ndarray, time: float, meeting: Meeting
@@ -74,17 +79,34 @@ class RoutePlanner:
         """
         gaps = self._gaps(traffic, state)
         soonest = self._soonest(state, time, meeting)
-        if soonest is not None:
+        if soonest is not None and not self._crop_between(traffic, state, soonest, meeting):
             for later in LATER:
                 route = self._direct(traffic, state, time, soonest + later, meeting, gaps)
                 if route is not None:
                     return route
         return self._searched(traffic, state, time, meeting, gaps)
 
+    def _crop_between(
+        self, traffic: Traffic, state: np.ndarray, time: float, meeting: Meeting
+    ) -> bool:
+        """Whether so much crop is between a cart and a meeting that no car's path helps."""
+        goal = meeting(np.array([time]))[0]
+        count = 2 + int(math.dist(state[:2], goal[:2]) / STEP)
+        line = np.linspace(state[:2], goal[:2], count)
+        return bool(crop_under(self.ground, traffic, line, time, 0.0) * STEP > WIDE)
+
     def aside(self, traffic: Traffic, state: np.ndarray, time: float) -> Route | None:
         """A short way to a place where a cart is not in the way of others; see `plan`."""
+        places = refuges(self.ground, traffic, self.cart, state)
+        route = self.to_any(traffic, state, time, places)
+        return route and replace(route, way=replace(route.way, kind="aside"))
+
+    def to_any(
+        self, traffic: Traffic, state: np.ndarray, time: float, places: Sequence[np.ndarray]
+    ) -> Route | None:
+        """A car's path to the first of some poses, shape (3,) each, that has one; see `plan`."""
         gaps = self._gaps(traffic, state)
-        for place in refuges(self.ground, traffic, self.cart, state):
+        for place in places:
             there = staying_at(place)
             soonest = self._soonest(state, time, there)
             if soonest is None:
@@ -100,7 +122,7 @@ class RoutePlanner:
         Less if one is nearer already, so that a cart gets away.
         """
         cart = self.cart
-        placed = outline_at(outline(cart), cart.length, cart.hitch_offset, state)
+        placed = outline_at(self._outline, cart.length, cart.hitch_offset, state)
         now = traffic.time
         near = [gap_to_combines(traffic, placed, time) for time in (now, now + EARLY)]
         beside = [gap_to_carts(traffic.others, placed, late) for late in (0.0, EARLY)]
@@ -150,35 +172,11 @@ class RoutePlanner:
                 continue
             if self._is_clear(traffic, way, depart, gaps):
                 if self.exact:
-                    way = self._optimal(traffic, state, goal, depart, way, gaps) or way
+                    best = optimal_way(self.cart, state, goal, way)
+                    if best is not None and self._is_clear(traffic, best, depart, gaps):
+                        way = best
                 return Route(way, depart, depart + way.length / speed)
         return None
-
-    def _optimal(
-        self,
-        traffic: Traffic,
-        state: np.ndarray,
-        goal: np.ndarray,
-        depart: float,
-        way: Way,
-        gaps: np.ndarray,
-    ) -> Way | None:
-        """The time-optimal path with its trailer straight at the end, if it is clear."""
-        trailer = self.cart.trailer
-        plan = plan_by_extremals(
-            trailer,
-            state.tolist(),
-            Goal(state=(*goal.tolist(), 0.0), tolerance=(0.0, 0.0, 0.0, STRAIGHT)),
-        )
-        if plan.path is None or not plan.converged:
-            return None
-        if plan.time > way.length / self.cart.speed + 4.0:
-            return None
-        count = max(2, math.ceil(plan.time * self.cart.speed / STEP) + 1)
-        at = np.linspace(0.0, plan.path.times[-1], count)
-        poses = np.stack([np.interp(at, plan.path.times, c) for c in plan.path.states[:, :3].T], 1)
-        best = way_of_poses(poses, float(state[3]), self.cart, "optimal")
-        return best if self._is_clear(traffic, best, depart, gaps) else None
 
     def _is_clear(self, traffic: Traffic, way: Way, depart: float, gaps: np.ndarray) -> bool:
         times = depart + way.distances / self.cart.speed
@@ -204,7 +202,7 @@ class RoutePlanner:
         times: np.ndarray,
         gaps: np.ndarray,
     ) -> int:
-        cart, points = self.cart, outline(self.cart)
+        cart, points = self.cart, self._outline
         if not len(times):
             return 0
         placed = outline_at(points, cart.length, cart.hitch_offset, start)
@@ -268,7 +266,7 @@ class RoutePlanner:
         return search_way(
             self.ground,
             traffic,
-            outline(cart),
+            self._outline,
             hitch_of(cart),
             cart.speed,
             ROOM * cart.turning_radius,

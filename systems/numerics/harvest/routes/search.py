@@ -55,7 +55,7 @@ def search_way(
     """
     side = CELL * radius
     arc = 0.7 * radius
-    substeps = 5
+    substeps = 3
     nodes = np.empty((most + 8, 5))
     parents = np.full(most + 8, -1)
     nodes[0, :4], nodes[0, 4] = start, time

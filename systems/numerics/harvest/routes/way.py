@@ -23,7 +23,7 @@ class Way:
     Attributes:
         distances: From 0 on, shape (n,) [m].
         states: x, y, theta, beta there, shape (n, 4) [m], [m], [rad], [rad].
-        kind: Where it comes from: "optimal", "car", "search", ...
+        kind: Where it comes from: "optimal", "car", "search", "aside".
     """
 
     distances: np.ndarray

@@ -11,7 +11,7 @@ from ..schedule.timetable import Visit
 # Tasks beside the numbers of combines.
 STAY, TRUCK = -1, -2
 
-# Of a tank: less counts as empty.
+# Of a tank: less counts as empty; and a cart with less room as full.
 EMPTY = 1e-6
 # Columns of what a cart remembers: its task; how many visits it has made; whether it has emptied
 # the tank of this one.
@@ -78,7 +78,7 @@ def next_in_turn(
         empty = sight.tanks[n] <= EMPTY * capacity
         if empty and (sight.alongside[n] == cart or done):
             after[EMPTIED] = 1.0
-        full = sight.room[cart] <= 0.0
+        full = sight.room[cart] <= EMPTY * capacity
         behind = not planned or sight.time > row[2]
         other = _instead_of_waiting(n, mine, sight, cart, capacity) if behind else -1
         if other >= 0:
@@ -163,7 +163,7 @@ def most_urgent(
         n = int(memory[TASK])
         empty = sight.tanks[n] <= EMPTY * capacity
         emptied = empty and (sight.alongside[n] == cart or sight.modes[n] == DONE)
-        if not emptied and sight.room[cart] > 0.0:
+        if not emptied and sight.room[cart] > EMPTY * capacity:
             return after
         after[VISIT] += 1
         after[TASK] = STAY

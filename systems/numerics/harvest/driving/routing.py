@@ -1,0 +1,45 @@
+"""A route to what a cart is sent to."""
+
+import math
+
+import numpy as np
+
+from ..routes.ground import Traffic, pose_on_path
+from ..routes.meeting import Lanes
+from ..routes.planner import RoutePlanner
+from ..routes.route import Route, staying_at
+from ..strategies.serving import STAY, TRUCK
+
+
+def route_to(
+    target: int,
+    truck: np.ndarray,
+    state: np.ndarray,
+    traffic: Traffic,
+    planner: RoutePlanner,
+    lanes: Lanes,
+    reach: float,
+) -> Route | None:
+    """The soonest route found, or None.
+
+    A combine that stands full is reached beside its lane too, since its auger swings round.
+
+    Args:
+        target: Number of a combine, or a task of `strategies.serving`.
+        truck: Where the cart stands at its truck: x, y, theta of the tractor, shape (3,).
+        state: x, y, theta, beta.
+        traffic: Combines and other carts, now.
+        planner: Of routes.
+        lanes: Beside the combines.
+        reach: Of the augers, from a combine's middle to its lane [m].
+    """
+    if target == STAY:
+        return None
+    ways = [staying_at(truck)] if target == TRUCK else lanes.meetings(traffic, target)
+    routes = (planner.plan(traffic, state, traffic.time, each) for each in ways)
+    route = next(filter(None, routes), None)
+    if route is None and target >= 0 and math.isinf(traffic.waits[target]):
+        pose = np.array(pose_on_path(traffic, target, traffic.progress[target]))
+        places = lanes.places_at_standing(pose, reach)
+        route = planner.to_any(traffic, state, traffic.time, places)
+    return route
