@@ -1,6 +1,6 @@
 """Runs studies: in this process, in several, or on a Dask cluster, with the same table."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
 from functools import partial
 from importlib import import_module
@@ -24,6 +24,9 @@ _QUEUED = 2
 CLUSTER_TIMEOUT = 10
 
 Block = tuple[int, int]
+
+# What takes a block and its rows when they are there.
+Keep = Callable[[Block, Rows], None]
 
 
 def blocks_of(study: Study) -> list[Block]:
@@ -63,34 +66,37 @@ def run_study(
     if not records.is_finished(folder):
         left = [block for block in blocks if not records.has_block(study, folder, *block)]
         cells, total = len(study.cells), study.runs * len(study.cells)
-        done = total - cells * sum(stop - start for start, stop in left)
-        progress(done, total)
+        remaining = {block: cells * (block[1] - block[0]) for block in left}
+
+        def keep(block: Block, rows: Rows) -> None:
+            records.write_block(folder, *block, rows)
+            remaining.pop(block, None)
+            progress(total - sum(remaining.values()), total)
+
+        progress(total - sum(remaining.values()), total)
         if cluster is not None:
-            played = _on_cluster(study, left, cluster)
+            _play_on_cluster(study, left, cluster, keep)
         elif workers == 0:
-            played = ((block, play_block(study, *block)) for block in left)
+            for block in left:
+                keep(block, play_block(study, *block))
         else:
-            played = _in_processes(study, left, workers)
-        for (start, stop), rows in played:
-            records.write_block(folder, start, stop, rows)
-            done += cells * (stop - start)
-            progress(done, total)
+            _play_in_processes(study, left, workers, keep)
         records.finish_records(study, folder, blocks)
     return load_study(folder)
 
 
-def _in_processes(study: Study, blocks: list[Block], workers: int) -> Iterator[tuple[Block, Rows]]:
+def _play_in_processes(study: Study, blocks: list[Block], workers: int, keep: Keep) -> None:
     """Play blocks in processes of this machine."""
     players = [Player() for _ in range(min(workers, len(blocks)))]
     try:
         slots = [partial(player.submit, study) for player in players]
-        yield from _played(slots, blocks, lambda some: wait(some, None, FIRST_COMPLETED).done)
+        _play_all(slots, blocks, lambda some: wait(some, None, FIRST_COMPLETED).done, keep)
     finally:
         for player in players:
             player.close()
 
 
-def _on_cluster(study: Study, blocks: list[Block], address: str) -> Iterator[tuple[Block, Rows]]:
+def _play_on_cluster(study: Study, blocks: list[Block], address: str, keep: Keep) -> None:
     """Play blocks on a Dask cluster, on whose machines Sightfield is installed too."""
     try:
         # Imported here, because only clusters need it. Any: the stubs take its clients for those
@@ -110,22 +116,23 @@ def _on_cluster(study: Study, blocks: list[Block], address: str) -> Iterator[tup
         threads = sum(client.nthreads().values())
         require(threads > 0, "cluster", "have workers", f"none at {address}")
         slots = [partial(client.submit, play_on_cluster, study, pure=False)] * (_QUEUED * threads)
-        yield from _played(
-            slots, blocks, lambda some: distributed.wait(some, return_when="FIRST_COMPLETED").done
-        )
+        wait_for_one = partial(distributed.wait, return_when="FIRST_COMPLETED")
+        _play_all(slots, blocks, lambda some: wait_for_one(some).done, keep)
 
 
-def _played(
+def _play_all(
     slots: Sequence[Callable[[int, int], Any]],
     blocks: list[Block],
     wait_for_one: Callable[[list[Any]], set[Any]],
-) -> Iterator[tuple[Block, Rows]]:
-    """Keep every slot busy until all blocks are played; yield them as they are done.
+    keep: Keep,
+) -> None:
+    """Keep every slot busy until all blocks are played.
 
     Args:
         slots: Each takes a block when the last one it was given is done, and returns a future.
         blocks: To be played.
         wait_for_one: Given futures, returns those that are done once there are any.
+        keep: Takes a block and its rows.
     """
     waiting, playing = iter(blocks), {}
     interruption: KeyboardInterrupt | None = None
@@ -139,16 +146,15 @@ def _played(
         give(slot)
     while playing:
         try:
-            done = wait_for_one(list(playing))
+            for future in wait_for_one(list(playing)):
+                slot, block = playing[future]
+                keep(block, future.result())
+                del playing[future]
+                give(slot)
         except KeyboardInterrupt as error:
             if interruption is not None:
                 raise
             # What is being played is worth keeping; a second interruption does not wait for it.
             waiting, interruption = iter(()), error
-            continue
-        for future in done:
-            slot, block = playing.pop(future)
-            give(slot)
-            yield block, future.result()
     if interruption is not None:
         raise interruption
