@@ -8,8 +8,8 @@ OUT ?= out/demo
 # What notebooks say of themselves.
 KEPT := {'kernelspec', ('language_info', 'name')}
 
-# Test processes; 0 runs the tests in this one.
-WORKERS ?= 0
+# Test processes, each of which takes whole files; 0 runs the tests in this one.
+WORKERS ?= 2
 
 # The first Python that is new enough; `make PYTHON=/path/to/python3 ...` overrides.
 PYTHON ?= $(shell for name in python3 python3.14 python3.13 python3.12 python3.11; do \
@@ -35,7 +35,7 @@ demo: $(VENV)/run.stamp  ## track evaders through the thesis's arena; watch it i
 test: $(VENV)/dev.stamp  ## lint and run every test
 	@sh tests/install_tools.sh
 	@$(MAKE) --no-print-directory lint
-	$(BIN)/pytest -n $(WORKERS) $(ARGS)
+	$(BIN)/pytest -n $(WORKERS) --dist loadfile $(ARGS)
 
 lint: $(VENV)/dev.stamp  ## check style, format and types
 	$(BIN)/ruff check
@@ -96,13 +96,13 @@ $(VENV)/pyvenv.cfg:
 	$(PYTHON) -m venv --clear $(VENV)
 
 $(VENV)/run.stamp: requirements/run.txt requirements/build.txt pyproject.toml | $(VENV)/pyvenv.cfg
-	@echo "Installing Sightfield into $(VENV): a download of about 260 MB"
+	@echo "Installing Sightfield into $(VENV): a download of about 410 MB"
 	$(INSTALL) -r requirements/run.txt -r requirements/build.txt
 	$(PIP) install --quiet --no-deps --no-build-isolation --editable .
 	@touch $@
 
 $(VENV)/dev.stamp: requirements/dev.txt $(VENV)/run.stamp
-	@echo "Installing what the tests need into $(VENV): a download of about 140 MB"
+	@echo "Installing what the tests need into $(VENV): a download of about 210 MB"
 	$(INSTALL) -r requirements/dev.txt
 	@touch $@
 

@@ -31,7 +31,11 @@ def harvest(
     ] = "thesis_2",
     field: Annotated[
         Path | None,
-        typer.Option(help="Harvest this field (WKT or GeoJSON, longitude and latitude)."),
+        typer.Option(help="Harvest this field: WKT or GeoJSON."),
+    ] = None,
+    coordinates: Annotated[
+        str | None,
+        typer.Option(help="Of the field's file: wgs84, in degrees [default], or metres."),
     ] = None,
     combines: Annotated[int | None, typer.Option(help="Number of combines.")] = None,
     strategy: Annotated[str | None, typer.Option(help="sequential or on-demand.")] = None,
@@ -56,6 +60,8 @@ def harvest(
     settings = list(setting or [])
     if combines is not None:
         settings.append(f"combines.count={combines}")
+    if coordinates is not None:
+        settings.append(f"field.coordinates={coordinates}")
     if strategy is not None:
         settings.append(f"strategy={strategy}")
     path = find_scenario(scenario, scenarios)

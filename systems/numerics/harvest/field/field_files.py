@@ -29,5 +29,7 @@ def read_field(path: str | Path, *, coordinates: str = "wgs84", margin: float = 
     try:
         loaded = load_world(path, coordinates=coordinates)
     except InvalidInput as error:
-        raise InvalidInput(str(error).replace("`world file`", "`field file`")) from None
+        said = str(error).replace("`world file`", "`field file`")
+        hint = "; or are they metres? Then coordinates has to be metres" if "degrees" in said else ""
+        raise InvalidInput(said + hint) from None
     return Field(loaded.world, margin)

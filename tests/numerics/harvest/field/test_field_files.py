@@ -86,3 +86,10 @@ def test_rectangles_have_positive_sides(sides):
 def test_margins_are_not_negative():
     with pytest.raises(InvalidInput, match="`margin` must"):
         Field.rectangle(5.0, 5.0, margin=-1.0)
+
+
+def test_metres_taken_for_degrees_are_refused_with_a_hint(tmp_path):
+    path = tmp_path / "field.wkt"
+    path.write_text("POLYGON ((0 0, 300 0, 300 200, 0 200, 0 0))")
+    with pytest.raises(InvalidInput, match="coordinates has to be metres"):
+        read_field(path)
