@@ -30,6 +30,7 @@ def read_field(path: str | Path, *, coordinates: str = "wgs84", margin: float = 
         loaded = load_world(path, coordinates=coordinates)
     except InvalidInput as error:
         said = str(error).replace("`world file`", "`field file`")
-        hint = "; or are they metres? Then coordinates has to be metres" if "degrees" in said else ""
-        raise InvalidInput(said + hint) from None
+        if "degrees" in said:
+            said += "; or are they metres? Then coordinates has to be metres"
+        raise InvalidInput(said) from None
     return Field(loaded.world, margin)
