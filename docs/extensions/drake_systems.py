@@ -129,8 +129,8 @@ class Port(SphinxRole):
         fault = fault_of_port(self.text)
         if fault:
             return _warned(self, fault)
-        system, _, port = self.text.rpartition(".")
-        return [_link(self, full_names(system)[0], port)], []
+        system = self.text.rpartition(".")[0]
+        return [_link(self, full_names(system)[0], self.text)], []
 
 
 class Api(SphinxRole):
