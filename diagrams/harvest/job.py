@@ -145,6 +145,12 @@ def travel_times(coverage: CoveragePlan, speed: float, cart_speed: float, radius
 
     The greatest distance of two combines that work at one time, overtaking at the cart's speed,
     and a turn round; shape (N, N) [s].
+
+    Args:
+        coverage: Who works where and when.
+        speed: Of the combines [m/s].
+        cart_speed: Of the carts [m/s].
+        radius: Of a cart's turn [m].
     """
     count = len(coverage.paths)
     clock = np.linspace(0.0, coverage.timeline.clock[-1], 600)

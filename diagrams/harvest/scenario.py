@@ -25,7 +25,11 @@ ROUTES = ("exact", "car")
 
 @dataclass(frozen=True, kw_only=True)
 class FieldSource:
-    """A rectangle, or a boundary from a file."""
+    """A rectangle, or a boundary from a file.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
@@ -59,7 +63,11 @@ class FieldSource:
 
 @dataclass(frozen=True, kw_only=True)
 class Combines(Combine):
-    """The team that cuts."""
+    """The team that cuts.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
@@ -77,7 +85,11 @@ class Combines(Combine):
 
 @dataclass(frozen=True, kw_only=True)
 class Carts(Cart):
-    """The carts that carry."""
+    """The carts that carry.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
@@ -94,7 +106,11 @@ class Carts(Cart):
 
 @dataclass(frozen=True, kw_only=True)
 class HarvestScenario:
-    """A field to be harvested."""
+    """A field to be harvested.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 

@@ -42,7 +42,12 @@ class Finding:
 
 @dataclass(frozen=True)
 class Picture:
-    """A PNG file, and a caption that says what it shows."""
+    """A PNG file, and a caption that says what it shows.
+
+    Attributes:
+        file: The PNG.
+        caption: What it shows.
+    """
 
     file: Path
     caption: str

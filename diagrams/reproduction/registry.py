@@ -41,7 +41,11 @@ EXHIBITS = (
 
 
 def slug(label: str) -> str:
-    """The id of a figure or table: that of the label "Figure 2.17" is "figure-2.17"."""
+    """The id of a figure or table: that of the label "Figure 2.17" is "figure-2.17".
+
+    Args:
+        label: Of the figure or table.
+    """
     return label.lower().replace(" ", "-")
 
 

@@ -90,6 +90,10 @@ class Devices:
 def open_poses(mocap: Mocap, bodies: list[str]) -> PoseSource:
     """Open the motion capture.
 
+    Args:
+        mocap: What it is.
+        bodies: Names of the robots there.
+
     Raises:
         InvalidInput: It does not answer.
     """
@@ -115,6 +119,11 @@ def open_camera(device: OmniCameraDevice) -> FrameSource:
 
 def open_radio(port: str, robots: list[int], baud_rate: int) -> Any:
     """Make the link to the robots, a context manager that opens the serial port.
+
+    Args:
+        port: The serial port.
+        robots: Their numbers.
+        baud_rate: [baud].
 
     Raises:
         InvalidInput: The extra [hardware] is not installed.
@@ -156,6 +165,11 @@ def open_devices(
     """Open every device that the scenario names, or those of an emulated laboratory.
 
     The radio comes first: it is what is closed last, and on closing stops every robot.
+
+    Args:
+        scenario: The laboratory.
+        game: What is played.
+        emulate: Open an emulated laboratory instead.
 
     Raises:
         SightfieldError: A device is missing or does not answer.

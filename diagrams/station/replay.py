@@ -74,7 +74,7 @@ def replay(
         recording: What is played.
         log: File to which the replay is written; must not exist.
         view: The operator's view.
-        realtime_rate: Seconds of the run per second, 0 for as fast as possible.
+        realtime_rate: Simulated seconds per second, 0 for as fast as possible.
     """
     first = recording.log
     run_station(

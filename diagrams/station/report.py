@@ -40,6 +40,14 @@ def summarise_station(
 ) -> dict[str, object]:
     """The run in numbers, ready for JSON.
 
+    Args:
+        run: How it went.
+        log: What its ports said.
+        game: What was played.
+        scenario: Its name.
+        seconds: The station's horizon [s].
+        mode: How it was played.
+
     Returns:
         What `summarise` says, with the station's horizon, and: mode, ended (how the run did),
         ticks (samples in the log), poses_valid (part of all poses that were), pose_age (mean and

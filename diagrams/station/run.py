@@ -44,7 +44,7 @@ class StationRun:
         tracking_time: Until some evader was seen by nobody; the end of the run if never [s].
         lost_evader: Its number, or None.
         wall_time: How long it took [s].
-        realtime_factor: Seconds of the run per second.
+        realtime_factor: Simulated seconds per second.
     """
 
     how: str
@@ -89,7 +89,7 @@ def run_station(
         mode: What the log says the run was.
         operator: Who may pause and stop.
         view: The operator's view.
-        realtime_rate: Seconds of the run per second, 0 for as fast as possible.
+        realtime_rate: Simulated seconds per second, 0 for as fast as possible.
         ticks: Run so many and look at nothing else; None: until the run ends.
         at_tick: Told the time after each tick [s].
 

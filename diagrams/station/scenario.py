@@ -23,7 +23,11 @@ MODES = ("simulate", "emulate", "hardware")
 
 @dataclass(frozen=True, kw_only=True)
 class Mocap:
-    """The motion capture."""
+    """The motion capture.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
@@ -50,7 +54,11 @@ class Mocap:
 
 @dataclass(frozen=True, kw_only=True)
 class Radio:
-    """The radio to the robots."""
+    """The radio to the robots.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
@@ -74,7 +82,11 @@ class Radio:
 
 @dataclass(frozen=True, kw_only=True)
 class OmniCameraDevice:
-    """The omni-directional camera on a pursuer."""
+    """The omni-directional camera on a pursuer.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
@@ -98,7 +110,11 @@ class OmniCameraDevice:
 
 @dataclass(frozen=True, kw_only=True)
 class Infrared:
-    """The four infrared sensors of each robot."""
+    """The four infrared sensors of each robot.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
@@ -125,7 +141,11 @@ class Imperfections:
 
 @dataclass(frozen=True, kw_only=True)
 class Emulation:
-    """How bad the air of the emulated laboratory is."""
+    """How bad the air of the emulated laboratory is.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
@@ -144,7 +164,11 @@ class Emulation:
 
 @dataclass(frozen=True, kw_only=True)
 class StationScenario:
-    """A laboratory and the game that is played in it."""
+    """A laboratory and the game that is played in it.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 

@@ -23,7 +23,14 @@ def open_laboratory(
     An emergency stop goes to the robots at once, from whatever thread it comes. On leaving, and
     after an error, all of them are stopped.
 
+    Args:
+        scenario: The laboratory.
+        game: What is played.
+        mode: simulate, emulate or hardware.
+        operator: Who may pause and stop.
+
     Raises:
+        InvalidInput: Robots are silent, or are not seen.
         SightfieldError: A device is missing, a robot does not answer, or is not seen.
     """
     if mode == "simulate":
@@ -68,6 +75,14 @@ def show_on_view(
     port: int,
 ) -> Iterator[tuple[ViewerLink, str]]:
     """The link to the operator's view, which is opened if there is none, and its address.
+
+    Args:
+        scenario: The laboratory.
+        game: What is played.
+        title: Stands above the view.
+        mode: How it is played.
+        operator: Who may pause and stop.
+        port: Of the view.
 
     Raises:
         SightfieldError: The view cannot be opened.

@@ -15,7 +15,15 @@ from .scenario import StationScenario
 def split_teams(
     builder: DiagramBuilder, scenario: StationScenario, name: str, port: OutputPort, width: int = 1
 ) -> dict[str, OutputPort]:
-    """Split a port of all robots, `width` numbers each, into those of the two teams."""
+    """Split a port of all robots, `width` numbers each, into those of the two teams.
+
+    Args:
+        builder: Of the diagram.
+        scenario: With the sizes of the teams.
+        name: Of the subsystem.
+        port: Of all robots.
+        width: Numbers of a robot.
+    """
     pursuers, evaders = scenario.tracking.pursuers.size, scenario.tracking.evaders.size
     split = Demultiplexer([width * pursuers, width * evaders])
     builder.AddNamedSystem(f"{name}_of_teams", split)
@@ -36,13 +44,26 @@ def join_teams(builder: DiagramBuilder, name: str, ports: dict[str, OutputPort])
 
 
 def constant(builder: DiagramBuilder, name: str, values: np.ndarray) -> OutputPort:
-    """A port that always says the same."""
+    """A port that always says the same.
+
+    Args:
+        builder: Of the diagram.
+        name: Of the subsystem.
+        values: What it says, shape (size,).
+    """
     source = ConstantVectorSource(values)  # type: ignore[arg-type]  # the stubs want a list
     return builder.AddNamedSystem(name, source).get_output_port()
 
 
 def select(builder: DiagramBuilder, name: str, port: OutputPort, entries: list[int]) -> OutputPort:
-    """Some entries of a port, in the order given."""
+    """Some entries of a port, in the order given.
+
+    Args:
+        builder: Of the diagram.
+        name: Of the subsystem.
+        port: From which.
+        entries: Which.
+    """
     gain = MatrixGain(D=np.eye(port.size())[entries])  # type: ignore[arg-type]  # the stubs lag behind NumPy's
     builder.AddNamedSystem(name, gain)
     builder.Connect(port, gain.get_input_port())

@@ -62,7 +62,12 @@ _own = threading.local()
 
 
 def play_on_cluster(study: Study, start: int, stop: int) -> Rows:
-    """What a Dask worker runs: each of its threads has a player."""
+    """What a Dask worker runs: each of its threads has a player.
+
+    Args:
+        study: Which.
+        start, stop: Numbers of the runs.
+    """
     # Dask's nanny makes its workers daemons, which may have no children. Ours end with them.
     multiprocessing.current_process().daemon = False
     if not hasattr(_own, "player"):

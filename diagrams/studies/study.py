@@ -21,7 +21,11 @@ _NAME = re.compile(r"[A-Za-z0-9_.,+-]+")
 
 @dataclass(frozen=True, kw_only=True)
 class Cell:
-    """One way to play: what it changes in the study's scenario."""
+    """One way to play: what it changes in the study's scenario.
+
+    Raises:
+        InvalidInput: The name is none.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
@@ -47,6 +51,9 @@ class Study:
     Run r has the same seed in every cell, and so the same world and, for teams of the same sizes,
     the same starts: cells are compared on common random numbers. With as many pursuers, the
     evaders of a smaller team are the first ones of a larger team.
+
+    Raises:
+        InvalidInput: A number is out of its range, cells share a name, or a setting is none.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
@@ -129,6 +136,9 @@ def study_to_json(study: Study) -> dict[str, Any]:
 
 def study_from_json(tree: Any) -> Study:
     """The study that `study_to_json` wrote.
+
+    Args:
+        tree: As JSON has it.
 
     Raises:
         InvalidInput: It is none.

@@ -80,7 +80,12 @@ def tracking_study(
 
 
 def cell_name(pursuers: int, evaders: int, variant: str) -> str:
-    """Name of the cell of two team sizes and what else is varied."""
+    """Name of the cell of two team sizes and what else is varied.
+
+    Args:
+        pursuers, evaders: How many.
+        variant: What else is varied.
+    """
     return f"{pursuers}v{evaders}-{variant}"
 
 

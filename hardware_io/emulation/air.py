@@ -21,6 +21,9 @@ class AirSettings:
         delay: From module to module [s].
         jitter: Largest addition to it, uniform [s]; frames may overtake each other.
         rssi: Strength at the receivers [dBm], -255 to 0.
+
+    Raises:
+        InvalidInput: A value is out of its range.
     """
 
     frame_loss: float = 0.0
@@ -37,7 +40,13 @@ class AirSettings:
 
 @dataclass(frozen=True)
 class Flight:
-    """A payload on its way to one receiver."""
+    """A payload on its way to one receiver.
+
+    Attributes:
+        sender, receiver: Numbers of modules.
+        payload: What is sent.
+        broadcast: Whether it goes to all.
+    """
 
     sender: int
     receiver: int
@@ -64,6 +73,10 @@ class Air:
         """Send a payload; False where none of the tries of a frame to one receiver got through.
 
         A broadcast is tried once, and nobody knows who received it: True.
+
+        Args:
+            flight: What, from whom to whom.
+            time: Now [s].
         """
         settings = self._settings
         for _ in range(1 if flight.broadcast else TRIES):

@@ -27,12 +27,15 @@ class RobotBody:
         radius: Of the robot's rim [m]; obstacles are offset by 0.16 m (Zhang 2014, 2.2.8).
         track_width: Between the wheels [m].
         wheel_diameter: [m].
-        counts: Edges of an encoder's channel A per turn of the wheel.
+        counts: Number of edges of an encoder's channel A per turn of the wheel.
         top_speed: Of a wheel at full power, without friction [m/s].
         friction: Speed that friction takes from it [m/s].
         time_constant: Of a powered or braked wheel [s].
         coasting_constant: Of a wheel whose motor is not connected [s].
         battery: [V].
+
+    Raises:
+        InvalidInput: A value is out of its range.
     """
 
     radius: float = 0.10

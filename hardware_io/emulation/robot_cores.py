@@ -109,7 +109,12 @@ class RobotCores:
         return self._time
 
     def send(self, k: int, data: bytes) -> None:
-        """Have robot k's radio module send bytes to its processor, at 57600 baud."""
+        """Have robot k's radio module send bytes to its processor, at 57600 baud.
+
+        Args:
+            k: Number of the robot.
+            data: The bytes.
+        """
         for start in range(0, len(data), 2048):
             part = data[start : start + 2048]
             self._write(b"u" + struct.pack("=BH", k, len(part)) + part)
@@ -128,6 +133,9 @@ class RobotCores:
 
     def advance(self, duration: float) -> CoresReport:
         """Let time pass [s], and report.
+
+        Args:
+            duration: How long [s].
 
         Raises:
             InvalidInput: Time would run backwards.

@@ -18,7 +18,13 @@ _TX_NO_ACKNOWLEDGEMENT = 0x01
 
 @dataclass(frozen=True)
 class SendRequest:
-    """The module was asked to send; `receiver` is the number of a module, None for all."""
+    """The module was asked to send.
+
+    Attributes:
+        frame_id: Of the request, for its report; 0 wants none.
+        receiver: Number of a module, None for all.
+        payload: What is to be sent.
+    """
 
     frame_id: int
     receiver: int | None
@@ -51,7 +57,11 @@ class XBeeModule:
         }
 
     def take(self, stream: bytes) -> tuple[bytes, list[SendRequest]]:
-        """Bytes from the host or processor: what the module answers at once, and is to send."""
+        """Bytes from the host or processor: what the module answers at once, and is to send.
+
+        Args:
+            stream: The bytes.
+        """
         answers, requests = b"", []
         for data in self._parser.take(stream):
             if data[0] in (_AT, _AT_QUEUED) and len(data) >= 4:
@@ -67,11 +77,23 @@ class XBeeModule:
         return answers, requests
 
     def report(self, request: SendRequest, delivered: bool) -> bytes:
-        """What the module says of a payload it was asked to send."""
+        """What the module says of a payload it was asked to send.
+
+        Args:
+            request: Which.
+            delivered: Whether it got there.
+        """
         return self._status(request.frame_id, _OK if delivered else _TX_NO_ACKNOWLEDGEMENT)
 
     def received(self, sender: int, payload: bytes, rssi: int, broadcast: bool) -> bytes:
-        """What the module says of a payload from another module."""
+        """What the module says of a payload from another module.
+
+        Args:
+            sender: Number of the module that sent it.
+            payload: What it sent.
+            rssi: Strength [dBm].
+            broadcast: Whether it was sent to all.
+        """
         address = (_FIRST_ADDRESS + sender).to_bytes(8, "big")
         return api_frame(bytes([_RX_64]) + address + bytes([-rssi, 2 * broadcast]) + payload)
 

@@ -54,6 +54,9 @@ def encode(message: PosesMessage) -> bytes:
 def decode(data: bytes) -> PosesMessage:
     """The message in what LCM carried.
 
+    Args:
+        data: The bytes.
+
     Raises:
         InvalidInput: It is of another type, too short or too long.
     """

@@ -55,7 +55,13 @@ class NewestPoses:
         self._lock = threading.Lock()
 
     def see(self, body: str, pose: Sequence[float], stamp: float) -> None:
-        """Take note of a body; other bodies, and poses that are no numbers, do not count."""
+        """Take note of a body; other bodies, and poses that are no numbers, do not count.
+
+        Args:
+            body: Its name.
+            pose: x, y [m], heading [rad].
+            stamp: When, by `time.monotonic()` [s].
+        """
         row = self._row.get(body)
         if row is None or len(pose) != 3 or not np.isfinite(pose).all():
             return

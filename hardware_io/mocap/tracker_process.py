@@ -16,12 +16,21 @@ from typing import Any
 
 
 def heading_of(x: float, y: float, z: float, w: float) -> float:
-    """Heading of a rotation about the vertical, from its quaternion [rad]."""
+    """Heading of a rotation about the vertical, from its quaternion [rad].
+
+    Args:
+        x, y, z, w: The quaternion, pure numbers.
+    """
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def frame_line(stamp: float, bodies: dict[str, Any]) -> str:
-    """One frame, from the package's rigid bodies: position [m] and rotation, z up."""
+    """One frame, from the package's rigid bodies: position [m] and rotation, z up.
+
+    Args:
+        stamp: When [s].
+        bodies: By their names.
+    """
     seen = {
         name: [
             float(body.position[0]),

@@ -99,6 +99,9 @@ class RadioLink:
         """Let the robots drive; returns those that have acknowledged it within a time [s].
 
         A `stop` in another thread ends it.
+
+        Args:
+            timeout: How long to wait [s].
         """
         with self._changed:
             self._session = (self._session + 1) % MODULUS
@@ -107,7 +110,11 @@ class RadioLink:
         return self._insist(Kind.ARM, timeout, lambda: self._stops == stops)
 
     def stop(self, timeout: float = 0.5) -> tuple[int, ...]:
-        """Emergency stop until `arm`; returns the robots that acknowledged it within a time [s]."""
+        """Emergency stop until `arm`; returns the robots that acknowledged it within a time [s].
+
+        Args:
+            timeout: How long to wait [s].
+        """
         with self._changed:
             self._stops += 1
         return self._insist(Kind.STOP, timeout, lambda: True)
@@ -137,7 +144,13 @@ class RadioLink:
     def send_wheel_speeds(
         self, speeds: np.ndarray, valid: np.ndarray | None = None, age: float = 0.0
     ) -> int:
-        """Send every robot the speeds of its left and right wheel, shape (n, 2) [m/s]."""
+        """Send every robot the speeds of its left and right wheel, shape (n, 2) [m/s].
+
+        Args:
+            speeds: Shape (n, 2) [m/s].
+            valid: To which robots, shape (n,); None: all.
+            age: Of the poses that they were computed from [s].
+        """
         return self._send_entries(Form.WHEELS, speeds, valid, age)
 
     def heartbeat(self) -> int:

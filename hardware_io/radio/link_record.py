@@ -50,6 +50,9 @@ class LinkRecord:
 
     Attributes:
         sent, acknowledged, retried, lost, received, refused, rssi: As in LinkStatistics.
+
+    Args:
+        robots: Their numbers.
     """
 
     def __init__(self, robots: Sequence[int]) -> None:
@@ -65,7 +68,13 @@ class LinkRecord:
         }
 
     def note_sent(self, session: int, sequence: int, robot: int | None, time: float) -> None:
-        """A frame went to a robot, or to all."""
+        """A frame went to a robot, or to all.
+
+        Args:
+            session, sequence: Of the frame.
+            robot: Its number; None: all.
+            time: Now [s].
+        """
         self.sent += 1
         for each in self._addressed if robot is None else (robot,):
             self._addressed[each] = self._addressed.get(each, 0) + 1
@@ -74,7 +83,12 @@ class LinkRecord:
             del self._sendings[next(iter(self._sendings))]
 
     def note_telemetry(self, telemetry: Telemetry, time: float) -> None:
-        """A robot tells which frame it took last, and how many."""
+        """A robot tells which frame it took last, and how many.
+
+        Args:
+            telemetry: What it tells.
+            time: Now [s].
+        """
         sending = self._sendings.get((telemetry.session, telemetry.last_sequence))
         if sending is None or telemetry.robot not in self._progress:
             return
@@ -83,7 +97,11 @@ class LinkRecord:
         self._progress[telemetry.robot].append((time, sent, telemetry.taken))
 
     def statistics(self, now: float) -> LinkStatistics:
-        """What is known at a time [s]."""
+        """What is known at a time [s].
+
+        Args:
+            now: The time [s].
+        """
         trips = self._round_trips
         return LinkStatistics(
             sent=self.sent,

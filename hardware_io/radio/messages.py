@@ -49,7 +49,13 @@ class RobotFlag(IntFlag):
 
 @dataclass(frozen=True)
 class Entry:
-    """Command to one robot: wheel speeds [mm/s], or forward speed [mm/s] and turn rate [mrad/s]."""
+    """Command to one robot: wheel speeds [mm/s], or forward speed [mm/s] and turn rate [mrad/s].
+
+    Attributes:
+        robot: Its number.
+        first: Left wheel, or forward speed [mm/s].
+        second: Right wheel [mm/s], or turn rate [mrad/s].
+    """
 
     robot: int
     first: int
@@ -75,7 +81,11 @@ class Frame:
 
 @dataclass(frozen=True, kw_only=True)
 class Command(Frame):
-    """Speeds of several robots; `age` is that of the poses they were computed from [ms]."""
+    """Speeds of several robots; `age` is that of the poses they were computed from [ms].
+
+    Raises:
+        InvalidInput: There are no entries, or too many.
+    """
 
     form: Form
     age: int
@@ -120,7 +130,23 @@ class Arm(Frame):
 
 @dataclass(frozen=True, kw_only=True)
 class Telemetry(Frame):
-    """What a robot reports about itself; fields as in the module's table."""
+    """What a robot reports about itself; fields as in the module's table.
+
+    Attributes:
+        robot: Its number.
+        state: It is in.
+        flags: Of what is wrong.
+        last_sequence: Number of the last frame that it took.
+        hold: Since then [ms].
+        counts: Of the left and the right encoder.
+        speeds: Of the left and the right wheel [mm/s].
+        ranges: Of the four infrared sensors [mm].
+        battery: [mV].
+        taken, refused: Numbers of frames, modulo 65536.
+
+    Raises:
+        InvalidInput: A number does not fit its field.
+    """
 
     robot: int
     state: RobotState
@@ -153,7 +179,17 @@ class Telemetry(Frame):
 
 @dataclass(frozen=True, kw_only=True)
 class Acknowledgement(Frame):
-    """A robot has taken a Stop or an Arm, and is now in `state`."""
+    """A robot has taken a Stop or an Arm, and is now in `state`.
+
+    Attributes:
+        robot: Its number.
+        kind: Of what it has taken.
+        acknowledged: Its sequence number.
+        state: The robot's, now.
+
+    Raises:
+        InvalidInput: A number does not fit its field.
+    """
 
     robot: int
     kind: Kind

@@ -27,7 +27,13 @@ class RobotReports:
 
 
 def robot_reports(receipts: dict[int, Receipt], robots: Sequence[int], now: float) -> RobotReports:
-    """Reports of some robots, in their order, at a time by the receipts' clock [s]."""
+    """Reports of some robots, in their order, at a time by the receipts' clock [s].
+
+    Args:
+        receipts: The newest of each robot.
+        robots: Their numbers.
+        now: The time [s].
+    """
     count = len(robots)
     reports = RobotReports(
         infrared_ranges=np.full((count, 4), math.inf),

@@ -51,7 +51,11 @@ def pack(kind: int, time: float, body: bytes) -> bytes:
 
 
 def records(data: bytes) -> Iterator[Record]:
-    """The whole records of a log, up to the first that is not; none if it is no log."""
+    """The whole records of a log, up to the first that is not; none if it is no log.
+
+    Args:
+        data: The log's bytes.
+    """
     if not data.startswith(MAGIC):
         return
     at = len(MAGIC)

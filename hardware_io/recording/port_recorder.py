@@ -77,5 +77,9 @@ class PortRecorder(LeafSystem):
 
 
 def port_name(name: str) -> str:
-    """Name of a recorder's input port for a port of the station."""
+    """Name of a recorder's input port for a port of the station.
+
+    Args:
+        name: Of the station's port.
+    """
     return name.replace(".", "_")

@@ -60,12 +60,23 @@ class RunWriter:
             self._file.close()
 
     def samples(self, time: float, values: np.ndarray) -> None:
-        """Write a sample of every port, joined in order, shape (sum of the sizes,)."""
+        """Write a sample of every port, joined in order, shape (sum of the sizes,).
+
+        Args:
+            time: [s].
+            values: Shape (sum of the sizes,).
+        """
         assert values.shape == (self._size,)
         self._write(pack(SAMPLES, time, values.astype("<f8").tobytes()))
 
     def picture(self, time: float, port: str, png: bytes) -> None:
-        """Write a picture that a port has shown from now on, as PNG."""
+        """Write a picture that a port has shown from now on, as PNG.
+
+        Args:
+            time: [s].
+            port: Its name.
+            png: The picture's file.
+        """
         number = self.pictures.index(port).to_bytes(2, "little")
         self._write(pack(PICTURE, time, number + png))
 

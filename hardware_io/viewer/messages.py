@@ -40,7 +40,7 @@ class State:
 
     Attributes:
         time: In the run [s].
-        operator: 1 running, 0 paused, -1 stopped.
+        operator: Number of the mode: 1 running, 0 paused, -1 stopped.
         poses: x, y [m], heading [rad] of each robot, pursuers first.
         valid: Whether each pose is.
         age: Of each pose [s]; None if never seen.
@@ -72,7 +72,11 @@ def encode(run: str, what: Scene | State | str) -> bytes:
 
 
 def decode(data: bytes) -> tuple[str, str, Scene | State | str] | None:
-    """Kind, run and content of a message; None for what is none."""
+    """Kind, run and content of a message; None for what is none.
+
+    Args:
+        data: The bytes.
+    """
     try:
         message: dict[str, Any] = json.loads(data)
         kind, run = str(message.pop("kind")), str(message.pop("run"))
@@ -84,5 +88,9 @@ def decode(data: bytes) -> tuple[str, str, Scene | State | str] | None:
 
 
 def or_none(value: float) -> float | None:
-    """A number for JSON, which knows no infinity."""
+    """A number for JSON, which knows no infinity.
+
+    Args:
+        value: The number, of any unit [-].
+    """
     return float(value) if math.isfinite(value) else None

@@ -27,7 +27,7 @@ class Operator:
 
     @property
     def mode(self) -> float:
-        """RUNNING, PAUSED or STOPPED."""
+        """Number of the mode: RUNNING, PAUSED or STOPPED."""
         return self._mode
 
     def on_stop(self, act: Callable[[], object]) -> None:

@@ -14,7 +14,7 @@ class HasMode(Protocol):
 
     @property
     def mode(self) -> float:
-        """1 to run, 0 for a pause, -1 for an emergency stop."""
+        """Number of the mode: 1 to run, 0 for a pause, -1 for an emergency stop."""
         ...
 
 

@@ -29,7 +29,13 @@ class SceneStore(ZMQWebSocketBridge):
         self.zmq_socket = _Nobody()
 
     def set_object(self, path: str, geometry: Any, material: Any = None) -> None:
-        """Draw something at a path, in place of what was there."""
+        """Draw something at a path, in place of what was there.
+
+        Args:
+            path: Where.
+            geometry: Its shape.
+            material: Its looks.
+        """
         self._send(SetObject(geometry, material, _at(path)))
 
     def set_transform(self, path: str, matrix: Any) -> None:
@@ -37,7 +43,13 @@ class SceneStore(ZMQWebSocketBridge):
         self._send(SetTransform(matrix, _at(path)))
 
     def set_property(self, path: str, key: str, value: Any) -> None:
-        """Set a property of what is at a path."""
+        """Set a property of what is at a path.
+
+        Args:
+            path: Of what.
+            key: Name of the property.
+            value: Its value.
+        """
         self._send(SetProperty(key, value, _at(path)))
 
     def delete(self, path: str) -> None:

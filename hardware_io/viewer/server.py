@@ -71,7 +71,11 @@ class ViewServer:
         return bool(self._ended) or time.monotonic() - self._heard > STALE_AFTER
 
     def hear(self, data: bytes) -> None:
-        """Take a message of a controller; what is none is dropped."""
+        """Take a message of a controller; what is none is dropped.
+
+        Args:
+            data: The bytes.
+        """
         message = decode(data)
         if message is None:
             return
@@ -147,6 +151,10 @@ class _SayHandler(_ViewHandler):
 
 
 def serve(port: int) -> None:
-    """Run the view until it is ended."""
+    """Run the view until it is ended.
+
+    Args:
+        port: Of the page.
+    """
     ViewServer(port)
     tornado.ioloop.IOLoop.current().start()

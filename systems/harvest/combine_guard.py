@@ -40,6 +40,9 @@ class CombineGuard(LeafSystem):
         traffic: The combines' paths.
         cart: What the carts are like.
         carts: Number of carts K.
+
+    Raises:
+        InvalidInput: There are no carts.
     """
 
     def __init__(self, traffic: Traffic, cart: Cart, *, carts: int):

@@ -39,7 +39,14 @@ class MachineSizes:
 
 
 def machine_sizes(combine: Combine, cart: Cart, reach: float, span: float) -> MachineSizes:
-    """Choose sizes that can be seen in a view of a height [m]."""
+    """Choose sizes that can be seen in a view of a height [m].
+
+    Args:
+        combine: As it is.
+        cart: As it is.
+        reach: Of the auger [m].
+        span: Height of the view [m].
+    """
     most = min(
         _OVERHANG * (reach - combine.header_width / 2) / (cart.width / 2),
         _WIDEST * combine.header_width / combine.width,
@@ -61,7 +68,7 @@ def drawn_cart(state: np.ndarray, cart: Cart, sizes: MachineSizes) -> np.ndarray
     """Poses of tractor and trailer as drawn, scaled about the middle of the trailer's box.
 
     Args:
-        state: x, y, theta, beta of the cart.
+        state: x, y, theta, beta, shape (4,) [m], [m], [rad], [rad].
         cart: As it is.
         sizes: As it is drawn.
 

@@ -35,7 +35,13 @@ _LEAST = 1e-3
 
 
 class Combines:
-    """Combines at `combines/N`, with `tank/fill`, `auger/out` and `auger/folded`."""
+    """Combines at `combines/N`, with `tank/fill`, `auger/out` and `auger/folded`.
+
+    Args:
+        stage: Where to draw.
+        sizes: As they are drawn.
+        count: How many.
+    """
 
     def __init__(self, stage: Stage, sizes: MachineSizes, count: int) -> None:
         self._stage, self._sizes = stage, sizes
@@ -57,7 +63,13 @@ class Combines:
             _bar(stage, f"{path}/tank", tank_box(sizes), 0.43 * length)
 
     def move(self, poses: np.ndarray, fills: np.ndarray, pouring: np.ndarray) -> None:
-        """Show poses, shape (N, 3), how full tanks are and whether augers are out, shape (N,)."""
+        """Show poses, shape (N, 3), how full tanks are and whether augers are out, shape (N,).
+
+        Args:
+            poses: Shape (N, 3) [m], [m], [rad].
+            fills: How full tanks are, 0 to 1, shape (N,).
+            pouring: Whether augers are out, shape (N,).
+        """
         stage, sizes = self._stage, self._sizes
         reach = max(sizes.length, sizes.header / 2)
         rear, _, front, _ = tank_box(sizes)
@@ -70,7 +82,14 @@ class Combines:
 
 
 class Carts:
-    """Carts at `carts/K/tractor` and `carts/K/trailer`, with `trailer/load/fill`."""
+    """Carts at `carts/K/tractor` and `carts/K/trailer`, with `trailer/load/fill`.
+
+    Args:
+        stage: Where to draw.
+        sizes: As they are drawn.
+        cart: As it is.
+        count: How many.
+    """
 
     def __init__(self, stage: Stage, sizes: MachineSizes, cart: Cart, count: int) -> None:
         self._stage, self._sizes, self._cart = stage, sizes, cart

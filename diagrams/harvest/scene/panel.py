@@ -73,7 +73,13 @@ class Panel:
     def __init__(
         self, stage: Stage, layout: Layout, combines: int, carts: int, speed_up: float
     ) -> None:
-        """Draw what does not change; `speed_up` is told as the replay's pace."""
+        """Draw what does not change; `speed_up` is told as the replay's pace.
+
+        Args:
+            stage: Where to draw.
+            layout: Sizes.
+            combines, carts: How many.
+        """
         self._stage, self._combines = stage, combines
         span = self._span = layout.span
         left, bottom, right, top = layout.panel_bounds

@@ -22,6 +22,7 @@ def radio_study(runs: int) -> Study:
 
     Args:
         runs: Of each cell.
+        runs: Of each cell.
     """
     return Study(
         name="radio",

@@ -36,7 +36,12 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Test:
-    """A difference, by name, that a claim wants to be positive."""
+    """A difference, by name, that a claim wants to be positive.
+
+    Attributes:
+        name: Of the comparison.
+        difference: Of the runs.
+    """
 
     name: str
     difference: PairedDifference
@@ -48,6 +53,8 @@ def compare(name: str, first: np.ndarray, second: np.ndarray | float) -> Test:
     Args:
         name: Of the test.
         first, second: Shape (runs,) each, or one number for all runs [s].
+        name: Of the comparison.
+        first, second: Run by run, shape (runs,).
     """
     return Test(name, paired_difference(first, np.broadcast_to(second, first.shape)))
 

@@ -78,5 +78,11 @@ def judge_everywhere(
 
 
 def varied(make: Callable[..., Study], variant: Variant, **options) -> Study:
-    """The study of `make` on a variant, with other options as it takes them."""
+    """The study of `make` on a variant, with other options as it takes them.
+
+    Args:
+        make: Makes the study.
+        variant: Which.
+        options: Of `make`.
+    """
     return make(base=variant.base, arena=variant.arena, **options)

@@ -12,9 +12,9 @@ class Estimate:
     """An estimate and its confidence interval, all in the unit of what is estimated.
 
     Attributes:
-        value: The estimate.
+        value: The estimate [-].
         low, high: Confidence interval.
-        standard_error: Of the value; 0 where the sample has no spread.
+        standard_error: Of the value [-]; 0 where the sample has no spread.
         count: Size of the sample.
     """
 
@@ -26,7 +26,11 @@ class Estimate:
 
 
 def require_confidence(confidence: float) -> None:
-    """Refuse a level outside (0, 1)."""
+    """Refuse a level outside (0, 1).
+
+    Args:
+        confidence: The level, between 0 and 1.
+    """
     require(0.0 < confidence < 1.0, "confidence", "lie between 0 and 1", confidence)
 
 
@@ -36,7 +40,7 @@ def share(hits: int, count: int, confidence: float = 0.95) -> Estimate:
     Args:
         hits: How often it did.
         count: Out of how many.
-        confidence: Of the interval.
+        confidence: Of the interval, between 0 and 1.
 
     Raises:
         InvalidInput: There is no sample, or not 0 <= hits <= count.

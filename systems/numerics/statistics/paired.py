@@ -19,11 +19,13 @@ class PairedDifference:
     Attributes:
         mean: Of first - second [s].
         low, high: Student's confidence interval of the mean [s].
-        p_value: Of a mean of zero, two-sided (paired t test).
-        wilcoxon_p: Of differences symmetric about zero (Wilcoxon's signed ranks, Pratt's zeros,
+        p_value: Chance of a mean of zero, two-sided (paired t test).
+        wilcoxon_p: Chance of differences symmetric about zero
+            (Wilcoxon's signed ranks, Pratt's zeros,
             normal approximation).
-        sign_p: Of as many positive as negative differences (sign test, ties left out).
-        effect: Mean over standard deviation of the differences (Cohen's d_z); 0 without spread.
+        sign_p: Chance of as many positive as negative differences (sign test, ties left out).
+        effect: Ratio of mean to standard deviation of the differences (Cohen's
+            d_z); 0 without spread.
         superiority: Share of runs in which the first is longer, ties counted half.
         count: Number of pairs.
     """
@@ -48,7 +50,7 @@ def paired_difference(
 
     Args:
         first, second: Times of the same runs in the same order, shape (n,) [s].
-        confidence: Of the interval.
+        confidence: Of the interval, between 0 and 1.
 
     Raises:
         InvalidInput: The samples differ in length, have fewer than two pairs or are not finite.

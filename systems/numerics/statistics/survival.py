@@ -40,7 +40,7 @@ def kaplan_meier(times: ArrayLike, lost: ArrayLike, confidence: float = 0.95) ->
     Args:
         times: Of loss, or of the end of a run without one, shape (n,) [s].
         lost: Whether it was a loss, shape (n,), bool.
-        confidence: Of the pointwise interval.
+        confidence: Of the pointwise interval, between 0 and 1.
 
     Raises:
         InvalidInput: There is no sample, or a time is negative or not finite.
@@ -76,7 +76,7 @@ def restricted_mean(
     Args:
         times, lost: As in `kaplan_meier`.
         horizon: [s].
-        confidence: Of the interval.
+        confidence: Of the interval, between 0 and 1.
 
     Raises:
         InvalidInput: There is no sample, or a number is out of its range.

@@ -18,8 +18,8 @@ def notice_arrival(memory: np.ndarray, state: np.ndarray, lanes: Lanes, traffic:
     """Change what a driver remembers where its way ends, or its lane, in place.
 
     Args:
-        memory: Of one driver.
-        state: x, y, theta, beta of its cart.
+        memory: Of one driver, shape (MEMORY,).
+        state: x, y, theta, beta, shape (4,) [m], [m], [rad], [rad].
         lanes: Beside the combines.
         traffic: The combines, now.
     """

@@ -39,9 +39,9 @@ def expected_states(
     there is a lane; one that something is in the way of stays where it is.
 
     Args:
-        memory: What its driver remembers.
+        memory: What its driver remembers, shape (MEMORY,).
         line: x, y, theta of its route, shape (POINTS, 3).
-        state: x, y, theta, beta.
+        state: x, y, theta, beta, shape (4,) [m], [m], [rad], [rad].
         lanes: Beside the combines.
         traffic: The combines, now.
         count: How many states, at least 2.
@@ -124,7 +124,7 @@ def wish_of(
     """The line that a cart follows, the spacing of its points, and the speed it would drive at.
 
     Args:
-        memory: What its driver remembers.
+        memory: What its driver remembers, shape (MEMORY,).
         line: x, y, theta of its route, shape (POINTS, 3).
         lanes: Beside the combines.
         traffic: The combines, now.

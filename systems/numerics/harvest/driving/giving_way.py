@@ -32,7 +32,7 @@ def is_in_the_way(
     """Whether somebody would run into a cart that stays, or waits for it to go.
 
     Args:
-        memory: What its driver remembers.
+        memory: What its driver remembers, shape (MEMORY,).
         placed: Its outline, shape (m, 2).
         traffic: Combines and other carts.
         begins: When each combine sets out, shape (N,) [s].
@@ -58,7 +58,13 @@ def has_missed_place(memory: np.ndarray, lanes: Lanes, traffic: Traffic) -> bool
 
 
 def is_wedged(memory: np.ndarray, placed: np.ndarray, traffic: Traffic) -> bool:
-    """Whether a cart has no way forward, for a combine that is near or for long."""
+    """Whether a cart has no way forward, for a combine that is near or for long.
+
+    Args:
+        memory: What its driver remembers, shape (MEMORY,).
+        placed: Its outline, shape (m, 2) [m].
+        traffic: Combines and other carts.
+    """
     if memory[TARGET] == STAY or memory[NEWEST] <= memory[OLDEST]:
         return False
     near = gap_to_combines(traffic, placed, traffic.time)

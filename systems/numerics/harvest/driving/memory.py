@@ -21,7 +21,10 @@ POINTS = 1000
 
 
 def evenly(route: Route) -> tuple[np.ndarray, float]:
-    """A route's line as POINTS poses at equal ways, and the ways between them [m]."""
+    """A route's line as POINTS poses at equal ways, and the ways between them [m].
+
+    The poses have the shape (POINTS, 3).
+    """
     at = np.linspace(0.0, route.way.length, POINTS)
     columns = route.way.states[:, :3].T
     line = np.stack([np.interp(at, route.way.distances, column) for column in columns], axis=1)
@@ -32,7 +35,7 @@ def note_move(memory: np.ndarray, trail: np.ndarray, v: float, omega: float, tim
     """Remember a control in place: on the trail, and whether the cart stands.
 
     Args:
-        memory: Of one driver.
+        memory: Of one driver, shape (MEMORY,).
         trail: Its controls, shape (TRAIL, 2).
         v: Speed [m/s].
         omega: Turn rate [rad/s].

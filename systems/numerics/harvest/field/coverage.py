@@ -79,6 +79,8 @@ class CoveragePlan:
 
         Of each combine an array of rows: its station; way that the other has driven, by then,
         since it passed the point beside [m]; number of the other. Empty if nobody is on its left.
+
+        The arrays have the shape (k, 3).
         """
         found = []
         for n in range(len(self.paths)):

@@ -20,6 +20,9 @@ class Field:
         world: The crop's region; its obstacles are places without crop that nothing drives on.
         margin: Width of the strip outside of the boundary on which combines may turn and the cart
             may drive [m].
+
+    Raises:
+        InvalidInput: The margin is negative.
     """
 
     world: World

@@ -50,6 +50,11 @@ def least_initial_gap(least_gap: float, header_width: float, sides: int) -> floa
 def most_sides(initial_gap: float, least_gap: float, header_width: float) -> int:
     """Number of sides that can be driven before the gap falls below d_min; 0 if none.
 
+    Args:
+        initial_gap: d_init [m].
+        least_gap: d_min [m].
+        header_width: l [m].
+
     Raises:
         InvalidInput: A number is out of its range.
     """

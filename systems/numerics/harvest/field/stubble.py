@@ -11,6 +11,10 @@ class Stubble:
 
     Attributes:
         cells: As they are by now; the stations in them say nothing.
+
+    Args:
+        bare: The cells, uncut.
+        header: Its width [m].
     """
 
     def __init__(self, bare: CropCells, header: float) -> None:

@@ -20,8 +20,10 @@ class CropCells:
         origin: Corner of the cell [0, 0], shape (2,) [m].
         size: Side of a cell [m].
         crop_area: Crop in each cell, 0 outside of the field; shape (rows, columns) [m^2].
-        cut_by: Number of the combine that cuts it; -1 if none does, or there is no crop.
-        cut_at: Station of that combine, infinite where there is none [m].
+        cut_by: Number of the combine that cuts it; -1 if none does, or there is no crop;
+            shape (rows, columns).
+        cut_at: Station of that combine, infinite where there is none; shape
+            (rows, columns) [m].
     """
 
     origin: np.ndarray
@@ -36,7 +38,11 @@ class CropCells:
         return self.crop_area > 0
 
     def standing(self, progress: np.ndarray) -> np.ndarray:
-        """Where crop stands when combines are at stations, shape (N,) -> (rows, columns)."""
+        """Where crop stands when combines are at stations, shape (N,) -> (rows, columns).
+
+        Args:
+            progress: Stations of the combines, shape (N,) [m].
+        """
         reached = np.append(np.asarray(progress, dtype=float), -np.inf)[self.cut_by]
         return self.has_crop & (reached < self.cut_at)
 
@@ -84,7 +90,7 @@ class Sweeps:
 
     Attributes:
         begins: Pose at which each begins: x, y, theta; shape (n, 3).
-        ends: The same where it ends.
+        ends: The same where it ends; shape (n, 3).
         stations: Where it begins and ends, shape (n, 2) [m].
         who: Number of the combine, shape (n,).
     """
@@ -110,7 +116,7 @@ def cut_cells(cells: CropCells, sweeps: Sweeps, header: float) -> tuple[CropCell
 
 
 def cut_cells_in_place(cells: CropCells, sweeps: Sweeps, header: float) -> np.ndarray:
-    """As `cut_cells`, writing into the cells' own arrays."""
+    """For the rest see `cut_cells`; writing into the cells' own arrays."""
     areas = np.zeros(len(sweeps.who))
     _sweep(
         sweeps.begins,

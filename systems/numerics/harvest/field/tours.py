@@ -64,6 +64,14 @@ def drive_loops(
 ) -> tuple[list[Tour], list[str]]:
     """Deal the loops out in turn, each begun where the way to it is shortest.
 
+    Args:
+        field: Which.
+        loops: From the edge inwards.
+        stubble: Kept up.
+        header: Its width [m].
+        radius: Of turns [m].
+        combines: How many.
+
     Returns:
         The tours, of which those of combines without a loop are empty, and what went wrong.
     """
@@ -107,6 +115,14 @@ def drive_blocks(
     """Append the rows over left crop to tours, each to the one that is done with it first.
 
     Of each block, rows are taken from both sides inwards, with what is left on their right.
+
+    Args:
+        field: Which.
+        tours: So far.
+        loops: Of the field.
+        blocks: Of left crop.
+        stubble: Kept up.
+        radius: Of turns [m].
 
     Returns:
         How many rows are driven, and what went wrong.
@@ -162,6 +178,15 @@ def park(
     radius: float,
 ) -> list[str]:
     """Send everybody to a place of their own on the first loop, out of the others' way.
+
+    Args:
+        field: Which.
+        tours: So far.
+        loops: Of the field.
+        number: Of the loop.
+        stubble: Kept up.
+        header: Its width [m].
+        radius: Of turns [m].
 
     Returns:
         What went wrong.

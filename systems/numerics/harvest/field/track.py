@@ -46,12 +46,22 @@ class Track:
 
 
 def forward_track(points: np.ndarray, headings: np.ndarray) -> Track:
-    """A track driven forwards all the way."""
+    """A track driven forwards all the way.
+
+    Args:
+        points: Shape (n, 2) [m].
+        headings: Shape (n,) [rad].
+    """
     return Track(points, np.unwrap(headings), np.ones(len(points) - 1, dtype=int))
 
 
 def straight_track(start: Sequence[float], length: float) -> Track:
-    """A straight from a pose: x, y, theta; backwards if the length is negative [m]."""
+    """A straight from a pose: x, y, theta; backwards if the length is negative [m].
+
+    Args:
+        start: x, y, theta [m], [m], [rad].
+        length: [m].
+    """
     x, y, theta = start
     points = np.array([[x, y], [x + length * np.cos(theta), y + length * np.sin(theta)]])
     return Track(points, np.full(2, theta), np.array([1 if length >= 0 else -1]))
@@ -89,6 +99,10 @@ def join_tracks(tracks: Sequence[Track]) -> Track:
 def split_track(track: Track, longest: float) -> tuple[Track, np.ndarray]:
     """A track with its pieces cut so that none is longer than told.
 
+    Args:
+        track: Which.
+        longest: Length of a piece [m].
+
     Returns:
         The track, and of each of its pieces the number of the piece that it was, shape (n - 1,).
     """
@@ -103,7 +117,13 @@ def split_track(track: Track, longest: float) -> tuple[Track, np.ndarray]:
 
 
 def turn_track(start: Sequence[float], turn: float, radius: float) -> Track:
-    """An arc forwards from a pose, to the left if the turn is positive [rad]."""
+    """An arc forwards from a pose, to the left if the turn is positive [rad].
+
+    Args:
+        start: x, y, theta [m], [m], [rad].
+        turn: [rad].
+        radius: [m].
+    """
     x, y, theta = map(float, start)
     way = radius * abs(turn)
     path = CarPath((x, y, theta), (1 if turn > 0 else -1,), (way,), radius)

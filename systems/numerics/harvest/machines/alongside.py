@@ -16,7 +16,12 @@ MIDDLE = 0.15
 
 @compiled
 def box_middle(state, length, hitch_offset):
-    """Middle of a trailer's box and its heading, from x, y, theta, beta; x, y, theta."""
+    """Middle of a trailer's box and its heading, from x, y, theta, beta; x, y, theta.
+
+    Args:
+        state: x, y, theta, beta, shape (4,) [m], [m], [rad], [rad].
+        length, hitch_offset: Of the trailer [m].
+    """
     heading = state[2] - state[3]
     behind = length * (1.0 - MIDDLE)
     x = state[0] - hitch_offset * np.cos(state[2]) - behind * np.cos(heading)

@@ -10,7 +10,11 @@ from ...planning.trailer import Trailer
 
 @dataclass(frozen=True, kw_only=True)
 class Cart:
-    """One of a team of equal grain carts."""
+    """One of a team of equal grain carts.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     # On the way [m/s].
     speed: float = 6.0

@@ -13,6 +13,9 @@ class Combine:
     """One of a team of equal combines.
 
     The point that its path leads is the middle of the header.
+
+    Raises:
+        InvalidInput: A value is out of its range.
     """
 
     # Width of the header [m].

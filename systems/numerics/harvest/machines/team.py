@@ -16,9 +16,10 @@ class PackedPaths(NamedTuple):
 
     Attributes:
         starts: Where each path's samples begin, shape (N + 1,).
-        stations: [m].
+        stations: Shape (n,) [m].
         poses: x, y, theta, theta unwrapped, shape (n, 3).
-        grain: Cut from each sample to the next; 0 from a path to the next [kg].
+        grain: Cut from each sample to the next; 0 from a path to the next; shape
+            (n,) [kg].
     """
 
     starts: np.ndarray
@@ -103,7 +104,12 @@ def advance_team(
 
 @compiled
 def poses_of(paths, stations):
-    """x, y, theta of every combine at its station, shape (N,) -> (3 N,)."""
+    """x, y, theta of every combine at its station, shape (N,) -> (3 N,).
+
+    Args:
+        paths: Packed.
+        stations: Shape (N,) [m].
+    """
     poses = np.empty(3 * len(stations))
     for n in range(len(stations)):
         low, high = paths.starts[n], paths.starts[n + 1]

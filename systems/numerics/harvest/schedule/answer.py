@@ -25,7 +25,7 @@ class CartPlan:
         period_min: The shortest period it could keep, that of a cart that never waits [s].
         jitter: What its plan certainly stands, as a part of each time.
         jitter_max: The largest that any strategy stands, without a truck; with one, what the
-            plan of the shortest period certainly stands.
+            plan of the shortest period certainly stands; a part of each time.
     """
 
     group: CartGroup
@@ -90,6 +90,9 @@ def answer_schedule(
         fill: Part of each tank that is used.
         jitter: Choose that part so that this jitter is certainly stood, as in `plan_jitter`.
         neighbours: Give each cart combines that follow one another.
+
+    Raises:
+        InvalidInput: A value is out of its range.
     """
     require(0 < fill <= 1, "fill", "lie above 0 and up to 1", fill)
     require(jitter is None or fill == 1.0, "jitter", "come without fill", jitter)
@@ -116,6 +119,16 @@ def answer_timetable(
     """The timetable of all carts, as `plan_timetable` makes that of one.
 
     Without start times each combine begins by its cart's plan, and that at the cart's phase.
+
+    Args:
+        answer: The schedule.
+        cycles: Number of rounds.
+        initial_loads: Of the tanks, (N,) [kg].
+        start_times: When combines begin to cut, (N,) [s].
+        ready: When the carts are, at the earliest [s].
+
+    Raises:
+        InvalidInput: A value is out of its range.
     """
     require(answer.feasible, "answer", "be feasible", "; ".join(answer.reasons))
     runs: list[CartRun] = []

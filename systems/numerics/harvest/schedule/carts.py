@@ -48,6 +48,9 @@ def assign_combines(
         truck: Where carts of finite capacity unload.
         neighbours: Only groups of combines that follow one another, so that carts keep out of
             each other's way.
+
+    Raises:
+        InvalidInput: There are no carts.
     """
     require_count("carts", carts)
 

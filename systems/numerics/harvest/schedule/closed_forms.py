@@ -25,7 +25,18 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class EqualCombines:
-    """The inputs of the thesis, checked: N, C [kg], r_f, r_u [kg/s] and dT [s]."""
+    """The inputs of the thesis, checked: N, C [kg], r_f, r_u [kg/s] and dT [s].
+
+    Attributes:
+        combines: N.
+        capacity: C [kg].
+        fill_rate: r_f [kg/s].
+        unload_rate: r_u [kg/s].
+        travel_time: dT [s].
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
 
     combines: int
     capacity: float
@@ -55,7 +66,15 @@ class EqualCombines:
 
 
 def combines_max(fill_rate: float, unload_rate: float) -> int:
-    """N_max = floor(r_u / r_f): more combines fill faster than one cart unloads."""
+    """N_max = floor(r_u / r_f): more combines fill faster than one cart unloads.
+
+    Args:
+        fill_rate: r_f [kg/s].
+        unload_rate: r_u [kg/s].
+
+    Raises:
+        InvalidInput: The rates are not comparable.
+    """
     quotient = unload_rate / fill_rate
     require(math.isfinite(quotient), "fill_rate", "be comparable to the unload rate", fill_rate)
     return math.floor(quotient * (1.0 + _ROUNDING))

@@ -16,6 +16,10 @@ def drawn_timetable(answer: ScheduleAnswer, cycles: int) -> Timetable:
 
     Its other combines began, with empty tanks, when it set out for the first one. Carts without
     a plan never wait, and start beside a full tank; some tank will run over.
+
+    Args:
+        answer: The schedule.
+        cycles: Number of rounds.
     """
     begins = [0.0] * answer.fleet.size
     runs: list[CartRun] = []

@@ -25,6 +25,9 @@ class Fleet:
         fill_rates: Grain that each one cuts, (N,) [kg/s].
         unload_rates: What each one's auger delivers, (N,) [kg/s]; more than it cuts.
         travel_times: From combine i (row) to combine j (column), (N, N) [s].
+
+    Raises:
+        InvalidInput: Sizes differ, or a number is out of its range.
     """
 
     capacities: tuple[float, ...]
@@ -57,7 +60,18 @@ class Fleet:
     def equal(
         combines: int, capacity: float, fill_rate: float, unload_rate: float, travel_time: float
     ) -> "Fleet":
-        """The thesis's fleet: alike, and `travel_time` apart along a line (3.3)."""
+        """The thesis's fleet: alike, and `travel_time` apart along a line (3.3).
+
+        Args:
+            combines: N.
+            capacity: C [kg].
+            fill_rate: r_f [kg/s].
+            unload_rate: r_u [kg/s].
+            travel_time: dT [s].
+
+        Raises:
+            InvalidInput: A value is out of its range.
+        """
         require_count("combines", combines)
         return Fleet(
             capacities=(capacity,) * combines,
@@ -89,6 +103,9 @@ class Truck:
         travel_time: One way between any combine and the truck [s].
         unload_rate: From cart to truck [kg/s]; infinite: at once.
         stop_time: Spent at the truck besides unloading [s].
+
+    Raises:
+        InvalidInput: A value is out of its range.
     """
 
     cart_capacity: float
@@ -107,6 +124,12 @@ def line_of(gaps: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
     """Travel times between combines along a line, (N, N) [s], from the N - 1 between neighbours.
 
     The way back passes all of them again, as in the thesis.
+
+    Args:
+        gaps: Between neighbours [s].
+
+    Raises:
+        InvalidInput: A value is out of its range.
     """
     for gap in gaps:
         require_non_negative("travel_time", gap)
@@ -117,7 +140,12 @@ def line_of(gaps: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
 
 
 def require_count(name: str, value: int) -> None:
-    """Refuse what is not a whole number from 1 on."""
+    """Refuse what is not a whole number from 1 on.
+
+    Args:
+        name: Of the parameter, for the message.
+        value: What came.
+    """
     if isinstance(value, bool) or not isinstance(value, int):
         raise InvalidInput(f"`{name}` must be a whole number; got {value}")
     require_finite(name, value)

@@ -63,6 +63,11 @@ def best_round(fleet: Fleet, order: tuple[int, ...], truck: Truck | None) -> tup
 
     With a truck, trips after every number of visits are tried, up to what the cart can hold.
     Among equals the one with fewest trips.
+
+    Args:
+        fleet: The combines.
+        order: In which they are served.
+        truck: Where carts unload, if anywhere.
     """
     if truck is None:
         round_ = sequential_round(fleet, order)

@@ -92,6 +92,9 @@ def plan_round(
         fill: Part of each tank, and of the cart, that the plan uses; above 0 up to 1.
         aim: Which of the possible periods; the longest if the shortest is none at all.
         period: This period instead [s].
+
+    Raises:
+        InvalidInput: The fill is not above 0 and up to 1.
     """
     require(0 < fill <= 1, "fill", "lie above 0 and up to 1", fill)
     if _is_alone(round_):
@@ -117,6 +120,12 @@ def travel_scale_max(
     Infinite if nothing is to be driven; negative or less than 1: as it is, it has none. Minus
     infinity if even driving in no time does not help. Without `by_truck` the factor leaves the
     ways by the truck as they are.
+
+    Args:
+        fleet: The combines.
+        round_: The visits.
+        fill: Part of each tank, and of the cart, that the plan uses.
+        by_truck: Whether ways by the truck are scaled too.
     """
     driven = [
         way if by_truck or not trip else 0.0

@@ -133,7 +133,12 @@ def _carts_needed(fleet: Fleet, truck: Truck | None) -> int:
 
 
 def first_combines(fleet: Fleet, count: int) -> Fleet:
-    """The fleet without all but the first combines."""
+    """The fleet without all but the first combines.
+
+    Args:
+        fleet: Which.
+        count: How many are left.
+    """
     return Fleet(
         capacities=fleet.capacities[:count],
         fill_rates=fleet.fill_rates[:count],

@@ -95,7 +95,11 @@ def stands_factor(plan: PeriodicPlan, factor: float) -> bool:
 
 
 def plan_for_jitter(fleet: Fleet, round_: Round, jitter: float) -> PeriodicPlan | None:
-    """The plan of the longest period that certainly stands a jitter; None: there is none."""
+    """The plan of the longest period that certainly stands a jitter; None: there is none.
+
+    Raises:
+        InvalidInput: The jitter is negative.
+    """
     require_non_negative("jitter", jitter)
 
     def stands(plan: PeriodicPlan | None) -> bool:

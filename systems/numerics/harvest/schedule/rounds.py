@@ -62,6 +62,9 @@ def sequential_round(
         visits_per_trip: The cart drives by the truck after each such number of visits; none:
             after each time that it has served all. The round is as long as it takes for trips
             and combines to fall together again.
+
+    Raises:
+        InvalidInput: The order names no combine, or a number is out of its range.
     """
     served = tuple(range(fleet.size)) if order is None else tuple(order)
     known = len(set(served)) == len(served) > 0 and set(served) <= set(range(fleet.size))

@@ -58,6 +58,9 @@ def simulate_schedule(
         cycles: Number of rounds.
         initial_loads: Of the tanks, (N,) [kg]; none: empty.
         start_times: When each combine begins to cut, (N,) [s]; none: at time 0.
+
+    Raises:
+        InvalidInput: A value is out of its range.
     """
     require_count("cycles", cycles)
     runs = [runs] if isinstance(runs, CartRun) else list(runs)
@@ -215,7 +218,17 @@ def first_run(
     start_times: Sequence[float] | None = None,
     ready: float = -math.inf,
 ) -> tuple[CartRun, tuple[float, ...]]:
-    """The cart's run of `plan_timetable`, and when the combines begin."""
+    """The cart's run of `plan_timetable`, and when the combines begin.
+
+    Args:
+        plan: Which.
+        initial_loads: Of the tanks, (N,) [kg].
+        start_times: When combines begin to cut, (N,) [s].
+        ready: When the cart is, at the earliest [s].
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
     fleet, round_ = plan.fleet, plan.round
     loads = (0.0,) * fleet.size if initial_loads is None else tuple(initial_loads)
     if start_times is None:

@@ -57,7 +57,7 @@ def next_in_turn(
     Args:
         cart: Its number.
         memory: TASK, VISIT, EMPTIED, shape (3,).
-        rows: Its visits.
+        rows: Its visits, shape (n, columns).
         sight: What there is to see.
         capacity: Of a tank [kg].
     """
@@ -127,6 +127,12 @@ def may_start(memory: np.ndarray, rows: np.ndarray, modes: np.ndarray, time: flo
     """Whether a cart may empty the combine it is sent to.
 
     By its timetable, or at once when that one stands full or has finished.
+
+    Args:
+        memory: TASK, VISIT, EMPTIED, shape (3,).
+        rows: Its visits, shape (n, columns).
+        modes: Of the combines, shape (N,).
+        time: Now [s].
     """
     n = int(memory[TASK])
     if n < 0:

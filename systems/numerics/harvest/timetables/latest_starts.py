@@ -31,7 +31,7 @@ class Service:
         capacity: Of a tank [kg].
         rate: Of the augers [kg/s].
         speed: Of a cart towards or away from a combine at work, at the least [m/s].
-        roundabout: Way driven, in straight distances between combines.
+        roundabout: Way driven, as a factor on straight distances between combines.
         settling: Time that every way takes beyond that [s].
         truck: Where carts of finite capacity unload; none: they hold any amount.
     """

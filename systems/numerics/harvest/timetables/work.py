@@ -22,9 +22,9 @@ class Work:
 
     Attributes:
         step: Of time [s].
-        grain: Cut up to the beginning of each step and the end of the last, (K + 1,) [kg].
+        grain: Cut up to the beginning of each step and the end of the last, shape (K + 1,) [kg].
         reachable: Whether a cart can be filled during each step, (K,).
-        places: x, y at the same times as `grain`, (K + 1, 2) [m].
+        places: x, y at the same times as `grain`, shape (K + 1, 2) [m].
     """
 
     step: float
@@ -78,7 +78,14 @@ def work_of(
 
 
 def beside(path: CombinePath, lane: Lane, reach: float, stations: np.ndarray) -> np.ndarray:
-    """Whether a trailer at its place on a lane is where the auger pours, at stations (n,)."""
+    """Whether a trailer at its place on a lane is where the auger pours, at stations (n,).
+
+    Args:
+        path: Of the combine.
+        lane: Beside it.
+        reach: Of the auger [m].
+        stations: Of the combine, shape (n,) [m].
+    """
     poses = path.pose_at(stations)
     slots = np.interp(stations, lane.stations, lane.slots)
     along = STEP * np.arange(len(lane.points))

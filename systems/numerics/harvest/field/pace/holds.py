@@ -36,8 +36,8 @@ class PackedHolds(NamedTuple):
     Attributes:
         pairs: Waiting combine and the other, shape (k, 2).
         starts: Where each one's rows begin, shape (k + 1,).
-        stations: Where the one waits [m].
-        needs: Until the other is at this station [m].
+        stations: Where the one waits, shape (m,) [m].
+        needs: Until the other is at this station, shape (m,) [m].
     """
 
     pairs: np.ndarray
@@ -57,13 +57,23 @@ def pack_holds(holds: Sequence[Holds]) -> PackedHolds:
 
 
 def station_limits(holds: Sequence[Holds], progress: np.ndarray) -> np.ndarray:
-    """How far each combine may drive for now, shape (combines,) -> (combines,) [m]."""
+    """How far each combine may drive for now, shape (combines,) -> (combines,) [m].
+
+    Args:
+        holds: Who waits for whom.
+        progress: Stations now, shape (combines,) [m].
+    """
     return limits_of(pack_holds(holds), np.asarray(progress, dtype=float))
 
 
 @compiled
 def limits_of(holds, progress):
-    """The same of packed holds."""
+    """The same of packed holds.
+
+    Args:
+        holds: Packed.
+        progress: Stations now, shape (combines,) [m].
+    """
     limits = np.full(len(progress), np.inf)
     for k in range(len(holds.pairs)):
         one, other = holds.pairs[k, 0], holds.pairs[k, 1]

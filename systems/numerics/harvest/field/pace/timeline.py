@@ -16,7 +16,8 @@ class Timeline:
     Attributes:
         clock: Way that a combine without any waiting would have driven, shape (k,) [m].
         progress: Stations of all combines, shape (k, combines) [m].
-        waits: Way that each would have driven while it waited, without its start delay [m].
+        waits: Way that each would have driven while it waited, without its start delay,
+            shape (combines,) [m].
     """
 
     clock: np.ndarray

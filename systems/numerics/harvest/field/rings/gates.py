@@ -42,6 +42,14 @@ def find_gates(
     """The shortest way from a loop to each obstacle inside of it, clear of other obstacles.
 
     An obstacle that none leads to is left out, and so are obstacles that the loop itself passes.
+
+    Args:
+        points: Of the loop, shape (n, 2) [m].
+        headings: At them, shape (n,) [rad].
+        inside: The loop's region.
+        obstacles: To get to.
+        header: Its width [m].
+        radius: Of turns [m].
     """
     gates = []
     step = max(1, int(SPACING / math.dist(points[0], points[1])))

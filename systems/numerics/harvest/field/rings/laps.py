@@ -23,7 +23,12 @@ SHARP_BEND = 0.4
 
 
 def corner_runs(loop: Loop, radius: float) -> list[tuple[int, int, float]]:
-    """Sharp right turns of a loop: first point, last point (may exceed n), and turn [rad]."""
+    """Sharp right turns of a loop: first point, last point (may exceed n), and turn [rad].
+
+    Args:
+        loop: Which.
+        radius: Of turns [m].
+    """
     count = len(loop.points)
     turns = _turns(loop)
     lengths = np.hypot(*(np.roll(loop.points, -1, axis=0) - loop.points).T)

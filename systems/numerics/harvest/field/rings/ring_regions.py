@@ -17,12 +17,22 @@ LEAST_REGION = 1e-6
 
 
 def shrink(region: BaseGeometry, width: float) -> list[shapely.Polygon]:
-    """What of a region is farther than a width from its edge, largest piece first."""
+    """What of a region is farther than a width from its edge, largest piece first.
+
+    Args:
+        region: Which.
+        width: [m].
+    """
     return polygons(region.buffer(-width, quad_segs=ARC))
 
 
 def polygons(geometry: BaseGeometry, least_area: float = 1e-9) -> list[shapely.Polygon]:
-    """The polygons of a geometry that have some area, largest first."""
+    """The polygons of a geometry that have some area, largest first.
+
+    Args:
+        geometry: Which.
+        least_area: Smaller ones are left out [m^2].
+    """
     parts = [
         part
         for part in shapely.get_parts(geometry, return_index=False).tolist()
@@ -56,7 +66,12 @@ def round_reflex_corners(
 
 
 def round_convex_corners(region: BaseGeometry, radius: float) -> list[shapely.Polygon]:
-    """What of a region a disc reaches that stays inside: corners get the disc's radius."""
+    """What of a region a disc reaches that stays inside: corners get the disc's radius.
+
+    Args:
+        region: Which.
+        radius: Of the disc [m].
+    """
     return polygons(region.buffer(-radius, quad_segs=ARC).buffer(radius, quad_segs=ARC))
 
 
