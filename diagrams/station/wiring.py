@@ -35,7 +35,13 @@ def split_teams(
 
 
 def join_teams(builder: DiagramBuilder, name: str, ports: dict[str, OutputPort]) -> OutputPort:
-    """Join a port of the pursuers and one of the evaders, as of `pursuer.poses`."""
+    """Join a port of the pursuers and one of the evaders, as of `pursuer.poses`.
+
+    Args:
+        builder: Gets the joint.
+        name: Of the joint.
+        ports: By name, as `pursuer.poses` and `evader.poses`.
+    """
     both = [ports[f"{team}.{name}"] for team in ("pursuer", "evader")]
     joined = builder.AddNamedSystem(f"{name}_of_all", Multiplexer([port.size() for port in both]))
     for k, port in enumerate(both):
