@@ -10,6 +10,9 @@ from ..routes.planner import RoutePlanner
 from ..routes.route import Route, staying_at
 from ..strategies.serving import STAY, TRUCK
 
+# To how many places round a combine that stands full a way is searched for.
+TRIED = 3
+
 
 def route_to(
     target: int,
@@ -35,11 +38,18 @@ def route_to(
     """
     if target == STAY:
         return None
+    stands_full = target >= 0 and math.isinf(traffic.waits[target])
+    if stands_full:
+        # Whoever waits may wait for that one.
+        waits = np.where(traffic.waits > 0.0, math.inf, traffic.waits)
+        traffic = traffic._replace(waits=waits)
     ways = [staying_at(truck)] if target == TRUCK else lanes.meetings(traffic, target)
     routes = (planner.plan(traffic, state, traffic.time, each) for each in ways)
     route = next(filter(None, routes), None)
-    if route is None and target >= 0 and math.isinf(traffic.waits[target]):
+    if route is None and stands_full:
         pose = np.array(pose_on_path(traffic, target, traffic.progress[target]))
         places = lanes.places_at_standing(pose, reach)
         route = planner.to_any(traffic, state, traffic.time, places)
+        for place in [each for each in places if planner.has_room(traffic, each)][:TRIED]:
+            route = route or planner.plan(traffic, state, traffic.time, staying_at(place))
     return route

@@ -116,6 +116,14 @@ class RoutePlanner:
                 return route
         return None
 
+    def has_room(self, traffic: Traffic, pose: np.ndarray) -> bool:
+        """Whether a cart may stand at a pose of its tractor, shape (3,), now."""
+        cart = self.cart
+        placed = outline_at(self._outline, cart.length, cart.hitch_offset, np.append(pose, 0.0))
+        if crop_under(self.ground, traffic, placed, traffic.time, 0.0) > 0:
+            return False
+        return bool(gap_to_combines(traffic, placed, traffic.time) > GAPS[0])
+
     def _gaps(self, traffic: Traffic, state: np.ndarray) -> np.ndarray:
         """What to keep from combines and from other carts, shape (2,) [m].
 
