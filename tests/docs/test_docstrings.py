@@ -133,8 +133,6 @@ def faults_in(module: Module) -> list[str]:
     return found
 
 
-# Modules, and folders of them, whose docstrings do not say everything yet.
-INCOMPLETE = (ROOT / "tests" / "docs" / "incomplete_docstrings.txt").read_text().split()
 MODULES = read_modules()
 
 
@@ -142,18 +140,9 @@ def test_there_is_much_to_check():
     assert sum(len(module.things) for module in MODULES) > 900
 
 
-COMPLETE = [each for each in MODULES if not each.file.as_posix().startswith(tuple(INCOMPLETE))]
-
-
-@pytest.mark.parametrize("module", COMPLETE, ids=lambda module: module.file.as_posix())
+@pytest.mark.parametrize("module", MODULES, ids=lambda module: module.file.as_posix())
 def test_everything_public_is_documented(module):
     assert faults_in(module) == []
-
-
-def test_only_what_is_incomplete_is_listed_as_such():
-    faulty = [module.file.as_posix() for module in MODULES if faults_in(module)]
-    listed = [entry for entry in INCOMPLETE if not any(f.startswith(entry) for f in faulty)]
-    assert listed == []
 
 
 def test_cited_equations_exist():

@@ -56,13 +56,27 @@ def follow(line, step, state, way, wish, radius, hitch, points, ground, traffic,
 
 @compiled
 def comes_too_near(gap, least, before):
-    """Whether a gap that a step leaves is too small, and the step to blame; all in [m]."""
+    """Whether a gap that a step leaves is too small, and the step to blame; all in [m].
+
+    Args:
+        least: To be kept [m].
+    """
     return (gap < least and gap < before - CREEP) or (gap < LEAST_GAP and gap < before)
 
 
 @compiled
 def backs_into(ground, traffic, points, hitch, state, v, omega, period):
-    """Whether a control brings a cart in a period into crop or too near to others, or folds it."""
+    """Whether a control brings a cart in a period into crop or too near to others, or folds it.
+
+    Args:
+        ground: Raster of the crop.
+        traffic: The combines.
+        points: Outline of the cart, shape (m, 2) [m].
+        hitch: Of the cart.
+        state: x, y, theta, beta of the cart, shape (4,) [m], [m], [rad], [rad].
+        v: Speed of the tractor [m/s].
+        omega: Its turn rate [rad/s].
+    """
     then = drive(state, v, omega, hitch, period, 2)
     if abs(then[3]) > FOLDED and abs(then[3]) > abs(state[3]):
         return True
@@ -82,6 +96,11 @@ def meets_cart(others, placed, stays, period):
     """Whether an outline comes too near to another cart, and nearer than if it stays.
 
     Of those that one lets pass also where they will be soon.
+
+    Args:
+        others: The other carts.
+        placed: Outline of the cart where it is, shape (m, 2) [m].
+        period: Time step [s].
     """
     for number in range(len(others.states)):
         looks = 4 if number < others.before else 2

@@ -46,7 +46,7 @@ def has_missed_place(memory: np.ndarray, lanes: Lanes, traffic: Traffic) -> bool
     """Whether a cart is so far ahead of its place beside a combine that only that one could come.
 
     Args:
-        memory: What its driver remembers.
+        memory: What its driver remembers, shape (MEMORY,).
         lanes: Beside the combines.
         traffic: The combines, now.
     """

@@ -30,7 +30,7 @@ def route_to(
     Args:
         target: Number of a combine, or a task of `strategies.serving`.
         truck: Where the cart stands at its truck: x, y, theta of the tractor, shape (3,).
-        state: x, y, theta, beta.
+        state: x, y, theta, beta, shape (4,).
         traffic: Combines and other carts, now.
         planner: Of routes.
         lanes: Beside the combines.

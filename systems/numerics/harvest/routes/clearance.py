@@ -30,7 +30,13 @@ def outline(cart: Cart) -> np.ndarray:
 
 @compiled
 def outline_at(points, length, hitch_offset, state):
-    """The outline of a cart in a state x, y, theta, beta; shape (m, 2) [m]."""
+    """The outline of a cart in a state x, y, theta, beta; shape (m, 2) [m].
+
+    Args:
+        points: Outline of the cart, shape (m, 2) [m].
+        length: From the hitch to the trailer's axle [m].
+        hitch_offset: From the tractor's axle back to the hitch [m].
+    """
     x, y, theta, beta = state[0], state[1], state[2], state[3]
     heading = theta - beta
     ax = x - hitch_offset * np.cos(theta) - length * np.cos(heading)
@@ -48,7 +54,14 @@ def outline_at(points, length, hitch_offset, state):
 
 @compiled
 def distance_to_combine(px, py, pose, size):
-    """From a point to a combine: a header, and a body behind it; 0 inside [m]."""
+    """From a point to a combine: a header, and a body behind it; 0 inside [m].
+
+    Args:
+        px: Of the point [m].
+        py: Of the point [m].
+        pose: x, y, theta of the combine [m], [m], [rad].
+        size: Of a combine, as in `Traffic`, shape (3,) [m].
+    """
     dx, dy = px - pose[0], py - pose[1]
     c, s = np.cos(pose[2]), np.sin(pose[2])
     ahead, left = c * dx + s * dy, abs(c * dy - s * dx)
@@ -62,7 +75,15 @@ def distance_to_combine(px, py, pose, size):
 
 @compiled
 def crop_under(ground, traffic, placed, time, early):
-    """Number of points of an outline that stand in crop or out of bounds."""
+    """Number of points of an outline that stand in crop or out of bounds.
+
+    Args:
+        ground: Raster of the crop.
+        traffic: The combines.
+        placed: Outline of the cart where it is, shape (m, 2) [m].
+        time: At which [s].
+        early: By how much sooner crop has to be gone [s].
+    """
     count = 0
     for k in range(len(placed)):
         if not drivable(ground, traffic, placed[k, 0], placed[k, 1], time, early):
@@ -72,7 +93,12 @@ def crop_under(ground, traffic, placed, time, early):
 
 @compiled
 def gap_to_combines(traffic, placed, time):
-    """Least distance of an outline from any combine at a time [m]."""
+    """Least distance of an outline from any combine at a time [m].
+
+    Args:
+        traffic: The combines.
+        placed: Outline of the cart where it is, shape (m, 2) [m].
+    """
     least = np.inf
     for combine in range(len(traffic.progress)):
         pose = pose_on_path(traffic, combine, station_at(traffic, combine, time))
@@ -86,7 +112,13 @@ def gap_to_combines(traffic, placed, time):
 
 @compiled
 def is_near(traffic, placed, time, gaps):
-    """Whether an outline is nearer to a combine, or to another cart, than gaps (2,) allow [m]."""
+    """Whether an outline is nearer to a combine, or to another cart, than gaps (2,) allow [m].
+
+    Args:
+        traffic: The combines.
+        placed: Outline of the cart where it is, shape (m, 2) [m].
+        time: At which [s].
+    """
     if gap_to_combines(traffic, placed, time) < gaps[0]:
         return True
     return gap_to_carts(traffic.others, placed, time - traffic.time) < gaps[1]

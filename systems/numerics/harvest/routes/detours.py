@@ -16,6 +16,9 @@ def clear_times(ground, traffic):
     """When each coarse cell may be driven on: all its crop is cut; shape (rows, columns) [s].
 
     Infinite for those that never may.
+
+    Args:
+        traffic: The combines.
     """
     rows, columns = ground.code.shape
     clear = np.full((rows // COARSE + 1, columns // COARSE + 1), -np.inf)
@@ -74,7 +77,14 @@ def arrivals(clear, side, corner, start, time, speed):
 
 @compiled
 def nearest_arrival(at, side, corner, x, y):
-    """When one can be at a point, or in the best coarse cell beside its own [s]."""
+    """When one can be at a point, or in the best coarse cell beside its own [s].
+
+    Args:
+        side: Of a coarse cell [m].
+        corner: Of the raster, shape (2,) [m].
+        x: Of the point [m].
+        y: Of the point [m].
+    """
     i, j = int((x - corner[0]) / side), int((y - corner[1]) / side)
     if i < 0 or j < 0 or j >= at.shape[0] or i >= at.shape[1]:
         return np.inf

@@ -36,13 +36,14 @@ class Traffic(NamedTuple):
 
     Attributes:
         starts: Where each path's samples begin in the arrays below, shape (N + 1,).
-        stations: Of all paths, one after the other [m].
+        stations: Of all paths, one after the other, shape (n,) [m].
         poses: x, y, theta at them, theta unwrapped, shape (n, 3).
         progress: Station of each combine, shape (N,) [m].
         waits: How long each waits before it drives on, shape (N,) [s].
         time: When that is [s].
         speed: Of the combines [m/s].
-        size: Of a combine: half its header, half its body's width, its body's length [m].
+        size: Of a combine: half its header, half its body's width, its body's length, shape (3,)
+            [m].
         others: The other carts, from `time` on.
     """
 
@@ -58,7 +59,11 @@ class Traffic(NamedTuple):
 
 
 def stations_at(traffic: Traffic, combine: int, times: np.ndarray) -> np.ndarray:
-    """As `station_at` for many times, shape (n,) [s] -> (n,) [m]."""
+    """As `station_at` for many times, shape (n,) [s] -> (n,) [m].
+
+    Args:
+        combine: Its number.
+    """
     driven = np.maximum(times - traffic.time - traffic.waits[combine], 0.0) * traffic.speed
     last = traffic.stations[traffic.starts[combine + 1] - 1]
     return np.minimum(traffic.progress[combine] + driven, last)
@@ -66,7 +71,11 @@ def stations_at(traffic: Traffic, combine: int, times: np.ndarray) -> np.ndarray
 
 @compiled
 def station_at(traffic, combine, time):
-    """Where a combine will be along its path at a time [s] -> [m]."""
+    """Where a combine will be along its path at a time [s] -> [m].
+
+    Args:
+        traffic: The combines.
+    """
     driven = max(time - traffic.time - traffic.waits[combine], 0.0) * traffic.speed
     last = traffic.stations[traffic.starts[combine + 1] - 1]
     return min(traffic.progress[combine] + driven, last)
@@ -74,7 +83,11 @@ def station_at(traffic, combine, time):
 
 @compiled
 def pose_on_path(traffic, combine, station):
-    """x, y, theta of a combine at a station of its path."""
+    """x, y, theta of a combine at a station of its path.
+
+    Args:
+        traffic: The combines.
+    """
     low, high = traffic.starts[combine], traffic.starts[combine + 1]
     k = low + np.searchsorted(traffic.stations[low:high], station, side="right") - 1
     k = min(max(k, low), high - 2)
@@ -90,7 +103,14 @@ def pose_on_path(traffic, combine, station):
 
 @compiled
 def drivable(ground, traffic, x, y, time, early):
-    """Whether there is no crop at a point at a time, and would not be so much earlier [s]."""
+    """Whether there is no crop at a point at a time, and would not be so much earlier [s].
+
+    Args:
+        traffic: The combines.
+        x: Of the point [m].
+        y: Of the point [m].
+        early: By how much sooner crop has to be gone [s].
+    """
     i = int(np.floor((x - ground.corner[0]) / ground.cell))
     j = int(np.floor((y - ground.corner[1]) / ground.cell))
     rows, columns = ground.code.shape
@@ -103,7 +123,12 @@ def drivable(ground, traffic, x, y, time, early):
 
 
 def barred_cells(ground: shapely.Geometry, corner: np.ndarray, cell: float, shape) -> np.ndarray:
-    """Cells whose middle is not on some ground, shape (rows, columns)."""
+    """Cells whose middle is not on some ground, shape (rows, columns).
+
+    Args:
+        corner: Of the raster, shape (2,) [m].
+        cell: Its side [m].
+    """
     rows, columns = shape
     x = corner[0] + cell * (np.arange(columns) + 0.5)
     y = corner[1] + cell * (np.arange(rows) + 0.5)

@@ -50,13 +50,23 @@ class Lanes:
         ]
 
     def place_at(self, combine: int, number: int, station: float) -> float:
-        """Way along a lane at which the tractor is to be for a station of the combine [m]."""
+        """Way along a lane at which the tractor is to be for a station of the combine [m].
+
+        Args:
+            number: Of the lane.
+        """
         return self.of[combine][number].slot_at(station) + self.lead
 
     def found_at(
         self, combine: int, number: int, station: float, state: np.ndarray
     ) -> tuple[float, float]:
-        """Way along a lane to the point nearest to a cart, and how far that is [m], [m]."""
+        """Way along a lane to the point nearest to a cart, and how far that is [m], [m].
+
+        Args:
+            number: Of the lane.
+            station: Of the combine [m].
+            state: x, y, theta, beta of the cart, shape (4,) [m], [m], [rad], [rad].
+        """
         points = self.of[combine][number].points
         gaps = np.hypot(*(points[:, :2] - state[:2]).T)
         # A closed lane may pass twice: the place nearer to the combine counts.
@@ -65,7 +75,12 @@ class Lanes:
         return STEP * nearest, float(gaps[nearest])
 
     def nearest(self, combine: int, station: float, state: np.ndarray) -> tuple[float, float, int]:
-        """As `found_at` for the lane that is nearest of those that serve a combine; its number."""
+        """As `found_at` for the lane that is nearest of those that serve a combine; its number.
+
+        Args:
+            station: Of the combine [m].
+            state: x, y, theta, beta of the cart, shape (4,) [m], [m], [rad], [rad].
+        """
         numbers = self.numbers_at(combine, station)
         found = [(*self.found_at(combine, n, station, state), n) for n in numbers]
         return min(found, key=lambda each: each[1])
@@ -102,7 +117,7 @@ class Lanes:
         Its auger swings round, so that a cart need not come along the lane, where others may be.
 
         Args:
-            pose: x, y, theta of the combine.
+            pose: x, y, theta of the combine, shape (3,).
             reach: Of the auger [m].
         """
         places = []
@@ -117,7 +132,13 @@ class Lanes:
         return places
 
     def speed_beside(self, combine: int, number: int, station: float, speed: float, way: float):
-        """Speed to be at one's place on a lane, for a combine that drives at a speed [m/s]."""
+        """Speed to be at one's place on a lane, for a combine that drives at a speed [m/s].
+
+        Args:
+            number: Of the lane.
+            station: Of the combine [m].
+            way: Along the lane [m].
+        """
         here = self.place_at(combine, number, station)
         soon = self.place_at(combine, number, station + speed)
         return float(np.clip(soon - here + CATCH_UP * (here - way), 0.0, self.cart.speed))

@@ -20,8 +20,8 @@ def optimal_way(cart: Cart, state: np.ndarray, goal: np.ndarray, car: Way) -> Wa
 
     Args:
         cart: The cart.
-        state: x, y, theta, beta.
-        goal: x, y, theta of the tractor.
+        state: x, y, theta, beta, shape (4,).
+        goal: x, y, theta of the tractor, shape (3,).
         car: The way of a car between the same poses.
     """
     target = Goal(state=(*goal.tolist(), 0.0), tolerance=(0.0, 0.0, 0.0, STRAIGHT))

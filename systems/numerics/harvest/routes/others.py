@@ -33,7 +33,11 @@ NOBODY = Others(np.zeros((0, 2, 4)), 0, np.zeros(7))
 
 
 def others_of(states: Sequence[np.ndarray], before: int, cart: Cart) -> Others:
-    """Equal carts whose states, shape (T, 4) each, are foreseen."""
+    """Equal carts whose states, shape (T, 4) each, are foreseen.
+
+    Args:
+        before: How many of them have the right of way.
+    """
     bodies = (*cart.tractor_ends, *cart.box_ends, cart.width / 2, cart.length, cart.hitch_offset)
     return Others(np.array(states).reshape(len(states), -1, 4), before, np.array(bodies))
 
@@ -43,6 +47,11 @@ def gap_to_cart(others, number, placed, late):
     """Least distance of an outline from a cart so long after the first state foreseen [m].
 
     Infinite where the cart is far, and beyond what is foreseen.
+
+    Args:
+        number: Of the other cart.
+        placed: Outline of the cart where it is, shape (m, 2) [m].
+        late: Time after that [s].
     """
     states, bodies = others.states[number], others.bodies
     at = max(late, 0.0) / EVERY

@@ -73,7 +73,7 @@ class RoutePlanner:
 
         Args:
             traffic: Combines.
-            state: x, y, theta, beta of the cart.
+            state: x, y, theta, beta of the cart, shape (4,).
             time: Now [s].
             meeting: Where the tractor is to be, over time.
         """

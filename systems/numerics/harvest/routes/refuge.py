@@ -23,7 +23,7 @@ def refuges(ground: Ground, traffic: Traffic, cart: Cart, state: np.ndarray) -> 
         ground: Raster.
         traffic: Combines and other carts.
         cart: The cart.
-        state: x, y, theta, beta where it is.
+        state: x, y, theta, beta where it is, shape (4,).
     """
     points = outline(cart)
     # Ahead first: turning takes longer.
@@ -44,7 +44,13 @@ def refuges(ground: Ground, traffic: Traffic, cart: Cart, state: np.ndarray) -> 
 
 @compiled
 def is_met(traffic, placed, within, near):
-    """Whether a combine or another cart comes to an outline, shape (m, 2), within a time [s]."""
+    """Whether a combine or another cart comes to an outline, shape (m, 2), within a time [s].
+
+    Args:
+        traffic: The combines.
+        placed: Outline of the cart where it is, shape (m, 2) [m].
+        near: Least distance to keep [m].
+    """
     for k in range(int(within / 2.0)):
         late = 2.0 * k
         if gap_to_combines(traffic, placed, traffic.time + late) < near:

@@ -135,7 +135,13 @@ def search_way(
 
 @compiled
 def to_go_from(away, ground, x, y):
-    """How far it is to the goals from a point [m]."""
+    """How far it is to the goals from a point [m].
+
+    Args:
+        away: How far it is from each coarse cell [m].
+        x: Of the point [m].
+        y: Of the point [m].
+    """
     side = COARSE * ground.cell
     i, j = int((x - ground.corner[0]) / side), int((y - ground.corner[1]) / side)
     if i < 0 or j < 0 or j >= away.shape[0] or i >= away.shape[1]:

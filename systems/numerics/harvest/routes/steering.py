@@ -11,7 +11,11 @@ PULL = 0.25
 
 @compiled
 def nearest_way(line, step, x, y, way, window):
-    """Way along a line to the point nearest to (x, y), looked for about a way [m]."""
+    """Way along a line to the point nearest to (x, y), looked for about a way [m].
+
+    Args:
+        window: How far about that [m].
+    """
     first = max(int((way - window) / step), 0)
     last = min(int((way + window) / step) + 1, len(line) - 1)
     best, place = np.inf, first
@@ -62,6 +66,13 @@ def drive(state, v, omega, hitch, period, count):
     """State after a control held for a period, in a number of Runge-Kutta steps of order 4.
 
     The equations are those of `planning.trailer`.
+
+    Args:
+        state: x, y, theta, beta of the cart, shape (4,) [m], [m], [rad], [rad].
+        v: Speed of the tractor [m/s].
+        omega: Its turn rate [rad/s].
+        hitch: Of the cart.
+        count: Number of steps.
     """
     step = period / count
     x, y, theta, beta = state[0], state[1], state[2], state[3]

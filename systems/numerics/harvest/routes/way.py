@@ -65,7 +65,12 @@ def trailing(poses, beta, trailer, distances):
 
 
 def way_of_poses(poses: np.ndarray, beta: float, cart: Cart, kind: str) -> Way:
-    """The way of a tractor through poses, shape (n, 3), with its trailer at first at beta."""
+    """The way of a tractor through poses, shape (n, 3), with its trailer at first at beta.
+
+    Args:
+        beta: Of the trailer [rad].
+        kind: How it was found.
+    """
     distances = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
     poses = poses.copy()
     poses[:, 2] = np.unwrap(poses[:, 2])
@@ -74,7 +79,11 @@ def way_of_poses(poses: np.ndarray, beta: float, cart: Cart, kind: str) -> Way:
 
 
 def poses_on(line: np.ndarray, step: float, ways: np.ndarray) -> np.ndarray:
-    """Poses after ways along a line of points at equal steps, shape (n,) -> (n, 3)."""
+    """Poses after ways along a line of points at equal steps, shape (n,) -> (n, 3).
+
+    Args:
+        step: Between the line's points [m].
+    """
     at = np.clip(ways / step, 0.0, len(line) - 1.001)
     k = at.astype(int)
     return line[k] + (at - k)[:, None] * (line[k + 1] - line[k])
