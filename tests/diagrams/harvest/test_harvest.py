@@ -2,7 +2,6 @@
 
 import json
 
-import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -56,10 +55,12 @@ def test_no_tank_holds_more_than_it_can(thesis_run):
     assert thesis_run.log["tank"].max() <= capacity * (1 + 1e-12)
 
 
-def test_tanks_follow_the_planned_diagram_until_the_first_corner(thesis_run):
-    (planned,) = (thesis_run.job.timetable.tanks[0](np.array([240.0])),)
-    simulated = thesis_run.log["tank"][np.searchsorted(thesis_run.times, 240.0), 0]
-    assert simulated == pytest.approx(float(planned[0]), rel=0.01)
+def test_tanks_follow_the_planned_diagram(thesis_run, thesis_summary):
+    """Three percent of a tank on the mean of the whole run; to the kilogram for the first lap."""
+    assert thesis_summary["load_deviation"] < 0.03
+    early = thesis_run.times < 400.0
+    planned = thesis_run.job.timetable.tanks[0](thesis_run.times[early])
+    assert thesis_run.log["tank"][early, 0] == pytest.approx(planned, abs=20.0)
 
 
 @pytest.mark.parametrize("name", builtin_scenarios(scenarios))
