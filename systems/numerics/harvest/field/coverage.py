@@ -15,10 +15,11 @@ from .pace.holds import Holds, station_limits
 from .pace.right_of_way import find_crossings
 from .pace.timeline import Timeline, run_timeline
 from .pace.waiting import find_holds, least_delays
+from .parking import park
 from .rings.loops import lay_out_loops
 from .stubble import Stubble
 from .swept_cells import CropCells, Sweeps, bare_cells, cut_cells, join_sweeps
-from .tours import Tour, drive_blocks, drive_loops, park
+from .tours import Tour, drive_blocks, drive_loops
 from .track import join_tracks, split_track
 
 # Most cells that coverage is measured with, and cells across a header.

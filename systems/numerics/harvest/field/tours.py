@@ -88,7 +88,7 @@ def drive_loops(
                 # Cut before anything else, since all start from there.
                 tour.add(lead, number, number - combines)
             if first_pose is None:
-                first_pose = _poses(loop, [start])[0]
+                first_pose = loop.poses([start])[0]
         else:
             assert first_pose is not None
             pose = tour.tracks[-1].end if tour.tracks else first_pose.tolist()
@@ -168,61 +168,11 @@ def drive_blocks(
     return number - len(loops), reasons
 
 
-def park(
-    field: Field,
-    tours: Sequence[Tour],
-    loops: Sequence[Loop],
-    number: int,
-    stubble: Stubble,
-    header: float,
-    radius: float,
-) -> list[str]:
-    """Send everybody to a place of their own on the first loop, out of the others' way.
-
-    Args:
-        field: Which.
-        tours: So far.
-        loops: Of the field.
-        number: Of the loop.
-        stubble: Kept up.
-        header: Its width [m].
-        radius: Of turns [m].
-
-    Returns:
-        What went wrong.
-    """
-    if not loops:
-        return []
-    line = loops[0]
-    places = np.arange(0, len(line.points), max(1, len(line.points) // PLACES))
-    poses = _poses(line, places)
-    reasons = []
-    for k, tour in enumerate(tours):
-        if not tour.tracks:
-            continue
-        own = max((n for n in tour.numbers if 0 <= n < len(loops)), default=-1)
-        taboo = loops[own].inside if own >= 0 and tour.numbers[-1] == own else shapely.Polygon()
-        way = shortest_link(
-            tour.tracks[-1].end, poses, radius, Passable(field.ground, taboo, stubble)
-        )
-        if way is None:
-            reasons.append(f"combine {k} stays where it finishes: no clear way to the edge")
-            continue
-        tour.add(way[1], -1, number)
-        away = np.hypot(*(poses[:, :2] - poses[way[0], :2]).T)
-        poses = poses[away > 2.0 * header] if (away > 2.0 * header).any() else poses
-    return reasons
-
-
 def _pass_pose(each: Pass, direction: int) -> np.ndarray:
     """Where a row begins, driven in its direction, 1, or against it, -1; shape (1, 3)."""
     ends = each.ends[::direction]
     course = ends[1] - ends[0]
     return np.array([[*ends[0], math.atan2(course[1], course[0])]])
-
-
-def _poses(loop: Loop, places: Sequence[int] | np.ndarray) -> np.ndarray:
-    return np.column_stack([loop.points[places], loop.headings[places]])
 
 
 def _first_start(
@@ -243,7 +193,7 @@ def _first_start(
         places = np.arange(0, count, max(1, count // PLACES))
     else:
         places = np.array([last % count for _, last, _ in runs])
-    poses = _poses(loop, places)
+    poses = loop.poses(places)
     if beside is None:
         begins = np.array([first for first, _, _ in runs] or [0])
         straights = [np.min((begins - place - 1) % count) for place in places]
@@ -296,7 +246,7 @@ def _way_to(
     loop = loops[number]
     count = len(loop.points)
     places = np.arange(0, count, max(1, count // PLACES))
-    ends = _poses(loop, places)
+    ends = loop.poses(places)
     before = [*loops[max(0, number - MOST_LINES) : number], *loops[: min(1, number)]]
     lines = [(each.points, each.headings) for each in before]
     for avoided in (late, shapely.Polygon()):

@@ -13,16 +13,13 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
 
 from ...errors import require
+from ...linear_programme import ACCURACY, optimum
 from .fleet import Fleet
 from .rounds import Round
 
 Vector = NDArray[np.float64]
-
-# Part of a tank, a time or a load by which answers of the programme may miss a bound.
-_ACCURACY = 1e-9
 
 
 class Aim(Enum):
@@ -105,7 +102,7 @@ def plan_round(
         found = [model.solve(sign * model.period_row) for sign in signs]
         # Where nothing is driven, visits of no length to empty tanks solve all equations.
         periods = [model.period_of(best) for best in found if best is not None]
-        period = next((each for each in periods if each > _ACCURACY * model.time_unit), None)
+        period = next((each for each in periods if each > ACCURACY * model.time_unit), None)
         if period is None:
             return None
     even = model.solve_evenly(period)
@@ -226,7 +223,7 @@ class _Model:
 
     def solve(self, cost: Vector) -> Vector | None:
         """The unknowns of least cost at the travel times as they are."""
-        return _solved(
+        return optimum(
             cost, self._room_rows, self._equal, self._equal_stops + self._equal_driven, self._bounds
         )
 
@@ -239,7 +236,7 @@ class _Model:
         room = np.hstack([self._room_rows, np.zeros((rooms, 1))])
         cost = np.zeros(equal.shape[1])
         cost[-1] = -1.0
-        best = _solved(cost, room, equal, fixed, [*self._bounds, (None, None)])
+        best = optimum(cost, room, equal, fixed, [*self._bounds, (None, None)])
         return None if best is None else float(best[-1])
 
     def solve_evenly(self, period: float) -> Vector | None:
@@ -254,7 +251,7 @@ class _Model:
         room = np.hstack([self._room_rows, np.zeros((len(self._room_rows), 1))])
         cost = np.append(np.zeros(2 * size), -1.0)
         limits = np.append(np.zeros(size), np.ones(len(room)))
-        best = _solved(
+        best = optimum(
             cost, np.vstack([least, room]), equal, sides, [*self._bounds, (0.0, None)], limits
         )
         return None if best is None else best[:-1]
@@ -282,28 +279,3 @@ class _Model:
             loads_at_start=tuple(loads.tolist()),
             taken=tuple((self._taken @ exact).tolist()),
         )
-
-
-def _solved(
-    cost: Vector,
-    rows: Vector,
-    equal: Vector,
-    sides: Vector,
-    bounds: list[tuple[float | None, float | None]],
-    limits: Vector | None = None,
-) -> Vector | None:
-    """The optimum of a linear programme, or None if it has no solution."""
-    answer = linprog(
-        cost,
-        A_ub=rows if len(rows) else None,
-        b_ub=(np.ones(len(rows)) if limits is None else limits) if len(rows) else None,
-        A_eq=equal,
-        b_eq=sides,
-        bounds=bounds,
-        method="highs",
-        options={
-            "primal_feasibility_tolerance": _ACCURACY,
-            "dual_feasibility_tolerance": _ACCURACY,
-        },
-    )
-    return np.asarray(answer.x) if answer.status == 0 else None

@@ -1,5 +1,6 @@
 """The loops of a field, in the order in which they are begun."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,6 +44,14 @@ class Loop:
     inside: shapely.Polygon
     waiting: BaseGeometry
     gates: tuple[Gate, ...]
+
+    def poses(self, places: Sequence[int] | np.ndarray) -> np.ndarray:
+        """x, y, theta at some of its points, shape (m,) -> (m, 3).
+
+        Args:
+            places: Numbers of the points, shape (m,).
+        """
+        return np.column_stack([self.points[places], self.headings[places]])
 
 
 def lay_out_loops(field: Field, header: float, radius: float) -> list[Loop]:
