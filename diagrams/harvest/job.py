@@ -73,15 +73,7 @@ def prepare_harvest(scenario: HarvestScenario, folder: Path = Path()) -> Harvest
         InvalidInput: The field cannot be read, or is too small for the header.
     """
     team, carts = scenario.combines, scenario.carts
-    coverage = plan_coverage(
-        scenario.field.load(folder),
-        team.header_width,
-        team.turning_radius,
-        team.count,
-        spacing=team.spacing,
-        least_gap=team.least_gap,
-        length=team.length,
-    )
+    coverage = cover_field(scenario, folder)
     paths = coverage.paths
     reach = team.header_width / 2 + team.cart_gap + carts.width / 2
     begins = np.array([path.start_delay / team.speed for path in paths])
@@ -116,6 +108,28 @@ def prepare_harvest(scenario: HarvestScenario, folder: Path = Path()) -> Harvest
         starts,
         answer,
         timetable,
+    )
+
+
+def cover_field(scenario: HarvestScenario, folder: Path = Path()) -> CoveragePlan:
+    """Plan the combines' paths.
+
+    Args:
+        scenario: What is asked for.
+        folder: Where the field's file is looked for.
+
+    Raises:
+        InvalidInput: The field cannot be read, or is too small for the header.
+    """
+    team = scenario.combines
+    return plan_coverage(
+        scenario.field.load(folder),
+        team.header_width,
+        team.turning_radius,
+        team.count,
+        spacing=team.spacing,
+        least_gap=team.least_gap,
+        length=team.length,
     )
 
 

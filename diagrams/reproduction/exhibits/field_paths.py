@@ -1,11 +1,10 @@
 """Figure 3.8: the paths of two combines over a field of eleven rows."""
 
-from pathlib import Path
-
 import numpy as np
 
-from ....systems.numerics.harvest.field.coverage import CoveragePlan, plan_coverage
+from ....systems.numerics.harvest.field.coverage import CoveragePlan
 from ...harvest import scenarios
+from ...harvest.job import cover_field
 from ...harvest.pictures.coverage_picture import save_coverage_picture
 from ...harvest.scenario import HarvestScenario
 from ...scenario_files import find_scenario, load_scenario
@@ -18,15 +17,7 @@ NEAR = 4.0
 def _make(workshop: Workshop) -> Evidence:
     scenario = load_scenario(HarvestScenario, find_scenario("thesis_2", scenarios))
     team = scenario.combines
-    plan = plan_coverage(
-        scenario.field.load(Path()),
-        team.header_width,
-        team.turning_radius,
-        team.count,
-        spacing=team.spacing,
-        least_gap=team.least_gap,
-        length=team.length,
-    )
+    plan = cover_field(scenario)
     file = workshop.pictures / "figure_3_8.png"
     save_coverage_picture(file, plan)
     gaps = _side_gaps(plan)

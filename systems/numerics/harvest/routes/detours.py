@@ -58,20 +58,7 @@ def arrivals(clear, side, corner, start, time, speed):
     i, j = int((start[0] - corner[0]) / side), int((start[1] - corner[1]) / side)
     i, j = min(max(i, 0), columns - 1), min(max(j, 0), rows - 1)
     at[j, i] = time
-    queue = [(time, j, i)]
-    while queue:
-        now, j, i = heapq.heappop(queue)
-        if now > at[j, i]:
-            continue
-        for dj in range(-1, 2):
-            for di in range(-1, 2):
-                b, a = j + dj, i + di
-                if b < 0 or a < 0 or b >= rows or a >= columns:
-                    continue
-                then = max(now + side * np.sqrt(float(di * di + dj * dj)) / speed, clear[b, a])
-                if then < at[b, a]:
-                    at[b, a] = then
-                    heapq.heappush(queue, (then, b, a))
+    _spread(at, [(time, j, i)], clear, side, speed)
     return at
 
 
@@ -119,17 +106,24 @@ def distances_to(free, side, corner, goals):
         if 0 <= i < columns and 0 <= j < rows and away[j, i] > 0.0:
             away[j, i] = 0.0
             heapq.heappush(queue, (0.0, j, i))
+    _spread(away, queue, np.where(free, -np.inf, np.inf), side, 1.0)
+    return away
+
+
+@compiled
+def _spread(at, queue, clear, side, speed):
+    """Carry values on from the cells of a queue to all others, in place (Dijkstra 1959)."""
+    rows, columns = clear.shape
     while queue:
-        far, j, i = heapq.heappop(queue)
-        if far > away[j, i]:
+        now, j, i = heapq.heappop(queue)
+        if now > at[j, i]:
             continue
         for dj in range(-1, 2):
             for di in range(-1, 2):
                 b, a = j + dj, i + di
-                if b < 0 or a < 0 or b >= rows or a >= columns or not free[b, a]:
+                if b < 0 or a < 0 or b >= rows or a >= columns:
                     continue
-                further = far + side * np.sqrt(float(di * di + dj * dj))
-                if further < away[b, a]:
-                    away[b, a] = further
-                    heapq.heappush(queue, (further, b, a))
-    return away
+                then = max(now + side * np.sqrt(float(di * di + dj * dj)) / speed, clear[b, a])
+                if then < at[b, a]:
+                    at[b, a] = then
+                    heapq.heappush(queue, (then, b, a))

@@ -12,9 +12,6 @@ from shapely.geometry.base import BaseGeometry
 # Segments in a quarter of an arc.
 ARC = 24
 
-# Pieces of a region smaller than this many squares of the header are left for passes.
-LEAST_REGION = 1e-6
-
 
 def shrink(region: BaseGeometry, width: float) -> list[shapely.Polygon]:
     """What of a region is farther than a width from its edge, largest piece first.
