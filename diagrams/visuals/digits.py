@@ -37,6 +37,7 @@ class Digits:
         self._places = places
         self._decimals = decimals
         self._shown: list[int | None] = [None] * places
+        self._whole: int | None = None
         step = advance("0", bold=True) * height
         point = advance(".", bold=True) * height if decimals else 0.0
         for place in range(places):
@@ -55,6 +56,9 @@ class Digits:
     def show(self, number: float) -> None:
         """Show a number, cut off after its last decimal, without leading zeros."""
         whole = min(int(number * 10**self._decimals + 1e-6), 10**self._places - 1)
+        if whole == self._whole:
+            return
+        self._whole = whole
         for place in range(self._places):
             digit = whole // 10**place % 10
             leading = whole < 10**place and place > self._decimals

@@ -10,6 +10,9 @@ from .meshes import Mesh
 # Opacities closer than this look the same.
 _OPACITY_TOLERANCE = 0.01
 
+# What has changed by less than this part of its tolerance is not told yet.
+_UNSEEN = 0.25
+
 
 class Stage:
     """Draws below one path of Meshcat, sending what changed and recording it.
@@ -150,7 +153,7 @@ class Stage:
     def _glide(
         self, path: str, name: str, values: Values, *tolerance: float, stands: bool = True
     ) -> None:
-        """Send values if they are new, and record them.
+        """Send values if they look new, and record them.
 
         Args:
             path: What has changed.
@@ -159,7 +162,8 @@ class Stage:
             tolerance: Of each component.
             stands: Values that were not sent since did not change; else they went on changing.
         """
-        if self._values.get((path, name)) == values:
+        before = self._values.get((path, name))
+        if before is not None and _look_alike(before, values, tolerance):
             return
         self._values[path, name] = values
         self._send(path, name, values)
@@ -194,6 +198,13 @@ class Stage:
             recording.SetTransform(frame, full_path, _transform(values))
         else:
             recording.SetProperty(frame, full_path, name, _property(values))
+
+
+def _look_alike(before: Values, values: Values, tolerance: Values) -> bool:
+    for old, new, near in zip(before, values, tolerance, strict=True):
+        if abs(new - old) > _UNSEEN * near:
+            return False
+    return True
 
 
 def _property(values: Values) -> list[float] | float:

@@ -83,7 +83,7 @@ class HarvestScene(LeafSystem):
         self._job, self.meshcat = job, meshcat
         self._period, self._recording = publish_period, recording
         n, k = len(job.coverage.paths), job.scenario.carts.count
-        for name, size in (
+        sizes = (
             ("pose", 3 * n),
             ("station", n),
             ("tank", n),
@@ -95,8 +95,8 @@ class HarvestScene(LeafSystem):
             ("alongside", n),
             ("task", k),
             ("doing", k),
-        ):
-            self.DeclareVectorInputPort(name, size)
+        )
+        self._ports = {name: self.DeclareVectorInputPort(name, size) for name, size in sizes}
         self._grain = job.scenario.density * job.coverage.field.area
         capacity = job.scenario.carts.capacity
         self._capacity = capacity if math.isfinite(capacity) else self._grain / k
@@ -141,7 +141,7 @@ class HarvestScene(LeafSystem):
 
     def _publish(self, context: Context) -> EventStatus:
         def value(name: str) -> np.ndarray:
-            return read(self.GetInputPort(name), context)
+            return read(self._ports[name], context)
 
         time = context.get_time()
         self._stage.begin(time / SPEED_UP)

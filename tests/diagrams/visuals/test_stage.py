@@ -1,5 +1,6 @@
 """A stage sends changes only, and records them so that a player gets every moment right."""
 
+import numpy as np
 import pytest
 
 from sightfield.diagrams.visuals.stage import Stage
@@ -105,7 +106,20 @@ def test_a_replayed_line_ends_within_the_tolerance_however_long_it_is(recorded, 
         for frame, angle in angles.items():
             recorded.begin(frame * PERIOD)
             recorded.pose(f"line{reach}", 0.0, 0.0, angle, reach=reach)
+        recorded.finish_recording()
         assert (len(meshcat_log.keys[f"/stage/line{reach}", "pose"]) > 30) == exact
+
+
+def test_what_creeps_is_followed_but_seldom_told(recorded, meshcat_log):
+    at = {frame: 3.0 + 1e-4 * max(frame - 200, 0) for frame in range(600)}
+    for frame, x in at.items():
+        place_at(recorded, frame, x)
+    recorded.finish_recording()
+    keys = meshcat_log.keys["/stage/robot", "position"]
+    played = np.interp(list(at), list(keys), [x for x, _, _ in keys.values()])
+    assert np.abs(played - list(at.values())).max() < 1.3e-3
+    assert len(meshcat_log.sent) < 150
+    assert len(keys) < 30
 
 
 def test_a_trail_fades_on_between_calls(recorded, meshcat_log):

@@ -10,6 +10,10 @@ from ..routes.planner import RoutePlanner
 from ..routes.route import Route, staying_at
 from ..strategies.serving import STAY, TRUCK
 
+# A combine that has not begun is left alone until a cart would need half of the time that is left,
+# and so much more [s], to drive straight there.
+AMPLE, EARLY = 2.0, 60.0
+
 # To how many places round a combine that stands full a way is searched for.
 TRIED = 3
 
@@ -36,7 +40,7 @@ def route_to(
         lanes: Beside the combines.
         reach: Of the augers, from a combine's middle to its lane [m].
     """
-    if target == STAY:
+    if target == STAY or (target >= 0 and _begins_late(target, state, traffic, lanes)):
         return None
     stands_full = target >= 0 and math.isinf(traffic.waits[target])
     if stands_full:
@@ -53,3 +57,13 @@ def route_to(
         for place in [each for each in places if planner.has_room(traffic, each)][:TRIED]:
             route = route or planner.plan(traffic, state, traffic.time, staying_at(place))
     return route
+
+
+def _begins_late(target: int, state: np.ndarray, traffic: Traffic, lanes: Lanes) -> bool:
+    """Whether a combine has not begun, and will not for so long that no way is to be sought yet."""
+    left = traffic.waits[target]
+    if traffic.progress[target] > 0.0 or math.isinf(left):
+        return False
+    x, y, _ = pose_on_path(traffic, target, 0.0)
+    way = math.hypot(x - state[0], y - state[1]) / lanes.cart.speed
+    return bool(left > AMPLE * way + EARLY)

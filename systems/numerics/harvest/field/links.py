@@ -21,7 +21,7 @@ TOUCH = 0.05
 
 # Words with backing up that are tried for each pair of poses, and ends tried for each start.
 MOST_WORDS = 10
-MOST_ENDS = 96
+MOST_ENDS = 200
 
 
 class Passable:
@@ -64,7 +64,12 @@ class Passable:
 
 
 def shortest_link(
-    start: Sequence[float], ends: np.ndarray, radius: float, passable: Passable
+    start: Sequence[float],
+    ends: np.ndarray,
+    radius: float,
+    passable: Passable,
+    costs: np.ndarray | None = None,
+    most: float = np.inf,
 ) -> tuple[int, Track] | None:
     """The shortest clear Reeds-Shepp path from a pose to one of several.
 
@@ -73,24 +78,31 @@ def shortest_link(
         ends: The same, shape (n, 3).
         radius: Of the arcs [m].
         passable: Where it may run.
+        costs: What each end costs beside the way to it, shape (n,) [m]; none: nothing.
+        most: What way and end may cost [m].
 
     Returns:
         Number of the end and the way to it; None if there is none among those tried.
     """
     if not passable.stays_clear(np.array([start], dtype=float)).all():
         return None
-    words = reeds_shepp_words(start, ends, radius)
-    lengths = least_lengths(words, radius)
-    lengths[~passable.stays_clear(ends)] = np.inf
-    best: tuple[int, CarPath] | None = None
-    for index in np.argsort(lengths)[:MOST_ENDS].tolist():
-        if lengths[index] >= (np.inf if best is None else best[1].length):
+    costs = np.zeros(len(ends)) if costs is None else costs
+    straight = np.hypot(*(ends[:, :2] - np.array(start[:2])).T)
+    some = np.flatnonzero((straight + costs < most) & passable.stays_clear(ends))
+    if not len(some):
+        return None
+    words = reeds_shepp_words(start, ends[some], radius)
+    bounds = least_lengths(words, radius) + costs[some]
+    least, best = most, None
+    for index in np.argsort(bounds)[:MOST_ENDS].tolist():
+        if bounds[index] >= least:
             break
-        for path in _paths(words, start, ends, index, radius):
-            if best is not None and path.length >= best[1].length:
+        end = some[index]
+        for path in _paths(words, start, ends[end], index, radius):
+            if path.length + costs[end] >= least:
                 break
             if passable.admits(path):
-                best = index, path
+                least, best = path.length + costs[end], (int(end), path)
                 break
     if best is None:
         return None
@@ -98,10 +110,10 @@ def shortest_link(
 
 
 def _paths(
-    words: Words, start: Sequence[float], ends: np.ndarray, index: int, radius: float
+    words: Words, start: Sequence[float], end: np.ndarray, index: int, radius: float
 ) -> list[CarPath]:
     """Ways to one of the ends, shortest first; those without backing up are all among them."""
-    forward = dubins_paths(start, ends[index].tolist(), radius)
+    forward = dubins_paths(start, end.tolist(), radius)
     either = paths_by_length(words, start, radius, index)[:MOST_WORDS]
     return sorted(forward + either, key=lambda path: path.length)
 
@@ -112,6 +124,7 @@ def link_along(
     lines: Sequence[tuple[np.ndarray, np.ndarray]],
     radius: float,
     passable: Passable,
+    costs: np.ndarray | None = None,
 ) -> tuple[int, Track] | None:
     """A clear way by a line that has been driven before: onto it, along it, and off it.
 
@@ -121,11 +134,13 @@ def link_along(
         lines: Closed lines with their headings, shapes (m, 2) and (m,); all are tried.
         radius: Of the arcs [m].
         passable: Where it may run.
+        costs: What each end costs beside the way to it, shape (n,) [m]; none: nothing.
 
     Returns:
         As `shortest_link`.
     """
-    best: tuple[int, Track] | None = None
+    costs = np.zeros(len(ends)) if costs is None else costs
+    least, best = np.inf, None
     for points, headings in lines:
         step = max(1, len(points) // 48)
         places = np.arange(0, len(points), step)
@@ -135,14 +150,53 @@ def link_along(
             continue
         near = np.linalg.norm(poses[:, None, :2] - ends[None, :, :2], axis=2).min(axis=1)
         for place in np.argsort(near)[:12].tolist():
-            off = shortest_link(poses[place].tolist(), ends, radius, passable)
+            off = shortest_link(poses[place].tolist(), ends, radius, passable, costs)
             if off is None:
                 continue
             along = _along(points, headings, int(places[onto[0]]), int(places[place]))
             track = join_tracks([onto[1], *along, off[1]])
-            if best is None or track.length < best[1].length:
-                best = off[0], track
+            if track.length + costs[off[0]] < least:
+                least, best = track.length + costs[off[0]], (off[0], track)
             break
+    return best
+
+
+def link_off(
+    line: tuple[np.ndarray, np.ndarray],
+    first: int,
+    leaves: Sequence[int],
+    ends: np.ndarray,
+    radius: float,
+    passable: Passable,
+    costs: np.ndarray,
+) -> tuple[int, Track] | None:
+    """A clear way on along a closed line, and off it at one of some points.
+
+    Args:
+        line: Its points and headings, shapes (m, 2) [m] and (m,) [rad].
+        first: Number of the point that it begins at.
+        leaves: How many points farther on it may leave the line, the likeliest first.
+        ends: x, y, theta, shape (n, 3).
+        radius: Of the arcs [m].
+        passable: Where it may run.
+        costs: What each end costs beside the way to it, shape (n,) [m].
+
+    Returns:
+        As `shortest_link`.
+    """
+    points, headings = line
+    count = len(points)
+    step = float(np.hypot(*(points[1] - points[0])))
+    least, best = np.inf, None
+    for on in leaves:
+        last = (first + on) % count
+        if not passable.stays_clear(points[(first + np.arange(on + 1)) % count]).all():
+            continue
+        pose = [*points[last].tolist(), float(headings[last])]
+        off = shortest_link(pose, ends, radius, passable, costs, least - on * step)
+        if off is not None:
+            track = join_tracks([*_along(points, headings, first, last), off[1]])
+            least, best = on * step + off[1].length + costs[off[0]], (off[0], track)
     return best
 
 

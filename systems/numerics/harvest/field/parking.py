@@ -5,11 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
+from .beginnings import PLACES
 from .field import Field
 from .links import Passable, shortest_link
 from .rings.loops import Loop
 from .stubble import Stubble
-from .tours import PLACES, Tour
+from .tours import Tour
 
 
 def park(

@@ -7,24 +7,15 @@ from dataclasses import field as attribute
 
 import numpy as np
 import shapely
-from shapely.geometry.base import BaseGeometry
 
+from .beginnings import Beginnings
 from .field import Field
 from .leftovers import Block, Pass
 from .links import Passable, link_along, shortest_link
-from .rings.laps import corner_runs, lap
+from .rings.laps import lap
 from .rings.loops import Loop
 from .stubble import Stubble
 from .track import Track, join_tracks, straight_track
-
-# Places of a loop that are tried as its beginning.
-PLACES = 96
-
-# Part of what a combine should have behind it that is counted on.
-LAG = 0.8
-
-# Loops driven before that a longer way is looked for along.
-MOST_LINES = 6
 
 
 @dataclass
@@ -75,6 +66,7 @@ def drive_loops(
     Returns:
         The tours, of which those of combines without a loop are empty, and what went wrong.
     """
+    beginnings = Beginnings(field, loops, header, radius, combines, stubble)
     tours = [Tour() for _ in range(combines)]
     reasons = []
     starts: list[int] = []
@@ -83,7 +75,7 @@ def drive_loops(
         tour = tours[number % combines]
         start = None
         if number < combines and loop.ring == number:
-            start, lead = _first_start(field, loop, number, header, radius, first_pose)
+            start, lead = beginnings.first(number, first_pose)
             if lead is not None:
                 # Cut before anything else, since all start from there.
                 tour.add(lead, number, number - combines)
@@ -92,8 +84,7 @@ def drive_loops(
         else:
             assert first_pose is not None
             pose = tour.tracks[-1].end if tour.tracks else first_pose.tolist()
-            late = _cut_late(loops, starts, number, header, combines)
-            start, way = _way_to(field, loops, number, pose, radius, late, stubble)
+            start, way = beginnings.next(number, pose, starts)
             if way is None:
                 reasons.append(f"no clear way to loop {number}: begun without one")
             else:
@@ -173,89 +164,3 @@ def _pass_pose(each: Pass, direction: int) -> np.ndarray:
     ends = each.ends[::direction]
     course = ends[1] - ends[0]
     return np.array([[*ends[0], math.atan2(course[1], course[0])]])
-
-
-def _first_start(
-    field: Field,
-    loop: Loop,
-    number: int,
-    header: float,
-    radius: float,
-    beside: np.ndarray | None,
-) -> tuple[int, Track | None]:
-    """Where a combine's first loop begins: at the field's edge, behind a corner.
-
-    The way from the edge up to the loop runs straight on backwards from it.
-    """
-    runs = corner_runs(loop, radius)
-    count = len(loop.points)
-    if not runs:
-        places = np.arange(0, count, max(1, count // PLACES))
-    else:
-        places = np.array([last % count for _, last, _ in runs])
-    poses = loop.poses(places)
-    if beside is None:
-        begins = np.array([first for first, _, _ in runs] or [0])
-        straights = [np.min((begins - place - 1) % count) for place in places]
-        best = int(np.argmax(straights))
-    else:
-        turned = np.abs(np.remainder(poses[:, 2] - beside[2] + np.pi, 2 * np.pi) - np.pi)
-        away = np.hypot(*(poses[:, :2] - beside[:2]).T) + header * number * turned
-        best = int(np.argmin(away))
-    x, y, theta = poses[best].tolist()
-    longest = 3.0 * header * (number + 1) + 2.0 * radius
-    behind = (x - longest * math.cos(theta), y - longest * math.sin(theta))
-    edge = shapely.LineString([(x, y), behind]).intersection(field.outline.exterior)
-    way = shapely.Point(x, y).distance(edge) if not edge.is_empty else math.inf
-    lead = None
-    if way <= longest:
-        lead = straight_track((x - way * math.cos(theta), y - way * math.sin(theta), theta), way)
-        if not field.ground.covers(shapely.LineString(lead.points)):
-            lead = None
-    return int(places[best]), lead
-
-
-def _cut_late(
-    loops: Sequence[Loop], starts: Sequence[int], number: int, header: float, combines: int
-) -> BaseGeometry:
-    """Crop that the others will still be at when a combine comes to begin a loop.
-
-    If they follow each other at equal distances, the k-th before it has k of N parts of its lap
-    behind it.
-    """
-    swaths = []
-    for k in range(1, min(combines, len(starts) + 1)):
-        loop, start = loops[number - k], starts[number - k]
-        done = round(LAG * len(loop.points) * k / combines)
-        order = (start + np.arange(done, len(loop.points))) % len(loop.points)
-        if loop.inside.contains(shapely.Point(loops[number].points[0])) and len(order) > 1:
-            swaths.append(shapely.LineString(loop.points[order]).buffer(0.7 * header))
-    return shapely.union_all(swaths)
-
-
-def _way_to(
-    field: Field,
-    loops: Sequence[Loop],
-    number: int,
-    pose: Sequence[float],
-    radius: float,
-    late: BaseGeometry,
-    stubble: Stubble,
-) -> tuple[int, Track | None]:
-    """Where a loop is best begun, coming from a pose, and the way there."""
-    loop = loops[number]
-    count = len(loop.points)
-    places = np.arange(0, count, max(1, count // PLACES))
-    ends = loop.poses(places)
-    before = [*loops[max(0, number - MOST_LINES) : number], *loops[: min(1, number)]]
-    lines = [(each.points, each.headings) for each in before]
-    for avoided in (late, shapely.Polygon()):
-        taboo = shapely.union_all([loop.inside, loop.waiting, avoided])
-        passable = Passable(field.ground, taboo, stubble)
-        found = shortest_link(pose, ends, radius, passable)
-        if found is not None:
-            return int(places[found[0]]), found[1]
-    found = link_along(pose, ends, lines, radius, passable)
-    if found is None:
-        return int(places[np.argmin(np.hypot(*(ends[:, :2] - np.array(pose[:2])).T))]), None
-    return int(places[found[0]]), found[1]

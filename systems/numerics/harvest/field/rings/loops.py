@@ -53,6 +53,15 @@ class Loop:
         """
         return np.column_stack([self.points[places], self.headings[places]])
 
+    @property
+    def step(self) -> float:
+        """Way from each of its points to the next [m]."""
+        return float(np.hypot(*(self.points[1] - self.points[0])))
+
+    def nearest(self, point: np.ndarray) -> int:
+        """Number of its point that is nearest to one, shape (2,) [m]."""
+        return int(np.argmin(np.hypot(*(self.points - point).T)))
+
 
 def lay_out_loops(field: Field, header: float, radius: float) -> list[Loop]:
     """Lay out all loops, depth first: a piece of crop is finished before the next is begun.
