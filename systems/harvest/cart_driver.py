@@ -55,13 +55,12 @@ from ..numerics.harvest.routes.planner import RoutePlanner
 from ..numerics.harvest.strategies.serving import STAY
 
 # Between two tries to find a route, and how long something may be in the way before another
-# route is looked for [s]; how much longer for each cart that comes after in precedence.
-AGAIN, PATIENCE, MORE_PATIENCE = 4.0, 10.0, 6.0
-# For how long a cart stays aside [s].
-ASIDE = 15.0
-# For how long a combine that waits for others is expected to stand on [s].
-STANDS = 60.0
-# How many states of other carts are foreseen for a route, and for the next step.
+# is looked for [s]; how much longer for each cart that comes after in precedence; and how many
+# times as long it waits after tries in vain, at most.
+AGAIN, PATIENCE, MORE_PATIENCE, SELDOM = 4.0, 10.0, 6.0, 12
+# For how long a cart stays aside, and a combine that waits for others likely stands on [s].
+ASIDE, STANDS = 15.0, 60.0
+# States of other carts foreseen for a route, and for the next step.
 FORESEEN, SOON = 300, 5
 
 
@@ -275,7 +274,7 @@ class CartDriver(LeafSystem):
                 target = int(memory[TARGET])
                 route = route_to(target, self._trucks[k], states[k], seen, *self._means)
                 memory[FAILS] += 1
-            memory[RETRY] = now + AGAIN * min(1 + memory[FAILS], 5)
+            memory[RETRY] = now + AGAIN * min(1 + memory[FAILS], SELDOM)
             late = route is None or route.depart > now + PATIENCE or memory[FAILS] >= HOPELESS
             if late and is_in_the_way(memory, placed, seen, begins):
                 aside = None

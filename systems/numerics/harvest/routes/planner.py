@@ -3,29 +3,24 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
 from ...planning.dubins import dubins_lengths, dubins_paths
 from ..machines.cart import Cart, hitch_of
-from .clearance import crop_under, gap_to_combines, outline, outline_at, way_is_clear
+from .clearance import crop_under, gap_to_combines, outline, outline_at
 from .detours import COARSE, arrivals, clear_times, distances_to, nearest_arrival
 from .ground import Ground, Traffic
 from .optimal import optimal_way
-from .others import gap_to_carts
 from .refuge import refuges
 from .route import Meeting, Route, staying_at
-from .search import FOLDED, search_way
-from .way import STEP, Way, along_arcs, way_of_poses
+from .search import search_way
+from .surroundings import EARLY, GAPS, Surroundings, surroundings_of
+from .way import STEP, along_arcs, way_of_poses
 
-# Crop has to be gone so much before a cart comes, and combines keep away so much longer [s].
-EARLY = 3.0
 # Ways are planned with such a multiple of the least turning radius: the rest is for steering, and
 # a trailer folds up if its tractor circles on the radius of the trailer's length.
 ROOM = 1.1
-# To keep from combines on the way, and from other carts [m].
-GAPS = (1.0, 3.0)
 # By how much later than soonest a meeting is tried [s].
 LATER = (0.0, 3.0, 7.0, 12.0, 20.0, 30.0, 45.0, 60.0, 90.0, 150.0)
 # How much longer than the shortest car path one is still tried, in turning radii.
@@ -58,10 +53,6 @@ class RoutePlanner:
     ground: Ground
     exact: bool = False
 
-    @cached_property
-    def _outline(self) -> np.ndarray:
-        return outline(self.cart)
-
     def plan(
         self, traffic: Traffic, state: np.ndarray, time: float, meeting: Meeting
     ) -> Route | None:
@@ -77,14 +68,13 @@ class RoutePlanner:
             time: Now [s].
             meeting: Where the tractor is to be, over time.
         """
-        gaps = self._gaps(traffic, state)
+        around = surroundings_of(self.cart, self.ground, traffic, state)
         soonest = self._soonest(state, time, meeting)
         if soonest is not None and not self._crop_between(traffic, state, soonest, meeting):
-            for later in LATER:
-                route = self._direct(traffic, state, time, soonest + later, meeting, gaps)
-                if route is not None:
-                    return route
-        return self._searched(traffic, state, time, meeting, gaps)
+            route = self._direct(around, state, time, soonest, meeting, LATER)
+            if route is not None:
+                return route
+        return self._searched(around, state, time, meeting)
 
     def _crop_between(
         self, traffic: Traffic, state: np.ndarray, time: float, meeting: Meeting
@@ -105,13 +95,13 @@ class RoutePlanner:
         self, traffic: Traffic, state: np.ndarray, time: float, places: Sequence[np.ndarray]
     ) -> Route | None:
         """A car's path to the first of some poses, shape (3,) each, that has one; see `plan`."""
-        gaps = self._gaps(traffic, state)
+        around = surroundings_of(self.cart, self.ground, traffic, state)
         for place in places:
             there = staying_at(place)
             soonest = self._soonest(state, time, there)
             if soonest is None:
                 continue
-            route = self._direct(traffic, state, time, soonest, there, gaps)
+            route = self._direct(around, state, time, soonest, there, LATER[:1])
             if route is not None:
                 return route
         return None
@@ -119,22 +109,11 @@ class RoutePlanner:
     def has_room(self, traffic: Traffic, pose: np.ndarray) -> bool:
         """Whether a cart may stand at a pose of its tractor, shape (3,), now."""
         cart = self.cart
-        placed = outline_at(self._outline, cart.length, cart.hitch_offset, np.append(pose, 0.0))
+        state = np.append(pose, 0.0)
+        placed = outline_at(outline(cart), cart.length, cart.hitch_offset, state)
         if crop_under(self.ground, traffic, placed, traffic.time, 0.0) > 0:
             return False
         return bool(gap_to_combines(traffic, placed, traffic.time) > GAPS[0])
-
-    def _gaps(self, traffic: Traffic, state: np.ndarray) -> np.ndarray:
-        """What to keep from combines and from other carts, shape (2,) [m].
-
-        Less if one is nearer already, so that a cart gets away.
-        """
-        cart = self.cart
-        placed = outline_at(self._outline, cart.length, cart.hitch_offset, state)
-        now = traffic.time
-        near = [gap_to_combines(traffic, placed, time) for time in (now, now + EARLY)]
-        beside = [gap_to_carts(traffic.others, placed, late) for late in (0.0, EARLY)]
-        return np.minimum(GAPS, 0.999 * np.array([min(near), min(beside)]))
 
     def _soonest(self, state: np.ndarray, time: float, meeting: Meeting) -> float | None:
         """When a tractor alone could be there [s]."""
@@ -154,86 +133,61 @@ class RoutePlanner:
 
     def _direct(
         self,
-        traffic: Traffic,
+        around: Surroundings,
+        state: np.ndarray,
+        time: float,
+        soonest: float,
+        meeting: Meeting,
+        later: Sequence[float],
+    ) -> Route | None:
+        """The first car's path that is clear, to a meeting some time after the soonest."""
+        stays = around.stays_until(state, time, soonest + later[-1])
+        for arrive in soonest + np.array(later):
+            goal = meeting(np.array([arrive]))[0]
+            if np.isfinite(goal[0]):
+                route = self._car_path(around, state, time, float(arrive), goal, stays)
+                if route is not None:
+                    return route
+        return None
+
+    def _car_path(
+        self,
+        around: Surroundings,
         state: np.ndarray,
         time: float,
         arrive: float,
-        meeting: Meeting,
-        gaps: np.ndarray,
+        goal: np.ndarray,
+        stays: float,
     ) -> Route | None:
-        goal = meeting(np.array([arrive]))[0]
-        if not np.isfinite(goal[0]):
-            return None
         radius, speed = ROOM * self.cart.turning_radius, self.cart.speed
         paths = dubins_paths(state[:3].tolist(), goal.tolist(), radius)
         for path in paths:
             if path.length > paths[0].length + DETOUR * radius:
                 break
+            depart = max(time, arrive - path.length / speed)
+            if depart > stays:
+                continue
             count = max(2, math.ceil(path.length / STEP) + 1)
             way = way_of_poses(
                 path.poses(np.linspace(0.0, path.length, count)), float(state[3]), self.cart, "car"
             )
-            depart = max(time, arrive - path.length / speed)
             if depart + way.length / speed > arrive + 1.0:
                 continue
-            if not self._stands_clear(traffic, state, time, depart, gaps):
-                continue
-            if self._is_clear(traffic, way, depart, gaps):
+            if around.is_clear(way, depart):
                 if self.exact:
                     best = optimal_way(self.cart, state, goal, way)
-                    if best is not None and self._is_clear(traffic, best, depart, gaps):
+                    if best is not None and around.is_clear(best, depart):
                         way = best
                 return Route(way, depart, depart + way.length / speed)
         return None
 
-    def _is_clear(self, traffic: Traffic, way: Way, depart: float, gaps: np.ndarray) -> bool:
-        times = depart + way.distances / self.cart.speed
-        betas = np.abs(way.states[:, 3])
-        if betas.max() > max(FOLDED, betas[0]):
-            return False
-        # Where it stands already it may stand.
-        conflict = self._first_conflict(traffic, way.states[0], way.states[2:], times[2:], gaps)
-        return conflict == max(len(times) - 2, 0)
-
-    def _stands_clear(
-        self, traffic: Traffic, state: np.ndarray, time: float, until: float, gaps: np.ndarray
-    ) -> bool:
-        times = np.arange(time + 1.0, until, 2.0)
-        states = np.tile(state, (len(times), 1))
-        return self._first_conflict(traffic, state, states, times, gaps) == len(times)
-
-    def _first_conflict(
-        self,
-        traffic: Traffic,
-        start: np.ndarray,
-        states: np.ndarray,
-        times: np.ndarray,
-        gaps: np.ndarray,
-    ) -> int:
-        cart, points = self.cart, self._outline
-        if not len(times):
-            return 0
-        placed = outline_at(points, cart.length, cart.hitch_offset, start)
-        return way_is_clear(
-            self.ground,
-            traffic,
-            points,
-            cart.length,
-            cart.hitch_offset,
-            np.ascontiguousarray(states),
-            times,
-            EARLY,
-            gaps,
-            crop_under(self.ground, traffic, placed, float(times[0]), EARLY),
-        )
-
     def _searched(
-        self, traffic: Traffic, state: np.ndarray, time: float, meeting: Meeting, gaps: np.ndarray
+        self, around: Surroundings, state: np.ndarray, time: float, meeting: Meeting
     ) -> Route | None:
         times, goals = self._goals(time, meeting)
         if not len(times):
             return None
-        clear = clear_times(self.ground, traffic)
+        clear = clear_times(self.ground, around.traffic)
         side, corner = COARSE * self.ground.cell, self.ground.corner
         at = arrivals(clear, side, corner, state[:2], time, self.cart.speed / SLOWER)
         soonest = np.array([nearest_arrival(at, side, corner, x, y) for x, y, _ in goals])
@@ -244,7 +198,7 @@ class RoutePlanner:
         meant = goals[(times >= first) & (times <= first + WINDOW)]
         away = distances_to(clear <= first, side, corner, np.ascontiguousarray(meant[:, :2]))
         for near in NEAR:
-            found = self._search(traffic, state, time, away, near * self.cart.turning_radius, gaps)
+            found = self._search(around, state, time, away, near * self.cart.turning_radius)
             if len(found) == 0:
                 return None
             if len(found) == 1:
@@ -253,37 +207,27 @@ class RoutePlanner:
             soonest = self._soonest(last[:4], last[4], meeting)
             if soonest is None:
                 continue
-            for later in LATER:
-                rest = self._direct(
-                    traffic, last[:4], float(last[4]), soonest + later, meeting, gaps
-                )
-                if rest is not None:
-                    return self._joined(state, time, found, rest)
+            rest = self._direct(around, last[:4], float(last[4]), soonest, meeting, LATER)
+            if rest is not None:
+                return self._joined(state, time, found, rest)
         return None
 
     def _search(
-        self,
-        traffic: Traffic,
-        state: np.ndarray,
-        time: float,
-        away: np.ndarray,
-        near: float,
-        gaps: np.ndarray,
+        self, around: Surroundings, state: np.ndarray, time: float, away: np.ndarray, near: float
     ) -> np.ndarray:
-        cart = self.cart
         return search_way(
             self.ground,
-            traffic,
-            self._outline,
-            hitch_of(cart),
-            cart.speed,
-            ROOM * cart.turning_radius,
+            around.traffic,
+            around.points,
+            hitch_of(self.cart),
+            self.cart.speed,
+            ROOM * self.cart.turning_radius,
             np.ascontiguousarray(state),
             time,
             away,
             near,
             EARLY,
-            gaps,
+            around.gaps,
             NODES,
         )
 
