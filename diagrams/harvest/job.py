@@ -9,6 +9,7 @@ import shapely
 
 from ...systems.numerics.harvest.field.coverage import CoveragePlan, plan_coverage
 from ...systems.numerics.harvest.machines.team import pack_paths
+from ...systems.numerics.harvest.routes.clearance import crop_under, outline, outline_at
 from ...systems.numerics.harvest.routes.ground import Ground, Traffic, ground_of
 from ...systems.numerics.harvest.routes.lane import lanes_beside
 from ...systems.numerics.harvest.routes.meeting import SETTLE, Lanes
@@ -21,10 +22,12 @@ from ...systems.numerics.harvest.schedule.fleet import Fleet, Truck
 from ...systems.numerics.harvest.schedule.timetable import Timetable
 from ...systems.numerics.harvest.timetables.latest_starts import Service, plan_visits
 from ...systems.numerics.harvest.timetables.work import work_of
-from .scenario import HarvestScenario
+from .scenario import Carts, HarvestScenario
 
 # Where the first truck stands, as a part of the way round the field.
 FIRST_TRUCK = 0.125
+# How far on it may stand where there is no room [m].
+FARTHER = 60.0
 # Ways round standing crop are as long as along the sides of a square.
 ROUNDABOUT = math.sqrt(2.0)
 
@@ -92,7 +95,7 @@ def prepare_harvest(scenario: HarvestScenario, folder: Path = Path()) -> Harvest
     beside = (lanes_beside(p, room, team.header_width, reach, carts.turning_radius) for p in paths)
     lanes = Lanes(carts, tuple(beside))
     ground = ground_of(coverage.field, coverage.crop_cells(scenario.cell))
-    trucks = _truck_places(coverage, carts.count, carts.width)
+    trucks = _truck_places(coverage, carts, ground, traffic)
     starts = np.column_stack([trucks, np.zeros(len(trucks))])
     answer, timetable = _schedule(scenario, coverage, lanes, reach, trucks)
     return HarvestJob(
@@ -133,24 +136,38 @@ def cover_field(scenario: HarvestScenario, folder: Path = Path()) -> CoveragePla
     )
 
 
-def _truck_places(coverage: CoveragePlan, carts: int, width: float) -> np.ndarray:
+def _truck_places(
+    coverage: CoveragePlan, carts: Carts, ground: Ground, traffic: Traffic
+) -> np.ndarray:
     """Places along the outer half of the margin, clockwise from where the first combine begins.
 
-    Evenly round the field, and not where the loops begin: all combines turn there.
+    Evenly round the field, a little farther on where a cart has no room, and not where the loops
+    begin: all combines turn there.
     """
     field = coverage.field
-    outside = field.outline.buffer(max(field.margin - width, field.margin / 2), quad_segs=16)
+    outside = field.outline.buffer(max(field.margin - carts.width, field.margin / 2), quad_segs=16)
     ring = shapely.Polygon(outside.exterior).exterior
     line = np.array(ring.coords)
     if ring.is_ccw:
         line = line[::-1]
     edge = shapely.LineString(line)
     start = edge.project(shapely.Point(coverage.paths[0].points[0]))
-    places = []
-    for k in range(carts):
-        at = (start + edge.length * (FIRST_TRUCK + k / carts)) % edge.length
+    points = outline(carts)
+
+    def place_at(way: float) -> tuple[float, float, float]:
+        at = (start + way) % edge.length
         here, there = edge.interpolate(at), edge.interpolate(min(at + 0.5, edge.length))
-        places.append((here.x, here.y, math.atan2(there.y - here.y, there.x - here.x)))
+        return here.x, here.y, math.atan2(there.y - here.y, there.x - here.x)
+
+    def has_room(place: tuple[float, float, float]) -> bool:
+        placed = outline_at(points, carts.length, carts.hitch_offset, np.array([*place, 0.0]))
+        return crop_under(ground, traffic, placed, 0.0, 0.0) == 0
+
+    places = []
+    for k in range(carts.count):
+        way = edge.length * (FIRST_TRUCK + k / carts.count)
+        tried = [place_at(way + on) for on in np.arange(0.0, FARTHER, carts.width)]
+        places.append(next(filter(has_room, tried), tried[0]))
     return np.array(places)
 
 

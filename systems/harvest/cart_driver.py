@@ -9,7 +9,7 @@ from pydrake.systems.framework import LeafSystem, ValueProducer
 from ..drake_types import read, state_vector
 from ..numerics.errors import require_positive
 from ..numerics.harvest.driving.arriving import notice_arrival
-from ..numerics.harvest.driving.following import backs_into, follow
+from ..numerics.harvest.driving.following import back_up, follow
 from ..numerics.harvest.driving.foresight import seen_by, wish_of
 from ..numerics.harvest.driving.giving_way import (
     HOPELESS,
@@ -41,6 +41,7 @@ from ..numerics.harvest.driving.memory import (
     TRAIL,
     WAY,
     evenly,
+    last_control,
     note_move,
 )
 from ..numerics.harvest.driving.record import COLUMNS, ROUTES, note_route
@@ -83,6 +84,7 @@ class CartDriver(LeafSystem):
         - state
         - station
         - mode
+        - tank
         - alongside
         output_ports:
         - control
@@ -97,6 +99,7 @@ class CartDriver(LeafSystem):
     state      4 K   m, m, rad, rad    world
     station    N     m                 path
     mode       N     -                 -
+    tank       N     kg                -
     alongside  N     -                 -
     control    2 K   m/s, rad/s        tractor
     emptying   K     -                 -
@@ -146,6 +149,7 @@ class CartDriver(LeafSystem):
         self._state = self.DeclareVectorInputPort("state", 4 * carts)
         self._station = self.DeclareVectorInputPort("station", combines)
         self._mode = self.DeclareVectorInputPort("mode", combines)
+        self._tank = self.DeclareVectorInputPort("tank", combines)
         self._alongside = self.DeclareVectorInputPort("alongside", combines)
         memory = np.zeros((carts, MEMORY))
         memory[:, TARGET], memory[:, SPACING] = STAY, 1.0
@@ -186,7 +190,7 @@ class CartDriver(LeafSystem):
         states = read(self._state, context).reshape(-1, 4)
         lines = context.get_discrete_state(self._lines).value().reshape(-1, POINTS, 3)
         trails = context.get_discrete_state(self._trails).value().reshape(-1, TRAIL, 2)
-        memories = self._remembered(context)
+        memories, planner = self._remembered(context), self._planner
         moves = []
         for k, memory in enumerate(memories):
             if memory[DOING] not in (EN_ROUTE, BESIDE, BACKING):
@@ -194,7 +198,9 @@ class CartDriver(LeafSystem):
                 continue
             seen = seen_by(k, memories, lines, states, self._lanes, traffic, SOON, FAR)
             if memory[DOING] == BACKING:
-                moves.append(self._back(memory, trails[k], states[k], seen))
+                control, way = last_control(memory, trails[k]), memory[WAY]
+                around = planner.ground, seen, self._outline, self._hitch, states[k]
+                moves.append(back_up(*around, control, way, self._period))
                 continue
             line, spacing, wish = wish_of(
                 memory, lines[k], self._lanes, traffic, modes, self._period
@@ -206,26 +212,15 @@ class CartDriver(LeafSystem):
                     states[k],
                     memory[WAY],
                     wish,
-                    self._planner.cart.turning_radius,
+                    planner.cart.turning_radius,
                     self._hitch,
                     self._outline,
-                    self._planner.ground,
+                    planner.ground,
                     seen,
                     self._period,
                 )
             )
         output.set_value(moves)
-
-    def _back(
-        self, memory: np.ndarray, trail: np.ndarray, state: np.ndarray, traffic: Traffic
-    ) -> tuple[float, float, float, bool]:
-        """The last control of the trail the other way round: the trailer retraces its way too."""
-        v, omega = -trail[int(memory[NEWEST] - 1) % TRAIL]
-        if backs_into(
-            self._planner.ground, traffic, self._outline, self._hitch, state, v, omega, self._period
-        ):
-            return 0.0, 0.0, memory[WAY], True
-        return v, omega, memory[WAY] + v * self._period, False
 
     def _outline_of(self, state: np.ndarray) -> np.ndarray:
         return outline_at(self._outline, self._hitch.length, self._hitch.hitch_offset, state)
@@ -244,6 +239,7 @@ class CartDriver(LeafSystem):
         lines = context.get_discrete_state(self._lines).value().reshape(-1, POINTS, 3)
         states = read(self._state, context).reshape(-1, 4)
         tasks, alongside = read(self._task, context), read(self._alongside, context)
+        alongside = np.where(read(self._tank, context) > 0.0, alongside, -1)
         traffic, now = self._traffic_now(context), context.get_time()
         trails = context.get_discrete_state(self._trails).value().reshape(-1, TRAIL, 2).copy()
         for k, (v, omega, way, stopped) in enumerate(self._moves_at(context)):
@@ -258,7 +254,7 @@ class CartDriver(LeafSystem):
             done = memory[WAY] <= 0.0 or memory[NEWEST] <= memory[OLDEST]
             if memory[DOING] == BACKING and (done or waited):
                 memory[DOING], memory[FAILS] = RESTING, 0
-            # What is poured from a combine that stands is poured to the end.
+            # What is poured from a combine that stands is poured to the end; then one goes.
             pours = abs(v) < SLOW and (alongside == k).any()
             if memory[DOING] == BACKING or now < memory[RETRY] or pours:
                 continue
@@ -270,6 +266,7 @@ class CartDriver(LeafSystem):
             seen = seen_by(k, memories, lines, states, self._lanes, traffic, FORESEEN)
             placed, begins = self._outline_of(states[k]), self._traffic.waits
             route, wants_to = None, memory[DOING] == RESTING or lasting
+            wants_to &= memory[TARGET] != STAY
             if wants_to:
                 target = int(memory[TARGET])
                 route = route_to(target, self._trucks[k], states[k], seen, *self._means)

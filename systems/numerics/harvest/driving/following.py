@@ -65,8 +65,11 @@ def comes_too_near(gap, least, before):
 
 
 @compiled
-def backs_into(ground, traffic, points, hitch, state, v, omega, period):
-    """Whether a control brings a cart in a period into crop or too near to others, or folds it.
+def back_up(ground, traffic, points, hitch, state, control, way, period):
+    """Speed, turn rate and way of a cart that backs up, and whether something is in the way.
+
+    It takes a control of its trail the other way round, so that the trailer retraces its way too,
+    unless that brings it into crop or too near to others, or folds it.
 
     Args:
         ground: Raster of the crop.
@@ -74,12 +77,14 @@ def backs_into(ground, traffic, points, hitch, state, v, omega, period):
         points: Outline of the cart, shape (m, 2) [m].
         hitch: Of the cart.
         state: x, y, theta, beta of the cart, shape (4,) [m], [m], [rad], [rad].
-        v: Speed of the tractor [m/s].
-        omega: Its turn rate [rad/s].
+        control: Speed and turn rate of the tractor that it had, shape (2,) [m/s], [rad/s].
+        way: How far it is still to back up [m].
+        period: [s].
     """
+    v, omega = -control[0], -control[1]
     then = drive(state, v, omega, hitch, period, 2)
     if abs(then[3]) > FOLDED and abs(then[3]) > abs(state[3]):
-        return True
+        return 0.0, 0.0, way, True
     gaps, under = np.empty(2), np.empty(2)
     for k, at in enumerate((state, then)):
         placed = outline_at(points, hitch.length, hitch.hitch_offset, at)
@@ -88,7 +93,9 @@ def backs_into(ground, traffic, points, hitch, state, v, omega, period):
             gap_to_combines(traffic, placed, traffic.time),
             gap_to_carts(traffic.others, placed, 0.0) - OTHERS_GAP + STOP_GAP,
         )
-    return under[1] > under[0] or (gaps[1] < STOP_GAP and gaps[1] < gaps[0])
+    if under[1] > under[0] or (gaps[1] < STOP_GAP and gaps[1] < gaps[0]):
+        return 0.0, 0.0, way, True
+    return v, omega, way + v * period, False
 
 
 @compiled

@@ -10,7 +10,6 @@ from ..routes.ground import Traffic
 from ..routes.meeting import Lanes
 from ..routes.others import gap_to_carts
 from ..routes.refuge import is_met
-from ..strategies.serving import STAY
 from .memory import BESIDE, DOING, FAILS, LANE, NEWEST, OLDEST, TARGET, WAY
 
 # How soon somebody would be where a cart stands [s], and how near [m].
@@ -65,7 +64,7 @@ def is_wedged(memory: np.ndarray, placed: np.ndarray, traffic: Traffic) -> bool:
         placed: Its outline, shape (m, 2) [m].
         traffic: Combines and other carts.
     """
-    if memory[TARGET] == STAY or memory[NEWEST] <= memory[OLDEST]:
+    if memory[NEWEST] <= memory[OLDEST]:
         return False
     near = gap_to_combines(traffic, placed, traffic.time)
     return near < CLOSE or memory[FAILS] >= HOPELESS

@@ -50,3 +50,13 @@ def note_move(memory: np.ndarray, trail: np.ndarray, v: float, omega: float, tim
     memory[STILL] = min(memory[STILL], time) if abs(v) < SLOW else np.inf
     if memory[DOING] == EN_ROUTE and memory[WAY] > GOT_ON:
         memory[FAILS] = 0
+
+
+def last_control(memory: np.ndarray, trail: np.ndarray) -> np.ndarray:
+    """The last speed and turn rate on a trail, shape (2,) [m/s], [rad/s].
+
+    Args:
+        memory: Of one driver, shape (MEMORY,).
+        trail: Its controls, shape (TRAIL, 2).
+    """
+    return trail[int(memory[NEWEST] - 1) % TRAIL]

@@ -38,7 +38,12 @@ class Surroundings:
     gaps: np.ndarray
 
     def is_clear(self, way: Way, depart: float) -> bool:
-        """Whether a way may be driven, beginning at a time [s]."""
+        """Whether a way may be driven.
+
+        Args:
+            way: States along it.
+            depart: When it is begun [s].
+        """
         betas = np.abs(way.states[:, 3])
         if betas.max() > max(FOLDED, betas[0]):
             return False
