@@ -49,8 +49,8 @@ class Surroundings:
             return False
         times = depart + way.distances / self.cart.speed
         # Where it stands already it may stand.
-        conflict = self._first_conflict(way.states[0], way.states[2:], times[2:])
-        return conflict == max(len(times) - 2, 0)
+        conflict = self._first_conflict(way.states[0], way.states[1:], times[1:])
+        return conflict == max(len(times) - 1, 0)
 
     def stays_until(self, state: np.ndarray, time: float, most: float) -> float:
         """Until when a cart may stay where it is [s].

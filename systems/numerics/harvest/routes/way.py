@@ -11,7 +11,7 @@ from ...planning.trailer import trailer_rates
 from ..machines.cart import Cart, hitch_of
 
 # Between two states of a way [m].
-STEP = 1.0
+STEP = 0.5
 
 rates = compiled(trailer_rates)
 
