@@ -14,6 +14,8 @@ STOP_GAP, OTHERS_GAP, LOOK = 0.8, 1.5, 3.0
 # By how much nearer it may come in a step all the same, where its route leads past them, and how
 # near never [m].
 CREEP, LEAST_GAP = 0.1, 0.4
+# Parts of its speed that it tries.
+STRIDES = (1.0, 0.5, 0.25)
 # How far a line may have been followed since the last step, and back [m].
 WINDOW = 4.0
 
@@ -38,12 +40,20 @@ def follow(line, step, state, way, wish, radius, hitch, points, ground, traffic,
     way = nearest_way(line, step, state[0], state[1], way, WINDOW)
     if wish <= 0.0:
         return 0.0, 0.0, way, False
-    omega = steer(line, step, state, way, wish, radius, period)
     now = traffic.time
-    then = drive(state, wish, omega, hitch, period, 2)
-    placed = outline_at(points, hitch.length, hitch.hitch_offset, then)
     stays = outline_at(points, hitch.length, hitch.hitch_offset, state)
-    if crop_under(ground, traffic, placed, now, 0.0) > crop_under(ground, traffic, stays, now, 0.0):
+    under = crop_under(ground, traffic, stays, now, 0.0)
+    speed, omega, placed = 0.0, 0.0, stays
+    # Routes are looked at in places that are not those of these steps: beside what is left of the
+    # crop the next one may be too far.
+    for share in STRIDES:
+        speed = share * wish
+        omega = steer(line, step, state, way, speed, radius, period)
+        then = drive(state, speed, omega, hitch, period, 2)
+        placed = outline_at(points, hitch.length, hitch.hitch_offset, then)
+        if crop_under(ground, traffic, placed, now, 0.0) <= under:
+            break
+    else:
         return 0.0, 0.0, way, True
     if meets_cart(traffic.others, placed, stays, period):
         return 0.0, 0.0, way, True
@@ -51,7 +61,7 @@ def follow(line, step, state, way, wish, radius, hitch, points, ground, traffic,
         gap = gap_to_combines(traffic, placed, now + ahead)
         if comes_too_near(gap, STOP_GAP, gap_to_combines(traffic, stays, now + ahead)):
             return 0.0, 0.0, way, True
-    return wish, omega, way, False
+    return speed, omega, way, False
 
 
 @compiled
