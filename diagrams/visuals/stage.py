@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.geometry import Meshcat, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
+from ...systems.numerics.errors import require
 from .glide import Glide, Values
 from .meshes import Mesh
 
@@ -141,7 +142,12 @@ class Stage:
         self._glide(f"{path}/<object>", name, (opacity,), _OPACITY_TOLERANCE, stands=False)
 
     def finish_recording(self) -> None:
-        """Key every recorded value at the present frame and stop recording."""
+        """Key every recorded value at the present frame and stop recording.
+
+        Raises:
+            InvalidInput: The stage was made without `recording`.
+        """
+        require(self.recording, "recording", "be on to write a replay", self.recording)
         recording = self.meshcat.get_mutable_recording()
         for (path, name), glide in self._glides.items():
             for frame, values in (*glide.finish(), (self._frame, glide.values)):

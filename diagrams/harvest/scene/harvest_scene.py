@@ -7,7 +7,6 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from ....systems.drake_types import read
-from ....systems.numerics.errors import require
 from ....systems.numerics.harvest.machines.filling import COLUMNS, CUT, LOST
 from ...tracking.scene.layout import make_layout, set_camera
 from ...visuals.stage import Stage
@@ -111,7 +110,6 @@ class HarvestScene(LeafSystem):
         Raises:
             InvalidInput: The scene was made without `recording`.
         """
-        require(self._recording, "recording", "be on to write a replay", self._recording)
         self._stage.finish_recording()
 
     def _restart(self) -> EventStatus:

@@ -8,7 +8,6 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from ....systems.drake_types import read
-from ....systems.numerics.errors import require
 from ....systems.numerics.social.network.interface import Picture
 from ...tracking.scene.layout import Layout, make_layout, set_camera
 from ...tracking.scene.static_scene import draw_world
@@ -121,7 +120,6 @@ class SocialScene(LeafSystem):
         Raises:
             InvalidInput: The scene was made without `recording`.
         """
-        require(self.recording, "recording", "be on to write a replay", self.recording)
         self._stage.finish_recording()
 
     def _restart(self) -> EventStatus:

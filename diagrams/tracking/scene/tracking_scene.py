@@ -165,7 +165,6 @@ class TrackingScene(LeafSystem):
         Raises:
             InvalidInput: The scene was made without `recording`.
         """
-        require(self.recording, "recording", "be on to write a replay", self.recording)
         self._layers.finish_recording()
 
     def _begin(self, context: Context) -> EventStatus:

@@ -46,11 +46,6 @@ class Trailer:
         require(isinstance(self.reverse, bool), "reverse", "be true or false", self.reverse)
         require(0 < self.jackknife <= math.pi, "jackknife", "lie in (0, pi]", self.jackknife)
 
-    @property
-    def is_normalised(self) -> bool:
-        """Whether speed, turn rate and length are one and the hitch is on the axle (3.5)."""
-        return (self.speed, self.turn_rate, self.length, self.hitch_offset) == (1, 1, 1, 0)
-
 
 def trailer_rates(theta, beta, v, omega, trailer: Trailer):
     """Rates of x, y, theta and beta; scalars or arrays of any kind that NumPy's sine takes.

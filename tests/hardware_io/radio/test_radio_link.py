@@ -11,7 +11,9 @@ import pytest
 from sightfield.hardware_io.emulation.air import AirSettings, Flight
 from sightfield.hardware_io.emulation.emulated_radio import EmulatedRadio
 from sightfield.hardware_io.radio import xbee_port
+from sightfield.hardware_io.radio.frames import decode
 from sightfield.hardware_io.radio.link import RadioLink
+from sightfield.hardware_io.radio.messages import Entry, Form
 from sightfield.hardware_io.radio.xbee_port import RadioError
 from sightfield.systems.numerics.errors import InvalidInput
 
@@ -105,6 +107,23 @@ def test_a_team_too_large_for_one_frame_gets_two(deaf_robots):
         before = link.statistics().sent
         link.send_commands(np.zeros((20, 2)))
         assert link.statistics().sent == before + 2
+
+
+@pytest.mark.parametrize(
+    ("send", "form"), [("send_wheel_speeds", Form.WHEELS), ("send_commands", Form.TWIST)]
+)
+def test_speeds_of_robots_go_out_in_their_form(deaf_robots, monkeypatch, send, form):
+    flights, fly = [], deaf_robots.air.send
+    monkeypatch.setattr(
+        deaf_robots.air, "send", lambda flight, time: (flights.append(flight), fly(flight, time))[1]
+    )
+    with RadioLink(deaf_robots.port, [3, 5]) as link:
+        getattr(link, send)(np.array([[0.25, -0.125], [0.5, 1.0]]), np.array([True, False]))
+        wait_until(lambda: flights)
+    command = decode(flights[0].payload)
+    assert command.form == form
+    assert command.entries[0] == Entry(robot=3, first=250, second=-125)
+    assert all((entry.first, entry.second) == (0, 0) for entry in command.entries[1:])
 
 
 def test_noise_in_payloads_is_counted_and_the_link_goes_on(deaf_robots):
