@@ -117,6 +117,28 @@ def browser(require_tool) -> Iterator[Browser]:
         chromium.close()
 
 
+# Reads Meshcat's scene on a page: a path's node, whether it is seen, and where it is.
+_HELPERS = """
+window.node = path => path.split("/").reduce((at, name) => at && at.children[name],
+                                             viewer.scene_tree);
+window.shown = path => {
+    let at = viewer.scene_tree;
+    for (const name of path.split("/")) {
+        at = at.children[name];
+        if (!at || !at.object.visible) return false;
+    }
+    return true;
+};
+window.matrix = path => {
+    // The root of the tree turns Drake's upward z into that of three.js, y.
+    const object = node(path).object;
+    object.updateWorldMatrix(true, false);
+    const root = viewer.scene.matrixWorld.clone().invert();
+    return root.multiply(object.matrixWorld).elements;
+};
+"""
+
+
 class WatchedPage:
     """A page with a list of what went wrong on it and of what it fetched.
 
@@ -133,6 +155,19 @@ class WatchedPage:
         page.on("console", self._note)
         page.on("pageerror", lambda error: self.complaints.append(str(error)))
         page.on("request", lambda request: self.requests.append(request.url))
+        page.add_init_script(_HELPERS)
+
+    def open_replay(self, path: Path) -> None:
+        """Open a replay without a network."""
+        self.page.context.set_offline(True)
+        self.page.goto(path.as_uri())
+        self.page.wait_for_function("() => viewer.animator.actions.length > 0")
+
+    def seek(self, time: float) -> None:
+        """Put a replay at a time [s]; its keys are single floats, so a little later."""
+        self.page.evaluate(
+            "time => { viewer.animator.pause(); viewer.animator.seek(time + 1e-4); }", time
+        )
 
     def _note(self, message) -> None:
         if message.type == "error":

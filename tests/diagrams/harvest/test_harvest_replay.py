@@ -33,19 +33,6 @@ SETTINGS = [
 # Samples of the log [s], and whenever somebody has been pouring for a sample and goes on.
 MOMENTS = [0.0, 100.0, "pouring", 358.0]
 
-_HELPERS = """() => {
-    window.node = path => path.split("/").reduce((at, name) => at && at.children[name],
-                                                 viewer.scene_tree);
-    window.shown = path => {
-        let at = viewer.scene_tree;
-        for (const name of path.split("/")) {
-            at = at.children[name];
-            if (!at || !at.object.visible) return false;
-        }
-        return true;
-    };
-}"""
-
 
 @pytest.fixture(scope="module")
 def replay(tmp_path_factory):
@@ -62,10 +49,7 @@ def replay(tmp_path_factory):
 @pytest.fixture(scope="module")
 def watched(replay, new_page):
     watched = new_page()
-    watched.page.context.set_offline(True)
-    watched.page.goto(replay[1].as_uri())
-    watched.page.wait_for_function("() => viewer.animator.actions.length > 0")
-    watched.page.evaluate(_HELPERS)
+    watched.open_replay(replay[1])
     return watched
 
 

@@ -12,19 +12,6 @@ pytestmark = pytest.mark.browser
 # Friends of the first agent and the last; the second one never answers.
 SETTINGS = ("agents.friending=[1, 0, 1]", "agents.rejection=[0, 0, 0]", "seconds=3")
 
-_HELPERS = """() => {
-    window.node = path => path.split("/").reduce((at, name) => at && at.children[name],
-                                                 viewer.scene_tree);
-    window.shown = path => {
-        let at = viewer.scene_tree;
-        for (const name of path.split("/")) {
-            at = at.children[name];
-            if (!at || !at.object.visible) return false;
-        }
-        return true;
-    };
-}"""
-
 
 @pytest.fixture(scope="module")
 def replay(search, tmp_path_factory):
@@ -40,17 +27,8 @@ def replay(search, tmp_path_factory):
 @pytest.fixture(scope="module")
 def watched(replay, new_page):
     watched = new_page()
-    watched.page.context.set_offline(True)
-    watched.page.goto(replay[1].as_uri())
-    watched.page.wait_for_function("() => viewer.animator.actions.length > 0")
-    watched.page.evaluate(_HELPERS)
+    watched.open_replay(replay[1])
     return watched
-
-
-def seek(watched, time):
-    watched.page.evaluate(
-        "time => { viewer.animator.pause(); viewer.animator.seek(time + 1e-4); }", time
-    )
 
 
 def shown(watched, path):
@@ -65,13 +43,13 @@ def position(watched, path):
 def test_robots_are_where_the_search_had_them(replay, watched):
     run, _ = replay
     for time in (0.0, 1.5, 3.0):
-        seek(watched, time)
+        watched.seek(time)
         for robot, (x, y, _) in enumerate(run.log["pose"][round(time / 0.05)]):
             np.testing.assert_allclose(position(watched, f"robots/{robot}"), [x, y], atol=2e-3)
 
 
 def test_the_graph_shows_friends_and_who_was_asked(watched):
-    seek(watched, 2.5)
+    watched.seek(2.5)
     for agent, state in ((0, "friend"), (1, "waiting"), (2, "friend")):
         for each in ("friend", "waiting", "stranger"):
             assert shown(watched, f"friends/{agent}/{each}") == (each == state), (agent, each)
@@ -79,10 +57,10 @@ def test_the_graph_shows_friends_and_who_was_asked(watched):
 
 def test_the_estimate_and_the_banner_show_once_the_evader_is_located(replay, watched):
     run, _ = replay
-    seek(watched, 0.0)
+    watched.seek(0.0)
     assert shown(watched, "state/unknown")
     assert not shown(watched, "estimate")
-    seek(watched, 2.9)
+    watched.seek(2.9)
     assert shown(watched, "state/located")
     assert not shown(watched, "state/unknown")
     assert shown(watched, "estimate")
@@ -93,7 +71,7 @@ def test_the_estimate_and_the_banner_show_once_the_evader_is_located(replay, wat
 def test_pictures_follow_one_another_and_say_whether_they_were_read(watched):
     # Taken at 0 s and 2 s; those of friends are shown again with their matches.
     for time, friend, stranger in ((0.6, 1, 0), (2.6, 3, 1)):
-        seek(watched, time)
+        watched.seek(time)
         for agent, number in ((0, friend), (1, stranger), (2, friend)):
             for k in range(4):
                 assert shown(watched, f"pictures/{agent}/{k}") == (k == number), (time, agent, k)

@@ -127,27 +127,6 @@ def meshcat() -> Meshcat:
     return open_live_page(port=0)
 
 
-_HELPERS = """() => {
-    window.node = path => path.split("/").reduce((at, name) => at && at.children[name],
-                                                 viewer.scene_tree);
-    window.shown = path => {
-        let at = viewer.scene_tree;
-        for (const name of path.split("/")) {
-            at = at.children[name];
-            if (!at || !at.object.visible) return false;
-        }
-        return true;
-    };
-    window.matrix = path => {
-        // The root of the tree turns Drake's upward z into that of three.js, y.
-        const object = node(path).object;
-        object.updateWorldMatrix(true, false);
-        const root = viewer.scene.matrixWorld.clone().invert();
-        return root.multiply(object.matrixWorld).elements;
-    };
-}"""
-
-
 class ScenePage:
     """Reads numbers off a page that shows the tracking scene. Paths are below "tracking"."""
 
@@ -162,7 +141,6 @@ class ScenePage:
         self.page.wait_for_function(
             "() => viewer.connection?.readyState === 1 || viewer.animator.actions.length > 0"
         )
-        self.page.evaluate(_HELPERS)
 
     def settle(self, meshcat: Meshcat) -> None:
         """Wait until the page has heard all that Meshcat said so far."""
@@ -173,10 +151,8 @@ class ScenePage:
         )
 
     def seek(self, time: float) -> None:
-        """Put a replay at a time; its keys are single floats, so a little later."""
-        self.page.evaluate(
-            "time => { viewer.animator.pause(); viewer.animator.seek(time + 1e-4); }", time
-        )
+        """Put a replay at a time [s]."""
+        self.watched.seek(time)
 
     def exists(self, path: str) -> bool:
         return self.page.evaluate("path => node(path) !== undefined", f"tracking/{path}")
