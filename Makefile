@@ -69,7 +69,7 @@ tutorials: $(VENV)/dev.stamp  ## open the tutorials in JupyterLab
 	$(BIN)/python -m jupyterlab --notebook-dir=tutorials $(ARGS)
 
 pictures: $(VENV)/dev.stamp  ## make the README's pictures again (needs Chromium)
-	$(BIN)/python docs/make_pictures.py
+	$(BIN)/python docs/make_pictures.py $(ARGS)
 
 tools:  ## install what the tests need beyond pip
 	@sh tests/install_tools.sh
