@@ -84,7 +84,6 @@ class CartDriver(LeafSystem):
         - state
         - station
         - mode
-        - tank
         - alongside
         output_ports:
         - control
@@ -99,7 +98,6 @@ class CartDriver(LeafSystem):
     state      4 K   m, m, rad, rad    world
     station    N     m                 path
     mode       N     -                 -
-    tank       N     kg                -
     alongside  N     -                 -
     control    2 K   m/s, rad/s        tractor
     emptying   K     -                 -
@@ -149,7 +147,6 @@ class CartDriver(LeafSystem):
         self._state = self.DeclareVectorInputPort("state", 4 * carts)
         self._station = self.DeclareVectorInputPort("station", combines)
         self._mode = self.DeclareVectorInputPort("mode", combines)
-        self._tank = self.DeclareVectorInputPort("tank", combines)
         self._alongside = self.DeclareVectorInputPort("alongside", combines)
         memory = np.zeros((carts, MEMORY))
         memory[:, TARGET], memory[:, SPACING] = STAY, 1.0
@@ -239,7 +236,6 @@ class CartDriver(LeafSystem):
         lines = context.get_discrete_state(self._lines).value().reshape(-1, POINTS, 3)
         states = read(self._state, context).reshape(-1, 4)
         tasks, alongside = read(self._task, context), read(self._alongside, context)
-        alongside = np.where(read(self._tank, context) > 0.0, alongside, -1)
         traffic, now = self._traffic_now(context), context.get_time()
         trails = context.get_discrete_state(self._trails).value().reshape(-1, TRAIL, 2).copy()
         for k, (v, omega, way, stopped) in enumerate(self._moves_at(context)):
@@ -254,7 +250,7 @@ class CartDriver(LeafSystem):
             done = memory[WAY] <= 0.0 or memory[NEWEST] <= memory[OLDEST]
             if memory[DOING] == BACKING and (done or waited):
                 memory[DOING], memory[FAILS] = RESTING, 0
-            # What is poured from a combine that stands is poured to the end; then one goes.
+            # What is poured from a combine that stands is poured to the end.
             pours = abs(v) < SLOW and (alongside == k).any()
             if memory[DOING] == BACKING or now < memory[RETRY] or pours:
                 continue
