@@ -8,11 +8,11 @@ from ..routes.ground import Traffic, pose_on_path
 from ..routes.meeting import Lanes
 from ..routes.planner import RoutePlanner
 from ..routes.route import Route, staying_at
-from ..strategies.serving import STAY, TRUCK
+from ..strategies.serving import TRUCK
 
 # A combine that has not begun is left alone until a cart would need half of the time that is left,
 # and so much more [s], to drive straight there.
-AMPLE, EARLY = 2.0, 60.0
+AMPLE, SPARE = 2.0, 60.0
 
 # To how many places round a combine that stands full a way is searched for.
 TRIED = 3
@@ -32,7 +32,7 @@ def route_to(
     A combine that stands full is reached beside its lane too, since its auger swings round.
 
     Args:
-        target: Number of a combine, or a task of `strategies.serving`.
+        target: Number of a combine, or `strategies.serving.TRUCK`.
         truck: Where the cart stands at its truck: x, y, theta of the tractor, shape (3,).
         state: x, y, theta, beta, shape (4,).
         traffic: Combines and other carts, now.
@@ -40,7 +40,7 @@ def route_to(
         lanes: Beside the combines.
         reach: Of the augers, from a combine's middle to its lane [m].
     """
-    if target == STAY or (target >= 0 and _begins_late(target, state, traffic, lanes)):
+    if target >= 0 and _begins_late(target, state, traffic, lanes):
         return None
     stands_full = target >= 0 and math.isinf(traffic.waits[target])
     if stands_full:
@@ -66,4 +66,4 @@ def _begins_late(target: int, state: np.ndarray, traffic: Traffic, lanes: Lanes)
         return False
     x, y, _ = pose_on_path(traffic, target, 0.0)
     way = math.hypot(x - state[0], y - state[1]) / lanes.cart.speed
-    return bool(left > AMPLE * way + EARLY)
+    return bool(left > AMPLE * way + SPARE)

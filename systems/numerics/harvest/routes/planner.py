@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -53,6 +54,10 @@ class RoutePlanner:
     ground: Ground
     exact: bool = False
 
+    @cached_property
+    def _outline(self) -> np.ndarray:
+        return outline(self.cart)
+
     def plan(
         self, traffic: Traffic, state: np.ndarray, time: float, meeting: Meeting
     ) -> Route | None:
@@ -68,7 +73,7 @@ class RoutePlanner:
             time: Now [s].
             meeting: Where the tractor is to be, over time.
         """
-        around = surroundings_of(self.cart, self.ground, traffic, state)
+        around = surroundings_of(self.cart, self.ground, traffic, self._outline, state)
         soonest = self._soonest(state, time, meeting)
         if soonest is not None and not self._crop_between(traffic, state, soonest, meeting):
             route = self._direct(around, state, time, soonest, meeting, LATER)
@@ -95,7 +100,7 @@ class RoutePlanner:
         self, traffic: Traffic, state: np.ndarray, time: float, places: Sequence[np.ndarray]
     ) -> Route | None:
         """A car's path to the first of some poses, shape (3,) each, that has one; see `plan`."""
-        around = surroundings_of(self.cart, self.ground, traffic, state)
+        around = surroundings_of(self.cart, self.ground, traffic, self._outline, state)
         for place in places:
             there = staying_at(place)
             soonest = self._soonest(state, time, there)
@@ -110,7 +115,7 @@ class RoutePlanner:
         """Whether a cart may stand at a pose of its tractor, shape (3,), now."""
         cart = self.cart
         state = np.append(pose, 0.0)
-        placed = outline_at(outline(cart), cart.length, cart.hitch_offset, state)
+        placed = outline_at(self._outline, cart.length, cart.hitch_offset, state)
         if crop_under(self.ground, traffic, placed, traffic.time, 0.0) > 0:
             return False
         return bool(gap_to_combines(traffic, placed, traffic.time) > GAPS[0])

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..machines.cart import Cart
-from .clearance import crop_under, gap_to_combines, outline, outline_at, way_is_clear
+from .clearance import crop_under, gap_to_combines, outline_at, way_is_clear
 from .ground import Ground, Traffic
 from .others import gap_to_carts
 from .search import FOLDED
@@ -85,7 +85,7 @@ class Surroundings:
 
 
 def surroundings_of(
-    cart: Cart, ground: Ground, traffic: Traffic, state: np.ndarray
+    cart: Cart, ground: Ground, traffic: Traffic, points: np.ndarray, state: np.ndarray
 ) -> Surroundings:
     """What is round a cart; what it keeps is less if one is nearer already, so that it gets away.
 
@@ -93,9 +93,9 @@ def surroundings_of(
         cart: The cart.
         ground: Raster of the crop.
         traffic: Combines and other carts, now.
+        points: Outline of the cart, shape (m, 3).
         state: x, y, theta, beta, shape (4,) [m], [m], [rad], [rad].
     """
-    points = outline(cart)
     placed = outline_at(points, cart.length, cart.hitch_offset, state)
     near = [gap_to_combines(traffic, placed, traffic.time + late) for late in (0.0, EARLY)]
     beside = [gap_to_carts(traffic.others, placed, late) for late in (0.0, EARLY)]

@@ -74,7 +74,6 @@ def test_a_line_is_not_driven_on_through_what_is_taboo():
     ends = np.array([[0.0, -30.0, np.pi]])
     passable = passable_but(wall)
     assert link_off(LINE, 0, [0, 100, 200], ends, RADIUS, passable, np.zeros(1)) is None
-    beyond = [100, 120]
-    ways = [link_off(LINE, 80, beyond, ends, RADIUS, passable, np.zeros(1))]
-    assert ways[0] is not None
-    assert not shapely.LineString(ways[0][1].points).intersects(wall.buffer(-0.1))
+    found = link_off(LINE, 80, [100, 120], ends, RADIUS, passable, np.zeros(1))
+    assert found is not None
+    assert not shapely.LineString(found[1].points).intersects(wall.buffer(-0.1))
