@@ -68,9 +68,9 @@ def _cache() -> Path:
 def _built(sources: Path, name: str, command: list[str], tools: tuple[str, ...]) -> Path:
     """Path of a product in the cache, under the digest of the sources it is made from."""
     digest = hashlib.sha256(repr(command).encode())
-    for file in sorted(sources.iterdir()):
+    for file in sorted(sources.rglob("*")):
         if file.suffix in (".c", ".h") or file.name == "Makefile":
-            digest.update(file.name.encode() + b"\0" + file.read_bytes())
+            digest.update(file.relative_to(sources).as_posix().encode() + b"\0" + file.read_bytes())
     product = _cache() / digest.hexdigest()[:16] / name
     if product.is_file():
         return product

@@ -5,15 +5,15 @@
 #include <avr/sleep.h>
 #include <avr/wdt.h>
 
-#include "analog.h"
-#include "clock.h"
-#include "frames.h"
-#include "link.h"
+#include "board/analog.h"
+#include "board/clock.h"
+#include "board/uart.h"
+#include "portable/frames.h"
+#include "portable/link.h"
+#include "portable/xbee.h"
 #include "report.h"
 #include "robot.h"
-#include "uart.h"
 #include "wheels.h"
-#include "xbee.h"
 
 static struct link radio;
 static struct motion motion;

@@ -2,10 +2,10 @@
 
 #include <string.h>
 
-#include "analog.h"
+#include "board/analog.h"
+#include "board/uart.h"
+#include "portable/xbee.h"
 #include "robot.h"
-#include "uart.h"
-#include "xbee.h"
 
 /* Where reports go: at first to all. */
 static uint8_t station[XBEE_ADDRESS] = {0, 0, 0, 0, 0, 0, 0xFF, 0xFF};

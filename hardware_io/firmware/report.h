@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-#include "link.h"
+#include "portable/link.h"
 
 /* Motion of the wheels, and what else `report_telemetry` has to know. */
 struct motion {

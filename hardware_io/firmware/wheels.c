@@ -1,9 +1,9 @@
 #include "wheels.h"
 
-#include "encoders.h"
-#include "motors.h"
+#include "board/encoders.h"
+#include "board/motors.h"
+#include "portable/speed_loop.h"
 #include "robot.h"
-#include "speed_loop.h"
 
 /* Periods over which a speed is reported: the counts of one are too few. */
 #define WINDOW 8U

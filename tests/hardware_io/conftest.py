@@ -14,9 +14,6 @@ from sightfield.hardware_io.emulation.toolchain import (
     runner_path,
 )
 
-# Those that need no AVR.
-PORTABLE = ["crc32.c", "frames.c", "link.c", "speed_loop.c", "xbee.c"]
-
 
 @pytest.fixture(scope="session")
 def emulator() -> None:
@@ -37,7 +34,7 @@ def compile_firmware(require_tool, tmp_path_factory):
 
     def compile_with(name: str, *arguments: str | Path) -> Path:
         product = tmp_path_factory.mktemp("firmware") / name
-        sources = [FIRMWARE / file for file in PORTABLE]
+        sources = sorted((FIRMWARE / "portable").glob("*.c"))
         warnings = ["-std=c99", "-Wall", "-Wextra", "-Werror"]
         command = [cc, *warnings, f"-I{FIRMWARE}", "-o", product, *sources, *arguments]
         done = subprocess.run(list(map(str, command)), capture_output=True, text=True)

@@ -1,5 +1,7 @@
 """Firmware and runner are built once, and what is missing is named with its package."""
 
+import shutil
+
 import pytest
 
 from sightfield.hardware_io.emulation import toolchain
@@ -29,10 +31,7 @@ def test_a_build_is_kept_until_its_sources_change(monkeypatch, tmp_path):
     assert first.stat().st_mtime_ns == made
 
     changed = tmp_path / "firmware"
-    changed.mkdir()
-    for file in toolchain.FIRMWARE.iterdir():
-        if file.is_file():
-            (changed / file.name).write_bytes(file.read_bytes())
+    shutil.copytree(toolchain.FIRMWARE, changed)
     monkeypatch.setattr(toolchain, "FIRMWARE", changed)
     robot = (changed / "robot.h").read_text()
     (changed / "robot.h").write_text(robot.replace("170U", "160U"))

@@ -6,13 +6,13 @@ import pytest
 
 
 class CEntry(ctypes.Structure):
-    """struct frame_entry of frames.h."""
+    """struct frame_entry of portable/frames.h."""
 
     _fields_ = (("robot", ctypes.c_uint8), ("first", ctypes.c_int16), ("second", ctypes.c_int16))
 
 
 class CFrame(ctypes.Structure):
-    """struct frame of frames.h."""
+    """struct frame of portable/frames.h."""
 
     _fields_ = (
         ("kind", ctypes.c_uint8),
@@ -28,5 +28,5 @@ class CFrame(ctypes.Structure):
 
 @pytest.fixture(scope="session")
 def c_frame() -> type[CFrame]:
-    """struct frame of frames.h."""
+    """struct frame of portable/frames.h."""
     return CFrame

@@ -50,7 +50,7 @@ def message_of(frame):
 
 
 class CTelemetry(ctypes.Structure):
-    """struct telemetry of frames.h."""
+    """struct telemetry of portable/frames.h."""
 
     _fields_ = (
         ("session", ctypes.c_uint16),
@@ -70,7 +70,7 @@ class CTelemetry(ctypes.Structure):
 
 
 class CAcknowledgement(ctypes.Structure):
-    """struct acknowledgement of frames.h."""
+    """struct acknowledgement of portable/frames.h."""
 
     _fields_ = (
         ("session", ctypes.c_uint16),
@@ -179,7 +179,7 @@ def test_the_station_reads_the_acknowledgements_that_the_firmware_writes(fields,
 
 
 class CParser(ctypes.Structure):
-    """struct xbee_parser of xbee.h."""
+    """struct xbee_parser of portable/xbee.h."""
 
     _fields_ = (
         ("state", ctypes.c_uint8),

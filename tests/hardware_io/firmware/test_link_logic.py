@@ -15,7 +15,7 @@ EVERYONE = 255
 
 
 class CLink(ctypes.Structure):
-    """struct link of link.h."""
+    """struct link of portable/link.h."""
 
     _fields_ = (
         ("robot", ctypes.c_uint8),

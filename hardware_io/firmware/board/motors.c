@@ -2,7 +2,7 @@
 
 #include <avr/io.h>
 
-#include "speed_loop.h"
+#include "portable/speed_loop.h"
 
 #define LEFT_AHEAD ((uint8_t)_BV(PA2))
 #define LEFT_BACK ((uint8_t)_BV(PA3))
