@@ -4,6 +4,9 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+
+# Part of a compiled module: checkers of types find only its stub.
+from pydrake.common.value import AbstractValue as AbstractValue  # pyright: ignore[reportMissingModuleSource]
 from pydrake.systems import framework
 from pydrake.systems.framework import BasicVector, Context, InputPort
 

@@ -2,33 +2,81 @@
 
 import logging
 import sys
-from collections.abc import Sequence
-from importlib import import_module
+from importlib import import_module, metadata
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from ...systems.numerics.errors import SightfieldError
 
-# Subcommand: a function of its name in its module, or a Typer app for one with subcommands.
-COMMANDS = (
-    "track",
-    "world",
-    "corner",
-    "camera",
-    "standoff",
-    "plan",
-    "schedule",
-    "harvest",
-    "social",
-    "station",
-    "study",
-    "reproduce",
-)
+# Subcommands: each a function of its name in its module, or a Typer app for one with subcommands.
+COMMANDS = {
+    "track": "Keep evaders in sight among polygons.",
+    "world": "Read a map, report what is in it, and draw it.",
+    "corner": "Solve the game of one pursuer and one evader around a corner.",
+    "camera": "Calibrate an omni-directional camera, track by pictures.",
+    "standoff": "Keep a distance by a biased estimate, and analyse the loop.",
+    "plan": "Drive the grain cart in the least time.",
+    "schedule": "Say whether carts can serve these combines, and how.",
+    "harvest": "Harvest a field with combines and grain carts.",
+    "social": "Find an evader in the pictures of friends.",
+    "station": "Run a game in the laboratory: simulated, emulated, or real.",
+    "study": "Play a grid of games many times over, with statistics.",
+    "reproduce": "Make the figures and tables of the thesis again.",
+}
 
 
-def make_app(names: Sequence[str] = COMMANDS) -> typer.Typer:
-    """The command with some of its subcommands, whose modules are imported now."""
-    app = typer.Typer(
+class _ImportedWhenAsked(TyperGroup):
+    """Lists its subcommands, but imports only the one that is called: all of them take seconds."""
+
+    # Any: Typer has a copy of Click of its own, or not, from version to version.
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        name, listed, rest = super().resolve_command(ctx, args)
+        return name, listed and import_command(listed.name or ""), rest
+
+
+def make_app() -> typer.Typer:
+    """The whole command line."""
+    app = _empty_app(cls=_ImportedWhenAsked)
+    app.callback()(_options)
+    for name, line in COMMANDS.items():
+        app.command(name, help=line)(lambda: None)
+    return app
+
+
+def import_command(name: str) -> Any:
+    """A subcommand, as Typer runs it.
+
+    Args:
+        name: One of `COMMANDS`.
+    """
+    app = _empty_app()
+    # Without a callback a lone subcommand would take the place of the whole.
+    app.callback()(lambda: None)
+    command = getattr(import_module(f".{name}", __package__), name)
+    if isinstance(command, typer.Typer):
+        app.add_typer(command, name=name)
+    else:
+        app.command(name)(command)
+    # The commands say themselves where to watch; importing Drake has set a level of its own.
+    logging.getLogger("drake").setLevel(logging.WARNING)
+    group: Any = typer.main.get_command(app)
+    return group.commands[name]
+
+
+def main() -> None:
+    """Run the command line: exit code 0 done, 2 bad input in one line, 1 anything else."""
+    try:
+        make_app()()
+    except SightfieldError as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(2)
+
+
+def _empty_app(cls: type[TyperGroup] = TyperGroup) -> typer.Typer:
+    return typer.Typer(
+        cls=cls,
         name="sightfield",
         help="Line-of-sight tracking and field logistics for teams of autonomous vehicles.",
         no_args_is_help=True,
@@ -37,27 +85,20 @@ def make_app(names: Sequence[str] = COMMANDS) -> typer.Typer:
         # Units are written [m], which Rich would take for markup.
         rich_markup_mode=None,
     )
-    # Without a callback a lone subcommand would take the place of the whole.
-    app.callback()(lambda: None)
-    for name in names:
-        module = import_module(f".{name}", __package__)
-        command = getattr(module, name)
-        if isinstance(command, typer.Typer):
-            app.add_typer(command, name=name)
-        else:
-            app.command(name)(command)
-    return app
 
 
-def main() -> None:
-    """Run the command line: exit code 0 done, 2 bad input in one line, 1 anything else."""
-    # What all of them import takes seconds.
-    wanted = [name for name in sys.argv[1:2] if name in COMMANDS]
-    try:
-        app = make_app(wanted or COMMANDS)
-        # The commands say themselves where to watch; importing Drake has set a level of its own.
-        logging.getLogger("drake").setLevel(logging.WARNING)
-        app()
-    except SightfieldError as error:
-        print(f"error: {error}", file=sys.stderr)
-        sys.exit(2)
+def _say_version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"sightfield {metadata.version('sightfield')}")
+        raise typer.Exit
+
+
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_say_version, is_eager=True, help="Show the version and exit."
+        ),
+    ] = False,
+) -> None:
+    """Options of the command itself."""

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from pydrake.common.value import AbstractValue  # pyright: ignore[reportMissingModuleSource]  # part of a compiled module
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from ...systems.drake_types import state_vector
+from ...systems.drake_types import AbstractValue, state_vector
 from ...systems.numerics.errors import require_positive
 from ...systems.numerics.station.freshness import freshness
 from .frame_source import FrameSource

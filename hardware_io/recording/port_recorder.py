@@ -4,11 +4,10 @@ from typing import Any
 
 import cv2
 import numpy as np
-from pydrake.common.value import AbstractValue  # pyright: ignore[reportMissingModuleSource]  # part of a compiled module
 from pydrake.systems.framework import InputPort, LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from ...systems.drake_types import read
+from ...systems.drake_types import AbstractValue, read
 from ...systems.numerics.errors import require_non_negative, require_positive
 from .run_writer import RunWriter
 

@@ -3,10 +3,9 @@
 import math
 
 import numpy as np
-from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem, ValueProducer
 
-from ..drake_types import read, state_vector
+from ..drake_types import AbstractValue, read, state_vector
 from ..numerics.errors import require_positive
 from ..numerics.harvest.driving.arriving import notice_arrival
 from ..numerics.harvest.driving.following import back_up, follow

@@ -3,10 +3,9 @@
 from typing import Any
 
 import numpy as np
-from pydrake.common.value import AbstractValue  # pyright: ignore[reportMissingModuleSource]  # part of a compiled module
 from pydrake.systems.framework import LeafSystem
 
-from ..drake_types import read, state_vector
+from ..drake_types import AbstractValue, read, state_vector
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.social.localisation.reading import Reading
 from ..numerics.social.network.information import estimated_acceptance, interest

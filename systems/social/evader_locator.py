@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from pydrake.common.value import AbstractValue  # pyright: ignore[reportMissingModuleSource]  # part of a compiled module
 from pydrake.systems.framework import LeafSystem
 
+from ..drake_types import AbstractValue
 from ..numerics.errors import require_non_negative, require_one_of, require_positive
 from ..numerics.social.landmarks.maze import Maze
 from ..numerics.social.localisation.location import nearest_free

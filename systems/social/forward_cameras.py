@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.common.value import AbstractValue  # pyright: ignore[reportMissingModuleSource]  # part of a compiled module
 from pydrake.systems.framework import LeafSystem
 
-from ..drake_types import read
+from ..drake_types import AbstractValue, read
 from ..numerics.errors import require_positive
 from ..numerics.social.landmarks.maze import Maze
 from ..numerics.social.network.interface import Picture

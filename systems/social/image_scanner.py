@@ -1,10 +1,9 @@
 """What the pursuer reads in its friends' albums, as a system."""
 
 import numpy as np
-from pydrake.common.value import AbstractValue  # pyright: ignore[reportMissingModuleSource]  # part of a compiled module
 from pydrake.systems.framework import EventStatus, LeafSystem
 
-from ..drake_types import read
+from ..drake_types import AbstractValue, read
 from ..numerics.errors import require_positive
 from ..numerics.social.network.checks import require_whole
 from ..numerics.social.network.interface import SocialNetwork

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from pydrake.common import MemoryFile
-from pydrake.common.value import AbstractValue  # pyright: ignore[reportMissingModuleSource]  # part of a compiled module
 from pydrake.geometry import (
     Box,
     ClippingRange,
@@ -35,6 +34,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
+from ..drake_types import AbstractValue
 from ..numerics.errors import SightfieldError, require
 from ..numerics.social.landmarks.landmark_pictures import landmark_picture, marker_picture
 from ..numerics.social.landmarks.maze import Maze

@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from pydrake.common.value import AbstractValue  # pyright: ignore[reportMissingModuleSource]  # part of a compiled module
 from pydrake.systems.framework import EventStatus, LeafSystem
 
+from ..drake_types import AbstractValue
 from ..numerics.errors import require_non_negative, require_positive
 from ..numerics.social.network.interface import SocialNetwork
 

@@ -4,11 +4,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from pydrake.common.value import AbstractValue  # pyright: ignore[reportMissingModuleSource]  # part of a compiled module
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from ..drake_types import state_vector
+from ..drake_types import AbstractValue, state_vector
 from ..numerics.errors import require_positive
 
 

@@ -1,1 +1,36 @@
 """LeafSystems of the tracking story: agents, sight, assignment, pursuit, evasion."""
+
+from .adversarial_evaders import AdversarialEvaders
+from .agent_team import AgentTeam, AgentTeam_
+from .assignment import Assignment
+from .differential_drive_team import DifferentialDriveTeam, DifferentialDriveTeam_
+from .heading_controller import HeadingController, HeadingController_
+from .line_of_sight import LineOfSight
+from .modified_field import ModifiedField
+from .pursuit_field_controller import PursuitFieldController
+from .random_walk_evaders import RandomWalkEvaders
+from .sight_loss_monitor import SightLossMonitor
+from .velocity_selector import VelocitySelector
+from .wall_sliding import WallSliding
+from .wall_stop import WallStop
+from .waypoint_evaders import WaypointEvaders
+
+__all__ = [
+    "AdversarialEvaders",
+    "AgentTeam",
+    "AgentTeam_",
+    "Assignment",
+    "DifferentialDriveTeam",
+    "DifferentialDriveTeam_",
+    "HeadingController",
+    "HeadingController_",
+    "LineOfSight",
+    "ModifiedField",
+    "PursuitFieldController",
+    "RandomWalkEvaders",
+    "SightLossMonitor",
+    "VelocitySelector",
+    "WallSliding",
+    "WallStop",
+    "WaypointEvaders",
+]

@@ -4,11 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from pydrake.common.value import AbstractValue  # pyright: ignore[reportMissingModuleSource]  # part of a compiled module
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from ..drake_types import read
+from ..drake_types import AbstractValue, read
 from ..numerics.errors import require, require_positive
 from ..numerics.vision.omni_optics import OmniCamera
 from ..numerics.vision.ray_table import make_ray_table

@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 
 import numpy as np
-from pydrake.common.value import AbstractValue  # pyright: ignore[reportMissingModuleSource]  # part of a compiled module
 from pydrake.systems.framework import LeafSystem, ValueProducer
 from pydrake.systems.sensors import ImageRgba8U
 
-from ..drake_types import read
+from ..drake_types import AbstractValue, read
 from ..numerics.errors import require_one_of
 from ..numerics.vision.estimation.calibration import Calibration
 from ..numerics.vision.estimation.range_models import MODELS

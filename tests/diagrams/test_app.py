@@ -1,7 +1,9 @@
 """The command's subcommands."""
 
+import re
 import subprocess
 import sys
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -12,14 +14,35 @@ from sightfield.diagrams.commands.app import COMMANDS, make_app
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_each_subcommand_says_what_it_does(name):
-    result = CliRunner().invoke(make_app([name]), [name, "--help"])
+    result = CliRunner().invoke(make_app(), [name, "--help"])
     assert result.exit_code == 0
     assert f"{name} [OPTIONS]" in result.stdout
 
 
-def test_help_lists_every_subcommand():
+def test_help_lists_every_subcommand_with_its_whole_line():
     stdout = CliRunner().invoke(make_app(), ["--help"]).stdout
-    assert all(f"  {name} " in stdout for name in COMMANDS)
+    listed = dict(re.findall(r"^  (\w+) +(\w.*)$", stdout.partition("Commands:")[2], re.MULTILINE))
+    assert listed == COMMANDS
+
+
+def test_help_and_refusals_import_no_command():
+    code = """
+import sys
+from sightfield.diagrams.commands.app import main
+try:
+    main()
+except SystemExit:
+    print("pydrake" in sys.modules)
+"""
+    for word in ("--help", "--version", "trak"):
+        words = [sys.executable, "-c", code, word]
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        assert done.stdout.splitlines()[-1] == "False", word
+
+
+def test_the_version_is_the_installed_one():
+    stdout = CliRunner().invoke(make_app(), ["--version"]).stdout
+    assert stdout == f"sightfield {metadata.version('sightfield')}\n"
 
 
 def test_a_word_that_is_no_subcommand_is_refused():

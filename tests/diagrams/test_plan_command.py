@@ -18,7 +18,7 @@ def run():
     """A function that runs `sightfield plan`; errors come through as exceptions."""
 
     def invoke(*arguments):
-        result = CliRunner().invoke(make_app(["plan"]), ["plan", *map(str, arguments)])
+        result = CliRunner().invoke(make_app(), ["plan", *map(str, arguments)])
         if isinstance(result.exception, Exception):
             raise result.exception
         return result

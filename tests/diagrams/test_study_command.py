@@ -13,9 +13,7 @@ from sightfield.systems.numerics.errors import InvalidInput
 
 def study(*words):
     """Run the command in this process."""
-    return CliRunner().invoke(
-        make_app(["study"]), ["study", *map(str, words)], catch_exceptions=False
-    )
+    return CliRunner().invoke(make_app(), ["study", *map(str, words)], catch_exceptions=False)
 
 
 @pytest.fixture(scope="module")

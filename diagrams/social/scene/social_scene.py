@@ -3,11 +3,10 @@
 from typing import Any
 
 import numpy as np
-from pydrake.common.value import AbstractValue  # pyright: ignore[reportMissingModuleSource]  # part of a compiled module
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
-from ....systems.drake_types import read
+from ....systems.drake_types import AbstractValue, read
 from ....systems.numerics.social.network.interface import Picture
 from ...tracking.scene.layout import Layout, make_layout, set_camera
 from ...tracking.scene.static_scene import draw_world

@@ -4,12 +4,11 @@ from typing import Any
 
 import numpy as np
 import shapely
-from pydrake.common.value import AbstractValue  # pyright: ignore[reportMissingModuleSource]  # part of a compiled module
 from pydrake.geometry import Meshcat, Rgba
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from ....systems.drake_types import read
+from ....systems.drake_types import AbstractValue, read
 from ....systems.numerics.vision.omni_optics import OmniCamera
 from ...tracking.scene.layout import Layout, make_layout
 from ...tracking.scene.palette import FAINT_INK, PAPER

@@ -89,7 +89,7 @@ SMALL = (
 def test_the_command_writes_its_report_and_prints_json(tmp_path, strategy):
     out = tmp_path / "out"
     words = ["harvest", "thesis_2", *SMALL, "--strategy", strategy, "--out", str(out), "--json"]
-    result = CliRunner().invoke(make_app(["harvest"]), words, catch_exceptions=False)
+    result = CliRunner().invoke(make_app(), words, catch_exceptions=False)
     assert result.exit_code == 0
     summary = json.loads(result.stdout)
     assert summary["strategy"] == strategy
@@ -102,4 +102,4 @@ def test_the_command_writes_its_report_and_prints_json(tmp_path, strategy):
 def test_a_header_wider_than_the_field_is_refused():
     words = ["harvest", "thesis_2", "--set=combines.header_width=500"]
     with pytest.raises(InvalidInput, match="header"):
-        CliRunner().invoke(make_app(["harvest"]), words, catch_exceptions=False)
+        CliRunner().invoke(make_app(), words, catch_exceptions=False)

@@ -25,6 +25,6 @@ def report(tmp_path_factory):
     """`sightfield reproduce --quick`, in this process."""
     folder = tmp_path_factory.mktemp("reproduction")
     words = ["reproduce", "--quick", "--workers", "0", "--json", "--out", str(folder)]
-    result = CliRunner().invoke(make_app(["reproduce"]), words)
+    result = CliRunner().invoke(make_app(), words)
     page = (folder / "report.html").read_text(encoding="utf-8")
     return Report(folder, result.exit_code, page, json.loads(result.stdout))

@@ -49,7 +49,7 @@ def run(monkeypatch):
     def invoke(*words, exhibits=None):
         if exhibits is not None:
             monkeypatch.setattr(command, "chosen_exhibits", lambda wanted: exhibits)
-        result = CliRunner().invoke(make_app(["reproduce"]), ["reproduce", *map(str, words)])
+        result = CliRunner().invoke(make_app(), ["reproduce", *map(str, words)])
         if isinstance(result.exception, Exception) and not isinstance(result.exception, SystemExit):
             raise result.exception
         return result
