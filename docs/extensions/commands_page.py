@@ -4,9 +4,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-import typer
-
-from sightfield.diagrams.commands.app import make_app
+from sightfield.diagrams.commands.app import COMMANDS, import_command
 
 
 def write_commands_page(file: Path) -> None:
@@ -27,12 +25,11 @@ def setup(app) -> dict[str, bool]:
 def _page() -> Iterator[str]:
     yield "Commands\n========\n"
     yield "From ``sightfield --help`` and the help of each command.\n"
-    group = typer.main.get_command(make_app())
-    yield from _commands(group, "sightfield")
+    yield from _commands({name: import_command(name) for name in COMMANDS}, "sightfield")
 
 
-def _commands(group, path: str) -> Iterator[str]:
-    for name, command in group.commands.items():
+def _commands(commands, path: str) -> Iterator[str]:
+    for name, command in commands.items():
         title = f"{path} {name}"
         inner = hasattr(command, "commands")
         if not inner or command.invoke_without_command:
@@ -40,7 +37,7 @@ def _commands(group, path: str) -> Iterator[str]:
             yield _plain(command.help or "") + "\n"
             yield from _options(command)
         if inner:
-            yield from _commands(command, title)
+            yield from _commands(command.commands, title)
 
 
 def _options(command) -> Iterator[str]:

@@ -18,8 +18,12 @@ def own_systems(room):
     for found in pkgutil.iter_modules(import_module(f"sightfield.systems.{room}").__path__):
         module = import_module(f"sightfield.systems.{room}.{found.name}")
         for name, thing in vars(module).items():
-            # A template leaves each of its instances in the module too, under a name with 𝓣.
-            if "𝓣" in name or not inspect.isclass(thing) or not issubclass(thing, LeafSystem):
+            # A template leaves each of its instances in the module too, under a name not in ASCII.
+            if (
+                not name.isascii()
+                or not inspect.isclass(thing)
+                or not issubclass(thing, LeafSystem)
+            ):
                 continue
             if not thing.__module__.startswith("pydrake"):
                 yield name

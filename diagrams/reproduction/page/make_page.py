@@ -1,6 +1,7 @@
 """From exhibits to HTML: contents, then a section each, pictures and style inside."""
 
 import base64
+import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -81,7 +82,7 @@ def _section(made: Made) -> str:
     return f"""<section id="{exhibit.id}">
 <p class="covers">{_covers(exhibit.covers)}</p>
 <header><h2><a href="#{exhibit.id}">{escape(exhibit.title)}</a></h2>{_badge(made.verdict)}</header>
-<p class="states">{escape(exhibit.states)}</p>
+<p class="states">{_text(exhibit.states)}</p>
 {body}
 <pre><code>{escape(exhibit.command)}</code></pre>
 <p class="aside">Made in {_duration(made.seconds)}; again alone by
@@ -98,17 +99,17 @@ def _evidence(evidence: Evidence, title: str) -> str:
 
 def _picture(picture: Picture, title: str) -> str:
     data = base64.b64encode(picture.file.read_bytes()).decode("ascii")
-    caption = escape(picture.caption)
+    alternative = escape(f"{title}: {picture.caption}")
     return (
-        f'<figure><img alt="{escape(title)}: {caption}" src="data:image/png;base64,{data}">'
-        f"<figcaption>{caption}</figcaption></figure>\n"
+        f'<figure><img alt="{alternative}" src="data:image/png;base64,{data}">'
+        f"<figcaption>{_text(picture.caption)}</figcaption></figure>\n"
     )
 
 
 def _findings(findings: Iterable[Finding]) -> str:
     rows = "".join(
-        f"<tr><td>{escape(each.subject)}</td><td>{escape(each.thesis) or '-'}</td>"
-        f"<td>{escape(each.ours)}</td><td>{_badge(each.verdict)}</td></tr>\n"
+        f"<tr><td>{_text(each.subject)}</td><td>{_text(each.thesis) or '-'}</td>"
+        f"<td>{_text(each.ours)}</td><td>{_badge(each.verdict)}</td></tr>\n"
         for each in findings
     )
     head = "<tr><th></th><th>The thesis</th><th>Here</th><th></th></tr>"
@@ -124,7 +125,7 @@ def _table(table: Table) -> str:
         f"<tr>{''.join(f'<td>{_cell(each)}</td>' for each in row)}</tr>\n" for row in table.rows
     )
     return (
-        f'<div class="wide"><table class="numbers"><caption>{escape(table.caption)}</caption>'
+        f'<div class="wide"><table class="numbers"><caption>{_text(table.caption)}</caption>'
         f"<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>"
     )
 
@@ -133,6 +134,11 @@ def _cell(text: str) -> str:
     if text in _CLAIMS:
         return f'<span class="{_class(_CLAIMS[text])}">{escape(text)}</span>'
     return escape(text)
+
+
+def _text(said: str) -> str:
+    """Words in HTML, those between backticks as code."""
+    return re.sub("`([^`]+)`", r"<code>\1</code>", escape(said))
 
 
 def _badge(verdict: str) -> str:

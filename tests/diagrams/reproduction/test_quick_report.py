@@ -50,6 +50,11 @@ def test_each_exhibit_has_a_section_with_its_verdict_and_command(report):
         assert not [f for f in each["findings"] if re.search(r"\b(nan|inf)\b", f["ours"])]
 
 
+def test_names_of_the_code_are_set_as_code(report):
+    assert "<code>urgency</code>" in report.page
+    assert "`" not in re.sub(r' alt="[^"]*"', "", report.page)
+
+
 def test_the_page_needs_nothing_but_itself(report):
     links = re.findall(r'(?:src|href)="([^"]*)"', report.page)
     assert links
