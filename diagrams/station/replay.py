@@ -4,8 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from pydrake.systems.framework import System
 
-from ...systems.numerics.errors import InvalidInput
+from ...systems.numerics.errors import InvalidInput, require
+from ...systems.numerics.tracking.assignment.rules import AssignmentRule
 from ..scenario_files import build
 from ..tracking.game import TrackingGame, set_up_game
 from .hardware import RunLog, Shows, read_run_log
@@ -23,12 +25,14 @@ class Recording:
         mode: In which the run was.
         scenario: Its laboratory.
         game: Its game, set up.
+        own: What was not the scenario's: of "assignment" and "evasion".
     """
 
     log: RunLog
     mode: str
     scenario: StationScenario
     game: TrackingGame
+    own: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -59,29 +63,47 @@ def load_recording(path: Path) -> Recording:
     log = read_run_log(path)
     try:
         tree, mode = log.about["scenario"], str(log.about["mode"])
+        own = tuple(map(str, log.about.get("own", ())))
     except (KeyError, TypeError):
         raise InvalidInput(f"`log` must be of a run of a station; got {path}") from None
     scenario = build(StationScenario, tree)
-    return Recording(log, mode, scenario, set_up_game(scenario.tracking))
+    return Recording(log, mode, scenario, set_up_game(scenario.tracking), own)
 
 
 def replay(
-    recording: Recording, log: Path, *, view: Shows | None = None, realtime_rate: float = 0.0
+    recording: Recording,
+    log: Path,
+    *,
+    assignment: str | System | AssignmentRule | None = None,
+    evasion: System | None = None,
+    view: Shows | None = None,
+    realtime_rate: float = 0.0,
 ) -> Comparison:
     """Play a recording through the diagrams that made it.
 
     Args:
         recording: What is played.
         log: File to which the replay is written; must not exist.
+        assignment, evasion: Those of your own with which it was recorded, made anew.
         view: The operator's view.
         realtime_rate: Simulated seconds per second, 0 for as fast as possible.
+
+    Raises:
+        InvalidInput: It was recorded with an assignment or evasion of somebody's own, and none is
+            given, or without, and one is.
     """
+    for name, given in (("assignment", assignment), ("evasion", evasion)):
+        needed = name in recording.own
+        wish = "be the one that was recorded with" if needed else "be the scenario's"
+        require((given is not None) == needed, name, wish, "none" if needed else "another")
     first = recording.log
     run_station(
         recording.scenario,
         recording.game,
         first,
         log=log,
+        assignment=assignment,
+        evasion=evasion,
         mode="replay",
         view=view,
         realtime_rate=realtime_rate,

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
+from ...systems.numerics.tracking.assignment.rules import AssignmentRule
 from ...systems.station.command_gate import STOPPED
 from ..tracking.game import TrackingGame
 from ..tracking.run import LOGGED
@@ -72,6 +73,8 @@ def run_station(
     hardware: bool | Devices | RunLog = False,
     *,
     log: Path,
+    assignment: str | System | AssignmentRule | None = None,
+    evasion: System | None = None,
     mode: str = "simulate",
     operator: Operator | None = None,
     view: Shows | None = None,
@@ -86,6 +89,7 @@ def run_station(
         game: Its game, set up.
         hardware: As of `MakeStation`.
         log: File to write, which must not exist.
+        assignment, evasion: Of your own, instead of the scenario's, as of `AddTracking`.
         mode: What the log says the run was.
         operator: Who may pause and stop.
         view: The operator's view.
@@ -94,9 +98,15 @@ def run_station(
         at_tick: Told the time after each tick [s].
 
     Raises:
-        SightfieldError: The log cannot be written, or a device fails.
+        SightfieldError: The log cannot be written, a device fails, or what is of your own does
+            not fit.
     """
-    about = {"mode": mode, "scenario": station_tree(scenario, game)}
+    own = {"assignment": assignment, "evasion": evasion}
+    about = {
+        "mode": mode,
+        "scenario": station_tree(scenario, game),
+        "own": [name for name, each in own.items() if each is not None],
+    }
     # Without a camera there is nothing to see.
     pictures = (IMAGE,) if scenario.omni_camera.source != "none" else ()
     ports = logged_ports(scenario)
@@ -104,7 +114,7 @@ def run_station(
         builder = DiagramBuilder()
         station = MakeStation(scenario, hardware, game=game, operator=operator)
         builder.AddSystem(station)
-        tracking = AddStationTracking(builder, station, game)
+        tracking = AddStationTracking(builder, station, game, **own)
         _add_recorder(builder, station, tracking, writer, scenario.period)
         if view is not None:
             _add_view(builder, station, tracking, scenario, view)

@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 
-from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import Multiplexer
 
 from ...systems.numerics.geometry.world import World
+from ...systems.numerics.tracking.assignment.rules import AssignmentRule
 from ...systems.station.pose_parts import PoseParts
 from ...systems.tracking.wall_sliding import WallSliding
 from ..tracking.game import TrackingGame
@@ -16,7 +17,12 @@ from .ports import COMMANDS
 
 
 def AddStationTracking(
-    builder: DiagramBuilder, station: Diagram, game: TrackingGame
+    builder: DiagramBuilder,
+    station: Diagram,
+    game: TrackingGame,
+    *,
+    assignment: str | System | AssignmentRule | None = None,
+    evasion: System | None = None,
 ) -> dict[str, OutputPort]:
     """Wire team tracking to the ports of a station.
 
@@ -24,9 +30,13 @@ def AddStationTracking(
         builder: Of the diagram, which has the station.
         station: From `MakeStation`, in any mode.
         game: What is played.
+        assignment, evasion: Of your own, instead of the scenario's, as of `AddTracking`.
 
     Returns:
         Outputs by name, as of `AddTracking`.
+
+    Raises:
+        InvalidInput: What is of your own does not fit, as of `AddTracking`.
     """
     scenario = game.scenario
     teams = {
@@ -45,7 +55,8 @@ def AddStationTracking(
         builder.Connect(command, joined.get_input_port(k))
     builder.Connect(joined.get_output_port(), station.GetInputPort(COMMANDS))
     pursuing, evading = ports
-    return AddTracking(builder, game, teams=(pursuing, evading))
+    teams = pursuing, evading
+    return AddTracking(builder, game, assignment=assignment, evasion=evasion, teams=teams)
 
 
 def _add_team(

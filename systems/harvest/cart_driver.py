@@ -8,30 +8,17 @@ from pydrake.systems.framework import LeafSystem, ValueProducer
 from ..drake_types import AbstractValue, read, state_vector
 from ..numerics.errors import require_positive
 from ..numerics.harvest.driving.arriving import notice_arrival
+from ..numerics.harvest.driving.deciding import choose_route, deliberate, patience_of, set_out
 from ..numerics.harvest.driving.following import back_up, follow
 from ..numerics.harvest.driving.foresight import seen_by, wish_of
-from ..numerics.harvest.driving.giving_way import (
-    HOPELESS,
-    driving_on,
-    has_missed_place,
-    is_in_the_way,
-    is_wedged,
-)
 from ..numerics.harvest.driving.memory import (
     AT_TRUCK,
-    BACK,
     BACKING,
     BESIDE,
-    DEPART,
     DOING,
     EN_ROUTE,
-    FAILS,
     MEMORY,
-    NEWEST,
-    OLDEST,
     POINTS,
-    RESTING,
-    RETRY,
     SLOW,
     SPACING,
     STILL,
@@ -39,12 +26,11 @@ from ..numerics.harvest.driving.memory import (
     TARGET,
     TRAIL,
     WAY,
-    evenly,
     last_control,
     note_move,
+    note_task,
 )
 from ..numerics.harvest.driving.record import COLUMNS, ROUTES, note_route
-from ..numerics.harvest.driving.routing import route_to
 from ..numerics.harvest.machines.cart import hitch_of
 from ..numerics.harvest.machines.filling import BLOCKED, FULL
 from ..numerics.harvest.routes.clearance import outline, outline_at
@@ -54,12 +40,8 @@ from ..numerics.harvest.routes.others import FAR
 from ..numerics.harvest.routes.planner import RoutePlanner
 from ..numerics.harvest.strategies.serving import STAY
 
-# Between two tries to find a route, and how long something may be in the way before another
-# is looked for [s]; how much longer for each cart that comes after in precedence; and how many
-# times as long it waits after tries in vain, at most.
-AGAIN, PATIENCE, MORE_PATIENCE, SELDOM = 4.0, 10.0, 6.0, 12
-# For how long a cart stays aside, and a combine that waits for others likely stands on [s].
-ASIDE, STANDS = 15.0, 60.0
+# For how long a combine that waits for others likely stands on [s].
+STANDS = 60.0
 # States of other carts foreseen for a route, and for the next step.
 FORESEEN, SOON = 300, 5
 
@@ -137,7 +119,7 @@ class CartDriver(LeafSystem):
         require_positive("reach", reach)
         require_positive("period", period)
         self._planner, self._lanes, self._traffic = planner, lanes, traffic
-        self._means = (planner, lanes, float(reach))
+        self._means = {"planner": planner, "lanes": lanes, "reach": float(reach)}
         self._trucks = np.array(trucks, dtype=float)
         self._period = float(period)
         self._outline, self._hitch = outline(planner.cart), hitch_of(planner.cart)
@@ -235,54 +217,26 @@ class CartDriver(LeafSystem):
         lines = context.get_discrete_state(self._lines).value().reshape(-1, POINTS, 3)
         states = read(self._state, context).reshape(-1, 4)
         tasks, alongside = read(self._task, context), read(self._alongside, context)
-        traffic, now = self._traffic_now(context), context.get_time()
+        traffic, begins = self._traffic_now(context), self._traffic.waits
         trails = context.get_discrete_state(self._trails).value().reshape(-1, TRAIL, 2).copy()
-        for k, (v, omega, way, stopped) in enumerate(self._moves_at(context)):
-            (memory := memories[k])[WAY] = way
-            note_move(memory, trails[k], v, omega, now)
-            memory[STUCK] = min(memory[STUCK], now) if stopped else math.inf
-            if memory[TARGET] != tasks[k]:
-                memory[TARGET], memory[DOING], memory[RETRY] = tasks[k], RESTING, now
-            notice_arrival(memory, states[k], self._lanes, traffic)
-            patience = PATIENCE + MORE_PATIENCE * (len(memories) - 1 - k)
-            waited = now - memory[STUCK] > patience
-            done = memory[WAY] <= 0.0 or memory[NEWEST] <= memory[OLDEST]
-            if memory[DOING] == BACKING and (done or waited):
-                memory[DOING], memory[FAILS] = RESTING, 0
-            # What is poured from a combine that stands is poured to the end.
-            pours = abs(v) < SLOW and (alongside == k).any()
-            if memory[DOING] == BACKING or now < memory[RETRY] or pours:
-                continue
-            lasting = memory[DOING] in (EN_ROUTE, BESIDE) and waited
-            stands = now - memory[STILL] > patience
-            lasting |= stands and has_missed_place(memory, self._lanes, traffic)
-            if memory[DOING] != RESTING and not lasting and not stands:
+        for k, move in enumerate(self._moves_at(context)):
+            memory, state = memories[k], states[k]
+            note_move(memory, trails[k], *move, traffic.time)
+            note_task(memory, tasks[k], traffic.time)
+            notice_arrival(memory, state, self._lanes, traffic)
+            pours = abs(move[0]) < SLOW and (alongside == k).any()
+            patience = patience_of(k, len(memories))
+            looks, goes = deliberate(memory, self._lanes, traffic, patience=patience, pours=pours)
+            if not looks:
                 continue
             seen = seen_by(k, memories, lines, states, self._lanes, traffic, FORESEEN)
-            placed, begins = self._outline_of(states[k]), self._traffic.waits
-            route, wants_to = None, memory[DOING] == RESTING or lasting
-            wants_to &= memory[TARGET] != STAY
-            if wants_to:
-                target = int(memory[TARGET])
-                route = route_to(target, self._trucks[k], states[k], seen, *self._means)
-                memory[FAILS] += 1
-            memory[RETRY] = now + AGAIN * min(1 + memory[FAILS], SELDOM)
-            late = route is None or route.depart > now + PATIENCE or memory[FAILS] >= HOPELESS
-            if late and is_in_the_way(memory, placed, seen, begins):
-                aside = None
-                if memory[FAILS] <= HOPELESS:
-                    aside = self._planner.aside(driving_on(seen, begins), states[k], now)
-                if aside is not None:
-                    route, memory[RETRY] = aside, aside.arrive + ASIDE
-                elif is_wedged(memory, placed, traffic):
-                    route, memory[DOING], memory[WAY] = None, BACKING, BACK
-            elif route is None and wants_to and is_wedged(memory, placed, traffic):
-                memory[DOING], memory[WAY] = BACKING, BACK
+            placed, truck = self._outline_of(state), self._trucks[k]
+            route = choose_route(
+                memory, state, placed, seen, goes=goes, truck=truck, begins=begins, **self._means
+            )
             if route is not None:
-                memory[DOING], memory[WAY], memory[STUCK] = EN_ROUTE, 0.0, math.inf
-                memory[DEPART], memory[STILL] = route.depart, math.inf
                 lines = lines.copy()
-                lines[k], memory[SPACING] = evenly(route)
+                lines[k] = set_out(memory, route)
                 discrete_state.set_value(self._lines, lines.ravel())
                 record = discrete_state.value(self._routes)
                 record = note_route(record, route, self._planner.cart)

@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "crc32.h"
-#include "frames.h"
-#include "link.h"
-#include "xbee.h"
+#include "portable/crc32.h"
+#include "portable/frames.h"
+#include "portable/link.h"
+#include "portable/xbee.h"
 
 #define ROBOT 3
 #define SESSION 0xBEEF

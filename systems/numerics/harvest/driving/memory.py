@@ -31,16 +31,27 @@ def evenly(route: Route) -> tuple[np.ndarray, float]:
     return line, max(route.way.length / (POINTS - 1), 1e-6)
 
 
-def note_move(memory: np.ndarray, trail: np.ndarray, v: float, omega: float, time: float) -> None:
-    """Remember a control in place: on the trail, and whether the cart stands.
+def note_move(
+    memory: np.ndarray,
+    trail: np.ndarray,
+    v: float,
+    omega: float,
+    way: float,
+    stopped: bool,
+    time: float,
+) -> None:
+    """Remember a move in place: on the trail, how far it led, and whether the cart stands.
 
     Args:
         memory: Of one driver, shape (MEMORY,).
         trail: Its controls, shape (TRAIL, 2).
         v: Speed [m/s].
         omega: Turn rate [rad/s].
+        way: Along its line, then [m].
+        stopped: Something is in the way.
         time: Now [s].
     """
+    memory[WAY] = way
     if v > SLOW:
         trail[int(memory[NEWEST]) % TRAIL] = v, omega
         memory[NEWEST] += 1
@@ -48,8 +59,21 @@ def note_move(memory: np.ndarray, trail: np.ndarray, v: float, omega: float, tim
     elif v < 0.0:
         memory[NEWEST] -= 1
     memory[STILL] = min(memory[STILL], time) if abs(v) < SLOW else np.inf
+    memory[STUCK] = min(memory[STUCK], time) if stopped else np.inf
     if memory[DOING] == EN_ROUTE and memory[WAY] > GOT_ON:
         memory[FAILS] = 0
+
+
+def note_task(memory: np.ndarray, task: float, time: float) -> None:
+    """Remember in place where a cart is sent; if it is somewhere new, what it did is over.
+
+    Args:
+        memory: Of one driver, shape (MEMORY,).
+        task: What a scheduler says.
+        time: Now [s].
+    """
+    if memory[TARGET] != task:
+        memory[TARGET], memory[DOING], memory[RETRY] = task, RESTING, time
 
 
 def last_control(memory: np.ndarray, trail: np.ndarray) -> np.ndarray:
