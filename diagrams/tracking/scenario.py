@@ -58,17 +58,19 @@ class Team:
         require_positive("top_turn_rate", self.top_turn_rate)
         require_positive("heading_gain", self.heading_gain)
         require_non_negative("radius", self.radius)
+        require(self.count >= 0, "count", "be zero or positive", self.count)
         for i, point in enumerate(self.positions):
             require(len(point) == 2, f"positions.{i}", "be [x, y]", point)
             for value in point:
                 require_finite(f"positions.{i}", value)
         for i, heading in enumerate(self.headings):
             require_finite(f"headings.{i}", heading)
+        named = len(self.positions)
         require(
-            bool(self.positions) != (self.count > 0) or self.count == len(self.positions) > 0,
+            self.size > 0 and (not named or self.count in (0, named)),
             "positions",
-            "name at least one member, or be empty with a positive `count`",
-            f"{len(self.positions)} positions and count {self.count}",
+            "name every member, or none beside a positive `count`",
+            f"{named} positions and count {self.count}",
         )
         require(
             len(self.headings) in (0, self.size),

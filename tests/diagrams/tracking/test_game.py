@@ -34,7 +34,12 @@ def load(name="thesis_3v4", *settings):
         ("world.boundary=[]", "`world.boundary` must be given"),
         ("world.file=nowhere.wkt", "`world.boundary`.*got both"),
         ("pursuers.radius=2.5", "`robot_radius` must leave free space"),
-        ("pursuers.positions=[]", "`pursuers.positions` must name at least one member"),
+        ("pursuers.positions=[]", "`pursuers.positions` must name every member"),
+        (
+            "pursuers.count=2",
+            "`pursuers.positions` must name every member.*3 positions and count 2",
+        ),
+        ("pursuers.count=-3", "`pursuers.count` must be zero or positive; got -3"),
         ("evaders.policies=[flee]", "`evaders.policies` must be one of adversarial"),
         ("evaders.policies=[waypoints]", "`evaders.waypoints.0` must have a point"),
         ("evaders.policies=[you]", "must have you drive one evader at most"),
