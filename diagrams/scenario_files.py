@@ -5,10 +5,11 @@ names the key from the root, as in `pursuers.top_speed`.
 """
 
 from collections.abc import Sequence
+from dataclasses import fields, is_dataclass
 from importlib import resources
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args, get_type_hints
 
 import yaml
 from pydantic import ConfigDict, TypeAdapter, ValidationError
@@ -101,7 +102,7 @@ def build(schema: type[Schema], tree: Any) -> Schema:
     try:
         return TypeAdapter(schema).validate_python(tree)
     except ValidationError as invalid:
-        raise InvalidInput(_describe(invalid)) from None
+        raise InvalidInput(_describe(invalid, schema)) from None
 
 
 def _set(tree: dict[str, Any], override: str) -> None:
@@ -134,7 +135,7 @@ def _position(node: list[Any], index: str, key: str) -> int:
     return int(index)
 
 
-def _describe(invalid: ValidationError) -> str:
+def _describe(invalid: ValidationError, schema: type) -> str:
     """The first error, as one line that names the key and the value."""
     first = invalid.errors()[0]
     key = ".".join(str(part) for part in first["loc"])
@@ -144,6 +145,18 @@ def _describe(invalid: ValidationError) -> str:
         message = str(rule)
         return f"`{key}.{message[1:]}" if key and message.startswith("`") else message
     if first["type"] == "unexpected_keyword_argument":
-        return f"`{key}` must be a key of the scenario; got {first['input']!r}"
+        refused = f"`{key}` must be a key of the scenario; got {first['input']!r}"
+        keys = _keys_beside(schema, first["loc"])
+        return f"{refused} (there are {', '.join(keys)})" if keys else refused
     wanted = first["msg"].removeprefix("Input should be ")
     return f"`{key}` must be {wanted[0].lower()}{wanted[1:]}; got {first['input']!r}"
+
+
+def _keys_beside(schema: Any, place: Sequence[int | str]) -> list[str]:
+    """The keys that a scenario has where one was named that it has not."""
+    for part in place[:-1]:
+        if isinstance(part, int):
+            schema = next(iter(get_args(schema)), None)
+        else:
+            schema = get_type_hints(schema).get(part) if is_dataclass(schema) else None
+    return [each.name for each in fields(schema)] if is_dataclass(schema) else []
