@@ -69,7 +69,7 @@ def note_task(memory: np.ndarray, task: float, time: float) -> None:
 
     Args:
         memory: Of one driver, shape (MEMORY,).
-        task: What a scheduler says.
+        task: Number of a combine, or one of `strategies.serving`: what a scheduler says.
         time: Now [s].
     """
     if memory[TARGET] != task:
