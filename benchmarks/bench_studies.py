@@ -1,5 +1,6 @@
 """How fast studies are played, against a target: one figure of 16 000 runs in 20 minutes."""
 
+import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
@@ -8,16 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sightfield.diagrams.studies.engine import run_study
 from sightfield.diagrams.studies.play import play_block
 from sightfield.diagrams.studies.player import GAMES_PER_PROCESS
 from sightfield.diagrams.studies.tracking_study import tracking_study
 
+from .racing import Racer, race
+
 pytestmark = pytest.mark.benchmarks
 
-# Runs that are played of each of the 16 cells, of the 1000 that the figure has; for workers twice
-# as many, which make an even number of blocks, in rounds that alternate.
-SAMPLE, RUNS, ROUNDS = 32, 64, 3
+# Runs that are played of each of the 16 cells, of the 1000 that the figure has; for workers more,
+# an even number of blocks, in rounds.
+SAMPLE, RUNS, ROUNDS = 32, 64, 2
+# Of the slower of two that run in turns [s].
+TURN = 4.0
 
 # 20 minutes on 2 cores for 16 cells of 1000 runs: CPU time of a game [s].
 TARGET = 20 * 60 * 2 / 16_000
@@ -55,43 +59,50 @@ def test_a_figure_of_sixteen_cells_at_a_thousand_runs():
     )
 
 
-def play_apart(runs):
-    """Time that a process takes for games by itself, once it has compiled [s]."""
-    study = figure(runs)
-    play_block(study, 0, 1)
-    began = time.perf_counter()
-    play_block(study, 0, runs)
-    return time.perf_counter() - began
+# What a racer does once it has imported all: a study with so many workers, or as many processes
+# which know nothing of each other and share the runs of each cell.
+START = """
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from sightfield.diagrams.studies.engine import run_study
+from sightfield.diagrams.studies.play import play_block
+from sightfield.diagrams.studies.tracking_study import tracking_study
+workers, runs = int(sys.argv[1]), int(sys.argv[2])
+study = tracking_study(runs=runs, vectors=("uniform",))
+print("ready", flush=True)
+"""
+STUDY = START + "run_study(study, Path(sys.argv[3]), workers=workers)"
+APART = (
+    START
+    + """
+with ProcessPoolExecutor(workers) as pool:
+    starts = range(0, runs, runs // workers)
+    list(pool.map(play_block, [study] * workers, starts, [k + runs // workers for k in starts]))
+"""
+)
 
 
-def play_side_by_side(processes, runs):
-    """Time until as many processes, which know nothing of each other, have all done that [s]."""
-    pools = [ProcessPoolExecutor(1, mp_context=get_context("spawn")) for _ in range(processes)]
-    try:
-        return max(each.result() for each in [pool.submit(play_apart, runs) for pool in pools])
-    finally:
-        for pool in pools:
-            pool.shutdown()
+def race_workers(code, folder):
+    """How long a racer with one worker takes, and one with two [s]."""
+    folder.mkdir(exist_ok=True)
+    racers = []
+    for workers in (1, 2):
+        words = [sys.executable, "-c", code, str(workers), str(RUNS), str(folder / str(workers))]
+        # Half the turn for the one that takes half as long, so that both end together.
+        racers.append(Racer(words, TURN / workers))
+    return race(*racers)
 
 
 def test_one_worker_and_two(tmp_path):
-    study, times, shares, limits = figure(RUNS), [], [], []
-    for round_ in range(ROUNDS):
-        took = []
-        for workers in (1, 2):
-            began, used = time.perf_counter(), time.process_time()
-            run_study(study, tmp_path / f"{round_}-{workers}", workers=workers)
-            took.append(time.perf_counter() - began)
-        times.append(took)
-        shares.append((time.process_time() - used) / took[1])
-        limits.append(2.0 * play_side_by_side(1, SAMPLE) / play_side_by_side(2, SAMPLE))
-    times, games = np.array(times), study.runs * len(study.cells)
-    one, two = np.median(times, axis=0)
+    rounds = range(ROUNDS)
+    studies = np.array([race_workers(STUDY, tmp_path / f"{k}") for k in rounds])
+    apart = np.array([race_workers(APART, tmp_path / f"{k}") for k in rounds])
+    ratios, limits = studies[:, 0] / studies[:, 1], apart[:, 0] / apart[:, 1]
+    games = RUNS * len(figure(RUNS).cells)
     print(
-        f"\n{games} games: {one:.1f} s with one worker, {two:.1f} s with two "
-        f"(medians of {ROUNDS}), {np.median(times[:, 0] / times[:, 1]):.2f} times as fast; two "
-        f"processes that know nothing of each other play {np.median(limits):.2f} times as fast as "
-        f"one (least {min(limits):.2f}, most {max(limits):.2f}); "
-        f"{16_000 * two / games / 60:.1f} minutes a figure; what they share, the process that "
-        f"hands out and writes, takes {np.median(shares):.1%} of a core"
+        f"\n{games} games, in turns of {TURN:g} s: two workers {np.median(ratios):.2f} times as "
+        f"fast as one ({ratios.min():.2f} to {ratios.max():.2f}), two processes that know nothing "
+        f"of each other {np.median(limits):.2f} times ({limits.min():.2f} to {limits.max():.2f}); "
+        f"{16_000 * np.median(studies[:, 1]) / games / 60:.1f} minutes a figure"
     )

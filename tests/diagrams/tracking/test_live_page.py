@@ -181,7 +181,9 @@ def on_screen(page, points: np.ndarray) -> np.ndarray:
     """Where points on the floor are on the page, shape (n, 2) [pixels]."""
     pixels = page.page.evaluate(
         """points => points.map(p => {
-            viewer.camera.updateMatrixWorld();
+            // With all above them, which a page that has not drawn since would leave as they were.
+            viewer.camera.updateWorldMatrix(true, false);
+            viewer.scene.updateWorldMatrix(true, false);
             const place = new MeshCat.THREE.Vector3(p[0], p[1], 0);
             const q = place.applyMatrix4(viewer.scene.matrixWorld).project(viewer.camera);
             return [(q.x + 1) / 2 * window.innerWidth, (1 - q.y) / 2 * window.innerHeight];
