@@ -32,8 +32,8 @@ class _ImportedWhenAsked(TyperGroup):
 
     # Any: Typer has a copy of Click of its own, or not, from version to version.
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        name, listed, rest = super().resolve_command(ctx, args)
-        return name, listed and import_command(listed.name or ""), rest
+        name, _, rest = super().resolve_command(ctx, args)
+        return name, name and import_command(name), rest
 
 
 def make_app() -> typer.Typer:

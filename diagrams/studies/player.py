@@ -17,11 +17,6 @@ from .study import Study
 # After so many games a process has grown by some 300 MB.
 GAMES_PER_PROCESS = 500
 
-# Fresh processes are forked off a server that has imported all this: they are ready at once, where
-# spawned ones take 2 s each.
-_PROCESSES = multiprocessing.get_context("forkserver")
-_PROCESSES.set_forkserver_preload([play_block.__module__])
-
 
 class Player:
     """Plays one block at a time in a process of its own."""
@@ -38,7 +33,11 @@ class Player:
         if self._games >= GAMES_PER_PROCESS:
             self.close()
         if self._executor is None:
-            self._executor = ProcessPoolExecutor(1, _PROCESSES, initializer=_stay_behind)
+            # Forked off a server that has imported all this, it is ready at once; a spawned one
+            # would take 2 s.
+            context = multiprocessing.get_context("forkserver")
+            context.set_forkserver_preload([play_block.__module__])
+            self._executor = ProcessPoolExecutor(1, context, initializer=_stay_behind)
         self._games += (stop - start) * len(study.cells)
         return self._executor.submit(play_block, study, start, stop)
 
