@@ -7,9 +7,9 @@ import numpy as np
 from pydrake.systems.framework import System
 
 from ...systems.numerics.errors import InvalidInput, require
-from ...systems.numerics.tracking.assignment.rules import AssignmentRule
 from ..scenario_files import build
 from ..tracking.game import TrackingGame, set_up_game
+from ..tracking.make_tracking import OwnAssignment
 from .hardware import RunLog, Shows, read_run_log
 from .ports import COMMANDS
 from .run import run_station
@@ -74,7 +74,7 @@ def replay(
     recording: Recording,
     log: Path,
     *,
-    assignment: str | System | AssignmentRule | None = None,
+    assignment: OwnAssignment | None = None,
     evasion: System | None = None,
     view: Shows | None = None,
     realtime_rate: float = 0.0,

@@ -11,9 +11,9 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
-from ...systems.numerics.tracking.assignment.rules import AssignmentRule
 from ...systems.station.command_gate import STOPPED
 from ..tracking.game import TrackingGame
+from ..tracking.make_tracking import OwnAssignment
 from ..tracking.run import LOGGED
 from .hardware import (
     AFTER_TICK,
@@ -73,7 +73,7 @@ def run_station(
     hardware: bool | Devices | RunLog = False,
     *,
     log: Path,
-    assignment: str | System | AssignmentRule | None = None,
+    assignment: OwnAssignment | None = None,
     evasion: System | None = None,
     mode: str = "simulate",
     operator: Operator | None = None,

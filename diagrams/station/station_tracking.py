@@ -6,11 +6,10 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 from pydrake.systems.primitives import Multiplexer
 
 from ...systems.numerics.geometry.world import World
-from ...systems.numerics.tracking.assignment.rules import AssignmentRule
 from ...systems.station.pose_parts import PoseParts
 from ...systems.tracking.wall_sliding import WallSliding
 from ..tracking.game import TrackingGame
-from ..tracking.make_tracking import AddTracking
+from ..tracking.make_tracking import AddTracking, OwnAssignment
 from ..tracking.scenario import Team
 from ..tracking.team_ports import AddDrive, TeamPorts
 from .ports import COMMANDS
@@ -21,7 +20,7 @@ def AddStationTracking(
     station: Diagram,
     game: TrackingGame,
     *,
-    assignment: str | System | AssignmentRule | None = None,
+    assignment: OwnAssignment | None = None,
     evasion: System | None = None,
 ) -> dict[str, OutputPort]:
     """Wire team tracking to the ports of a station.

@@ -25,6 +25,9 @@ from .scenario import TrackingScenario
 from .scene import TrackingScene, View
 from .team_ports import AddTeam, TeamPorts
 
+# Whom each pursuer is to chase, as a rule's name, a rule, or a system; see `AddTracking`.
+OwnAssignment = str | System | AssignmentRule
+
 # About how long a picture lasts [s].
 PICTURE_PERIOD = 1 / 32
 
@@ -36,7 +39,7 @@ def MakeTracking(
     scenario: TrackingScenario | TrackingGame,
     meshcat: Meshcat | None = None,
     *,
-    assignment: str | System | AssignmentRule | None = None,
+    assignment: OwnAssignment | None = None,
     evasion: System | None = None,
     publish_period: float | None = None,
     recording: bool = False,
@@ -99,7 +102,7 @@ def AddTracking(
     game: TrackingGame,
     meshcat: Meshcat | None = None,
     *,
-    assignment: str | System | AssignmentRule | None = None,
+    assignment: OwnAssignment | None = None,
     evasion: System | None = None,
     teams: tuple[TeamPorts, TeamPorts] | None = None,
 ) -> dict[str, OutputPort]:

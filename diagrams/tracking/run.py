@@ -11,10 +11,9 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import LogVectorOutput
 
-from ...systems.numerics.tracking.assignment.rules import AssignmentRule
 from .controls import add_controls, make_monitor, read_view, remove_controls
 from .game import TrackingGame
-from .make_tracking import MakeTracking
+from .make_tracking import MakeTracking, OwnAssignment
 from .scene import TrackingScene, View
 
 # What is logged: exported port, and the shape of one sample after the number of members.
@@ -59,7 +58,7 @@ def run_tracking(
     game: TrackingGame,
     meshcat: Meshcat | None = None,
     *,
-    assignment: str | System | AssignmentRule | None = None,
+    assignment: OwnAssignment | None = None,
     evasion: System | None = None,
     recording: bool = False,
     live: bool = False,
