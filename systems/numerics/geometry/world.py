@@ -11,12 +11,17 @@ from functools import cached_property
 
 import numpy as np
 import shapely
+from scipy.spatial import KDTree
+from shapely.geometry.base import BaseGeometry
 
 from ..errors import InvalidInput, require
 from .rings import clean_ring, ring_area
 
 # Two points of a world closer than this, relative to its size, are one point.
 RELATIVE_TOLERANCE = 1e-9
+
+# An area smaller than this, relative to the world's, is rounding.
+NEGLIGIBLE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,11 +35,13 @@ class Corners:
         points: Positions, shape (k, 2) [m].
         angles: Interior angle of the obstacle at each corner, in (0, pi), shape (k,) [rad].
         headings: World heading of each frame's positive x axis, shape (k,) [rad].
+        lengths: Of edge A and edge B, shape (k, 2) [m].
     """
 
     points: np.ndarray
     angles: np.ndarray
     headings: np.ndarray
+    lengths: np.ndarray
 
     def __len__(self) -> int:
         return len(self.points)
@@ -60,7 +67,13 @@ class World:
     @cached_property
     def polygon(self) -> shapely.Polygon:
         """The free region as a Shapely polygon."""
-        return shapely.Polygon(self.boundary, list(self.obstacles))
+        polygon = shapely.Polygon(self.boundary, list(self.obstacles))
+        if polygon.is_valid:
+            return polygon
+        # A corner that touches an edge may lie behind it, up to rounding.
+        outline, *areas = _with_common_vertices([shapely.Polygon(ring) for ring in self.rings])
+        free = _free_region(outline, areas)
+        return free if isinstance(free, shapely.Polygon) else polygon
 
     @cached_property
     def bounds(self) -> np.ndarray:
@@ -79,8 +92,7 @@ class World:
         Relative to the size of the world, so that results do not depend on its scale or pose;
         never below what rounding leaves of coordinates far from the origin.
         """
-        rounding = 64 * np.finfo(float).eps * float(np.abs(self.bounds).max())
-        return max(RELATIVE_TOLERANCE * self.size, rounding)
+        return _tolerance(self.boundary)
 
     @cached_property
     def free_area(self) -> float:
@@ -95,7 +107,7 @@ class World:
     @cached_property
     def corners(self) -> Corners:
         """Every reflex vertex of the free region, ring by ring."""
-        points, angles, headings = [], [], []
+        points, angles, headings, lengths = [], [], [], []
         for ring in self.rings:
             after = np.roll(ring, -1, axis=0) - ring
             before = np.roll(ring, 1, axis=0) - ring
@@ -109,12 +121,17 @@ class World:
             points.append(ring[reflex])
             angles.append(wedge[reflex])
             headings.append(np.arctan2(-before[reflex, 1], -before[reflex, 0]))
-        return Corners(np.concatenate(points), np.concatenate(angles), np.concatenate(headings))
+            both = np.column_stack([np.hypot(*before.T), np.hypot(*after.T)])
+            lengths.append(both[reflex])
+        parts = (points, angles, headings, lengths)
+        return Corners(*(np.concatenate(part) for part in parts))
 
 
 def make_world(boundary: object, obstacles: Iterable[object] = ()) -> World:
     """Make a world from rings in any vertex order, checking that they bound one free region.
 
+    Obstacles that overlap, or touch along an edge, become one: their union. What comes closer than
+    the world's tolerance to another ring touches it. Obstacles that touch in a point stay apart.
     Repeated and collinear vertices are dropped.
 
     Args:
@@ -122,39 +139,65 @@ def make_world(boundary: object, obstacles: Iterable[object] = ()) -> World:
         obstacles: Sequence of rings inside it, each shape (m, 2) [m].
 
     Raises:
-        InvalidInput: A ring has fewer than three corners, is not finite or crosses itself; two
-            obstacles overlap; an obstacle leaves the boundary; or the free region is not
-            connected.
+        InvalidInput: A ring has fewer than three corners, is not finite or crosses itself; an
+            obstacle leaves the boundary; or the free region is not connected, as when obstacles
+            close off a part of it.
     """
-    outer = clean_ring("boundary", boundary)
-    holes = [clean_ring(f"obstacles[{i}]", ring) for i, ring in enumerate(obstacles)]
-    outline = shapely.Polygon(outer)
-    areas = [shapely.Polygon(hole) for hole in holes]
-    negligible = 1e-12 * outline.area
+    rings = [clean_ring("boundary", boundary)]
+    rings += [clean_ring(f"obstacles[{i}]", ring) for i, ring in enumerate(obstacles)]
+    outline, *areas = _with_common_vertices([shapely.Polygon(ring) for ring in rings])
     for i, area in enumerate(areas):
         require(
-            area.difference(outline).area <= negligible,
+            area.difference(outline).area <= NEGLIGIBLE * outline.area,
             f"obstacles[{i}]",
             "lie inside the boundary",
-            _show(holes[i]),
+            np.round(rings[1 + i], 6).tolist(),
         )
-    for i, j in _touching(areas):
-        if i > j and areas[i].intersection(areas[j]).area > negligible:
-            raise InvalidInput(
-                f"`obstacles[{i}]` must not overlap obstacles[{j}]; "
-                f"got {_show(holes[i])} over {_show(holes[j])}"
-            )
-    return world_from_polygon(outline.difference(shapely.union_all(areas)))
+    return world_from_polygon(_free_region(outline, areas))
 
 
-def _touching(areas: list[shapely.Polygon]) -> np.ndarray:
-    """Pairs of numbers of polygons that have a point in common, shape (n, 2)."""
-    polygons = np.array(areas, dtype=object)
-    return shapely.STRtree(polygons).query(polygons, predicate="intersects").T
+def _with_common_vertices(areas: list[shapely.Polygon]) -> list[shapely.Polygon]:
+    """Polygons of which those that touch do so in vertices that both have, exactly.
+
+    A vertex that lies on another ring only up to rounding would leave a crack in their union, or
+    none, depending on how the world is turned.
+
+    Args:
+        areas: The first one's ring is the boundary of a world.
+    """
+    tolerance = _tolerance(shapely.get_coordinates(areas[0]))
+    rings = np.array([area.exterior for area in areas], dtype=object)
+    close = shapely.STRtree(rings).query(rings, predicate="dwithin", distance=tolerance)
+    touching = np.unique(close[0, close[0] != close[1]])
+    if len(touching) == 0:
+        return areas
+    points = np.unique(shapely.get_coordinates(rings[touching]), axis=0)
+    # Of vertices that are one point the first stands for all.
+    first = np.ones(len(points), dtype=bool)
+    for i, j in sorted(KDTree(points).query_pairs(tolerance)):
+        first[j] &= not first[i]
+    common = shapely.MultiPoint(points[first])
+    snapped = list(areas)
+    for k in touching:
+        moved = shapely.snap(areas[k], common, tolerance)
+        # What is hardly larger than the tolerance would collapse, and stays.
+        if isinstance(moved, shapely.Polygon) and moved.is_valid and not moved.is_empty:
+            snapped[k] = moved
+    return snapped
 
 
-def _show(ring: np.ndarray) -> str:
-    return str(np.round(ring, 6).tolist())
+def _free_region(outline: shapely.Polygon, obstacles: list[shapely.Polygon]) -> BaseGeometry:
+    """The outline without the obstacles: a polygon, or several if it falls apart."""
+    free = outline.difference(shapely.union_all(obstacles))
+    # Rounding may leave splinters where obstacles meet at a small angle.
+    parts = [part for part in shapely.get_parts(free) if part.area > NEGLIGIBLE * outline.area]
+    return parts[0] if len(parts) == 1 else free
+
+
+def _tolerance(boundary: np.ndarray) -> float:
+    """Tolerance of a world from its boundary, shape (n, 2) [m] -> [m]."""
+    rounding = 64 * np.finfo(float).eps * float(np.abs(boundary).max())
+    return max(RELATIVE_TOLERANCE * math.sqrt(abs(ring_area(boundary))), rounding)
 
 
 def world_from_polygon(polygon: object) -> World:

@@ -62,7 +62,7 @@ def load_world(
 
     A polygon's exterior is the boundary, its interiors are obstacles. Of several polygons in a
     file the one that contains all others is the boundary and the others are obstacles; a hole in
-    one of those cannot be reached, and is filled.
+    one of those cannot be reached, and is filled. Obstacles that overlap become one.
 
     Args:
         path: The file.
@@ -106,8 +106,16 @@ def load_world(
         world = make_world(polygons[rim].exterior.coords, holes)
     else:
         world = world_from_polygon(polygons[rim])
-    pockets = sum(shapely.Polygon(ring).area for other in others for ring in other.interiors)
-    return LoadedWorld(world, source, 0.0, 0.0, float(pockets), origin)
+    return LoadedWorld(world, source, 0.0, 0.0, _pockets(polygons[rim], others), origin)
+
+
+def _pockets(rim: shapely.Polygon, others: list[shapely.Polygon]) -> float:
+    """Free area inside of obstacles, which may overlap [m^2]."""
+    if not any(other.interiors for other in others):
+        return 0.0
+    walls = [*others, *(shapely.Polygon(ring) for ring in rim.interiors)]
+    filled = [shapely.Polygon(wall.exterior) for wall in walls]
+    return float(shapely.union_all(filled).area - shapely.union_all(walls).area)
 
 
 def _read_geometry(path: Path, source: str) -> BaseGeometry:

@@ -11,6 +11,10 @@ from sightfield.systems.numerics.geometry.world import make_world, world_from_po
 ARENA = [[0, 0], [4, 0], [4, 4], [0, 4]]
 BOX = [[1, 1], [2, 1], [2, 2], [1, 2]]
 
+# Bars round a yard.
+NORTH, SOUTH = [[1, 3], [3, 3], [3, 2.5], [1, 2.5]], [[1, 1], [3, 1], [3, 1.5], [1, 1.5]]
+EAST, WEST = [[2.5, 1], [3, 1], [3, 3], [2.5, 3]], [[1, 1], [1.5, 1], [1.5, 3], [1, 3]]
+
 
 @pytest.mark.parametrize("turn", [1, -1])
 @pytest.mark.parametrize("shift", [0, 2])
@@ -65,11 +69,12 @@ def test_obstacles_that_touch_grow_together():
         ([[0, 0], [1, np.nan], [1, 1]], [], "`boundary` must have finite coordinates"),
         (7, [], "`boundary` must be a list of .*got 7"),
         ([[0, 0, 0], [1, 0, 0], [1, 1, 0]], [], r"shape \(3, 3\)"),
-        (ARENA, [BOX, [[1.5, 1.5], [3, 1.5], [3, 3]]], r"`obstacles\[1\]` must not overlap obst"),
-        (ARENA, [BOX, BOX], r"`obstacles\[1\]` must not overlap obstacles\[0\]"),
         (ARENA, [[[3, 3], [5, 3], [5, 5]]], r"`obstacles\[0\]` must lie inside the boundary"),
         (ARENA, [[[1, 0], [2, 0], [2, 4], [1, 4]]], "must be one connected polygon"),
         (ARENA, [ARENA], "must be one connected polygon"),
+        # Bars that overlap part the arena in two, or close off a yard.
+        (ARENA, [[[1, 0], [2, 0], [2, 3], [1, 3]], [[1, 2], [2, 2], [2, 4], [1, 4]]], "connected"),
+        (ARENA, [NORTH, EAST, SOUTH, WEST], "must be one connected polygon"),
     ],
 )
 def test_what_bounds_no_free_region_is_refused(boundary, obstacles, message):

@@ -14,6 +14,7 @@ from sightfield.systems.numerics.geometry.world_files import load_world
 BOUNDARY = [[0, 0], [10, 0], [10, 8], [0, 8], [0, 0]]
 PILLAR = [[2, 2], [2, 3], [3, 3], [3, 2], [2, 2]]
 SHED = [[5, 5], [7, 5], [7, 6], [5, 6], [5, 5]]
+WALL = [[6, 0], [6.5, 0], [6.5, 8], [6, 8], [6, 0]]
 YARD = [[5.5, 5.25], [6.5, 5.25], [6.5, 5.75], [5.5, 5.75], [5.5, 5.25]]
 
 # About 1.1 km by 0.7 km, with a pond.
@@ -86,6 +87,18 @@ def test_what_an_obstacle_encloses_cannot_be_reached(load):
     assert loaded.unreachable_area == pytest.approx(0.5)
 
 
+def test_obstacles_of_a_file_may_overlap(load):
+    # Half of the barn stands beside the shed, a quarter in its yard.
+    barn = [[4, 5.25], [6, 5.25], [6, 5.75], [4, 5.75], [4, 5.25]]
+    loaded = load(collection(polygon(BOUNDARY), polygon(SHED, YARD), polygon(barn)))
+    assert summary(loaded) == (1, 12, 6, pytest.approx(77.5))
+    assert loaded.unreachable_area == pytest.approx(0.25)
+    # The same, the shed being a hole of the boundary.
+    swapped = load(collection(polygon(BOUNDARY, barn), polygon(SHED, YARD)))
+    assert summary(swapped) == summary(loaded)
+    assert swapped.unreachable_area == pytest.approx(0.25)
+
+
 @pytest.mark.parametrize("name", ["a.wkt", "a.WKT"])
 def test_the_suffix_decides(load, name):
     assert load(wkt(BOUNDARY), name).source == "wkt"
@@ -151,8 +164,9 @@ def test_a_small_world_away_from_the_globe_s_numbers_is_in_metres(load):
             "one polygon that contains all the others; got polygon 1 of 2",
         ),
         (
-            collection(polygon(BOUNDARY), polygon(SHED), polygon(SHED)),
-            r"`obstacles\[1\]` must not overlap obstacles\[0\]",
+            # A wall and a shed that stands in it part the place in two.
+            collection(polygon(BOUNDARY), polygon(SHED), polygon(WALL)),
+            "`free region` must be one connected polygon; got MultiPolygon",
         ),
     ],
 )
