@@ -3,7 +3,8 @@
 For each corner in sight an evader computes the margin M1 = D_e - a D_p of the corner game against
 every pursuer that sees both the evader and the corner. The worst of these is the corner's; the
 evader makes for the corner where it is smallest, by the best play of the game against the pursuer
-that defends that corner best.
+that defends that corner best. A corner whose star region holds one of these pursuers hides
+nothing: it does not count.
 
 A robot has a width: it can come no nearer to a corner than the corner of its grown obstacle. So
 the evader's position is taken relative to that point, and the pursuer's relative to the true
@@ -67,12 +68,15 @@ def escape_velocity(
             if visibility[i, j] < 0.5 or pursuer_corners[i, c] < 0.5:
                 continue
             r_p, phi_p, r_e, phi_e, _ = _meet(i, j, c, pursuers, evaders, corners, standoff)
-            margin = margins(r_p, phi_p, r_e, phi_e, corners[c, 3], ratio)[0]
+            margin, _, to_star, _, _ = margins(r_p, phi_p, r_e, phi_e, corners[c, 3], ratio)
+            if to_star == 0.0:
+                worst = np.inf
+                break
             if margin > worst:
                 worst, worst_i = margin, i
                 if worst >= best:
                     break  # some corner is better than this one can still become
-        if worst_i >= 0 and worst < best:
+        if worst < best and worst_i >= 0:
             best, best_c, best_i = worst, c, worst_i
     if best_c < 0:
         return _away_from_nearest(j, pursuers, evaders, visibility, speed)
@@ -131,7 +135,7 @@ def adversarial_velocities(
     Args:
         pursuers, evaders: Positions, shapes (2 n,), (2 m,) [m].
         sight: Who sees what, from `observe`.
-        corners: Shape (k, 4): x, y [m], heading, angle [rad].
+        corners: Shape (k, 6), from `corner_table`.
         ratio: Speed ratio a = v_e / v_p.
         speed: Evaders' top speed [m/s].
         standoff: How near an evader's centre comes to a wall [m].

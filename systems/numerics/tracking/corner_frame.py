@@ -11,6 +11,10 @@ import math
 
 from numba import njit
 
+# A pursuer this near to the star region is in it [rad]. Pursuers run exactly to its rim, where
+# rounding would otherwise decide whether the corner threatens.
+STAR_RIM = 1e-9
+
 
 @njit(cache=True)
 def free_angle(x: float, y: float, alpha: float) -> float:
@@ -52,8 +56,9 @@ def to_corner_frame(
     Returns:
         (r_p, phi_p, r_e, phi_e, mirrored): polar coordinates [m], [rad] of both. Where
         phi_p > alpha both are reflected (phi -> alpha - phi) and `mirrored` is set, so that
-        phi_p <= alpha always. A pursuer at the corner gets phi_p = 0, an evader there
-        phi_e = min(pi + phi_p, pi/2): it is in sight, and can reach edge A at once.
+        phi_p <= alpha always; within STAR_RIM of the star region it is clamped into it. A
+        pursuer at the corner gets phi_p = 0, an evader there phi_e = min(pi + phi_p, pi/2): it
+        is in sight, and can reach edge A at once.
     """
     cosine = math.cos(heading)
     sine = math.sin(heading)
@@ -65,7 +70,9 @@ def to_corner_frame(
     y = cosine * (ey - cy) - sine * (ex - cx)
     r_e = math.hypot(x, y)
     phi_e = free_angle(x, y, alpha)
-    mirrored = phi_p > alpha
+    mirrored = phi_p > alpha + STAR_RIM
+    if -STAR_RIM <= phi_p <= alpha + STAR_RIM:
+        phi_p = min(max(phi_p, 0.0), alpha)
     if mirrored:
         # alpha - pi <= alpha - phi_p < 0; the outer clamp takes off what rounding adds.
         phi_p = max(alpha - phi_p, alpha - math.pi)

@@ -27,7 +27,7 @@ def sample_field(
         index: Edges of the world.
         points: Shape (n, 2) [m].
         ex, ey: The evader [m].
-        corners: Shape (k, 4): x, y [m], heading, angle [rad].
+        corners: Shape (k, 6), from `corner_table`.
         field: Code of the pursuit field (`FIELDS`).
         weighting: Code of the risk vector (`RISK_VECTORS`).
         ratio: Speed ratio a = v_e / v_p.

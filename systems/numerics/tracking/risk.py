@@ -129,7 +129,7 @@ def team_risk(
         kinds: Each pursuer's risk function (TOTAL, NEAREST or MEAN), shape (n,).
         evaders: Positions, shape (2 m,) [m].
         sight: Who sees what, from `observe`.
-        corners: Shape (k, 4), x and y first [m].
+        corners: Shape (k, 6), x and y first [m].
 
     Returns:
         Shape (n, m) [1/m]; 0 where a pair has no corner in common.

@@ -7,8 +7,9 @@ the geometry behind it.
 import numpy as np
 
 from ..compiled import compiled
+from ..geometry.body_sight import hide_behind_bodies, require_a_radius_each
 from ..geometry.corner_sight import CornerIndex, see_corners
-from ..geometry.edge_index import EdgeIndex
+from ..geometry.edge_index import TOLERANCE, EdgeIndex
 from ..geometry.segment_sight import segment_is_clear
 
 
@@ -41,19 +42,34 @@ def split_sight(
 
 
 def observe(
-    index: EdgeIndex, corners: CornerIndex, pursuers: np.ndarray, evaders: np.ndarray
+    index: EdgeIndex,
+    corners: CornerIndex,
+    pursuers: np.ndarray,
+    evaders: np.ndarray,
+    radii: np.ndarray | None = None,
 ) -> np.ndarray:
     """See who sees whom and which corner.
+
+    Bodies come between a pursuer and an evader only. Corners are seen past them: they say where
+    an evader may hide for good, and a body moves on.
 
     Args:
         index: The world's edges.
         corners: The world's corners.
         pursuers, evaders: Positions, shapes (2 n,) and (2 m,) [m].
+        radii: Of the bodies that block sight, pursuers first, shape (n + m,) [m]; None: none does.
 
     Returns:
         The vector that `split_sight` takes apart.
+
+    Raises:
+        InvalidInput: There is not one radius for each robot.
     """
-    return _observe(*index, *corners, pursuers, evaders)
+    sight = _observe(*index, *corners, pursuers, evaders)
+    if radii is not None:
+        require_a_radius_each(radii, pursuers, evaders)
+        hide_behind_bodies(sight, pursuers, evaders, radii, index.frame[TOLERANCE])
+    return sight
 
 
 # Numba takes the arrays one by one in a fraction of the time that it takes a named tuple.

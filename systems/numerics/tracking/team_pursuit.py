@@ -38,7 +38,7 @@ def pursuit_velocity(
         weighting: Code of the risk vector (`RISK_VECTORS`).
         px, py, ex, ey: Positions of pursuer and evader [m].
         shared: 1 for each corner that both see, shape (k,).
-        corners: Shape (k, 4): x, y [m], heading, angle [rad].
+        corners: Shape (k, 6), from `corner_table`.
         ratio: Speed ratio a = v_e / v_p.
         speed: Pursuer's top speed [m/s].
         period: For how long the velocity is held [s]; 0 when it changes continuously.

@@ -57,9 +57,33 @@ def test_of_two_corners_the_one_that_can_be_won_is_chosen():
     assert velocity @ towards > 0.9 * 0.2 * np.hypot(*towards)
 
 
+def test_a_corner_that_a_pursuer_sees_round_does_not_count():
+    # The first pursuer sees along two sides of the box, past its lower left corner, and keeps the
+    # evader from hiding there, near as it is; the second one guards no corner at all.
+    pursuers, evader = [(0.9, 0.9), (0.2, 3.0)], np.array([1.4, 1.0])
+    towards = np.array([1.5, 1.5]) - evader
+    velocity = flee(pursuers, [evader])[0]
+    assert np.hypot(*velocity) == pytest.approx(0.2)
+    assert velocity @ towards < 0.9 * 0.2 * np.hypot(*towards)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_an_evader_knows_no_left_and_right(seed):
+    # Mirrored about x = 2, on which the box is symmetric.
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(0.1, 3.9, (40, 2))
+    outside = (np.abs(points - 2.0) > 0.55).any(axis=1)
+    pursuers, evaders = points[outside][:2], points[outside][2:4]
+    mirror = np.array([-1.0, 1.0])
+    shift = np.array([4.0, 0.0])
+    seen = flee(pursuers, evaders)
+    mirrored = flee(pursuers * mirror + shift, evaders * mirror + shift)
+    np.testing.assert_allclose(mirrored, seen * mirror, atol=1e-9)
+
+
 def test_the_stance_is_the_corner_of_the_grown_obstacle():
     world = make_world(ARENA, [BOX])
-    for x, y, heading, angle in corner_table(world):
+    for x, y, heading, angle in corner_table(world)[:, :4]:
         dx, dy = corner_stance(x, y, heading, angle, 0.1)
         grown = np.array([x, y]) + 0.1 * np.sign(np.array([x, y]) - 2.0)
         np.testing.assert_allclose([x + dx, y + dy], grown)

@@ -4,7 +4,7 @@ from itertools import permutations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.tracking.assignment.borda import borda_scores
@@ -22,26 +22,67 @@ def view(risk, visible=None, **options):
     return TeamView(visible, risk, **{"pursuers": pursuers, "evaders": evaders, **options})
 
 
-games = st.tuples(st.integers(1, 4), st.integers(1, 4), st.integers(0, 10_000))
-
-
-def random_view(game, **options):
+def random_view(game):
     n, m, seed = game
     rng = np.random.default_rng(seed)
-    return view(rng.uniform(0, 3, (n, m)), rng.random((n, m)) < 0.6, **options)
+    return view(rng.uniform(0, 3, (n, m)), rng.random((n, m)) < 0.6)
 
 
-@given(game=games, extra=st.sampled_from(["stay", "riskiest"]), rule=st.sampled_from(list(RULES)))
-def test_nobody_is_sent_after_an_evader_out_of_sight(game, extra, rule):
-    seen = random_view(game, extra=extra)
-    targets = RULES[rule](seen)
+views = st.tuples(st.integers(1, 4), st.integers(1, 4), st.integers(0, 10_000)).map(random_view)
+
+# Nobody sees evader 0, which is the riskiest to all, first in the order, and nearest to all.
+UNSEEN_RISKIEST = view(
+    [[9.0, 1.0, 2.0], [8.0, 2.0, 1.0]],
+    [[False, True, True], [False, True, True]],
+    evaders=np.array([[0.5, 0.0], [2.0, 1.0], [3.0, 1.0]]),
+)
+# The same last in the order, with more pursuers than evaders in sight.
+UNSEEN_RISKIEST_OF_FEW = view(
+    [[1.0, 9.0], [2.0, 8.0], [1.5, 7.0]],
+    [[True, False], [True, False], [True, False]],
+    evaders=np.array([[3.0, 3.0], [1.0, 0.1]]),
+)
+# To each of two pursuers the riskiest is the evader that only the other sees; one sees none.
+SEEN_BY_THE_OTHER = view([[1.0, 9.0], [9.0, 1.0], [9.0, 9.0]], [[1, 0], [0, 1], [0, 0]])
+# The least risky evader, which a least total would take, is out of sight of both.
+UNSEEN_LEAST_RISKY = view([[0.0, 5.0], [0.0, 6.0]], [[False, True], [False, True]])
+NOTHING_IN_SIGHT = view([[1.0, 2.0], [3.0, 4.0]], [[False, False], [False, False]])
+
+
+@pytest.mark.parametrize("extra", ["stay", "riskiest"])
+@pytest.mark.parametrize("rule", RULES)
+@given(seen=views)
+@example(seen=UNSEEN_RISKIEST)
+@example(seen=UNSEEN_RISKIEST_OF_FEW)
+@example(seen=SEEN_BY_THE_OTHER)
+@example(seen=UNSEEN_LEAST_RISKY)
+@example(seen=NOTHING_IN_SIGHT)
+def test_nobody_is_sent_after_an_evader_out_of_sight(rule, extra, seen):
+    targets = RULES[rule](seen._replace(extra=extra))
     assert targets.shape == (len(seen.risk),)
     assert all(j == -1 or seen.visible[i, j] for i, j in enumerate(targets))
 
 
-@given(game=games, maximise=st.booleans())
-def test_matching_is_the_best_of_all_matchings(game, maximise):
-    seen = random_view(game)
+# In print, a pursuer is extra only where pursuers outnumber all evaders, seen or not.
+@pytest.mark.parametrize("rule", [rule for rule in RULES if rule not in ("stay", "borda_printed")])
+@given(seen=views)
+@example(seen=UNSEEN_RISKIEST)
+@example(seen=UNSEEN_RISKIEST_OF_FEW)
+@example(seen=SEEN_BY_THE_OTHER)
+@example(seen=UNSEEN_LEAST_RISKY)
+def test_with_none_to_stay_whoever_sees_an_evader_goes_after_one(rule, seen):
+    targets = RULES[rule](seen._replace(extra="riskiest"))
+    assert ((targets >= 0) == seen.visible.any(axis=1)).all()
+
+
+@pytest.mark.parametrize("maximise", [False, True])
+@given(seen=views)
+@example(seen=UNSEEN_RISKIEST)
+@example(seen=UNSEEN_RISKIEST_OF_FEW)
+@example(seen=SEEN_BY_THE_OTHER)
+@example(seen=UNSEEN_LEAST_RISKY)
+@example(seen=NOTHING_IN_SIGHT)
+def test_matching_is_the_best_of_all_matchings(maximise, seen):
     n, m = seen.risk.shape
     best = None
     for columns in permutations([*range(m), *([-1] * n)], n):
@@ -91,6 +132,9 @@ def test_borda_points_by_hand():
     # The second pursuer does not see evader 0: it ranks 2 > 1 only.
     ranked = np.array([[True, True, True], [False, True, True]])
     assert borda_scores(risk, ranked).tolist() == [1.0, 1.0, 4.0]
+    # Where it sees evader 2 only, neither of the others gets the point of the second place.
+    ranked = np.array([[True, True, True], [False, False, True]])
+    assert borda_scores(risk, ranked).tolist() == [1.0, 0.0, 4.0]
 
 
 def test_borda_assigns_by_score_both_ways():

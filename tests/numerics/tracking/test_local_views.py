@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.tracking.assignment.local_views import decentralised
@@ -23,6 +23,23 @@ def random_view(game):
     return TeamView(visible, rng.uniform(0, 3, (n, m)), pursuers, evaders, seed=seed)
 
 
+# Nobody sees evader 0, the riskiest to all and nearest to all; the last hears nobody.
+UNSEEN_RISKIEST = TeamView(
+    visible=np.array([[False, True, True], [False, True, True], [False, False, True]]),
+    risk=np.array([[9.0, 1.0, 2.0], [8.0, 2.0, 1.0], [7.0, 6.0, 1.0]]),
+    pursuers=np.array([[0.0, 0.0], [1.0, 0.0], [4.0, 0.0]]),
+    evaders=np.array([[0.5, 0.1], [2.0, 2.0], [3.0, 2.0]]),
+)
+# Did the first tell how risky evader 0 is, which it does not see, the printed algorithm, which
+# ranks all, would send the other elsewhere.
+UNSEEN_BY_ONE = TeamView(
+    visible=np.array([[False, True, True], [True, True, True]]),
+    risk=np.array([[1.0, 3.0, 2.0], [2.0, 3.0, 1.0]]),
+    pursuers=np.array([[0.0, 0.0], [1.0, 0.0]]),
+    evaders=np.array([[0.5, 0.1], [2.0, 2.0], [3.0, 2.0]]),
+)
+
+
 @pytest.mark.parametrize("name", [name for name in RULES if name != "borda_printed"])
 @given(game=games)
 def test_when_all_hear_all_there_might_as_well_be_a_centre(name, game):
@@ -38,9 +55,12 @@ def test_pursuers_for_themselves_need_no_radio(name, game, radio_range):
 
 
 @pytest.mark.parametrize("name", RULES)
-@given(game=games, radio_range=st.floats(0, 4))
-def test_what_nobody_tells_makes_no_difference(name, game, radio_range):
-    view = random_view(game)
+@given(view=games.map(random_view), radio_range=st.floats(0, 4))
+@example(view=UNSEEN_RISKIEST, radio_range=0.0)
+@example(view=UNSEEN_RISKIEST, radio_range=1.0)
+@example(view=UNSEEN_BY_ONE, radio_range=1.0)
+@example(view=UNSEEN_RISKIEST._replace(extra="riskiest"), radio_range=4.0)
+def test_what_nobody_tells_makes_no_difference(name, view, radio_range):
     rule = decentralised(RULES[name], radio_range)
     before = rule(view)
     assert all(j == -1 or view.visible[i, j] for i, j in enumerate(before))

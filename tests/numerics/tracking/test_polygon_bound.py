@@ -30,7 +30,7 @@ def least(world, pursuer, evader):
 
 
 def alone(world, number, pursuer, evader):
-    x, y, heading, angle = corner_table(world)[number]
+    x, y, heading, angle = corner_table(world)[number, :4]
     state = to_corner_frame(*pursuer, *evader, x, y, heading, angle)[:4]
     return escape_time(*state, angle, RATIO, SPEED)
 

@@ -4,7 +4,7 @@ from itertools import permutations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
@@ -54,6 +54,18 @@ def random_ballots(profile, seen=0.7):
     return rng.uniform(0, 1, (n, m)), rng.random((n, m)) < seen
 
 
+# Risks, and who is seen by whom. The riskiest evader of all is on nobody's ballot.
+UNSEEN_RISKIEST = (
+    np.array([[9.0, 1.0, 2.0], [8.0, 2.0, 1.0], [7.0, 3.0, 1.0]]),
+    np.array([[False, True, True], [False, True, True], [False, True, False]]),
+)
+# It is on one ballot of three, as the last; the other two would put it first.
+SEEN_BY_ONE = (
+    np.array([[1.0, 2.0, 9.0], [1.0, 2.0, 9.0], [2.0, 3.0, 1.0]]),
+    np.array([[True, True, False], [True, True, False], [True, True, True]]),
+)
+
+
 @pytest.mark.parametrize(
     ("rule", "order"), [("borda", "NCMK"), ("copeland", "NCKM"), ("kemeny", "NCKM")]
 )
@@ -93,9 +105,11 @@ def test_kemeny_contradicts_the_ballots_least_of_all_orders(profile):
     assert contradictions(found) == best
 
 
-@given(profile=profiles)
-def test_places_and_preferences_are_those_counted_by_hand(profile):
-    risk, seen = random_ballots(profile)
+@given(ballots=profiles.map(random_ballots))
+@example(ballots=UNSEEN_RISKIEST)
+@example(ballots=SEEN_BY_ONE)
+def test_places_and_preferences_are_those_counted_by_hand(ballots):
+    risk, seen = ballots
     place, preferred = places(risk, seen), preferences(risk, seen)
     n, m = risk.shape
     for i in range(n):
@@ -152,6 +166,17 @@ def test_turning_every_ballot_round_turns_the_scores_round(rule, profile):
     everyone = np.ones(risk.shape, bool)
     scores, turned = (AGGREGATIONS[rule](sign * risk, everyone) for sign in (1, -1))
     np.testing.assert_allclose(scores + turned, scores[0] + turned[0])
+
+
+@pytest.mark.parametrize("rule", AGGREGATIONS)
+@given(ballots=profiles.map(random_ballots))
+@example(ballots=UNSEEN_RISKIEST)
+@example(ballots=SEEN_BY_ONE)
+def test_how_risky_an_evader_out_of_sight_would_be_makes_no_difference(rule, ballots):
+    risk, seen = ballots
+    for unseen in (-100.0, 0.0, 100.0):
+        other = AGGREGATIONS[rule](np.where(seen, risk, unseen), seen)
+        np.testing.assert_array_equal(other, AGGREGATIONS[rule](risk, seen))
 
 
 def test_a_pursuer_says_nothing_of_whom_it_does_not_see():

@@ -54,7 +54,7 @@ def pursue(
 def threats(p, e):
     """Fields and distances of the corners that both see and that threaten, by hand."""
     found = []
-    for x, y, heading, angle in CORNERS:
+    for x, y, heading, angle in CORNERS[:, :4]:
         both = sight_matrix(INDEX, np.array([*p, *e]), np.array([x, y]))
         if both.all():
             ux, uy, reach = corner_field(MARGIN, *p, *e, x, y, heading, angle, 0.3)

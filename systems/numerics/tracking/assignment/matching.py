@@ -8,6 +8,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ...compiled import compiled
+from .small_matching import nearer_first
 from .team_view import UNASSIGNED, TeamView
 
 
@@ -74,7 +75,8 @@ def hungarian(view: TeamView) -> np.ndarray:
     Returns:
         Each pursuer's evader, -1 for none, shape (n,).
     """
-    return place_extra(match(view.risk, view.visible), view, view.risk)
+    cost = nearer_first(view.risk, view.pursuers.ravel(), view.evaders.ravel(), False)
+    return place_extra(match(cost, view.visible), view, view.risk)
 
 
 def hungarian_max(view: TeamView) -> np.ndarray:
@@ -83,4 +85,5 @@ def hungarian_max(view: TeamView) -> np.ndarray:
     Returns:
         Each pursuer's evader, -1 for none, shape (n,).
     """
-    return place_extra(match(view.risk, view.visible, maximise=True), view, view.risk)
+    gain = nearer_first(view.risk, view.pursuers.ravel(), view.evaders.ravel(), True)
+    return place_extra(match(gain, view.visible, maximise=True), view, view.risk)

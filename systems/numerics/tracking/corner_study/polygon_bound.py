@@ -28,7 +28,7 @@ def least_escape_time(
 
     Args:
         index: Edges of the world.
-        corners: From `corner_table`, shape (k, 4).
+        corners: From `corner_table`, shape (k, 6).
         pursuer, evader: Positions, shape (2,) [m].
         ratio: Speed ratio a = v_e / v_p, in (0, 1).
         speed: Of the pursuer [m/s].
@@ -39,7 +39,7 @@ def least_escape_time(
     px, py = (float(value) for value in pursuer)
     ex, ey = (float(value) for value in evader)
     least = math.inf
-    for x, y, heading, angle in corners.tolist():
+    for x, y, heading, angle in corners[:, :4].tolist():
         if segment_is_clear(index, px, py, x, y) and segment_is_clear(index, ex, ey, x, y):
             r_p, phi_p, r_e, phi_e, _ = to_corner_frame(px, py, ex, ey, x, y, heading, angle)
             time = escape_time(r_p, phi_p, r_e, phi_e, angle, ratio, speed)

@@ -102,12 +102,12 @@ def save_picture(path: Path, picture: np.ndarray) -> None:
         picture: Shape (height, width, 3), uint8.
 
     Raises:
-        InvalidInput: Not a picture, or not a place to write to.
+        InvalidInput: Not a picture.
+        OSError: The file cannot be written.
     """
-    written = False
-    with suppress(cv2.error):
-        written = cv2.imwrite(str(path), cv2.cvtColor(as_rgb(picture), cv2.COLOR_RGB2BGR))
-    require(written, "path", "be a PNG file in a folder that can be written to", path)
+    _, data = cv2.imencode(".png", cv2.cvtColor(as_rgb(picture), cv2.COLOR_RGB2BGR))
+    # OpenCV does not tell when it writes a part only, because the disk is full.
+    path.write_bytes(data.tobytes())
 
 
 def _is_whole(data: bytes) -> bool:

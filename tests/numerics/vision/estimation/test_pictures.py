@@ -1,6 +1,7 @@
 """Picture files are read whole or refused, and folders say where their shells stood."""
 
 import math
+import resource
 
 import cv2
 import numpy as np
@@ -88,6 +89,17 @@ def test_names_say_the_place(tmp_path, picture):
     assert found.keys() == names.keys()
     for name, place in names.items():
         assert found[name] == pytest.approx(place)
+
+
+def test_a_picture_without_room_is_no_picture_that_was_written(tmp_path):
+    noise = np.random.default_rng(0).integers(0, 255, (50, 50, 3), dtype=np.uint8)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    try:
+        with pytest.raises(OSError, match="File too large"):
+            save_picture(tmp_path / "a.png", noise)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def test_a_table_says_the_place(tmp_path, picture):

@@ -1,0 +1,162 @@
+"""A pursuer that looks a moment ahead: it goes where the least threat is least.
+
+What threatens are the signed margins of the corners (`edge_margins`). A pursuer tries a ring of
+steps and takes the one after which their soft minimum, -b log(sum exp(-M / b)), is greatest: over
+the corners that it shares with the evader it is assigned to, and with others that it sees, as far
+as no teammate has them better in hand.
+
+Source: ours, on the game of Zhang 2014, 2.2.2.
+"""
+
+import math
+
+import numpy as np
+
+from ..compiled import compiled, kernel
+from ..geometry.edge_index import EdgeIndex
+from ..geometry.wall_sliding import slide
+from .edge_margins import signed_margin
+from .sight_state import split_sight
+
+# Steps that are tried, all round, beside staying.
+DIRECTIONS = 32
+
+# How far ahead a step is tried [s].
+AHEAD = 0.1
+
+# Width b of the soft minimum, as the time in which a pursuer runs it [s].
+SOFTNESS = 0.17
+
+
+@kernel
+def _soft_minimum(
+    px: float,
+    py: float,
+    ex: float,
+    ey: float,
+    i: int,
+    j: int,
+    pursuer_corners: np.ndarray,
+    evader_corners: np.ndarray,
+    corners: np.ndarray,
+    ratio: float,
+    width: float,
+) -> float:
+    """Soft minimum over the corners that pursuer i, taken to be at (px, py), and evader j share."""
+    least, total = np.inf, 0.0
+    for c in range(len(corners)):
+        if pursuer_corners[i, c] < 0.5 or evader_corners[j, c] < 0.5:
+            continue
+        margin = signed_margin(px, py, ex, ey, corners, c, ratio)
+        if margin < least:
+            total = 1.0 + (total * math.exp((margin - least) / width) if total > 0.0 else 0.0)
+            least = margin
+        else:
+            total += math.exp((least - margin) / width)
+    return least - width * math.log(total) if total > 0.0 else np.inf
+
+
+@compiled
+def lookahead_velocities(
+    region: EdgeIndex,
+    pursuers: np.ndarray,
+    evaders: np.ndarray,
+    sight: np.ndarray,
+    assignment: np.ndarray,
+    corners: np.ndarray,
+    ratio: float,
+    speed: float,
+) -> np.ndarray:
+    """Velocities of a team that looks ahead.
+
+    Args:
+        region: Edges of where pursuers' centres may be.
+        pursuers, evaders: Positions, shapes (2 n,), (2 m,) [m].
+        sight: Who sees what, from `observe`.
+        assignment: Each pursuer's evader, -1 for none, shape (n,).
+        corners: Shape (k, 6), from `corner_table`.
+        ratio: Speed ratio a = v_e / v_p.
+        speed: Pursuers' top speed [m/s].
+
+    Returns:
+        Shape (2 n,) [m/s]; zero where no step is better than staying.
+    """
+    n, m, k = len(pursuers) // 2, len(evaders) // 2, len(corners)
+    visibility, pursuer_corners, evader_corners = split_sight(sight, n, m, k)
+    width = SOFTNESS * speed
+    # How well each pursuer has each evader in hand where it stands.
+    hold = np.full((n, m), -np.inf)
+    for i in range(n):
+        for j in range(m):
+            if visibility[i, j] > 0.5:
+                hold[i, j] = _soft_minimum(
+                    pursuers[2 * i],
+                    pursuers[2 * i + 1],
+                    evaders[2 * j],
+                    evaders[2 * j + 1],
+                    i,
+                    j,
+                    pursuer_corners,
+                    evader_corners,
+                    corners,
+                    ratio,
+                    width,
+                )
+    velocities = np.zeros(len(pursuers))
+    for i in range(n):
+        x, y = pursuers[2 * i], pursuers[2 * i + 1]
+        forward = _direction_to_evader(i, int(assignment[i]), pursuers, evaders, visibility)
+        best = -np.inf
+        for direction in range(-1, DIRECTIONS):
+            dx, dy = 0.0, 0.0
+            if direction >= 0:
+                angle = forward + 2.0 * math.pi * direction / DIRECTIONS
+                reach = speed * AHEAD
+                dx, dy = slide(region, x, y, reach * math.cos(angle), reach * math.sin(angle))
+            least, total = np.inf, 0.0
+            for j in range(m):
+                if visibility[i, j] < 0.5:
+                    continue
+                value = _soft_minimum(
+                    x + dx,
+                    y + dy,
+                    evaders[2 * j],
+                    evaders[2 * j + 1],
+                    i,
+                    j,
+                    pursuer_corners,
+                    evader_corners,
+                    corners,
+                    ratio,
+                    width,
+                )
+                if j != int(assignment[i]):
+                    for other in range(n):
+                        if other != i:
+                            value = max(value, hold[other, j])
+                if value == np.inf:
+                    continue
+                if value < least:
+                    total = 1.0 + (total * math.exp((value - least) / width) if total > 0 else 0.0)
+                    least = value
+                else:
+                    total += math.exp((least - value) / width)
+            score = least - width * math.log(total) if total > 0.0 else np.inf
+            if score > best + 1e-12:
+                best = score
+                velocities[2 * i], velocities[2 * i + 1] = dx / AHEAD, dy / AHEAD
+    return velocities
+
+
+@kernel
+def _direction_to_evader(
+    i: int, target: int, pursuers: np.ndarray, evaders: np.ndarray, visibility: np.ndarray
+) -> float:
+    """From where the ring of steps is counted [rad]: it turns and mirrors with the game."""
+    nearest, x, y = np.inf, 1.0, 0.0
+    for j in range(len(evaders) // 2):
+        dx, dy = evaders[2 * j] - pursuers[2 * i], evaders[2 * j + 1] - pursuers[2 * i + 1]
+        distance = -1.0 if j == target else math.sqrt(dx * dx + dy * dy)
+        if visibility[i, j] > 0.5 and distance < nearest:
+            nearest, x, y = distance, dx, dy
+    return math.atan2(y, x)

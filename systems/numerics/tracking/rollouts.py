@@ -1,0 +1,345 @@
+"""Evaders that know the pursuers' rule, and play each of their own plans against it beforehand.
+
+A plan is a straight run, a run to a corner, or the corner game's best play (`adversarial_evasion`).
+For each, the game is played some time ahead: pursuers are assigned and run by their rule, the other
+evaders go on as they do, all of them points without bodies. The plan that breaks sight first is
+taken; where none does, the one that leaves the least margin at the end.
+
+Source: ours; rollouts against a base policy as in Bertsekas, "Rollout, policy iteration, and
+distributed reinforcement learning" (2020).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compiled import compiled, kernel
+from ..geometry.corner_sight import CornerIndex, see_corners
+from ..geometry.edge_index import EdgeIndex
+from ..geometry.segment_sight import segment_is_clear
+from ..geometry.sight_loss import Motion, loss_of_target
+from ..geometry.wall_sliding import slide
+from .adversarial_evasion import corner_stance, escape_velocity
+from .assignment.holding import is_broken
+from .assignment.small_matching import match_small, nearer_first
+from .assignment.team_view import UNASSIGNED
+from .edge_margins import least_threat
+from .lookahead import lookahead_velocities
+from .risk import team_risk
+from .sight_state import split_sight
+from .team_pursuit import team_pursuit
+
+# Plans: by the corner game, along a direction, to a point. A row is kind, x, y.
+BY_THE_GAME, ALONG, TO_POINT = 0.0, 1.0, 2.0
+
+# Code of the pursuit that is no field of corners.
+LOOKAHEAD_PURSUIT = -1
+
+
+# What the evaders know of the assignment: nothing, so that it stays as it is, or that it is the
+# Hungarian one of the least or the greatest total risk.
+FIXED, LEAST_RISK, GREATEST_RISK = 0, 1, 2
+
+
+class GameRules(NamedTuple):
+    """What the evaders know of a game.
+
+    Attributes:
+        world: Its edges.
+        corner_index: Its corners, as `observe` wants them.
+        corners: From `corner_table`, shape (k, 6).
+        pursuer_region, evader_region: Edges of where the centres may be.
+        field: Code of the pursuit field, or LOOKAHEAD_PURSUIT.
+        weightings: Code of each pursuer's risk vector, shape (n,).
+        matching: FIXED, LEAST_RISK or GREATEST_RISK.
+        held: Whether pursuers keep an assignment until it is broken (`holding.is_broken`).
+        riskiest: Whether those left over go after the riskiest evader that they see.
+        risk_kinds: Code of each pursuer's risk function, shape (n,).
+        ratio: Speed ratio a = v_e / v_p.
+        pursuer_speed, evader_speed: Top speeds [m/s].
+        standoff: How near an evader's centre comes to a wall [m].
+    """
+
+    world: EdgeIndex
+    corner_index: CornerIndex
+    corners: np.ndarray
+    pursuer_region: EdgeIndex
+    evader_region: EdgeIndex
+    field: int
+    weightings: np.ndarray
+    matching: int
+    held: bool
+    riskiest: bool
+    risk_kinds: np.ndarray
+    ratio: float
+    pursuer_speed: float
+    evader_speed: float
+    standoff: float
+
+
+class Rollout(NamedTuple):
+    """How far and how finely plans are played beforehand.
+
+    Attributes:
+        horizon: How far ahead [s].
+        step: Of the games that are played ahead [s].
+        headings: Number of straight runs that are tried, all round.
+        leg: After this long a straight run goes on by the corner game [s].
+    """
+
+    horizon: float
+    step: float
+    headings: int
+    leg: float = math.inf
+
+
+@kernel
+def follow_plan(
+    kind: float, ax: float, ay: float, x: float, y: float, speed: float, step: float
+) -> tuple[float, float]:
+    """Velocity along a straight plan (kernel); for BY_THE_GAME see `escape_velocity`.
+
+    Args:
+        kind, ax, ay: The plan: ALONG a unit vector, or TO_POINT [m].
+        x, y: Where the evader is [m].
+        speed: Its top speed [m/s].
+        step: A run to a point does not overshoot it in this time [s].
+    """
+    if kind == ALONG:
+        return speed * ax, speed * ay
+    dx, dy = ax - x, ay - y
+    distance = math.sqrt(dx * dx + dy * dy)
+    if distance == 0.0:
+        return 0.0, 0.0
+    pace = min(speed, distance / step)
+    return pace * dx / distance, pace * dy / distance
+
+
+@compiled
+def choose_plan(
+    rules: GameRules,
+    rollout: Rollout,
+    j: int,
+    pursuers: np.ndarray,
+    evaders: np.ndarray,
+    velocities: np.ndarray,
+    assignment: np.ndarray,
+    plan: np.ndarray,
+) -> np.ndarray:
+    """The best plan of one evader.
+
+    Args:
+        rules: Of the game.
+        rollout: How plans are tried.
+        j: The evader.
+        pursuers, evaders: Positions, shapes (2 n,), (2 m,) [m].
+        velocities: Of the evaders, which the others keep, shape (2 m,) [m/s].
+        assignment: Each pursuer's evader, -1 for none, shape (n,), int.
+        plan: What it does so far, shape (3,).
+
+    Returns:
+        Shape (3,).
+    """
+    x, y = evaders[2 * j], evaders[2 * j + 1]
+    forward = _away_from_viewer(rules, j, pursuers, evaders)
+    if forward == np.inf:
+        return np.array([BY_THE_GAME, 0.0, 0.0])
+    best, least = (
+        plan.copy(),
+        play_plan(rules, rollout, j, pursuers, evaders, velocities, assignment, plan, np.inf),
+    )
+    trial = np.zeros(3)
+    corners = rules.corners
+    for number in range(-1, rollout.headings + len(corners)):
+        if number < 0:
+            trial[0], trial[1], trial[2] = BY_THE_GAME, 0.0, 0.0
+        elif number < rollout.headings:
+            angle = forward + 2.0 * math.pi * number / rollout.headings
+            trial[0], trial[1], trial[2] = ALONG, math.cos(angle), math.sin(angle)
+        else:
+            c = number - rollout.headings
+            cx, cy = corners[c, 0], corners[c, 1]
+            reach = rollout.horizon * rules.evader_speed
+            if (cx - x) ** 2 + (cy - y) ** 2 > reach * reach:
+                continue
+            if not segment_is_clear(rules.world, x, y, cx, cy):
+                continue
+            ox, oy = corner_stance(cx, cy, corners[c, 2], corners[c, 3], rules.standoff)
+            trial[0], trial[1], trial[2] = TO_POINT, cx + ox, cy + oy
+        value = play_plan(
+            rules, rollout, j, pursuers, evaders, velocities, assignment, trial, least
+        )
+        if value < least - 1e-9:
+            least = value
+            best[:] = trial
+    return best
+
+
+@compiled
+def play_plan(
+    rules: GameRules,
+    rollout: Rollout,
+    j: int,
+    pursuers: np.ndarray,
+    evaders: np.ndarray,
+    velocities: np.ndarray,
+    assignment: np.ndarray,
+    plan: np.ndarray,
+    least: float,
+) -> float:
+    """What a plan comes to: how long until nobody sees the evader, the less the better [s].
+
+    Args:
+        rules, rollout, j, pursuers, evaders, velocities, assignment, plan: As of `choose_plan`.
+        least: What another plan comes to: a game is not played further than that [s].
+
+    Returns:
+        The time of loss; where there is none within the horizon, more than that, and the more
+        the greater the margin is that is left.
+    """
+    n, m, k = len(pursuers) // 2, len(evaders) // 2, len(rules.corners)
+    at, others = pursuers.copy(), evaders.copy()
+    sight = np.zeros(n * m + (n + m) * k)
+    visibility, pursuer_corners, evader_corners = split_sight(sight, n, m, k)
+    own = np.empty(rules.corner_index.lines.shape[1])
+    index, step = rules.world, rollout.step
+    assigned = assignment
+    at_before, others_before = at, others
+    steps = math.ceil(rollout.horizon / step - 1e-9)
+    for turn in range(steps + 1):
+        seen = False
+        for i in range(n):
+            for e in range(m):
+                visibility[i, e] = segment_is_clear(
+                    index, at[2 * i], at[2 * i + 1], others[2 * e], others[2 * e + 1]
+                )
+            seen = seen or visibility[i, j] > 0.5
+        if not seen:
+            if turn == 0:
+                return 0.0
+            # To the moment: plans whose losses were counted in steps would tie.
+            motion = Motion(at_before, at, others_before, others)
+            return (turn - 1 + min(loss_of_target(index, motion, None, 2 * j), 1.0)) * step
+        if turn * step > least:
+            return np.inf
+        see_corners(index, rules.corner_index, at, own, pursuer_corners)
+        see_corners(index, rules.corner_index, others, own, evader_corners)
+        if turn == steps:
+            break
+        if rules.matching != FIXED and turn > 0:
+            assigned = _assign(rules, assigned, at, others, sight)
+        if rules.field == LOOKAHEAD_PURSUIT:
+            wished = lookahead_velocities(
+                rules.pursuer_region,
+                at,
+                others,
+                sight,
+                assigned,
+                rules.corners,
+                rules.ratio,
+                rules.pursuer_speed,
+            )
+        else:
+            wished = team_pursuit(
+                rules.field,
+                rules.weightings,
+                at,
+                others,
+                sight,
+                assigned,
+                rules.corners,
+                rules.ratio,
+                rules.pursuer_speed,
+                step,
+            )
+        if plan[0] == BY_THE_GAME or turn * step >= rollout.leg:
+            vx, vy = escape_velocity(
+                j,
+                at,
+                others,
+                visibility,
+                pursuer_corners,
+                evader_corners,
+                rules.corners,
+                rules.ratio,
+                rules.evader_speed,
+                rules.standoff,
+            )
+        else:
+            vx, vy = follow_plan(
+                plan[0],
+                plan[1],
+                plan[2],
+                others[2 * j],
+                others[2 * j + 1],
+                rules.evader_speed,
+                step,
+            )
+        at_before, others_before = at.copy(), others.copy()
+        for i in range(n):
+            x, y = at[2 * i], at[2 * i + 1]
+            dx, dy = step * wished[2 * i], step * wished[2 * i + 1]
+            dx, dy = slide(rules.pursuer_region, x, y, dx, dy)
+            at[2 * i], at[2 * i + 1] = x + dx, y + dy
+        for e in range(m):
+            x, y = others[2 * e], others[2 * e + 1]
+            ux, uy = (vx, vy) if e == j else (velocities[2 * e], velocities[2 * e + 1])
+            dx, dy = slide(rules.evader_region, x, y, step * ux, step * uy)
+            others[2 * e], others[2 * e + 1] = x + dx, y + dy
+    margin = least_threat(
+        j,
+        at,
+        others,
+        visibility,
+        pursuer_corners,
+        evader_corners,
+        rules.corners,
+        rules.ratio,
+    )
+    # A margin below zero is an escape that the horizon cuts off.
+    return rollout.horizon + math.exp(min(margin / (rules.evader_speed * rollout.horizon), 50.0))
+
+
+@compiled
+def _assign(
+    rules: GameRules,
+    assigned: np.ndarray,
+    pursuers: np.ndarray,
+    evaders: np.ndarray,
+    sight: np.ndarray,
+) -> np.ndarray:
+    """Each pursuer's evader by the rule that the evaders know, shape (n,)."""
+    n, m = len(rules.weightings), len(evaders) // 2
+    visible = sight[: n * m].reshape((n, m)) > 0.5
+    if rules.held and not is_broken(visible, assigned):
+        return assigned
+    risk = team_risk(rules.risk_kinds, evaders, sight, rules.corners)
+    greatest = rules.matching == GREATEST_RISK
+    targets = match_small(nearer_first(risk, pursuers, evaders, greatest), visible, greatest)
+    if rules.riskiest:
+        for i in range(n):
+            if targets[i] == UNASSIGNED:
+                most = -np.inf
+                for j in range(m):
+                    if visible[i, j] and risk[i, j] > most:
+                        targets[i], most = j, risk[i, j]
+    return targets
+
+
+@kernel
+def _away_from_viewer(rules: GameRules, j: int, pursuers: np.ndarray, evaders: np.ndarray) -> float:
+    """Heading away from the nearest pursuer that sees evader j [rad]; infinite if none does.
+
+    Straight runs are counted from it, so that they turn and mirror with the game.
+    """
+    nearest, forward = np.inf, np.inf
+    x, y = evaders[2 * j], evaders[2 * j + 1]
+    for i in range(len(pursuers) // 2):
+        dx, dy = x - pursuers[2 * i], y - pursuers[2 * i + 1]
+        distance = dx * dx + dy * dy
+        if distance < nearest and segment_is_clear(
+            rules.world, pursuers[2 * i], pursuers[2 * i + 1], x, y
+        ):
+            nearest, forward = distance, math.atan2(dy, dx)
+    return forward

@@ -1,0 +1,509 @@
+"""Robots keep off one another and off walls: closed forms, safe steps, and no special frame."""
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
+from sightfield.systems.numerics.geometry.edge_index import build_edge_index
+from sightfield.systems.numerics.geometry.grown_obstacles import shrink_world
+from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.tracking.collision_avoidance import (
+    avoid,
+    clear_parts,
+    half_gap_part,
+    still_waiting,
+    stop_at_robots,
+    stop_at_walls,
+)
+from sightfield.systems.numerics.tracking.mobile_agents import drive_step
+
+OPEN = [make_world([[-20, -20], [20, -20], [20, 20], [-20, 20]])]
+TOP_SPEED, PERIOD = 0.3, 0.05
+
+# Gaps are kept by a little more than nothing: a part of the radii's sum.
+NEARLY = 1e-5
+
+
+def flat(values):
+    return np.ravel(np.array(values, dtype=float))
+
+
+def parts_of(positions, steps, radii, others=(), other_radii=()):
+    return clear_parts(
+        flat(positions), flat(steps), flat(radii), flat(others), flat(other_radii)
+    ).tolist()
+
+
+def avoided(
+    regions, positions, velocities, radii, others=(), other_radii=(), period=PERIOD, waiting=None
+):
+    return avoid(
+        *build_edge_index(*regions),
+        flat(positions),
+        flat(velocities),
+        flat(radii),
+        flat(others),
+        flat(other_radii),
+        np.zeros(len(radii)) if waiting is None else flat(waiting),
+        TOP_SPEED,
+        period,
+    ).reshape(-1, 2)
+
+
+def least_distance(offset, change):
+    """Of two that move straight for a moment: from their offset, and by how much it changes."""
+    return shapely.LineString([offset, offset + change]).distance(shapely.Point(0, 0))
+
+
+def least_distances(positions, steps):
+    """Of all pairs, by (i, j)."""
+    p, d = positions.reshape(-1, 2), steps.reshape(-1, 2)
+    count = range(len(p))
+    return {(i, j): least_distance(p[i] - p[j], d[i] - d[j]) for i in count for j in range(i)}
+
+
+def free_spots(rng, regions, count, low=None, high=None):
+    """Random points where centres may be, in a box if one is given."""
+    free = shapely.union_all([region.polygon for region in regions])
+    low, high = (free.bounds[:2], free.bounds[2:]) if low is None else (low, high)
+    points = rng.uniform(low, high, (400, 2))
+    return points[shapely.contains_properly(free, shapely.points(points))][:count]
+
+
+class TestHalfOfAGap:
+    def test_two_that_drive_at_each_other_share_the_gap(self):
+        # 1 m apart, bodies of 0.15 and 0.25 m: 0.3 m each of the 0.8 m that they want.
+        parts = parts_of([[0, 0], [1, 0]], [[0.8, 0], [-0.8, 0]], [0.15, 0.25])
+        assert parts == pytest.approx([0.375, 0.375], rel=NEARLY)
+
+    def test_one_that_drives_at_a_stranger_uses_half_of_the_gap_whatever_the_stranger_does(self):
+        parts = parts_of([[0, 0]], [[0.8, 0]], [0.15], [[1, 0]], [0.25])
+        assert parts == pytest.approx([0.375], rel=NEARLY)
+
+    def test_only_what_leads_nearer_counts(self):
+        # Of a step at 60 degrees to the line between the two, half leads nearer.
+        step = [0.8 * math.cos(math.pi / 3), 0.8 * math.sin(math.pi / 3)]
+        assert parts_of([[0, 0], [1, 0]], [step, [0, 0]], [0.2, 0.2]) == (
+            pytest.approx([0.75, 1.0], rel=NEARLY)
+        )
+
+    def test_one_that_passes_beside_is_free(self):
+        assert parts_of([[0, 0], [0.41, 0]], [[0, 5], [0, -5]], [0.2, 0.2]) == [1.0, 1.0]
+
+    def test_one_that_leaves_is_free(self):
+        assert parts_of([[0, 0], [0.41, 0]], [[-5, 1], [5, 1]], [0.2, 0.2]) == [1.0, 1.0]
+
+    def test_robots_that_overlap_come_apart_and_no_nearer(self):
+        both_east = parts_of([[0, 0], [0.3, 0]], [[0.1, 0], [0.1, 0]], [0.2, 0.2])
+        assert both_east == [0.0, 1.0]
+
+    def test_two_on_one_spot_are_free(self):
+        assert parts_of([[1, 1], [1, 1]], [[0.3, 0], [0.1, 0.1]], [0.2, 0.2]) == [1.0, 1.0]
+
+    def test_points_without_bodies_are_free(self):
+        assert parts_of([[0, 0], [0.1, 0]], [[1, 0], [-1, 0]], [0.0, 0.0]) == [1.0, 1.0]
+        assert half_gap_part(0.0, 0.0, 1.0, 0.0, 0.1, 0.0, 0.0) == 1.0
+
+    def test_the_nearest_in_the_way_decides(self):
+        three = [[0, 0], [3, 0], [2, 0]]
+        parts = parts_of(three, [[4, 0], [0, 0], [0, 0]], [0.1, 0.1, 0.1], [[0, 1]], [0.1])
+        assert parts == pytest.approx([0.9 / 4, 1.0, 1.0], rel=NEARLY)
+
+
+class TestVelocities:
+    def test_a_robot_alone_keeps_its_velocity(self):
+        wished = [[0.12, -0.2]]
+        assert avoided(OPEN, [[1, 2]], wished, [0.2]) == pytest.approx(np.array(wished), abs=1e-12)
+
+    def test_robots_far_apart_keep_their_velocities(self):
+        wished = np.array([[0.3, 0.0], [-0.3, 0.0]])
+        kept = avoided(OPEN, [[0, 0], [9, 0]], wished, [0.2, 0.2], [[-9, 0]], [0.2])
+        assert kept == pytest.approx(wished, abs=1e-12)
+
+    def test_robots_without_bodies_pass_through_one_another(self):
+        wished = np.array([[0.3, 0.0], [-0.3, 0.0]])
+        assert avoided(OPEN, [[0, 0], [0.01, 0]], wished, [0, 0], [[0.005, 0]], [0]) == (
+            pytest.approx(wished, abs=1e-12)
+        )
+
+    @pytest.mark.parametrize("left", [True, False])
+    @pytest.mark.parametrize("teammate", [True, False])
+    def test_a_robot_turns_aside_to_the_nearer_side_and_keeps_most_of_its_speed(
+        self, left, teammate
+    ):
+        # The other stands ahead, a little to one side: the way past it on the other is shorter.
+        other = [0.4, 0.03 if left else -0.03]
+        if teammate:
+            velocities = avoided(OPEN, [[0, 0], other], [[0.3, 0], [0, 0]], [0.12, 0.12])
+        else:
+            velocities = avoided(OPEN, [[0, 0]], [[0.3, 0]], [0.12], [other], [0.12])
+        vx, vy = velocities[0]
+        assert vx > 0.0
+        assert (vy < 0.0) == left
+        assert abs(vy) > 0.05
+        assert math.hypot(vx, vy) > 0.8 * TOP_SPEED
+
+    def test_nobody_turns_for_one_that_is_not_in_the_way(self):
+        wished = [[0.3, 0.0]]
+        beside = avoided(OPEN, [[0, 0]], wished, [0.12], [[0.3, 0.25]], [0.12])
+        assert beside == pytest.approx(np.array(wished), abs=1e-12)
+
+    def test_a_robot_turns_to_the_side_without_a_wall(self):
+        # The nearer side past the other is the left, along which a wall runs.
+        world = make_world([[-5, -5], [5, -5], [5, 0.15], [-5, 0.15]])
+        other = [0.4, -0.03]
+        vx, vy = avoided(shrink_world(world, 0.12), [[0, 0]], [[0.3, 0]], [0.12], [other], [0.12])[
+            0
+        ]
+        assert vy < -0.05
+        assert vx > 0.0
+
+    @pytest.mark.parametrize("axis", [0, 1])
+    def test_a_standing_teammate_is_pushed_aside_by_one_that_wants_to_pass(self, axis):
+        # A lane in which there is no way round.
+        lane = np.array([[-2, -0.15], [2, -0.15], [2, 0.15], [-2, 0.15]])
+        positions = np.array([[0.0, 0.0], [0.26, 0.0]])
+        wished = np.array([[0.3, 0.0], [0.0, 0.0]])
+        if axis == 1:
+            lane, positions, wished = lane[:, ::-1], positions[:, ::-1], wished[:, ::-1]
+        velocities = avoided(shrink_world(make_world(lane), 0.12), positions, wished, [0.12, 0.12])
+        assert velocities[1, axis] > 0.1 * TOP_SPEED
+        assert velocities[0, axis] > 0.1 * TOP_SPEED
+
+    def test_a_standing_stranger_is_not_pushed_but_stops_one_that_comes(self):
+        lane = make_world([[-2, -0.15], [2, -0.15], [2, 0.15], [-2, 0.15]])
+        regions, at = shrink_world(lane, 0.12), np.array([[0.0, 0.0]])
+        for _ in range(200):
+            at += PERIOD * avoided(regions, at, [[0.3, 0.0]], [0.12], [[1.0, 0.0]], [0.12])
+        # It keeps a little room to turn.
+        assert 0.24 < math.dist(at[0], [1.0, 0.0]) < 1.1 * 0.24
+
+    def test_a_step_at_robots_is_also_clear_of_walls(self):
+        # Both are driven into the wall; they slide along it and share the gap between them.
+        world = make_world([[-2, 0], [2, 0], [2, 2], [-2, 2]])
+        positions = np.array([[-0.2, 0.121], [0.2, 0.121]])
+        wished = np.array([[0.2, -0.2], [-0.2, -0.2]])
+        after = positions + avoided(shrink_world(world, 0.12), positions, wished, [0.12, 0.12])
+        assert (after[:, 1] >= 0.12).all()
+
+
+@lru_cache
+def regions_of(seed, obstacles, radius):
+    """Where robots of a radius may be in a random world."""
+    return shrink_world(draw_arena(Arena(obstacles=obstacles, gap=0.2), seed), radius)
+
+
+class Crowd(NamedTuple):
+    """Robots of two teams, the first `size` of them of one, in some world."""
+
+    regions: tuple
+    spots: np.ndarray
+    wished: np.ndarray
+    radii: np.ndarray
+    waiting: np.ndarray
+    size: int
+
+
+@st.composite
+def crowds(draw):
+    """Two teams of robots, of any size, wishing anything, in a small part of some world."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    radius = draw(st.sampled_from([0.0, 0.05, 0.16]))
+    regions = regions_of(draw(st.integers(0, 3)), draw(st.sampled_from([0, 3, 6])), radius)
+    sizes = draw(st.integers(1, 5)), draw(st.integers(0, 3))
+    low = rng.uniform(0, 3, 2)
+    spots = free_spots(rng, regions, sum(sizes), low, low + draw(st.sampled_from([0.5, 1.5, 3.0])))
+    assume(len(spots) == sum(sizes))
+    radii = rng.uniform(0, 1, sum(sizes)) * draw(st.sampled_from([radius, 0.1, 0.3]))
+    speed = TOP_SPEED * draw(st.sampled_from([0.3, 1.0, 5.0]))
+    waiting = np.maximum(rng.uniform(-1.0, 4.0, sum(sizes)), 0.0)
+    return Crowd(regions, spots, speed * rng.normal(size=spots.shape), radii, waiting, sizes[0])
+
+
+def two_teams(crowd, period):
+    """What both teams do, each with the other as the others, shape (n, 2) [m/s]."""
+    regions, spots, wished, radii, waiting, size = crowd
+    velocities = np.empty_like(wished)
+    ours = np.arange(len(spots)) < size
+    for team in (ours, ~ours):
+        if team.any():
+            velocities[team] = avoided(
+                regions,
+                spots[team],
+                wished[team],
+                radii[team],
+                spots[~team],
+                radii[~team],
+                period,
+                waiting[team],
+            )
+    return velocities
+
+
+@given(crowd=crowds(), period=st.sampled_from([0.01, 0.05, 1.0]))
+def test_no_two_bodies_touch_and_no_centre_leaves_its_region_at_any_moment_of_a_step(crowd, period):
+    regions, spots, _, radii, _, _ = crowd
+    steps = period * two_teams(crowd, period)
+    for (i, j), distance in least_distances(spots, steps).items():
+        # Those that overlap at the start come no nearer.
+        begun = math.dist(spots[i], spots[j])
+        assert distance >= min(radii[i] + radii[j], begun) - 1e-12
+    free = shapely.union_all([region.polygon for region in regions]).buffer(1e-8)
+    paths = shapely.linestrings(np.stack([spots, spots + steps], axis=1))
+    assert shapely.covers(free, paths).all()
+
+
+@given(crowd=crowds())
+def test_nor_do_those_that_the_others_know_nothing_of(crowd):
+    # The others stand, which keeps the rule too.
+    regions, spots, wished, radii, waiting, size = crowd
+    ours = slice(size)
+    velocities = avoided(
+        regions,
+        spots[ours],
+        wished[ours],
+        radii[ours],
+        spots[size:],
+        radii[size:],
+        waiting=waiting[ours],
+    )
+    steps = np.concatenate([PERIOD * velocities, np.zeros((len(spots) - size, 2))])
+    for (i, j), distance in least_distances(spots, steps).items():
+        if j < size:
+            begun = math.dist(spots[i], spots[j])
+            assert distance >= min(radii[i] + radii[j], begun) - 1e-12
+
+
+@given(
+    crowd=crowds(),
+    angle=st.floats(-math.pi, math.pi),
+    mirrored=st.booleans(),
+    scale=st.sampled_from([0.3, 1.0, 1.7]),
+    shift=st.tuples(st.floats(-9, 9), st.floats(-9, 9)),
+    order=st.randoms(use_true_random=False),
+)
+def test_velocities_turn_mirror_move_rescale_and_renumber_with_the_game(
+    crowd, angle, mirrored, scale, shift, order
+):
+    regions, spots, wished, radii, waiting, size = crowd
+    c, s = math.cos(angle), math.sin(angle)
+    matrix = scale * np.array([[c, -s], [s, c]]) @ np.diag([1.0, -1.0 if mirrored else 1.0])
+    ours, others = list(range(size)), list(range(size, len(spots)))
+    order.shuffle(ours)
+    order.shuffle(others)
+
+    def carry(points):
+        return np.asarray(points) @ matrix.T + shift
+
+    carried = [make_world(*_carried_rings(region, carry)) for region in regions]
+    velocities = avoid(
+        *build_edge_index(*carried),
+        carry(spots[ours]).ravel(),
+        (wished[ours] @ matrix.T).ravel(),
+        scale * radii[ours],
+        carry(spots[others]).ravel(),
+        scale * radii[others],
+        waiting[ours],
+        scale * TOP_SPEED,
+        PERIOD,
+    ).reshape(-1, 2)
+    straight = avoided(
+        regions,
+        spots[:size],
+        wished[:size],
+        radii[:size],
+        spots[size:],
+        radii[size:],
+        waiting=waiting[:size],
+    )
+    assert velocities == pytest.approx(straight[ours] @ matrix.T, abs=1e-9)
+
+
+def _carried_rings(region, carry):
+    return carry(region.boundary), [carry(ring) for ring in region.obstacles]
+
+
+def go_to(regions, starts, goals, radii, seconds, others=(), other_radii=()):
+    """Tracks of a team whose robots go straight for their goals at top speed, (T, n, 2) [m]."""
+    track, goals = [np.array(starts, dtype=float)], np.array(goals, dtype=float)
+    waiting = np.zeros(len(starts))
+    for _ in range(round(seconds / PERIOD)):
+        way = goals - track[-1]
+        distance = np.hypot(way[:, 0], way[:, 1])[:, None]
+        wished = way / np.maximum(distance, 1e-12) * np.minimum(TOP_SPEED, distance / PERIOD)
+        before = track[max(0, len(track) - 2)].ravel()
+        waiting = still_waiting(waiting, before, track[-1].ravel(), wished.ravel(), PERIOD)
+        safe = avoided(regions, track[-1], wished, radii, others, other_radii, waiting=waiting)
+        track.append(track[-1] + PERIOD * safe)
+    return np.array(track)
+
+
+class TestGoingPast:
+    @pytest.mark.parametrize("offset", [0.0, 1e-3, 0.1])
+    def test_two_teammates_that_meet_head_on_in_the_open_pass(self, offset):
+        starts, goals = [[-1, 0], [1, offset]], [[1, 0], [-1, offset]]
+        track = go_to(OPEN, starts, goals, [0.16, 0.16], 10.0)
+        # Straight and alone they would need 6.7 s.
+        assert np.hypot(*(track[-1] - goals).T).max() < 0.01
+        assert np.hypot(*(track[:, 0] - track[:, 1]).T).min() > 0.32
+
+    def test_four_that_cross_in_the_middle_all_arrive(self):
+        angles = np.array([0.1, 1.5, 3.3, 4.9])
+        starts = np.column_stack([np.cos(angles), np.sin(angles)])
+        track = go_to(OPEN, starts, -starts, np.full(4, 0.16), 30.0)
+        assert np.hypot(*(track[-1] + starts).T).max() < 0.01
+
+    @pytest.mark.parametrize("offset", [0.0, 0.05])
+    @pytest.mark.parametrize("teammate", [True, False])
+    def test_one_that_stands_in_the_way_in_the_open_is_passed(self, offset, teammate):
+        standing, radius = [0.0, offset], 0.16
+        if teammate:
+            track = go_to(OPEN, [[-1, 0], standing], [[1, 0], standing], [radius] * 2, 10.0)
+        else:
+            track = go_to(OPEN, [[-1, 0]], [[1, 0]], [radius], 10.0, [standing], [radius])
+        assert np.hypot(*(track[-1, 0] - [1, 0])) < 0.01
+
+    def test_in_a_narrow_lane_one_that_stands_is_pushed_along(self):
+        lane = make_world([[-2, -0.25], [2, -0.25], [2, 0.25], [-2, 0.25]])
+        # It wants nothing, neither here nor there.
+        regions, at = shrink_world(lane, 0.16), np.array([[-1.0, 0.02], [0.0, -0.01]])
+        for _ in range(round(12.0 / PERIOD)):
+            at += PERIOD * avoided(regions, at, [[0.3, 0.0], [0.0, 0.0]], [0.16, 0.16])
+        # They touch at -0.3 m after 2.3 s, and go on together at a sixth of top speed or more.
+        assert at[0, 0] > 0.18
+        assert at[1, 0] > at[0, 0]
+        assert math.dist(*at) > 0.32
+
+
+class TestWaiting:
+    def waited(self, moved, wished=0.3, waiting=1.0):
+        """For how long one has waited that moved so far in the last period."""
+        positions, velocities = np.array([1.0 + moved, 2.0]), np.array([0.0, wished])
+        return still_waiting(
+            np.array([waiting]), np.array([1.0, 2.0]), positions, velocities, PERIOD
+        )[0]
+
+    def test_one_that_does_not_come_on_waits_longer(self):
+        assert self.waited(0.0) == pytest.approx(1.0 + PERIOD)
+
+    def test_one_that_comes_on_as_it_wishes_does_not_wait(self):
+        assert self.waited(0.3 * PERIOD) == 0.0
+
+    def test_one_that_wishes_for_nothing_does_not_wait(self):
+        assert self.waited(0.0, wished=0.0) == 0.0
+
+    def test_one_that_creeps_does_not_begin_to_wait_but_does_not_stop_either(self):
+        assert self.waited(0.3 * 0.3 * PERIOD) == 1.0
+        assert self.waited(0.3 * 0.3 * PERIOD, waiting=0.0) == 0.0
+
+    def test_who_has_waited_takes_turns_with_its_teammates(self):
+        # Head on in a lane; both have waited, and the gap is what they would keep.
+        lane = make_world([[-2, -0.15], [2, -0.15], [2, 0.15], [-2, 0.15]])
+        regions, positions = shrink_world(lane, 0.12), [[-0.125, 0.0], [0.125, 0.0]]
+        pushed = [
+            avoided(
+                regions,
+                positions,
+                [[0.3, 0.0], [-0.3, 0.0]],
+                [0.12, 0.12],
+                [[1.9, 0.0]],
+                [0.01],
+                waiting=[waited, waited],
+            )[:, 0].sum()
+            for waited in np.arange(0.05, 6.0, 0.1)
+        ]
+        # Now one drives the other back and now the other; before that, none.
+        assert pushed[0] == pytest.approx(0.0, abs=0.02)
+        assert max(pushed) > 0.1
+        assert min(pushed) < -0.1
+
+
+SPACING, HORIZON = 0.3, 0.4
+LIMITS = np.array([0.6, 3.0])
+
+
+def slowed(poses, commands, others=(), other_radii=(), radii=None):
+    poses = np.array(poses, dtype=float)
+    radii = np.full(len(poses), 0.5 * SPACING) if radii is None else flat(radii)
+    return stop_at_robots(
+        poses.ravel(),
+        flat(commands),
+        LIMITS,
+        PERIOD,
+        HORIZON,
+        radii,
+        flat(others),
+        flat(other_radii),
+    ).reshape(-1, 2)
+
+
+class TestUnicycles:
+    def test_two_that_drive_at_each_other_share_what_is_left(self):
+        poses = [[0.0, 0.0, 0.0], [0.38, 0.0, np.pi]]
+        # 0.08 m in 0.4 s, half each, along the mean heading of the step; turn rates stay.
+        speed = 0.1 / math.cos(0.5 * PERIOD)
+        assert slowed(poses, [[0.3, 1.0], [0.3, -1.0]]) == (
+            pytest.approx(np.array([[speed, 1.0], [speed, -1.0]]), rel=NEARLY)
+        )
+
+    def test_who_reverses_into_another_is_slowed_too(self):
+        poses = [[0.0, 0.0, np.pi], [0.38, 0.0, 0.0]]
+        assert slowed(poses, [[-0.3, 0.0], [0.3, 0.0]])[:, 0] == (
+            pytest.approx([-0.1, 0.3], rel=NEARLY)
+        )
+
+    def test_robots_of_other_teams_count_with_their_own_radii(self):
+        alone = slowed([[0, 0, 0]], [[0.3, 0.0]], [[0.38, 0.0]], [0.10])
+        assert alone[0, 0] == pytest.approx(0.5 * (0.38 - 0.25) / HORIZON, rel=NEARLY)
+
+    def test_robots_that_are_too_near_come_apart_and_no_nearer(self):
+        poses = [[0.0, 0.0, 0.0], [0.2, 0.0, 0.0]]
+        assert slowed(poses, [[0.3, 0.0], [0.3, 0.0]])[:, 0] == pytest.approx([0.0, 0.3])
+
+    def test_who_passes_beside_is_free(self):
+        poses = [[0.0, 0.0, np.pi / 2], [0.31, 0.0, -np.pi / 2]]
+        commands = np.array([[0.3, 0.0], [0.3, 0.0]])
+        assert slowed(poses, commands) == pytest.approx(commands)
+
+    def test_two_on_one_spot_are_free(self):
+        commands = [[0.3, 0.0], [0.2, 0.0]]
+        assert slowed(np.zeros((2, 3)), commands) == pytest.approx(np.array(commands))
+
+    @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 5), strangers=st.integers(0, 2))
+    def test_speeds_only_shrink_and_bodies_stay_apart_between_samples_too(
+        self, seed, count, strangers
+    ):
+        rng = np.random.default_rng(seed)
+        radii, other_radii = rng.uniform(0.0, 0.16, count), rng.uniform(0.0, 0.16, strangers)
+        # Apart at the start, in a row of neighbours 0.35 m from each other.
+        row = np.column_stack([0.35 * np.arange(8), rng.uniform(-0.02, 0.02, 8)])
+        rng.shuffle(row)
+        poses = np.column_stack([row[:count], rng.uniform(-np.pi, np.pi, count)])
+        others = row[count : count + strangers]
+        all_radii = np.concatenate([radii, other_radii])
+        for _ in range(20):
+            wished = rng.uniform(-1, 1, (count, 2)) * [1.2, 6.0]
+            safe = slowed(poses, wished, others, other_radii, radii)
+            assert (np.abs(safe[:, 0]) <= np.minimum(np.abs(wished[:, 0]), LIMITS[0]) + 1e-15).all()
+            assert safe[:, 1] == pytest.approx(np.clip(wished[:, 1], -LIMITS[1], LIMITS[1]))
+            after = drive_step(poses.ravel(), safe.ravel(), LIMITS, PERIOD).reshape(-1, 3)
+            spots = np.concatenate([poses[:, :2], others])
+            steps = np.concatenate([after[:, :2] - poses[:, :2], np.zeros((strangers, 2))])
+            for (i, j), distance in least_distances(spots, steps).items():
+                assert distance >= all_radii[i] + all_radii[j]
+            poses = after
+
+    def test_a_robot_stops_before_a_wall_and_may_turn(self):
+        world = make_world([[0, 0], [4, 0], [4, 4], [0, 4]])
+        index = build_edge_index(*shrink_world(world, 0.2))
+        poses = flat([[0.201, 2.0, np.pi], [2.0, 2.0, 0.0]])
+        safe = stop_at_walls(*index, poses, flat([[0.6, 1.0], [0.6, 1.0]]), LIMITS, PERIOD)
+        assert safe[0] == pytest.approx(0.001 / PERIOD, rel=0.01)
+        assert safe[1:].tolist() == [1.0, 0.6, 1.0]
