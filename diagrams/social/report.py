@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from matplotlib.figure import Figure
 
+from ...systems.numerics.vision.estimation.pictures import save_picture
 from ..visuals.replay import write_replay
 from ..world_picture import draw_world
 from .connectivity_picture import draw_connectivity
@@ -40,7 +41,7 @@ def write_report(run: SocialRun, summary: dict[str, object], folder: Path) -> li
     draw_search(run).savefig(folder / names[4], dpi=120)
     if run.readings:
         names.append("matches.png")
-        cv2.imwrite(str(folder / names[-1]), draw_matches(run)[:, :, ::-1])
+        save_picture(folder / names[-1], draw_matches(run))
     if run.scene is not None and run.scene.recording:
         write_replay(run.scene, folder / "replay.html", title="Sightfield: social search")
         names.append("replay.html")

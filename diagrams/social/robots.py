@@ -16,8 +16,8 @@ from ...systems.social.crowd_guard import CrowdGuard
 from ...systems.social.infrared_sensors import InfraredSensors
 from ...systems.social.route_pursuer import RoutePursuer
 from ...systems.social.wanderers import Wanderers
+from ...systems.tracking.collision_stop import CollisionStop
 from ...systems.tracking.differential_drive_team import DifferentialDriveTeam
-from ...systems.tracking.wall_stop import WallStop
 from .social_game import TOP_TURN_RATE, SocialGame
 
 # Gap that robots leave between each other [m].
@@ -100,7 +100,13 @@ def AddRobots(builder: DiagramBuilder, game: SocialGame) -> RobotPorts:
     guard = CrowdGuard(
         count=count, ring=ring, margin=ROBOT_GAP, period=period, top_turn_rate=TOP_TURN_RATE
     )
-    stop = WallStop(game.regions, count=count, period=period, **limits)
+    stop = CollisionStop(
+        game.regions,
+        count=count,
+        period=period,
+        top_speed=limits["top_speed"],
+        top_turn_rate=limits["top_turn_rate"],
+    )
     add("crowd_guard", guard)
     add("wall_stop", stop)
     connect(commands.get_output_port(), guard.GetInputPort("command"))

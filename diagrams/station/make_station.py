@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from ...systems.station.command_gate import RUNNING, CommandGate
-from ...systems.station.robot_spacing import RobotSpacing
+from ...systems.tracking.collision_stop import CollisionStop
 from ..tracking.game import TrackingGame, set_up_game
 from .hardware import AddDevices, Devices, Operator, OperatorPort, RunLog
 from .ports import COMMANDS, IMAGE, MODE, SENT, device_ports
@@ -16,6 +16,9 @@ from .scenario import StationScenario
 from .session import open_laboratory
 from .simulated import AddSimulatedLaboratory
 from .wiring import constant, join_teams
+
+# Longer than a command takes to have its effect: half of a gap is used up in no less [s].
+_HORIZON = 0.4
 
 
 def MakeStation(
@@ -72,10 +75,18 @@ def MakeStation(
         else:
             port = OperatorPort(operator, period=scenario.period)
             ports[MODE] = builder.AddNamedSystem("operator", port).GetOutputPort("mode")
-    spacing = RobotSpacing(scenario.size, spacing=scenario.spacing)
+    fleet = (scenario.tracking.pursuers, scenario.tracking.evaders)
+    spacing = CollisionStop(
+        count=scenario.size,
+        top_speed=max(team.top_speed for team in fleet),
+        top_turn_rate=max(team.top_turn_rate for team in fleet),
+        period=scenario.period,
+        horizon=max(_HORIZON, scenario.period),
+        radii=scenario.radii,
+    )
     builder.AddNamedSystem("spacing", spacing)
     builder.Connect(join_teams(builder, "poses", ports), spacing.GetInputPort("pose"))
-    builder.Connect(spacing.GetOutputPort("spaced_command"), gate.GetInputPort("command"))
+    builder.Connect(spacing.GetOutputPort("safe_command"), gate.GetInputPort("command"))
     builder.Connect(join_teams(builder, "valid", ports), gate.GetInputPort("valid"))
     builder.Connect(ports[MODE], gate.GetInputPort("mode"))
     builder.ExportInput(spacing.GetInputPort("command"), COMMANDS)

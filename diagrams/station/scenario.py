@@ -176,8 +176,6 @@ class StationScenario:
     tracking: TrackingScenario
     # Horizon [s].
     seconds: float = 15.0
-    # Least distance of robots' centres, 0 for none [m]. Tracking itself does not keep it.
-    spacing: float = 0.0
     # Time step of the simulated robots, a millisecond at least [s].
     time_step: float = 0.01
     mocap: Mocap = field(default_factory=Mocap)
@@ -191,7 +189,6 @@ class StationScenario:
         require_positive("seconds", self.seconds)
         require_positive("time_step", self.time_step)
         require(self.time_step >= 1e-3, "time_step", "be 0.001 at least", self.time_step)
-        require_non_negative("spacing", self.spacing)
         require(
             "you" not in self.tracking.evaders.policy_of_each,
             "tracking.evaders.policies",
@@ -220,6 +217,14 @@ class StationScenario:
     def size(self) -> int:
         """Number of robots."""
         return self.tracking.pursuers.size + self.tracking.evaders.size
+
+    @property
+    def radii(self) -> list[float]:
+        """Radii of the robots, which keep off one another by them [m]; 0 without bodies."""
+        tracking = self.tracking
+        return (tracking.pursuer_radii or [0.0] * tracking.pursuers.size) + (
+            tracking.evader_radii or [0.0] * tracking.evaders.size
+        )
 
     @property
     def bodies(self) -> list[str]:

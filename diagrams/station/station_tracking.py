@@ -7,11 +7,10 @@ from pydrake.systems.primitives import Multiplexer
 
 from ...systems.numerics.geometry.world import World
 from ...systems.station.pose_parts import PoseParts
-from ...systems.tracking.wall_sliding import WallSliding
 from ..tracking.game import TrackingGame
-from ..tracking.make_tracking import AddTracking, OwnAssignment
+from ..tracking.make_tracking import AddTracking, ConnectTeams, OwnAssignment
 from ..tracking.scenario import Team
-from ..tracking.team_ports import AddDrive, TeamPorts
+from ..tracking.team_ports import AddAvoidance, AddDrive, TeamPorts, inputs_of
 from .ports import COMMANDS
 
 
@@ -39,13 +38,15 @@ def AddStationTracking(
     """
     scenario = game.scenario
     teams = {
-        "pursuer": (scenario.pursuers, game.pursuer_regions),
-        "evader": (scenario.evaders, game.evader_regions),
+        "pursuer": (scenario.pursuers, game.pursuer_regions, scenario.evader_radii),
+        "evader": (scenario.evaders, game.evader_regions, scenario.pursuer_radii),
     }
     ports, commands = [], []
-    for name, (team, regions) in teams.items():
+    for name, (team, regions, other_radii) in teams.items():
         pose = station.GetOutputPort(f"{name}.poses")
-        team_ports, command = _add_team(builder, name, team, regions, scenario.period, pose)
+        team_ports, command = _add_team(
+            builder, name, team, regions, scenario.period, other_radii, pose
+        )
         ports.append(team_ports)
         commands.append(command)
     joined = Multiplexer([command.size() for command in commands])
@@ -54,6 +55,7 @@ def AddStationTracking(
         builder.Connect(command, joined.get_input_port(k))
     builder.Connect(joined.get_output_port(), station.GetInputPort(COMMANDS))
     pursuing, evading = ports
+    ConnectTeams(builder, pursuing, evading)
     teams = pursuing, evading
     return AddTracking(builder, game, assignment=assignment, evasion=evasion, teams=teams)
 
@@ -64,16 +66,18 @@ def _add_team(
     team: Team,
     regions: Sequence[World],
     period: float,
+    other_radii: Sequence[float] | None,
     pose: OutputPort,
 ) -> tuple[TeamPorts, OutputPort]:
     """Add what stands between a strategy and the station's differential drives."""
     count = team.size
     parts = builder.AddNamedSystem(f"{name}_parts", PoseParts(count))
-    walls = WallSliding(regions, count=count, period=period)
-    builder.AddNamedSystem(f"{name}_wall_sliding", walls)
+    avoidance = AddAvoidance(builder, name, team, regions, period, other_radii)
     builder.Connect(pose, parts.get_input_port())
     position, direction = parts.GetOutputPort("position"), parts.GetOutputPort("direction")
-    builder.Connect(position, walls.GetInputPort("position"))
-    safe = walls.GetOutputPort("safe_velocity")
-    command = AddDrive(builder, name, team, regions, period, velocity=safe, pose=pose)
-    return TeamPorts(walls.GetInputPort("velocity"), position, direction), command
+    builder.Connect(position, avoidance.GetInputPort("position"))
+    safe = avoidance.GetOutputPort("safe_velocity")
+    stop = AddDrive(builder, name, team, regions, period, other_radii, velocity=safe, pose=pose)
+    others = inputs_of(avoidance) + inputs_of(stop)
+    ports = TeamPorts(avoidance.GetInputPort("velocity"), position, direction, others)
+    return ports, stop.GetOutputPort("safe_command")

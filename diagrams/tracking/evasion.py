@@ -7,6 +7,7 @@ from pydrake.systems.primitives import MatrixGain
 
 from ...systems.numerics.errors import InvalidInput
 from ...systems.tracking.adversarial_evaders import AdversarialEvaders
+from ...systems.tracking.best_response_evaders import BestResponseEvaders
 from ...systems.tracking.random_walk_evaders import RandomWalkEvaders
 from ...systems.tracking.velocity_selector import VelocitySelector
 from ...systems.tracking.waypoint_evaders import WaypointEvaders
@@ -70,6 +71,23 @@ def _add_policy(
             top_speed=evaders.top_speed,
             turn_period=evaders.turn_period,
             seed=scenario.seed,
+        )
+    elif policy == "best_response":
+        system = BestResponseEvaders(
+            game.world,
+            game.pursuer_regions,
+            game.evader_regions,
+            pursuers=scenario.pursuers.size,
+            evaders=evaders.size,
+            pursuer_speed=scenario.pursuers.top_speed,
+            evader_speed=evaders.top_speed,
+            pursuit=scenario.pursuers.field,
+            risk_vectors=scenario.pursuers.risk_vectors,
+            assignment=scenario.pursuers.assignment,
+            hold=scenario.pursuers.hold,
+            extra=scenario.pursuers.extra,
+            risk_functions=scenario.pursuers.risk_functions,
+            radius=evaders.radius,
         )
     else:
         system = AdversarialEvaders(

@@ -36,6 +36,12 @@ class TrackingGame:
     pursuer_starts: np.ndarray
     evader_starts: np.ndarray
 
+    @property
+    def radii(self) -> np.ndarray:
+        """Radii of all robots, pursuers first, shape (Np + Ne,) [m]."""
+        pursuers, evaders = self.scenario.pursuers, self.scenario.evaders
+        return np.repeat([pursuers.radius, evaders.radius], [pursuers.size, evaders.size])
+
 
 def set_up_game(scenario: TrackingScenario, world: World | None = None) -> TrackingGame:
     """Load a scenario's world and place its teams.
@@ -55,7 +61,8 @@ def set_up_game(scenario: TrackingScenario, world: World | None = None) -> Track
     pursuers = _checked(scenario.pursuers, "pursuers", pursuers, world, pursuer_regions)
     evaders = _checked(scenario.evaders, "evaders", evaders, world, evader_regions)
     _require_distinct(scenario, pursuers, evaders)
-    seen = sight_matrix(build_edge_index(world), pursuers.ravel(), evaders.ravel())
+    radii = np.array(scenario.blocking_radii) if scenario.bodies_block_sight else None
+    seen = sight_matrix(build_edge_index(world), pursuers.ravel(), evaders.ravel(), radii)
     for j in np.flatnonzero(~seen.reshape(len(pursuers), -1).any(axis=0)):
         raise InvalidInput(
             f"`evaders.positions.{j}` must be in sight of a pursuer; got {_show(evaders[j])}"
@@ -150,16 +157,26 @@ def _off_the_walls(positions: np.ndarray, regions: tuple[World, ...]) -> np.ndar
 def _require_distinct(
     scenario: TrackingScenario, pursuers: np.ndarray, evaders: np.ndarray
 ) -> None:
-    """No two robots on one spot, but for pursuers that are alternatives to each other."""
+    """No two robots on one spot, but for pursuers that are alternatives; no two that touch."""
     names = [f"pursuers.positions.{i}" for i in range(len(pursuers))]
     names += [f"evaders.positions.{j}" for j in range(len(evaders))]
     points = np.concatenate([pursuers, evaders])
+    radii = np.repeat(
+        [scenario.pursuers.radius, scenario.evaders.radius], [len(pursuers), len(evaders)]
+    )
     for i in range(len(points)):
         for j in range(i):
             alternatives = scenario.pursuers.alternatives and max(i, j) < len(pursuers)
-            if not alternatives and np.hypot(*(points[i] - points[j])) <= 1e-9:
+            distance = np.hypot(*(points[i] - points[j]))
+            if not alternatives and distance <= 1e-9:
                 raise InvalidInput(
                     f"`{names[i]}` must not be the spot of {names[j]}; got {_show(points[i])}"
+                )
+            contact = radii[i] + radii[j]
+            if scenario.has_bodies and distance <= contact:
+                raise InvalidInput(
+                    f"`{names[i]}` must be {contact:.4g} m from {names[j]}, so that the robots do "
+                    f"not touch; got {distance:.4g} m"
                 )
 
 

@@ -1,11 +1,12 @@
 """The tracking diagram: agents, line of sight, assignment, pursuit field, walls, and back."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
-from pydrake.systems.primitives import Demultiplexer
+from pydrake.systems.primitives import Demultiplexer, LinearSystem
 
 from ...systems.numerics.errors import require, require_one_of
 from ...systems.numerics.geometry.edge_index import build_edge_index
@@ -17,11 +18,12 @@ from ...systems.numerics.tracking.field_sampling import sample_field
 from ...systems.numerics.tracking.risk import RISK_VECTORS
 from ...systems.tracking.assignment import Assignment, codes_of
 from ...systems.tracking.line_of_sight import LineOfSight
+from ...systems.tracking.lookahead_pursuit import LookaheadPursuit
 from ...systems.tracking.pursuit_field_controller import PursuitFieldController
 from ...systems.tracking.sight_loss_monitor import SightLossMonitor
 from .evasion import AddEvasion
 from .game import TrackingGame, set_up_game
-from .scenario import TrackingScenario
+from .scenario import LOOKAHEAD, TrackingScenario
 from .scene import TrackingScene, View
 from .team_ports import AddTeam, TeamPorts
 
@@ -40,6 +42,7 @@ def MakeTracking(
     meshcat: Meshcat | None = None,
     *,
     assignment: OwnAssignment | None = None,
+    pursuit: System | None = None,
     evasion: System | None = None,
     publish_period: float | None = None,
     recording: bool = False,
@@ -56,7 +59,7 @@ def MakeTracking(
     Args:
         scenario: What is played, or a game already set up.
         meshcat: Where to draw it; None draws nothing.
-        assignment, evasion: Of your own, see `AddTracking`.
+        assignment, pursuit, evasion: Of your own, see `AddTracking`.
         publish_period: Time between pictures [s]; None for the multiple of the scenario's period
             that is nearest to 1/32 s. At such times the teams are where their samples say; between
             them a discrete team is already where it will be at the next.
@@ -68,7 +71,9 @@ def MakeTracking(
     """
     game = set_up_game(scenario) if isinstance(scenario, TrackingScenario) else scenario
     builder = DiagramBuilder()
-    outputs = AddTracking(builder, game, meshcat, assignment=assignment, evasion=evasion)
+    outputs = AddTracking(
+        builder, game, meshcat, assignment=assignment, pursuit=pursuit, evasion=evasion
+    )
     if meshcat is not None:
         if publish_period is None:
             period = game.scenario.period
@@ -80,6 +85,7 @@ def MakeTracking(
             pursuers=game.scenario.pursuers.size,
             evaders=game.scenario.evaders.size,
             robot_radius=max(game.scenario.pursuers.radius, SMALLEST_BODY),
+            evader_radius=game.scenario.evaders.radius,
             publish_period=publish_period,
             visibility_polygon=_view_from(game),
             pursuit_field=_field_of(game),
@@ -103,6 +109,7 @@ def AddTracking(
     meshcat: Meshcat | None = None,
     *,
     assignment: OwnAssignment | None = None,
+    pursuit: System | None = None,
     evasion: System | None = None,
     teams: tuple[TeamPorts, TeamPorts] | None = None,
 ) -> dict[str, OutputPort]:
@@ -110,8 +117,8 @@ def AddTracking(
 
     A system of your own is wired by the names of its input ports, which may be
     `pursuer_position` (2 Np) [m], `evader_position` (2 Ne) [m] and `sight`, as `LineOfSight`
-    gives it; an evasion may have `assignment` (Np) too, and `velocity` (2 Np) [m/s], the
-    pursuers' as desired.
+    gives it; a pursuit may have `assignment` (Np) too, and an evasion also `velocity` (2 Np)
+    [m/s], the pursuers' as desired.
 
     Args:
         builder: Of the diagram.
@@ -119,6 +126,8 @@ def AddTracking(
         meshcat: The page on which you drive the evader whose policy is "you".
         assignment: Instead of the scenario's rule: a name in `RULES`, a function of a TeamView, or
             a system with the output port `assignment` (Np), the evader of each pursuer or -1.
+        pursuit: Instead of the scenario's field: a system with the output port `velocity` (2 Np),
+            the velocities that the pursuers wish for [m/s].
         evasion: Instead of the scenario's policies: a system with the output port `velocity`
             (2 Ne), the velocities that the evaders wish for [m/s].
         teams: Pursuers and evaders that are in the diagram already, as those of a station are,
@@ -132,10 +141,7 @@ def AddTracking(
     scenario, world, period = game.scenario, game.world, game.scenario.period
     pursuers, evaders = scenario.pursuers, scenario.evaders
     sizes = {"pursuers": pursuers.size, "evaders": evaders.size}
-    pursuing, evading = teams or (
-        AddTeam(builder, "pursuer", pursuers, game.pursuer_starts, game.pursuer_regions, period),
-        AddTeam(builder, "evader", evaders, game.evader_starts, game.evader_regions, period),
-    )
+    pursuing, evading = teams or AddTeams(builder, game)
     senses = {"pursuer_position": pursuing.position, "evader_position": evading.position}
 
     def add(name, system):
@@ -150,7 +156,9 @@ def AddTracking(
             senses.setdefault(output.get_name(), output)
         return system
 
-    sight = add("line_of_sight", LineOfSight(world, **sizes)).GetOutputPort("sight")
+    blocking = scenario.blocking_radii
+    line_of_sight = LineOfSight(world, **sizes, body_radii=blocking)
+    sight = add("line_of_sight", line_of_sight).GetOutputPort("sight")
     # The block that says who sees whom, for whoever watches.
     whom = pursuers.size * evaders.size
     blocks = Demultiplexer([whom, sight.size() - whom] if sight.size() > whom else [whom])
@@ -161,6 +169,8 @@ def AddTracking(
             world,
             **sizes,
             rule=assignment or pursuers.assignment,
+            hold=pursuers.hold,
+            period=period,
             risk_functions=pursuers.risk_functions,
             extra=pursuers.extra,
             seed=scenario.seed,
@@ -169,20 +179,16 @@ def AddTracking(
     has_assignment = assignment.HasOutputPort("assignment")
     require(has_assignment, "assignment", "have an output port assignment", "none")
     add("assignment", assignment)
-    pursuit = add(
-        "pursuit_field",
-        PursuitFieldController(
-            world,
-            **sizes,
-            top_speed=pursuers.top_speed,
-            speed_ratio=scenario.speed_ratio,
-            field=pursuers.field,
-            risk_vectors=pursuers.risk_vectors,
-            period=period,
-        ),
+    if pursuit is None:
+        pursuit = _pursuit_of(game)
+    has_velocity = pursuit.HasOutputPort("velocity")
+    require(has_velocity, "pursuit", "have an output port velocity", "none")
+    add("pursuit", pursuit)
+    monitor = add(
+        "sight_loss", SightLossMonitor(world, **sizes, period=period, body_radii=blocking)
     )
-    monitor = add("sight_loss", SightLossMonitor(world, **sizes, period=period))
-    pursuer_velocity = pursuit.GetOutputPort("velocity")
+    wished = pursuit.GetOutputPort("velocity")
+    pursuer_velocity = AddSmoothing(builder, wished, pursuers.smoothing, period)
     if evasion is None:
         evader_velocity = AddEvasion(builder, game, senses, meshcat)
     else:
@@ -204,6 +210,100 @@ def AddTracking(
     }
 
 
+def _pursuit_of(game: TrackingGame) -> System:
+    """The scenario's own pursuit."""
+    scenario, pursuers = game.scenario, game.scenario.pursuers
+    if pursuers.field == LOOKAHEAD:
+        return LookaheadPursuit(
+            game.world,
+            game.pursuer_regions,
+            pursuers=pursuers.size,
+            evaders=scenario.evaders.size,
+            top_speed=pursuers.top_speed,
+            speed_ratio=scenario.speed_ratio,
+        )
+    return PursuitFieldController(
+        game.world,
+        pursuers=pursuers.size,
+        evaders=scenario.evaders.size,
+        top_speed=pursuers.top_speed,
+        speed_ratio=scenario.speed_ratio,
+        field=pursuers.field,
+        risk_vectors=pursuers.risk_vectors,
+        period=scenario.period,
+    )
+
+
+def AddSmoothing(
+    builder: DiagramBuilder, velocity: OutputPort, time_constant: float, period: float
+) -> OutputPort:
+    """Add the exponential mean y[n] = (1 - k) y[n-1] + k u[n], k = 1 - exp(-period / T).
+
+    Args:
+        builder: Of the diagram.
+        velocity: The input u.
+        time_constant: T [s]; 0 adds nothing.
+        period: [s].
+
+    Returns:
+        The mean y, from zero at the start; the input itself where T is 0.
+    """
+    if time_constant == 0:
+        return velocity
+    k = 1.0 - math.exp(-period / time_constant)
+    keep, take = (1.0 - k) * np.eye(velocity.size()), k * np.eye(velocity.size())
+    # The stubs lag behind NumPy's.
+    mean = LinearSystem(A=keep, B=take, C=keep, D=take, time_period=period)  # type: ignore[arg-type]
+    builder.AddNamedSystem("smoothing", mean)
+    builder.Connect(velocity, mean.get_input_port())
+    return mean.get_output_port()
+
+
+def AddTeams(builder: DiagramBuilder, game: TrackingGame) -> tuple[TeamPorts, TeamPorts]:
+    """Add both teams of a game, which keep off one another if they have bodies.
+
+    Args:
+        builder: Of the diagram.
+        game: Whose teams.
+
+    Returns:
+        Pursuers and evaders.
+    """
+    scenario, period = game.scenario, game.scenario.period
+    pursuing = AddTeam(
+        builder,
+        "pursuer",
+        scenario.pursuers,
+        game.pursuer_starts,
+        game.pursuer_regions,
+        period,
+        scenario.evader_radii,
+    )
+    evading = AddTeam(
+        builder,
+        "evader",
+        scenario.evaders,
+        game.evader_starts,
+        game.evader_regions,
+        period,
+        scenario.pursuer_radii,
+    )
+    ConnectTeams(builder, pursuing, evading)
+    return pursuing, evading
+
+
+def ConnectTeams(builder: DiagramBuilder, first: TeamPorts, second: TeamPorts) -> None:
+    """Let two teams know where the other's robots are.
+
+    Args:
+        builder: Of the diagram.
+        first, second: With others to keep off, or without.
+    """
+    for team, other in ((first, second), (second, first)):
+        for port in team.others:
+            builder.Connect(other.position, port)
+
+
 def _view_from(game: TrackingGame) -> Callable[[np.ndarray], np.ndarray]:
     index = build_edge_index(game.world)
     return lambda point: visibility_polygon(index, point)
@@ -213,7 +313,8 @@ def _field_of(game: TrackingGame) -> Callable[..., np.ndarray]:
     """The pursuit field of the evader that a pursuer is assigned to, for the scene."""
     index, corners = build_edge_index(game.world), corner_table(game.world)
     pursuers, ratio = game.scenario.pursuers, game.scenario.speed_ratio
-    field = FIELDS[pursuers.field]
+    # Lookahead has no field of its own: what it looks at are the margins.
+    field = FIELDS.get(pursuers.field, FIELDS["margin"])
     weightings = codes_of("risk_vectors", pursuers.risk_vectors, RISK_VECTORS, pursuers.size)
 
     def directions(pursuer, points, evaders, assignment):

@@ -59,6 +59,7 @@ def run_tracking(
     meshcat: Meshcat | None = None,
     *,
     assignment: OwnAssignment | None = None,
+    pursuit: System | None = None,
     evasion: System | None = None,
     recording: bool = False,
     live: bool = False,
@@ -70,7 +71,7 @@ def run_tracking(
     Args:
         game: What is played.
         meshcat: Where to draw it.
-        assignment, evasion: Of your own, see `AddTracking`.
+        assignment, pursuit, evasion: Of your own, see `AddTracking`.
         recording: Record the pictures for a replay.
         live: Obey the page's controls (pause, stop, speed, whose view).
         realtime_rate: Simulated seconds per second, 0 for as fast as possible.
@@ -85,7 +86,13 @@ def run_tracking(
         add_controls(meshcat, pursuers=scenario.pursuers.size, realtime_rate=realtime_rate)
     view = (lambda: read_view(meshcat)) if live and meshcat is not None else View
     tracking = MakeTracking(
-        game, meshcat, assignment=assignment, evasion=evasion, recording=recording, view=view
+        game,
+        meshcat,
+        assignment=assignment,
+        pursuit=pursuit,
+        evasion=evasion,
+        recording=recording,
+        view=view,
     )
     builder.AddSystem(tracking)
     sinks = {

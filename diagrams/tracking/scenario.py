@@ -13,6 +13,7 @@ from ...systems.numerics.errors import (
     require_one_of,
     require_positive,
 )
+from ...systems.numerics.tracking.assignment.holding import HOLDS
 from ...systems.numerics.tracking.assignment.kemeny import MOST_EVADERS
 from ...systems.numerics.tracking.assignment.rules import RULES
 from ...systems.numerics.tracking.assignment.team_view import EXTRA_PURSUERS
@@ -21,8 +22,14 @@ from ...systems.numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS
 from ..scenario_files import NO_OTHER_KEYS
 from ..world_source import WorldSource
 
+# The field that is none: pursuers try their steps instead.
+LOOKAHEAD = "lookahead"
+
+# By this much of its radius a robot keeps off others than it is round: wheels slip on a floor.
+CLEARANCE = 0.05
+
 MODELS = ("point", "differential_drive")
-POLICIES = ("adversarial", "waypoints", "random_walk", "you")
+POLICIES = ("adversarial", "best_response", "waypoints", "random_walk", "you")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,6 +102,10 @@ class Pursuers(Team):
 
     # Who tracks whom: a name in RULES.
     assignment: str = "hungarian"
+    # When the team changes its mind: "none" asks the rule at every step, "until_lost" when a
+    # pursuer has lost its evader or could be spared for one that nobody has, "cost" also when it
+    # pays.
+    hold: str = "until_lost"
     # What pursuers beyond a matching do: "stay" or "riskiest".
     extra: str = "stay"
     # How far pursuers hear what others see; .inf: a centre knows all [m].
@@ -103,17 +114,23 @@ class Pursuers(Team):
     risk_functions: list[str] = field(default_factory=lambda: ["total"])
     # Risk vectors for the pursuit field, one for all or one each (2.2).
     risk_vectors: list[str] = field(default_factory=lambda: ["proportional"])
-    # Pursuit field of a corner: "margin", "table" or "table_up".
+    # How pursuers run: by the pursuit field of the corners, "margin", "table" or "table_up", or by
+    # a look at what each step would bring, "lookahead".
     field: str = "margin"
+    # Time constant of the mean that pursuers take of their desired velocities, 0 for none [s]. On
+    # the rim of a star region a field asks for to and fro in turns; the mean of that is steady.
+    smoothing: float = 0.4
     # Allow several pursuers on one spot: alternatives that run side by side, as in Figure 2.6.
     alternatives: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
         require_one_of("assignment", self.assignment, RULES)
+        require_one_of("hold", self.hold, HOLDS)
         require_one_of("extra", self.extra, EXTRA_PURSUERS)
         require(self.radio_range >= 0, "radio_range", "be zero or positive", self.radio_range)
-        require_one_of("field", self.field, FIELDS)
+        require_one_of("field", self.field, (*FIELDS, LOOKAHEAD))
+        require_non_negative("smoothing", self.smoothing)
         for name, chosen, known in (
             ("risk_functions", self.risk_functions, RISK_FUNCTIONS),
             ("risk_vectors", self.risk_vectors, RISK_VECTORS),
@@ -131,7 +148,8 @@ class Evaders(Team):
         InvalidInput: A value is out of its range.
     """
 
-    # One policy for all or one each: "adversarial", "waypoints", "random_walk" or "you".
+    # One policy for all or one each: "adversarial", "best_response" (knows the pursuers' rule and
+    # tries its plans against it), "waypoints", "random_walk" or "you".
     policies: list[str] = field(default_factory=lambda: ["adversarial"])
     # Waypoints of each evader, [[x, y], ...] each [m]; only those with that policy use them.
     waypoints: list[list[list[float]]] = field(default_factory=list)
@@ -196,6 +214,11 @@ class TrackingScenario:
     seconds: float = 60.0
     # Control period and time step [s].
     period: float = 0.05
+    # Whether robots keep off one another by their radii; without, they are points in all but
+    # their distance from walls, and pass through each other.
+    bodies: bool = True
+    # Whether a robot hides what is behind it; without, robots look over one another.
+    bodies_block_sight: bool = False
     # Of everything random: starts, lots, walks.
     seed: int = 0
 
@@ -216,6 +239,18 @@ class TrackingScenario:
             self.evaders.top_speed,
         )
         require(
+            not (self.pursuers.alternatives and self.has_bodies),
+            "bodies",
+            "be false where pursuers are alternatives on one spot",
+            self.bodies,
+        )
+        require(
+            self.has_bodies or not self.bodies_block_sight,
+            "bodies_block_sight",
+            "be false where robots have no bodies",
+            self.bodies_block_sight,
+        )
+        require(
             not self.pursuers.assignment.startswith("kemeny") or self.evaders.size <= MOST_EVADERS,
             "evaders",
             f"be at most {MOST_EVADERS} for {self.pursuers.assignment}",
@@ -223,6 +258,34 @@ class TrackingScenario:
         )
 
     @property
+    def pursuer_radii(self) -> list[float] | None:
+        """Radii at which pursuers and others keep off each other [m]; None without bodies."""
+        return _kept_off(self.pursuers) if self.has_bodies else None
+
+    @property
+    def evader_radii(self) -> list[float] | None:
+        """Radii at which evaders and others keep off each other [m]; None without bodies."""
+        return _kept_off(self.evaders) if self.has_bodies else None
+
+    @property
+    def blocking_radii(self) -> list[float]:
+        """Radii of the bodies that block sight, pursuers first [m]; empty where none does."""
+        if not self.bodies_block_sight:
+            return []
+        pursuers, evaders = self.pursuers, self.evaders
+        return [pursuers.radius] * pursuers.size + [evaders.radius] * evaders.size
+
+    @property
+    def has_bodies(self) -> bool:
+        """Whether two robots can touch: points of radius zero cannot."""
+        return self.bodies and self.pursuers.radius + self.evaders.radius > 0
+
+    @property
     def speed_ratio(self) -> float:
         """The ratio a = v_e / v_p."""
         return self.evaders.top_speed / self.pursuers.top_speed
+
+
+def _kept_off(team: Team) -> list[float]:
+    """Radii of a team with their clearance [m]."""
+    return [(1.0 + CLEARANCE) * team.radius] * team.size

@@ -4,6 +4,7 @@ import numpy as np
 
 from ...systems.numerics.geometry.clearance import clearances
 from ...systems.numerics.geometry.edge_index import build_edge_index
+from ...systems.numerics.tracking.body_gaps import count_contacts, gaps_between_samples, pair_gaps
 from .run import TrackingRun
 
 # Units of the arrays in the log; "1" for numbers without one.
@@ -15,6 +16,7 @@ UNITS = {
     "assignment": "1",
     "pursuer_velocity": "m/s",
     "evader_velocity": "m/s",
+    "body_gap": "m",
 }
 
 
@@ -30,12 +32,19 @@ def summarise(run: TrackingRun, scenario: str) -> dict[str, object]:
         tracking_time (until some evader is seen by nobody; the end of the run if never) [s],
         censored (whether the run ended first), lost_evader (number or None), assignment_changes
         (a pursuer's change of evader from one sample to the next), min_clearance (least distance
-        of a robot's centre from a true obstacle) [m], robot_radius (of the pursuers) [m],
+        of a robot's centre from a true obstacle) [m], min_body_gap (least gap of two bodies, at
+        samples and between them, negative where they overlap; None with a single robot) [m],
+        contacts (how often two bodies came to overlap), bodies (whether robots keep off one
+        another), robot_radius (of the pursuers), evader_radius [m], commands_reversed (a
+        pursuer's desired velocity turned by more than a right angle from one sample to the next),
         wall_time [s], realtime_factor.
     """
     game, log = run.game, run.log
     centres = np.concatenate([log["pursuer_position"], log["evader_position"]], axis=1)
     gaps = clearances(build_edge_index(game.world), centres.reshape(-1, 2))
+    bodies = gaps_between_samples(centres, game.radii)
+    wishes = log["pursuer_velocity"]
+    reversals = (np.einsum("tik,tik->ti", wishes[1:], wishes[:-1]) < 0).sum()
     return {
         "scenario": scenario,
         "seed": game.scenario.seed,
@@ -47,7 +56,11 @@ def summarise(run: TrackingRun, scenario: str) -> dict[str, object]:
         "censored": run.lost_evader is None,
         "lost_evader": run.lost_evader,
         "assignment_changes": int((np.diff(log["assignment"], axis=0) != 0).sum()),
+        "commands_reversed": int(reversals),
         "min_clearance": float(gaps.min()),
+        "min_body_gap": float(bodies.min()) if bodies.size else None,
+        "contacts": count_contacts(bodies),
+        "bodies": game.scenario.has_bodies,
         "robot_radius": game.scenario.pursuers.radius,
         "evader_radius": game.scenario.evaders.radius,
         "wall_time": run.wall_time,
@@ -57,4 +70,6 @@ def summarise(run: TrackingRun, scenario: str) -> dict[str, object]:
 
 def log_arrays(run: TrackingRun) -> dict[str, np.ndarray]:
     """The run's samples by the names in UNITS, time first along every array's first axis."""
-    return {"time": run.times, **run.log}
+    centres = np.concatenate([run.log["pursuer_position"], run.log["evader_position"]], axis=1)
+    gaps = pair_gaps(centres, run.game.radii).min(axis=1, initial=np.inf)
+    return {"time": run.times, **run.log, "body_gap": gaps}

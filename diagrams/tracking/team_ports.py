@@ -1,19 +1,19 @@
-"""A team of robots behind walls, with the same ports whatever its robots are."""
+"""A team of robots that touch nobody and no wall, with the same ports whatever its robots are."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort, System
 
 from ...systems.numerics.geometry.world import World
 from ...systems.tracking.agent_team import AgentTeam
+from ...systems.tracking.collision_avoidance import CollisionAvoidance
+from ...systems.tracking.collision_stop import CollisionStop
 from ...systems.tracking.differential_drive_team import DifferentialDriveTeam
 from ...systems.tracking.heading_controller import HeadingController
-from ...systems.tracking.wall_sliding import WallSliding
-from ...systems.tracking.wall_stop import WallStop
-from .scenario import Team
+from .scenario import CLEARANCE, Team
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,11 +24,14 @@ class TeamPorts:
         velocity: Input, desired velocities, size 2 N [m/s].
         position: Output, positions, size 2 N [m].
         direction: Output, vectors along the headings, size 2 N; zero for a point at rest.
+        others: Inputs, positions of the robots of other teams, size 2 M each [m]; none where
+            there are none to keep off.
     """
 
     velocity: InputPort
     position: OutputPort
     direction: OutputPort
+    others: tuple[InputPort, ...] = ()
 
 
 def AddTeam(
@@ -38,6 +41,7 @@ def AddTeam(
     starts: ArrayLike,
     regions: Sequence[World],
     period: float,
+    other_radii: Sequence[float] | None = None,
 ) -> TeamPorts:
     """Add a team that stays in its regions, and what drives it, to a diagram.
 
@@ -48,32 +52,75 @@ def AddTeam(
         starts: Poses, shape (N, 3) [m], [m], [rad].
         regions: Where centres may be.
         period: Time step [s].
+        other_radii: Of the robots of other teams to keep off, shape (M,) [m]; None where robots
+            have no bodies, and drive through one another.
     """
     starts = np.asarray(starts, dtype=float)
-    add, connect, count = builder.AddNamedSystem, builder.Connect, len(starts)
-    walls = add(f"{name}_wall_sliding", WallSliding(regions, count=count, period=period))
-    velocity = walls.GetInputPort("velocity")
-    safe_velocity = walls.GetOutputPort("safe_velocity")
+    add, connect, _count = builder.AddNamedSystem, builder.Connect, len(starts)
+    avoidance = AddAvoidance(builder, name, team, regions, period, other_radii)
+    velocity = avoidance.GetInputPort("velocity")
+    safe_velocity = avoidance.GetOutputPort("safe_velocity")
+    others = inputs_of(avoidance)
     if team.model == "point":
         points = AgentTeam(starts[:, :2], top_speed=team.top_speed, time_step=period)
         plant = add(f"{name}_team", points)
         connect(safe_velocity, plant.GetInputPort("velocity"))
-        connect(plant.GetOutputPort("position"), walls.GetInputPort("position"))
-        return TeamPorts(velocity, plant.GetOutputPort("position"), safe_velocity)
+        connect(plant.GetOutputPort("position"), avoidance.GetInputPort("position"))
+        return TeamPorts(velocity, plant.GetOutputPort("position"), safe_velocity, others)
     limits = {"top_speed": team.top_speed, "top_turn_rate": team.top_turn_rate}
     plant = add(f"{name}_team", DifferentialDriveTeam(starts, time_step=period, **limits))
-    command = AddDrive(
+    stop = AddDrive(
         builder,
         name,
         team,
         regions,
         period,
+        other_radii,
         velocity=safe_velocity,
         pose=plant.GetOutputPort("pose"),
     )
-    connect(plant.GetOutputPort("position"), walls.GetInputPort("position"))
-    connect(command, plant.GetInputPort("command"))
-    return TeamPorts(velocity, plant.GetOutputPort("position"), plant.GetOutputPort("direction"))
+    connect(plant.GetOutputPort("position"), avoidance.GetInputPort("position"))
+    connect(stop.GetOutputPort("safe_command"), plant.GetInputPort("command"))
+    return TeamPorts(
+        velocity,
+        plant.GetOutputPort("position"),
+        plant.GetOutputPort("direction"),
+        others + inputs_of(stop),
+    )
+
+
+def AddAvoidance(
+    builder: DiagramBuilder,
+    name: str,
+    team: Team,
+    regions: Sequence[World],
+    period: float,
+    other_radii: Sequence[float] | None = None,
+) -> System:
+    """Add what keeps the velocities of a team off walls and robots.
+
+    Args:
+        builder, name, team, regions, period, other_radii: As of `AddTeam`.
+    """
+    avoidance = CollisionAvoidance(
+        regions,
+        count=team.size,
+        period=period,
+        top_speed=team.top_speed,
+        radii=0.0 if other_radii is None else (1.0 + CLEARANCE) * team.radius,
+        other_radii=other_radii or (),
+    )
+    return builder.AddNamedSystem(f"{name}_avoidance", avoidance)
+
+
+def inputs_of(system: System) -> tuple[InputPort, ...]:
+    """The inputs of a system for the positions of the robots of other teams.
+
+    Args:
+        system: From `AddAvoidance` or `AddDrive`.
+    """
+    name = "other_position"
+    return (system.GetInputPort(name),) if system.HasInputPort(name) else ()
 
 
 def AddDrive(
@@ -82,26 +129,36 @@ def AddDrive(
     team: Team,
     regions: Sequence[World],
     period: float,
+    other_radii: Sequence[float] | None = None,
     *,
     velocity: OutputPort,
     pose: OutputPort,
-) -> OutputPort:
+) -> System:
     """Add what turns velocities of points into commands of differential drives.
 
     Args:
-        builder, name, team, regions, period: As of `AddTeam`.
-        velocity: Velocities that slide along the walls, size 2 N [m/s].
+        builder, name, team, regions, period, other_radii: As of `AddTeam`.
+        velocity: Velocities from `AddAvoidance`, size 2 N [m/s].
         pose: Poses of the robots, size 3 N [m], [m], [rad].
 
     Returns:
-        Commands that stop short of walls, size 2 N [m/s], [rad/s].
+        The system whose output `safe_command` stops short of walls and robots, size 2 N [m/s],
+        [rad/s].
     """
     add, connect, count = builder.AddNamedSystem, builder.Connect, velocity.size() // 2
     limits = {"top_speed": team.top_speed, "top_turn_rate": team.top_turn_rate}
     heading = add(f"{name}_heading", HeadingController(count, gain=team.heading_gain))
-    stop = add(f"{name}_wall_stop", WallStop(regions, count=count, period=period, **limits))
+    stop = CollisionStop(
+        regions,
+        count=count,
+        period=period,
+        radii=0.0 if other_radii is None else (1.0 + CLEARANCE) * team.radius,
+        other_radii=other_radii or (),
+        **limits,
+    )
+    add(f"{name}_stop", stop)
     connect(pose, heading.GetInputPort("pose"))
     connect(velocity, heading.GetInputPort("velocity"))
     connect(pose, stop.GetInputPort("pose"))
     connect(heading.GetOutputPort("command"), stop.GetInputPort("command"))
-    return stop.GetOutputPort("safe_command")
+    return stop

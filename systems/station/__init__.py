@@ -6,7 +6,6 @@ from .command_timeout import CommandTimeout
 from .imperfect_channel import ImperfectChannel
 from .picture_player import PicturePlayer
 from .pose_parts import PoseParts
-from .robot_spacing import RobotSpacing
 from .sample_player import SamplePlayer
 from .sampled_receiver import SampledReceiver
 
@@ -17,7 +16,6 @@ __all__ = [
     "ImperfectChannel",
     "PicturePlayer",
     "PoseParts",
-    "RobotSpacing",
     "SamplePlayer",
     "SampledReceiver",
 ]

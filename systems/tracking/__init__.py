@@ -3,16 +3,18 @@
 from .adversarial_evaders import AdversarialEvaders
 from .agent_team import AgentTeam, AgentTeam_
 from .assignment import Assignment
+from .best_response_evaders import BestResponseEvaders
+from .collision_avoidance import CollisionAvoidance
+from .collision_stop import CollisionStop
 from .differential_drive_team import DifferentialDriveTeam, DifferentialDriveTeam_
 from .heading_controller import HeadingController, HeadingController_
 from .line_of_sight import LineOfSight
+from .lookahead_pursuit import LookaheadPursuit
 from .modified_field import ModifiedField
 from .pursuit_field_controller import PursuitFieldController
 from .random_walk_evaders import RandomWalkEvaders
 from .sight_loss_monitor import SightLossMonitor
 from .velocity_selector import VelocitySelector
-from .wall_sliding import WallSliding
-from .wall_stop import WallStop
 from .waypoint_evaders import WaypointEvaders
 
 __all__ = [
@@ -20,17 +22,19 @@ __all__ = [
     "AgentTeam",
     "AgentTeam_",
     "Assignment",
+    "BestResponseEvaders",
+    "CollisionAvoidance",
+    "CollisionStop",
     "DifferentialDriveTeam",
     "DifferentialDriveTeam_",
     "HeadingController",
     "HeadingController_",
     "LineOfSight",
+    "LookaheadPursuit",
     "ModifiedField",
     "PursuitFieldController",
     "RandomWalkEvaders",
     "SightLossMonitor",
     "VelocitySelector",
-    "WallSliding",
-    "WallStop",
     "WaypointEvaders",
 ]

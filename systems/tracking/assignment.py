@@ -6,9 +6,10 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
-from ..drake_types import read
-from ..numerics.errors import InvalidInput, require, require_one_of
+from ..drake_types import read, state_vector
+from ..numerics.errors import InvalidInput, require, require_non_negative, require_one_of
 from ..numerics.geometry.world import World
+from ..numerics.tracking.assignment.holding import HOLDS, hold_or_choose
 from ..numerics.tracking.assignment.local_views import decentralised
 from ..numerics.tracking.assignment.rules import RULES, AssignmentRule
 from ..numerics.tracking.assignment.team_view import EXTRA_PURSUERS, TeamView
@@ -16,9 +17,17 @@ from ..numerics.tracking.corner_table import corner_table
 from ..numerics.tracking.risk import RISK_FUNCTIONS, team_risk
 from ..numerics.tracking.sight_state import sight_size
 
+# State of an assignment before the first sample.
+NOTHING_HELD = -2.0
+
 
 class Assignment(LeafSystem):
     """Gives each pursuer an evader that it sees, or none (-1), by a rule on the team's risks.
+
+    The rule says whom the team would choose, `hold` when it follows the rule: at every step
+    ("none", as in the thesis); when a pursuer has lost its evader, or could be spared for one that
+    nobody has ("until_lost"); or also when that moves the total risk by a quarter ("cost").
+    What is held is discrete state, sampled with the period.
 
     With a finite `radio_range` there is no centre: each pursuer applies the rule to what it sees
     itself and what the pursuers within that range tell it, and keeps its own part of the result.
@@ -48,6 +57,8 @@ class Assignment(LeafSystem):
         world: Whose corners the risks refer to.
         pursuers: Number of pursuers Np.
         evaders: Number of evaders Ne.
+        hold: When to follow the rule, a name in `HOLDS`.
+        period: Sampling period of what is held; without one nothing is held [s].
         rule: A name in `RULES`, or a function of a TeamView.
         risk_functions: Names in `RISK_FUNCTIONS`, one for all pursuers or one each.
         extra: What pursuers beyond a matching do: "stay" or "riskiest".
@@ -66,6 +77,8 @@ class Assignment(LeafSystem):
         pursuers: int,
         evaders: int,
         rule: str | AssignmentRule = "hungarian",
+        hold: str = "none",
+        period: float = 0.0,
         risk_functions: Sequence[str] = ("total",),
         extra: str = "stay",
         seed: int = 0,
@@ -75,8 +88,12 @@ class Assignment(LeafSystem):
         if isinstance(rule, str):
             require_one_of("rule", rule, RULES)
             rule = RULES[rule]
+        require_one_of("hold", hold, HOLDS)
+        require_non_negative("period", period)
+        require(hold == "none" or period > 0, "period", f"be positive to hold {hold}", period)
         require_one_of("extra", extra, EXTRA_PURSUERS)
         require(radio_range >= 0, "radio_range", "be zero or positive", radio_range)
+        self._hold = hold
         self._rule = decentralised(rule, radio_range)
         self._kinds = codes_of("risk_functions", risk_functions, RISK_FUNCTIONS, pursuers)
         self._extra, self._seed = extra, seed
@@ -87,6 +104,9 @@ class Assignment(LeafSystem):
         size = sight_size(pursuers, evaders, len(self._corners))
         self._sight = self.DeclareVectorInputPort("sight", size)
         self.DeclareVectorOutputPort("assignment", pursuers, self._calc_assignment)
+        if hold != "none":
+            self._held = self.DeclareDiscreteState(state_vector(np.full(pursuers, NOTHING_HELD)))
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
 
     def _calc_assignment(self, context, output):
         evaders, sight = read(self._evaders, context), read(self._sight, context)
@@ -99,12 +119,40 @@ class Assignment(LeafSystem):
             extra=self._extra,
             seed=self._seed,
         )
-        targets = self._rule(view)
+        targets = hold_or_choose(view, self._what_is_held(context), self._rule, self._hold)
         if np.shape(targets) != (n,):
             raise InvalidInput(
                 f"`rule` must return an evader, or -1, for each of {n} pursuers; got {targets!r}"
             )
+        require_assignment(np.asarray(targets, dtype=float), m)
         output.set_value(targets)
+
+    def _what_is_held(self, context):
+        if self._hold == "none":
+            return None
+        held = context.get_discrete_state(self._held).value()
+        return None if held[0] == NOTHING_HELD else held.astype(int)
+
+    def _keep(self, context, discrete_state):
+        discrete_state.set_value(self._held, self.GetOutputPort("assignment").Eval(context))
+
+
+def require_assignment(assignment: np.ndarray, evaders: int) -> None:
+    """Refuse an assignment that names no evader: compiled code does not look where it reads.
+
+    Args:
+        assignment: Each pursuer's evader, -1 for none, shape (Np,).
+        evaders: How many there are.
+
+    Raises:
+        InvalidInput: An entry is no evader.
+    """
+    # As it is written, no comparison with NaN is true.
+    if not (assignment.min() >= -1 and assignment.max() < evaders):
+        raise InvalidInput(
+            f"`assignment` must name evaders from 0 to {evaders - 1}, or -1; "
+            f"got {assignment.tolist()}"
+        )
 
 
 def codes_of(name: str, names: Sequence[str], codes: dict[str, int], count: int) -> np.ndarray:

@@ -1,9 +1,12 @@
 """Who sees whom among the obstacles, and who sees which corner."""
 
+from collections.abc import Sequence
+
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
 from ..numerics.errors import require
+from ..numerics.geometry.body_sight import checked_radii
 from ..numerics.geometry.corner_sight import build_corner_index
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.world import World
@@ -17,6 +20,9 @@ class LineOfSight(LeafSystem):
     evader each pursuer sees (Np x Ne, row by row), which corner each pursuer sees (Np x K), which
     corner each evader sees (Ne x K). Corners are the reflex vertices of the world, in the order
     of `World.corners`; `split_sight` takes the blocks apart.
+
+    With `body_radii` a pursuer does not see an evader past a third robot either, through the
+    inside of whose round body the line passes. Corners are seen past bodies, which move on.
 
     .. pydrake_system::
 
@@ -41,15 +47,20 @@ class LineOfSight(LeafSystem):
         world: Whose obstacles block sight.
         pursuers: Number of pursuers Np.
         evaders: Number of evaders Ne.
+        body_radii: Of the robots, pursuers first, Np + Ne of them [m]; empty: bodies do not block
+            sight.
 
     Raises:
-        InvalidInput: A team is empty.
+        InvalidInput: A team is empty; there is not one radius for each robot, or one is negative.
     """
 
-    def __init__(self, world: World, *, pursuers: int, evaders: int):
+    def __init__(
+        self, world: World, *, pursuers: int, evaders: int, body_radii: Sequence[float] = ()
+    ):
         super().__init__()
         require(pursuers > 0, "pursuers", "be positive", pursuers)
         require(evaders > 0, "evaders", "be positive", evaders)
+        self._radii = checked_radii(body_radii, pursuers + evaders)
         self._index = build_edge_index(world)
         self._corners = build_corner_index(world, self._index)
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
@@ -59,4 +70,4 @@ class LineOfSight(LeafSystem):
 
     def _calc_sight(self, context, output):
         pursuers, evaders = read(self._pursuers, context), read(self._evaders, context)
-        output.set_value(observe(self._index, self._corners, pursuers, evaders))
+        output.set_value(observe(self._index, self._corners, pursuers, evaders, self._radii))

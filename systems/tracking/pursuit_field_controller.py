@@ -6,7 +6,6 @@ from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
 from ..numerics.errors import (
-    InvalidInput,
     require,
     require_non_negative,
     require_one_of,
@@ -18,7 +17,7 @@ from ..numerics.tracking.corner_table import corner_table
 from ..numerics.tracking.risk import RISK_VECTORS
 from ..numerics.tracking.sight_state import sight_size
 from ..numerics.tracking.team_pursuit import team_pursuit
-from .assignment import codes_of
+from .assignment import codes_of, require_assignment
 
 
 class PursuitFieldController(LeafSystem):
@@ -87,7 +86,7 @@ class PursuitFieldController(LeafSystem):
         self._field = FIELDS[field]
         self._weightings = codes_of("risk_vectors", risk_vectors, RISK_VECTORS, pursuers)
         self._corners = corner_table(world)
-        self._last_evader = evaders - 1
+        self._evader_count = evaders
         self._ratio, self._speed, self._period = float(speed_ratio), float(top_speed), float(period)
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
         self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
@@ -98,13 +97,7 @@ class PursuitFieldController(LeafSystem):
 
     def _calc_velocity(self, context, output):
         assignment = read(self._assignment, context)
-        # Compiled code does not look where it reads, and an assignment may come from anybody.
-        known = assignment.min() >= -1 and assignment.max() <= self._last_evader
-        if not known:
-            raise InvalidInput(
-                f"`assignment` must name evaders from 0 to {self._last_evader}, or -1; "
-                f"got {assignment.tolist()}"
-            )
+        require_assignment(assignment, self._evader_count)
         velocity = team_pursuit(
             self._field,
             self._weightings,

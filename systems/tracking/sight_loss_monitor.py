@@ -1,11 +1,14 @@
 """When is an evader first seen by nobody?"""
 
+from collections.abc import Sequence
+
 import numpy as np
 from pydrake.common.containers import namedview
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
 from ..numerics.errors import require_positive
+from ..numerics.geometry.body_sight import checked_radii
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.sight_loss import first_loss
 from ..numerics.geometry.world import World
@@ -44,14 +47,26 @@ class SightLossMonitor(LeafSystem):
         pursuers: Number of pursuers Np.
         evaders: Number of evaders Ne.
         period: Sampling period [s].
+        body_radii: Of the robots, pursuers first, Np + Ne of them [m]: a line of sight is blocked
+            also by the round body of a third robot; empty: bodies do not block sight.
 
     Raises:
-        InvalidInput: The period is not positive.
+        InvalidInput: The period is not positive; there is not one radius for each robot, or one
+            is negative.
     """
 
-    def __init__(self, world: World, *, pursuers: int, evaders: int, period: float):
+    def __init__(
+        self,
+        world: World,
+        *,
+        pursuers: int,
+        evaders: int,
+        period: float,
+        body_radii: Sequence[float] = (),
+    ):
         super().__init__()
         require_positive("period", period)
+        self._radii = checked_radii(body_radii, pursuers + evaders)
         self._index = build_edge_index(world)
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
         self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
@@ -73,7 +88,7 @@ class SightLossMonitor(LeafSystem):
             if np.isnan(last[0]):
                 last = sample
             fraction, evader = first_loss(
-                self._index, last[1:split], pursuers, last[split:], evaders
+                self._index, last[1:split], pursuers, last[split:], evaders, self._radii
             )
             if evader >= 0:
                 loss = LossState(np.empty(2))

@@ -87,22 +87,23 @@ from sightfield.systems.station.command_timeout import CommandTimeout
 from sightfield.systems.station.imperfect_channel import ImperfectChannel
 from sightfield.systems.station.picture_player import PicturePlayer
 from sightfield.systems.station.pose_parts import PoseParts
-from sightfield.systems.station.robot_spacing import RobotSpacing
 from sightfield.systems.station.sample_player import SamplePlayer
 from sightfield.systems.station.sampled_receiver import SampledReceiver
 from sightfield.systems.tracking.adversarial_evaders import AdversarialEvaders
 from sightfield.systems.tracking.agent_team import AgentTeam
 from sightfield.systems.tracking.assignment import Assignment
+from sightfield.systems.tracking.best_response_evaders import BestResponseEvaders
+from sightfield.systems.tracking.collision_avoidance import CollisionAvoidance
+from sightfield.systems.tracking.collision_stop import CollisionStop
 from sightfield.systems.tracking.differential_drive_team import DifferentialDriveTeam
 from sightfield.systems.tracking.heading_controller import HeadingController
 from sightfield.systems.tracking.line_of_sight import LineOfSight
+from sightfield.systems.tracking.lookahead_pursuit import LookaheadPursuit
 from sightfield.systems.tracking.modified_field import ModifiedField
 from sightfield.systems.tracking.pursuit_field_controller import PursuitFieldController
 from sightfield.systems.tracking.random_walk_evaders import RandomWalkEvaders
 from sightfield.systems.tracking.sight_loss_monitor import SightLossMonitor
 from sightfield.systems.tracking.velocity_selector import VelocitySelector
-from sightfield.systems.tracking.wall_sliding import WallSliding
-from sightfield.systems.tracking.wall_stop import WallStop
 from sightfield.systems.tracking.waypoint_evaders import WaypointEvaders
 from sightfield.systems.vision.omni_camera import OmniCameraSensor
 from sightfield.systems.vision.position_filter import PositionFilter
@@ -174,6 +175,16 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
             job.planner, job.lanes, job.traffic, job.trucks, reach=job.reach, period=0.25
         ),
         "CameraPort": lambda: CameraPort(NoCamera(), period=0.1, stale_after=0.5),
+        "BestResponseEvaders": lambda: BestResponseEvaders(
+            world, [world], [world], **teams, pursuer_speed=0.3, evader_speed=0.1
+        ),
+        "LookaheadPursuit": lambda: LookaheadPursuit(world, [world], **teams, **speeds),
+        "CollisionAvoidance": lambda: CollisionAvoidance(
+            [world], count=2, period=0.1, top_speed=0.3, radii=0.1, other_radii=[0.1, 0.2, 0.1]
+        ),
+        "CollisionStop": lambda: CollisionStop(
+            [world], count=2, period=0.1, radii=[0.1, 0.2], other_radii=[0.1, 0.2, 0.1], **limits
+        ),
         "CommandGate": lambda: CommandGate(3),
         "CommandTimeout": lambda: CommandTimeout(3, limit=0.2),
         "CombineGuard": lambda: CombineGuard(job.traffic, Cart(), carts=3),
@@ -236,7 +247,6 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "PursuitFieldController": lambda: PursuitFieldController(world, **teams, **speeds),
         "RadioCommander": lambda: RadioCommander(SimpleNamespace(robots=(1, 2))),
         "RandomWalkEvaders": lambda: RandomWalkEvaders(3, top_speed=0.3),
-        "RobotSpacing": lambda: RobotSpacing(3, spacing=0.26),
         "RoutePursuer": lambda: RoutePursuer(
             build_route_graph([world]),
             world,
@@ -275,8 +285,6 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
             solve_value_function(Trailer(), Goal(state=(0, 0, 0, 0)), Grid.of_step(0.8), polish=0)
         ),
         "VelocitySelector": lambda: VelocitySelector([0, 1, 1], sources=2),
-        "WallSliding": lambda: WallSliding([world], count=2, period=0.1),
-        "WallStop": lambda: WallStop([world], count=2, period=0.1, **limits),
         "Wanderers": lambda: Wanderers(3, law=WanderingLaw(), ring=ring, period=0.1),
         "WaypointEvaders": lambda: WaypointEvaders([[[1, 1]], []], top_speed=0.3, period=0.1),
     }

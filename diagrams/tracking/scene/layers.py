@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....systems.numerics.geometry.world import World
+from ....systems.numerics.tracking.body_gaps import pair_gaps
 from ...visuals.stage import Stage
 from .field_layer import FieldLayer, PursuitField
 from .layout import Layout, set_camera
@@ -53,6 +54,7 @@ class Layers:
         pursuers, evaders: How many.
         visibility_polygon: From a point, shape (2,) [m], to what it sees, shape (n, 2) [m].
         pursuit_field: Of a pursuer, at points.
+        radii: Of all robots, pursuers first, shape (Np + Ne,) [m].
     """
 
     def __init__(
@@ -66,8 +68,10 @@ class Layers:
         evaders: int,
         visibility_polygon: Callable[[np.ndarray], np.ndarray],
         pursuit_field: PursuitField,
+        radii: np.ndarray,
     ) -> None:
         self._stage = stage
+        self._radii = radii
         set_camera(stage.meshcat, layout)
         draw_world(stage, layout, world, grown)
         self._pursuers = Team(stage, layout, "pursuers", pursuers)
@@ -92,7 +96,9 @@ class Layers:
         self._pursuer_trails.update(now.time, now.pursuers)
         self._evader_trails.update(now.time, now.evaders)
         self._lines.update(now.pursuers, now.evaders, now.visibility, now.assignment)
-        self._panel.update(now.time, now.visibility, now.assignment)
+        centres = np.concatenate([now.pursuers, now.evaders])
+        gap = float(pair_gaps(centres, self._radii).min())
+        self._panel.update(now.time, now.visibility, now.assignment, gap)
 
         looking = None if chosen is None or not view.polygon_shown else now.pursuers[chosen]
         self._polygon.update(now.time, looking)

@@ -17,8 +17,9 @@ _PAD = 0.025
 _LETTER = 0.019
 _CLOCK_ROW, _CLOCK_LETTER = 0.070, 0.044
 _COUNT_ROW = 0.122
-_BANNER_ROW, _BANNER_HEIGHT = 0.192, 0.046
-_HEADING_ROW = 0.245
+_GAP_ROW = 0.153
+_BANNER_ROW, _BANNER_HEIGHT = 0.223, 0.046
+_HEADING_ROW = 0.275
 _LEGEND_HEIGHT = 0.155
 
 
@@ -26,7 +27,8 @@ class Panel:
     """Shows at a glance what the map shows in place.
 
     The clock's digits are at `clock/PLACE/DIGIT`, the number of evaders in sight at
-    `in_sight/PLACE/DIGIT`; of `state/in_sight` and `state/lost` one is visible.
+    `in_sight/PLACE/DIGIT`, the least gap between two bodies at `gap/PLACE/DIGIT`; of
+    `state/in_sight` and `state/lost` one is visible.
 
     Args:
         stage: Where to draw.
@@ -42,11 +44,12 @@ class Panel:
         self._span = span
         sheet = shapely.box(self._left, bottom, self._right, self._top)
         stage.mesh("panel/sheet", flat_mesh(sheet), PAPER)
-        for folder in ("panel", "clock", "in_sight", "state", "legend"):
+        for folder in ("panel", "clock", "in_sight", "gap", "state", "legend"):
             stage.raise_to(folder, layout.level("ink"))
         stage.raise_to("panel/sheet", -layout.level("ink"))
         self._clock = self._draw_clock()
         self._count = self._draw_count(evaders)
+        self._gap = self._draw_gap()
         self._draw_banner("in_sight", "ALL EVADERS IN SIGHT" if evaders > 1 else "EVADER IN SIGHT")
         self._draw_banner("lost", "EVADER OUT OF SIGHT")
         heading = self._row(_HEADING_ROW)
@@ -73,17 +76,21 @@ class Panel:
             legend_top,
         )
 
-    def update(self, time: float, visibility: np.ndarray, assignment: np.ndarray) -> None:
+    def update(
+        self, time: float, visibility: np.ndarray, assignment: np.ndarray, gap: float
+    ) -> None:
         """Show the state of the game.
 
         Args:
             time: [s].
             visibility: True where pursuer i sees evader j, shape (Np, Ne).
             assignment: The evader that each pursuer chases, or -1, shape (Np,).
+            gap: Least gap between two bodies [m]; shown as zero where they overlap.
         """
         in_sight = visibility.any(axis=0)
         self._clock.show(time)
         self._count.show(int(in_sight.sum()))
+        self._gap.show(max(gap, 0.0))
         self._stage.show("state/in_sight", bool(in_sight.all()))
         self._stage.show("state/lost", not in_sight.all())
         self._graph.update(visibility, assignment)
@@ -107,6 +114,15 @@ class Panel:
         count = Digits(self._stage, "in_sight/digits", 1.15 * self._letter, INK, places=2)
         self._stage.place("in_sight/digits", right - 0.5 * self._letter - count.width, row)
         return count
+
+    def _draw_gap(self) -> Digits:
+        row = self._row(_GAP_ROW)
+        unit = self._right - self._pad - advance("m") * self._letter
+        self._write("panel/gap", "least gap of robots", self._left + self._pad, row, FAINT_INK)
+        self._write("panel/metres", "m", unit, row, FAINT_INK)
+        gap = Digits(self._stage, "gap/digits", self._letter, INK, places=4, decimals=2)
+        self._stage.place("gap/digits", unit - 0.4 * self._letter - gap.width, row)
+        return gap
 
     def _draw_banner(self, state: str, words: str) -> None:
         height = _BANNER_HEIGHT * self._span

@@ -64,6 +64,7 @@ class TrackingScene(LeafSystem):
         pursuers: int,
         evaders: int,
         robot_radius: float,
+        evader_radius: float | None = None,
         publish_period: float,
         visibility_polygon: Callable[[np.ndarray], np.ndarray],
         pursuit_field: PursuitField,
@@ -79,6 +80,7 @@ class TrackingScene(LeafSystem):
             pursuers: Number Np of pursuers.
             evaders: Number Ne of evaders.
             robot_radius: Radius of a robot [m]; one too small to see is drawn larger.
+            evader_radius: Of an evader, for the gaps between bodies; None: as of all [m].
             publish_period: Time between pictures [s].
             visibility_polygon: Maps a point, shape (2,) [m], to what it sees, shape (n, 2) [m].
             pursuit_field: Maps (pursuer, points (m, 2) [m], evaders (Ne, 2) [m],
@@ -100,6 +102,8 @@ class TrackingScene(LeafSystem):
         self.recording = recording
         self._view = view
         layout = make_layout(world.bounds, robot_radius)
+        each = (robot_radius, robot_radius if evader_radius is None else evader_radius)
+        radii = np.repeat(each, (pursuers, evaders))
 
         def make_layers() -> Layers:
             return Layers(
@@ -117,6 +121,7 @@ class TrackingScene(LeafSystem):
                 evaders=evaders,
                 visibility_polygon=visibility_polygon,
                 pursuit_field=pursuit_field,
+                radii=radii,
             )
 
         self._make_layers = make_layers

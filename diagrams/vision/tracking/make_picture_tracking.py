@@ -15,9 +15,8 @@ from ....systems.tracking.modified_field import ModifiedField
 from ....systems.tracking.pursuit_field_controller import PursuitFieldController
 from ....systems.tracking.sight_loss_monitor import SightLossMonitor
 from ...tracking.evasion import AddEvasion
-from ...tracking.make_tracking import PICTURE_PERIOD
+from ...tracking.make_tracking import PICTURE_PERIOD, AddSmoothing, AddTeams
 from ...tracking.scene import TrackingScene, View
-from ...tracking.team_ports import AddTeam
 from .eyes import AddEyes
 from .picture_game import PictureGame
 from .picture_scene import PictureScene
@@ -65,12 +64,9 @@ def MakePictureTracking(
 def AddPictureTracking(builder: DiagramBuilder, game: PictureGame) -> dict[str, OutputPort]:
     """Wire a game into a diagram; return its outputs by name, `image_0`, ... among them."""
     scenario, world, vision = game.scenario, game.world, game.scenario.vision
-    pursuers, evaders, period = scenario.pursuers, scenario.evaders, scenario.period
-    sizes = {"pursuers": pursuers.size, "evaders": evaders.size}
-    pursuing = AddTeam(
-        builder, "pursuer", pursuers, game.pursuer_starts, game.pursuer_regions, period
-    )
-    evading = AddTeam(builder, "evader", evaders, game.evader_starts, game.evader_regions, period)
+    pursuers, period = scenario.pursuers, scenario.period
+    sizes = {"pursuers": pursuers.size, "evaders": scenario.evaders.size}
+    pursuing, evading = AddTeams(builder, game.tracking)
     truth = {"pursuer_position": pursuing.position, "evader_position": evading.position}
 
     def add(name, system, known):
@@ -84,8 +80,9 @@ def AddPictureTracking(builder: DiagramBuilder, game: PictureGame) -> dict[str, 
             known[output.get_name()] = output
         return system
 
-    add("line_of_sight", LineOfSight(world, **sizes), truth)
-    whom = pursuers.size * evaders.size
+    blocking = scenario.blocking_radii
+    add("line_of_sight", LineOfSight(world, **sizes, body_radii=blocking), truth)
+    whom = pursuers.size * scenario.evaders.size
     blocks = Demultiplexer([whom, truth["sight"].size() - whom])
     builder.AddNamedSystem("sight_blocks", blocks)
     builder.Connect(truth["sight"], blocks.get_input_port())
@@ -97,7 +94,8 @@ def AddPictureTracking(builder: DiagramBuilder, game: PictureGame) -> dict[str, 
         "pursuer_position": pursuing.position,
         "evader_position": eyes.get("evader_estimate", evading.position),
     }
-    add("believed_sight", LineOfSight(world, **sizes), belief)
+    believed = LineOfSight(world, pursuers=pursuers.size, evaders=scenario.evaders.size)
+    add("believed_sight", believed, belief)
     belief["assignment"] = _add_assignment(builder, game, belief)
     field = PursuitFieldController(
         world,
@@ -117,10 +115,12 @@ def AddPictureTracking(builder: DiagramBuilder, game: PictureGame) -> dict[str, 
         fade=vision.fade,
     )
     velocity = add("modified_field", modified, belief).GetOutputPort("velocity")
+    velocity = AddSmoothing(builder, velocity, pursuers.smoothing, period)
     builder.Connect(velocity, pursuing.velocity)
-    evasion = AddEvasion(builder, game.tracking, truth, None)
+    known = {**truth, "assignment": belief["assignment"]}
+    evasion = AddEvasion(builder, game.tracking, known, None)
     builder.Connect(evasion, evading.velocity)
-    monitor = SightLossMonitor(world, **sizes, period=period)
+    monitor = SightLossMonitor(world, **sizes, period=period, body_radii=blocking)
     return {
         "pursuer_position": pursuing.position,
         "evader_position": evading.position,
@@ -150,6 +150,8 @@ def _add_assignment(
         pursuers=pursuers.size,
         evaders=scenario.evaders.size,
         rule=pursuers.assignment,
+        hold=pursuers.hold,
+        period=scenario.period,
         risk_functions=pursuers.risk_functions,
         extra=pursuers.extra,
         seed=scenario.seed,

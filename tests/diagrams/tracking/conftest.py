@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+import shapely
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import TrajectorySource
@@ -119,6 +120,46 @@ def make_game() -> Callable[..., Game]:
         return Game(builder.Build(), scene, meshcat)
 
     return make
+
+
+@dataclass(frozen=True)
+class Audit:
+    """What outlines of bodies say about a game, from its log and its scenario alone.
+
+    Attributes:
+        gap: Least gap between two bodies at any moment, negative where they overlap [m].
+        clearance: Least gap between a body and an obstacle or the outer wall [m].
+        inside: Whether what every body swept from sample to sample is free space.
+    """
+
+    gap: float
+    clearance: float
+    inside: bool
+
+
+def _audit(run) -> Audit:
+    scenario = run.game.scenario
+    teams = scenario.pursuers, scenario.evaders
+    radii = np.concatenate([np.full(team.size, team.radius) for team in teams])
+    tracks = np.concatenate([run.log["pursuer_position"], run.log["evader_position"]], axis=1)
+    # Robots go straight from sample to sample.
+    paths = shapely.linestrings(np.stack([tracks[:-1], tracks[1:]], axis=2))
+    room = shapely.Polygon(scenario.world.boundary, scenario.world.obstacles)
+    shapely.prepare(room)
+    swept = shapely.buffer(paths, radii, quad_segs=8)
+    first, second = np.triu_indices(len(radii), 1)
+    # As one of two sees it, the other goes straight too.
+    seen = tracks[:, first] - tracks[:, second]
+    approaches = shapely.linestrings(np.stack([seen[:-1], seen[1:]], axis=2))
+    gaps = shapely.distance(approaches, shapely.Point(0, 0)) - radii[first] - radii[second]
+    clearances = shapely.distance(room.boundary, paths) - radii
+    return Audit(gaps.min(), clearances.min(), bool(shapely.covers(room, swept).all()))
+
+
+@pytest.fixture(scope="session")
+def audit() -> Callable[..., Audit]:
+    """A function of a TrackingRun that looks at the true outlines of bodies all the way."""
+    return _audit
 
 
 @pytest.fixture(scope="module")

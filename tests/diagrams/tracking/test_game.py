@@ -28,7 +28,6 @@ def load(name="thesis_3v4", *settings):
         ("evaders.positions.0=[.nan, 1]", r"`evaders.positions.0` must be a finite number; got"),
         ("evaders.positions.0=[1]", r"`evaders.positions.0` must be \[x, y\]"),
         ("world.obstacles.0=[[0, 0], [1, 1], [1, 0], [0, 1]]", "must not cross itself"),
-        ("world.obstacles.0=[[1.5, 1.5], [2, 1.5], [2, 2]]", "must not overlap"),
         ("world.obstacles.0=[[3, 3], [5, 3], [5, 5]]", "must lie inside the boundary"),
         ("world.obstacles.0=[]", "must be a list of .*no points"),
         ("world.boundary=[]", "`world.boundary` must be given"),

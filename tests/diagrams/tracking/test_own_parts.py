@@ -1,15 +1,20 @@
-"""Parts of one's own in a game of ours: a rule, an assignment, an evasion."""
+"""Parts of one's own in a game of ours: a rule, an assignment, a pursuit, an evasion."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.tracking.game import TrackingGame, set_up_game
+from sightfield.diagrams.tracking.make_tracking import MakeTracking
 from sightfield.diagrams.tracking.run import run_tracking
 from sightfield.diagrams.tracking.scenario import TrackingScenario
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.tracking.assignment.baselines import nearest
+from sightfield.systems.tracking.pursuit_field_controller import PursuitFieldController
 
 PURSUERS, EVADERS = 3, 4
 
@@ -69,6 +74,88 @@ def test_evaders_of_ones_own_run_where_they_are_told_and_may_know_who_chases_the
     assert chased.any()
     assert not chased.all()
     np.testing.assert_allclose(run.log["evader_velocity"][0, :, 0], 0.05 * chased)
+
+
+def positions_after(diagram, seconds):
+    """Where both teams are after a while, and what the pursuers wish for at the end."""
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(seconds)
+    names = ("pursuer_position", "evader_position", "pursuer_velocity")
+    return [diagram.GetOutputPort(name).Eval(simulator.get_context()) for name in names]
+
+
+def pursuit_like_ours(game):
+    """The scenario's own pursuit, made by hand."""
+    scenario = game.scenario
+    return PursuitFieldController(
+        game.world,
+        pursuers=PURSUERS,
+        evaders=EVADERS,
+        top_speed=scenario.pursuers.top_speed,
+        speed_ratio=scenario.speed_ratio,
+        field=scenario.pursuers.field,
+        risk_vectors=scenario.pursuers.risk_vectors,
+        period=scenario.period,
+    )
+
+
+def test_a_pursuit_of_ones_own_plays_like_the_one_that_it_repeats(game):
+    ours = positions_after(MakeTracking(game), 2.0)
+    own = positions_after(MakeTracking(game, pursuit=pursuit_like_ours(game)), 2.0)
+    for mine, other in zip(own, ours, strict=True):
+        np.testing.assert_array_equal(mine, other)
+
+
+def test_pursuers_of_ones_own_run_where_they_are_told(game):
+    # Each straight at its evader, at half of its speed.
+    def chase(pursuers, evaders, assignment):
+        way = evaders.reshape(-1, 2)[assignment.astype(int)] - pursuers.reshape(-1, 2)
+        way *= 0.15 / np.hypot(way[:, 0], way[:, 1])[:, None]
+        return np.where(assignment[:, None] >= 0, way, 0.0).ravel()
+
+    inputs = {**POSITIONS, "assignment": PURSUERS}
+    part = Part(inputs, "velocity", 2 * PURSUERS, chase)
+    steady = replace(game.scenario, pursuers=replace(game.scenario.pursuers, smoothing=0.0))
+    diagram = MakeTracking(set_up_game(steady), pursuit=part)
+    context = diagram.CreateDefaultContext()
+    assignment = diagram.GetOutputPort("assignment").Eval(context)
+    at = game.pursuer_starts[:, :2].ravel(), game.evader_starts[:, :2].ravel()
+    wished = diagram.GetOutputPort("pursuer_velocity").Eval(context)
+    np.testing.assert_allclose(wished, chase(*at, assignment), atol=1e-12)
+    assert np.hypot(*wished.reshape(-1, 2).T).max() == pytest.approx(0.15)
+    _, _, later = positions_after(diagram, 1.0)
+    assert not np.allclose(later, wished)
+
+
+@pytest.mark.parametrize(
+    ("part", "message"),
+    [
+        (
+            Part({"wind": 2}, "velocity", 6, lambda wind: np.zeros(6)),
+            r"`pursuit: input port` must be one of pursuer_position, evader_position, sight, "
+            r".*assignment.*; got wind",
+        ),
+        (
+            # What the pursuers wish for is not known before they are asked.
+            Part({"velocity": 6}, "velocity", 6, lambda velocity: velocity),
+            r"`pursuit: input port` must be one of .*; got velocity",
+        ),
+        (
+            Part(POSITIONS, "speed", 6, lambda *_: np.zeros(6)),
+            r"`pursuit` must have an output port velocity; got none",
+        ),
+    ],
+)
+def test_a_pursuit_that_does_not_fit_is_refused_in_one_line(game, part, message):
+    with pytest.raises(InvalidInput, match=message) as caught:
+        MakeTracking(game, pursuit=part)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_pursuit_of_another_size_is_refused(game):
+    part = Part({"pursuer_position": 4}, "velocity", 6, lambda _: np.zeros(6))
+    with pytest.raises(RuntimeError, match="Mismatched vector sizes"):
+        MakeTracking(game, pursuit=part)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.browser
 @pytest.fixture(scope="module")
 def game():
     """The thesis's arena, until an evader is lost."""
-    return set_up_game(load_scenario(TrackingScenario, find_scenario("thesis_3v3")))
+    return set_up_game(load_scenario(TrackingScenario, find_scenario("thesis_3v4")))
 
 
 def check_robots(page, run, sample):

@@ -83,7 +83,7 @@ def test_pursuers_that_hear_nobody_choose_alone():
 def test_the_corner_game_ends_when_theory_says():
     run = play(load("corner_1v1"))
     game = run.game
-    ((x, y, heading, angle),) = corner_table(game.world)
+    ((x, y, heading, angle),) = corner_table(game.world)[:, :4]
     p, e = game.pursuer_starts[0, :2], game.evader_starts[0, :2]
     state = to_corner_frame(*p, *e, x, y, heading, angle)[:4]
     ratio, speed = game.scenario.speed_ratio, game.scenario.pursuers.top_speed
@@ -157,6 +157,8 @@ def test_policies_may_differ_from_evader_to_evader():
         load(
             "thesis_3v3",
             "evaders.model=point",
+            # So that nobody has to make way for another.
+            "bodies=false",
             "evaders.policies=[adversarial, waypoints, random_walk]",
             "evaders.waypoints=[[], [[3.5, 1.8], [3.5, 2.2]], []]",
             "seconds=10",

@@ -1,0 +1,219 @@
+"""Evaders that answer the pursuers' rule."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem
+
+from ..drake_types import read, state_vector
+from ..numerics.errors import require, require_non_negative, require_one_of, require_positive
+from ..numerics.geometry.corner_sight import build_corner_index
+from ..numerics.geometry.edge_index import build_edge_index
+from ..numerics.geometry.wall_sliding import SKIN
+from ..numerics.geometry.world import World
+from ..numerics.tracking.adversarial_evasion import adversarial_velocities
+from ..numerics.tracking.assignment.holding import HOLDS
+from ..numerics.tracking.assignment.small_matching import MOST_EVADERS
+from ..numerics.tracking.assignment.team_view import EXTRA_PURSUERS
+from ..numerics.tracking.corner_fields import FIELDS
+from ..numerics.tracking.corner_table import corner_table
+from ..numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS
+from ..numerics.tracking.rollouts import (
+    BY_THE_GAME,
+    FIXED,
+    GREATEST_RISK,
+    LEAST_RISK,
+    LOOKAHEAD_PURSUIT,
+    GameRules,
+    Rollout,
+    choose_plan,
+    follow_plan,
+)
+from ..numerics.tracking.sight_state import sight_size
+from .assignment import codes_of, require_assignment
+
+# Measured best among those of equal cost: see BENCHMARKS.md.
+DEFAULT_ROLLOUT = Rollout(horizon=20.0, step=0.25, headings=12)
+
+# Names of pursuits that the evaders know.
+KNOWN_PURSUITS = {**FIELDS, "lookahead": LOOKAHEAD_PURSUIT}
+_MATCHINGS = {"hungarian": LEAST_RISK, "hungarian_max": GREATEST_RISK}
+
+
+class BestResponseEvaders(LeafSystem):
+    """Each evader plays its plans against the pursuers' rule beforehand, and takes the best.
+
+    Every `decision_period` each evader tries straight runs all round, runs to the corners that it
+    sees, and the corner game's best play, each against the pursuers' own rule. In between it
+    follows its plan. An evader that nobody sees waits.
+
+    .. pydrake_system::
+
+        name: BestResponseEvaders
+        input_ports:
+        - pursuer_position
+        - evader_position
+        - sight
+        - assignment
+        output_ports:
+        - velocity
+
+    ================  ===================  ====  =====
+    port              size                 unit  frame
+    ================  ===================  ====  =====
+    pursuer_position  2 Np                 m     world
+    evader_position   2 Ne                 m     world
+    sight             Np Ne + Np K + Ne K  -     -
+    assignment        Np                   -     -
+    velocity          2 Ne                 m/s   world
+    ================  ===================  ====  =====
+
+    Plans are discrete state: kind and place of each evader's.
+
+    Source: ours; see `numerics.tracking.rollouts`.
+
+    Args:
+        world: Whose corners hide.
+        pursuer_regions, evader_regions: Where the centres may be, from `shrink_world`.
+        pursuers: Number of pursuers Np.
+        evaders: Number of evaders Ne.
+        pursuer_speed, evader_speed: Top speeds [m/s].
+        pursuit: The pursuers' rule, a name in `KNOWN_PURSUITS`.
+        risk_vectors: Theirs, names in `RISK_VECTORS`, one for all pursuers or one each.
+        assignment: Their rule of assignment. "hungarian" and "hungarian_max" are known; of others,
+            and of more than MOST_EVADERS evaders, only what it says now.
+        hold: When they follow it, a name in `HOLDS`; "cost" is taken for "until_lost".
+        extra: What pursuers beyond a matching do: "stay" or "riskiest".
+        risk_functions: Theirs, names in `RISK_FUNCTIONS`, one for all pursuers or one each.
+        radius: Of an evader: how near its centre comes to a wall [m].
+        decision_period: Time between decisions [s].
+        rollout: How far and how finely plans are tried.
+
+    Raises:
+        InvalidInput: A name is unknown, or a number out of its range.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        pursuer_regions: Sequence[World],
+        evader_regions: Sequence[World],
+        *,
+        pursuers: int,
+        evaders: int,
+        pursuer_speed: float,
+        evader_speed: float,
+        pursuit: str = "margin",
+        risk_vectors: Sequence[str] = ("proportional",),
+        assignment: str = "hungarian",
+        hold: str = "until_lost",
+        extra: str = "stay",
+        risk_functions: Sequence[str] = ("total",),
+        radius: float = 0.0,
+        decision_period: float = 0.7,
+        rollout: Rollout = DEFAULT_ROLLOUT,
+    ):
+        super().__init__()
+        require_one_of("pursuit", pursuit, KNOWN_PURSUITS)
+        require_positive("pursuer_speed", pursuer_speed)
+        require_positive("evader_speed", evader_speed)
+        slower = evader_speed < pursuer_speed
+        require(slower, "evader_speed", f"be below {pursuer_speed}", evader_speed)
+        require_non_negative("radius", radius)
+        require_one_of("hold", hold, HOLDS)
+        require_one_of("extra", extra, EXTRA_PURSUERS)
+        require_positive("decision_period", decision_period)
+        require_positive("rollout.horizon", rollout.horizon)
+        require_positive("rollout.step", rollout.step)
+        require(rollout.headings >= 0, "rollout.headings", "be 0 or positive", rollout.headings)
+        index = build_edge_index(world)
+        self._rules = GameRules(
+            world=index,
+            corner_index=build_corner_index(world, index),
+            corners=corner_table(world),
+            pursuer_region=build_edge_index(*pursuer_regions),
+            evader_region=build_edge_index(*evader_regions),
+            field=KNOWN_PURSUITS[pursuit],
+            weightings=codes_of("risk_vectors", risk_vectors, RISK_VECTORS, pursuers),
+            matching=_MATCHINGS.get(assignment, FIXED) if evaders <= MOST_EVADERS else FIXED,
+            held=hold != "none",
+            riskiest=extra == "riskiest",
+            risk_kinds=codes_of("risk_functions", risk_functions, RISK_FUNCTIONS, pursuers),
+            ratio=float(evader_speed / pursuer_speed),
+            pursuer_speed=float(pursuer_speed),
+            evader_speed=float(evader_speed),
+            # Wall sliding stops a skin short of the wall; a little more is "at the wall".
+            standoff=float(radius) + 10.0 * SKIN * world.tolerance,
+        )
+        self._rollout = Rollout(
+            float(rollout.horizon),
+            float(rollout.step),
+            int(rollout.headings),
+            float(rollout.leg),
+        )
+        self._period = float(decision_period)
+        self._count = evaders
+        self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
+        self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
+        size = sight_size(pursuers, evaders, len(self._rules.corners))
+        self._sight = self.DeclareVectorInputPort("sight", size)
+        self._assignment = self.DeclareVectorInputPort("assignment", pursuers)
+        plans = np.zeros((evaders, 3))
+        self._plans = self.DeclareDiscreteState(state_vector(plans.ravel()))
+        # Whether a first decision was made: a run that is resumed makes no other.
+        self._begun = self.DeclareDiscreteState(1)
+        self.DeclareInitializationDiscreteUpdateEvent(self._begin)
+        self.DeclarePeriodicDiscreteUpdateEvent(decision_period, decision_period, self._decide)
+        self.DeclareVectorOutputPort("velocity", 2 * evaders, self._calc_velocity)
+
+    def _begin(self, context, discrete_state):
+        if not context.get_discrete_state(self._begun).value()[0]:
+            self._decide(context, discrete_state)
+            discrete_state.set_value(self._begun, [1.0])
+
+    def _decide(self, context, discrete_state):
+        plans = context.get_discrete_state(self._plans).value().reshape(-1, 3).copy()
+        pursuers, evaders = read(self._pursuers, context), read(self._evaders, context)
+        assignment = read(self._assignment, context)
+        require_assignment(assignment, self._count)
+        assignment = assignment.astype(int)
+        velocities = self._velocities(context, plans)
+        for j in range(self._count):
+            plans[j] = choose_plan(
+                self._rules,
+                self._rollout,
+                j,
+                pursuers,
+                evaders,
+                velocities,
+                assignment,
+                plans[j],
+            )
+        discrete_state.set_value(self._plans, plans.ravel())
+
+    def _calc_velocity(self, context, output):
+        plans = context.get_discrete_state(self._plans).value().reshape(-1, 3)
+        output.set_value(self._velocities(context, plans))
+
+    def _velocities(self, context, plans):
+        """Velocities along plans, shape (2 Ne,) [m/s]."""
+        rules, evaders = self._rules, read(self._evaders, context)
+        sight = read(self._sight, context)
+        velocities = adversarial_velocities(
+            read(self._pursuers, context),
+            evaders,
+            sight,
+            rules.corners,
+            rules.ratio,
+            rules.evader_speed,
+            rules.standoff,
+        )
+        whom = sight[: len(plans) * self._assignment.size()].reshape(-1, len(plans))
+        seen = np.any(whom, axis=0)
+        for j, (kind, ax, ay) in enumerate(plans):
+            if kind != BY_THE_GAME and seen[j]:
+                x, y = evaders[2 * j], evaders[2 * j + 1]
+                velocities[2 * j : 2 * j + 2] = follow_plan(
+                    kind, ax, ay, x, y, rules.evader_speed, self._rollout.step
+                )
+        return velocities

@@ -1,0 +1,134 @@
+"""Velocity commands that keep point agents off one another and out of the walls."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem
+
+from ..drake_types import read, state_vector
+from ..numerics.errors import require, require_non_negative, require_positive
+from ..numerics.geometry.edge_index import build_edge_index
+from ..numerics.geometry.world import World
+from ..numerics.tracking.collision_avoidance import avoid, still_waiting
+
+
+class CollisionAvoidance(LeafSystem):
+    """Replaces velocities by the nearest in spirit that touch no robot and no wall.
+
+    Held for the period, the new velocities keep each agent that starts in free space inside it,
+    and the bodies of all agents apart, at any speed and any period, also between samples: each
+    agent uses up half of the gap to another at most, so the other team needs the same rule and no
+    agreement. Before that, agents turn aside for one another and yield to teammates, and slide
+    along walls; teammates that hold each other up take turns. An agent that is not in free space
+    is led there. For how long each has waited is discrete state, sampled with the period.
+
+    .. pydrake_system::
+
+        name: CollisionAvoidance
+        input_ports:
+        - position
+        - velocity
+        - other_position
+        output_ports:
+        - safe_velocity
+
+    ==============  ====  ====  =====
+    port            size  unit  frame
+    ==============  ====  ====  =====
+    position        2 N   m     world
+    velocity        2 N   m/s   world
+    other_position  2 M   m     world
+    safe_velocity   2 N   m/s   world
+    ==============  ====  ====  =====
+
+    `other_position` is there where there are others.
+
+    Source: the orange boundaries of Zhang 2014, 2.2.8, for walls; the rules are ours, see
+    `numerics.tracking.collision_avoidance`.
+
+    Args:
+        regions: Where the agents' centres may be, from `shrink_world`.
+        count: Number of agents N.
+        period: For how long velocities are held: the plant's time step [s].
+        top_speed: Of the agents, at which they turn aside and are pushed [m/s].
+        radii: Of the bodies, one for all or one each [m]; 0 for points, which may meet.
+        other_radii: Of the robots of other teams, shape (M,) [m].
+
+    Raises:
+        InvalidInput: A number is out of its range.
+    """
+
+    def __init__(
+        self,
+        regions: Sequence[World],
+        *,
+        count: int,
+        period: float,
+        top_speed: float,
+        radii: float | Sequence[float] = 0.0,
+        other_radii: Sequence[float] = (),
+    ):
+        super().__init__()
+        require(count > 0, "count", "be positive", count)
+        require_positive("period", period)
+        require_positive("top_speed", top_speed)
+        self._region = build_edge_index(*regions)
+        self._period, self._top_speed = float(period), float(top_speed)
+        self._radii = body_radii("radii", radii, count)
+        self._other_radii = body_radii("other_radii", other_radii, len(other_radii))
+        self._position = self.DeclareVectorInputPort("position", 2 * count)
+        self._velocity = self.DeclareVectorInputPort("velocity", 2 * count)
+        if len(self._other_radii):
+            self._others = self.DeclareVectorInputPort("other_position", 2 * len(other_radii))
+        # For how long each has waited [s], and where it was last.
+        self._waiting = self.DeclareDiscreteState(state_vector(np.zeros(count)))
+        self._before = self.DeclareDiscreteState(state_vector(np.full(2 * count, np.nan)))
+        self._takes_turns = count > 1 and self._radii.any()
+        if self._takes_turns:
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._wait)
+        self.DeclareVectorOutputPort("safe_velocity", 2 * count, self._calc_safe_velocity)
+
+    def _wait(self, context, discrete_state):
+        position = read(self._position, context)
+        waiting = still_waiting(
+            context.get_discrete_state(self._waiting).value(),
+            context.get_discrete_state(self._before).value(),
+            position,
+            read(self._velocity, context),
+            self._period,
+        )
+        discrete_state.set_value(self._waiting, waiting)
+        discrete_state.set_value(self._before, position)
+
+    def _calc_safe_velocity(self, context, output):
+        others = read(self._others, context) if len(self._other_radii) else np.empty(0)
+        velocity = avoid(
+            *self._region,
+            read(self._position, context),
+            read(self._velocity, context),
+            self._radii,
+            others,
+            self._other_radii,
+            context.get_discrete_state(self._waiting).value(),
+            self._top_speed,
+            self._period,
+        )
+        output.set_value(velocity)
+
+
+def body_radii(name: str, radii: float | Sequence[float], count: int) -> np.ndarray:
+    """Radii of `count` bodies, a single number standing for all; shape (count,) [m].
+
+    Args:
+        name: What to call them in an error.
+        radii: One for all or one each, shape (count,) [m].
+        count: How many.
+
+    Raises:
+        InvalidInput: A radius is negative, or their number is another.
+    """
+    each = np.broadcast_to(radii, count) if np.ndim(radii) == 0 else np.array(radii, dtype=float)
+    require(each.shape == (count,), name, f"have {count} entries", np.shape(radii))
+    for radius in each:
+        require_non_negative(name, float(radius))
+    return each.astype(float)

@@ -1,0 +1,108 @@
+"""Drive commands that keep unicycles off one another and out of the walls."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem
+
+from ..drake_types import read
+from ..numerics.errors import require, require_positive
+from ..numerics.geometry.edge_index import build_edge_index
+from ..numerics.geometry.world import World
+from ..numerics.tracking.collision_avoidance import stop_at_robots, stop_at_walls
+from .collision_avoidance import body_radii
+
+
+class CollisionStop(LeafSystem):
+    """Slows robots that would come too near to a wall or to another robot, and lets them turn.
+
+    A wheeled robot cannot slide: its speed is cut and its turn rate kept, so that it turns in
+    place until its way is clear. Held for the period, the new commands keep each robot of a
+    DifferentialDriveTeam with the same limits and time step in free space, and the bodies of all
+    robots apart: each uses up half of the gap to another at most, so the others need the same rule
+    and no agreement.
+
+    .. pydrake_system::
+
+        name: CollisionStop
+        input_ports:
+        - pose
+        - command
+        - other_position
+        output_ports:
+        - safe_command
+
+    ==============  ====  ==========  =====
+    port            size  unit        frame
+    ==============  ====  ==========  =====
+    pose            3 N   m, m, rad   world
+    command         2 N   m/s, rad/s  robot
+    other_position  2 M   m           world
+    safe_command    2 N   m/s, rad/s  robot
+    ==============  ====  ==========  =====
+
+    `other_position` is there where there are others.
+
+    Source: the orange boundaries of Zhang 2014, 2.2.8, for walls; the rules are ours.
+
+    Args:
+        regions: Where the robots' centres may be, from `shrink_world`; none: everywhere.
+        count: Number of robots N.
+        top_speed: [m/s].
+        top_turn_rate: [rad/s].
+        period: For how long commands are held: the plant's time step [s].
+        horizon: Longer than a command takes to have its effect [s]: half of a gap to a robot is
+            used up in no less. None: the period, as in a simulation without delay.
+        radii: Of the bodies, one for all or one each [m]; 0 for points, which may meet.
+        other_radii: Of the robots of other teams, shape (M,) [m].
+
+    Raises:
+        InvalidInput: A number is out of its range.
+    """
+
+    def __init__(
+        self,
+        regions: Sequence[World] = (),
+        *,
+        count: int,
+        top_speed: float,
+        top_turn_rate: float,
+        period: float,
+        horizon: float | None = None,
+        radii: float | Sequence[float] = 0.0,
+        other_radii: Sequence[float] = (),
+    ):
+        super().__init__()
+        require(count > 0, "count", "be positive", count)
+        require_positive("top_speed", top_speed)
+        require_positive("top_turn_rate", top_turn_rate)
+        require_positive("period", period)
+        horizon = period if horizon is None else horizon
+        require(horizon >= period, "horizon", f"be at least the period of {period} s", horizon)
+        self._regions = [build_edge_index(*regions)] if regions else []
+        self._limits = np.array([top_speed, top_turn_rate], dtype=float)
+        self._period, self._horizon = float(period), float(horizon)
+        self._radii = body_radii("radii", radii, count)
+        self._other_radii = body_radii("other_radii", other_radii, len(other_radii))
+        self._pose = self.DeclareVectorInputPort("pose", 3 * count)
+        self._command = self.DeclareVectorInputPort("command", 2 * count)
+        if len(self._other_radii):
+            self._others = self.DeclareVectorInputPort("other_position", 2 * len(other_radii))
+        self.DeclareVectorOutputPort("safe_command", 2 * count, self._calc_safe_command)
+
+    def _calc_safe_command(self, context, output):
+        others = read(self._others, context) if len(self._other_radii) else np.empty(0)
+        poses, commands = read(self._pose, context), read(self._command, context)
+        if self._regions:
+            commands = stop_at_walls(*self._regions[0], poses, commands, self._limits, self._period)
+        command = stop_at_robots(
+            poses,
+            commands,
+            self._limits,
+            self._period,
+            self._horizon,
+            self._radii,
+            others,
+            self._other_radii,
+        )
+        output.set_value(command)

@@ -1,0 +1,96 @@
+"""Pursuers that look a moment ahead."""
+
+from collections.abc import Sequence
+
+from pydrake.systems.framework import LeafSystem
+
+from ..drake_types import read
+from ..numerics.errors import require, require_positive
+from ..numerics.geometry.edge_index import build_edge_index
+from ..numerics.geometry.world import World
+from ..numerics.tracking.corner_table import corner_table
+from ..numerics.tracking.lookahead import lookahead_velocities
+from ..numerics.tracking.sight_state import sight_size
+from .assignment import require_assignment
+
+
+class LookaheadPursuit(LeafSystem):
+    """Each pursuer takes the step after which the least threat of all is least.
+
+    The threats are the corner game's margins, over the corners that it shares with its own evader,
+    and with others that it sees, as far as no teammate has them better in hand. A pursuer without
+    an evader helps with those that it sees.
+
+    .. pydrake_system::
+
+        name: LookaheadPursuit
+        input_ports:
+        - pursuer_position
+        - evader_position
+        - sight
+        - assignment
+        output_ports:
+        - velocity
+
+    ================  ===================  ====  =====
+    port              size                 unit  frame
+    ================  ===================  ====  =====
+    pursuer_position  2 Np                 m     world
+    evader_position   2 Ne                 m     world
+    sight             Np Ne + Np K + Ne K  -     -
+    assignment        Np                   -     -
+    velocity          2 Np                 m/s   world
+    ================  ===================  ====  =====
+
+    Source: ours, on the game of Zhang 2014, 2.2.2; see `numerics.tracking.lookahead`.
+
+    Args:
+        world: Whose corners threaten.
+        regions: Where the pursuers' centres may be, from `shrink_world`.
+        pursuers: Number of pursuers Np.
+        evaders: Number of evaders Ne.
+        top_speed: Of the pursuers [m/s].
+        speed_ratio: a = v_e / v_p, in (0, 1).
+
+    Raises:
+        InvalidInput: A number is out of its range; at run time, an assignment names no evader.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        regions: Sequence[World],
+        *,
+        pursuers: int,
+        evaders: int,
+        top_speed: float,
+        speed_ratio: float,
+    ):
+        super().__init__()
+        require_positive("top_speed", top_speed)
+        require(0 < speed_ratio < 1, "speed_ratio", "lie in (0, 1)", speed_ratio)
+        self._region = build_edge_index(*regions)
+        self._corners = corner_table(world)
+        self._evader_count = evaders
+        self._ratio, self._speed = float(speed_ratio), float(top_speed)
+        self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
+        self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
+        size = sight_size(pursuers, evaders, len(self._corners))
+        self._sight = self.DeclareVectorInputPort("sight", size)
+        self._assignment = self.DeclareVectorInputPort("assignment", pursuers)
+        self.DeclareVectorOutputPort("velocity", 2 * pursuers, self._calc_velocity)
+
+    def _calc_velocity(self, context, output):
+        assignment = read(self._assignment, context)
+        require_assignment(assignment, self._evader_count)
+        velocity = lookahead_velocities(
+            self._region,
+            read(self._pursuers, context),
+            read(self._evaders, context),
+            read(self._sight, context),
+            assignment,
+            self._corners,
+            self._ratio,
+            self._speed,
+        )
+        output.set_value(velocity)
