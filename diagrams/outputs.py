@@ -1,13 +1,44 @@
-"""Folders of results that are complete or not there at all."""
+"""Folders of results that are complete or not there at all, and what is said of a full disk."""
 
+import errno
 import os
 import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NoReturn
 
 from ..systems.numerics.errors import InvalidInput
+
+# What the system answers when a disk, a quota or the largest size of a file is used up.
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+class NoRoom(InvalidInput):
+    """Results do not fit where they are to go: the disk is full, or a quota is used up."""
+
+
+def lacks_room(error: BaseException) -> bool:
+    """Whether an error says that nothing more can be written, whoever raised it."""
+    return isinstance(error, NoRoom) or (isinstance(error, OSError) and error.errno in _NO_ROOM)
+
+
+def refuse(path: str | Path, error: OSError) -> NoReturn:
+    """Say that results cannot be written.
+
+    Args:
+        path: Where they were to go.
+        error: What the system said.
+
+    Raises:
+        InvalidInput: Always; a `NoRoom` if there is no room for them.
+    """
+    if lacks_room(error):
+        raise NoRoom(
+            f"`out` must have room for the results; got {path} ({error.strerror})"
+        ) from None
+    raise InvalidInput(f"`out` must be a writable folder; got {path} ({error.strerror})") from None
 
 
 @contextmanager
@@ -25,8 +56,9 @@ def output_folder(path: str | Path) -> Iterator[Path]:
 
     Raises:
         InvalidInput: `path`, or something on the way to it, is not a folder or not writable
-            (before the block), or a folder stands where a file is to go (after it; nothing has
-            been moved then).
+            (before the block), a file in the folder cannot be written (within it; a `NoRoom` if
+            the disk is full), or a folder stands where a file is to go (after it; nothing has been
+            moved then).
     """
     path = Path(path)
     try:
@@ -37,10 +69,15 @@ def output_folder(path: str | Path) -> Iterator[Path]:
             home = home.parent
         scratch = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=home))
     except OSError as error:
-        raise _unusable(path, error) from None
+        refuse(path, error)
     try:
         yield scratch
         _move(scratch, path)
+    except OSError as error:
+        # Other things than results fail with an OSError too, a radio for instance.
+        if lacks_room(error) or _is_below(scratch, error.filename):
+            refuse(path, error)
+        raise
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
 
@@ -58,8 +95,8 @@ def _move(scratch: Path, path: Path) -> None:
         for file in files:
             os.replace(scratch / file, path / file)
     except OSError as error:
-        raise _unusable(path, error) from None
+        refuse(path, error)
 
 
-def _unusable(path: Path, error: OSError) -> InvalidInput:
-    return InvalidInput(f"`out` must be a writable folder; got {path} ({error.strerror})")
+def _is_below(folder: Path, file: object) -> bool:
+    return isinstance(file, (str, os.PathLike)) and folder in Path(file).parents

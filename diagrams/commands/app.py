@@ -1,14 +1,16 @@
 """The command `sightfield`: its subcommands, and what errors look like."""
 
 import logging
+import os
 import sys
 from importlib import import_module, metadata
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 from typer.core import TyperGroup
 
 from ...systems.numerics.errors import SightfieldError
+from ..outputs import lacks_room
 
 # Subcommands: each a function of its name in its module, or a Typer app for one with subcommands.
 COMMANDS = {
@@ -66,12 +68,41 @@ def import_command(name: str) -> Any:
 
 
 def main() -> None:
-    """Run the command line: exit code 0 done, 2 bad input in one line, 1 anything else."""
+    """Run the command line: exit code 0 done, 2 bad input in one line, 1 anything else.
+
+    A full disk is bad input, wherever it is met: in a folder of results, which says so itself, in
+    temporary files, caches or standard output.
+    """
     try:
-        make_app()()
+        try:
+            make_app()()
+        finally:
+            _flush()
     except SightfieldError as error:
-        print(f"error: {error}", file=sys.stderr)
-        sys.exit(2)
+        _refuse(str(error))
+    except BrokenPipeError:
+        # Whoever read the output has read enough.
+        sys.exit(1)
+    except OSError as error:
+        if not lacks_room(error):
+            raise
+        file = f", {error.filename}" if error.filename else ""
+        _refuse(f"`disk` must have room for what is written; got {error.strerror}{file}")
+
+
+def _refuse(line: str) -> NoReturn:
+    print(f"error: {line}", file=sys.stderr)
+    sys.exit(2)
+
+
+def _flush() -> None:
+    """Write what is still to be written to standard output, while an error can be answered."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        # Python would try again at its end, and complain in lines of its own.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise
 
 
 def _empty_app(cls: type[TyperGroup] = TyperGroup) -> typer.Typer:

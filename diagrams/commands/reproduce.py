@@ -13,13 +13,14 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ...systems.numerics.errors import require
+from ...systems.numerics.errors import require, require_one_of
 from ..outputs import output_folder
 from ..reproduction.evidence import Exhibit, Workshop
 from ..reproduction.make_exhibits import FAILED, Made, make_exhibits
 from ..reproduction.page.make_page import make_page
 from ..reproduction.registry import chosen_exhibits
 from ..reproduction.summary import summarise
+from ..studies.opponents import OPPONENTS, read_opponent_runs
 from ..world_source import WorldSource
 
 
@@ -37,6 +38,13 @@ def reproduce(
         int | None,
         typer.Option(
             help="Of each cell of the studies, for a shorter report [default: up to 1000]."
+        ),
+    ] = None,
+    opponent_runs: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="POLICY=RUNS",
+            help="Of each cell against these evaders, as best_response=300; again for more.",
         ),
     ] = None,
     workers: Annotated[
@@ -63,6 +71,10 @@ def reproduce(
     count = os.cpu_count() or 1 if workers is None else workers
     require(count >= 0, "workers", "be zero or positive", count)
     require(runs is None or runs > 1, "runs", "be two at least", runs)
+    numbers = read_opponent_runs(opponent_runs or [])
+    for opponent, number in numbers.items():
+        require_one_of("opponent-runs", opponent, OPPONENTS)
+        require(number > 1, "opponent-runs", "be two at least", number)
     if world is not None:
         WorldSource(file=str(world)).load()
     console = Console(stderr=as_json)
@@ -76,6 +88,7 @@ def reproduce(
             workers=count,
             world=world,
             runs=runs,
+            opponent_runs=numbers,
         )
         made = _make(exhibits, workshop, console)
         summary = summarise(made, quick=quick)

@@ -61,7 +61,8 @@ def social(
     realtime: Annotated[
         float | None,
         typer.Option(
-            help="Simulated seconds per second, 0: as fast as possible [default: 1 with matrix]."
+            help="Simulated seconds per second, 0: as fast as possible [default: 1 with matrix, "
+            "else 0]."
         ),
     ] = None,
 ) -> None:

@@ -4,9 +4,10 @@ import json
 import os
 import sys
 import tempfile
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
 from contextlib import contextmanager, nullcontext
-from dataclasses import asdict, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,15 +19,26 @@ from rich.text import Text
 
 from ...systems.numerics.errors import require, require_one_of
 from ...systems.numerics.geometry.arenas.random_arena import Arena
-from ..outputs import output_folder
+from ..outputs import NoRoom, output_folder
 from ..scenario_files import build, with_settings
 from ..studies.assignment_study import assignment_grid, assignment_study
 from ..studies.engine import run_study
 from ..studies.grid import Grid
+from ..studies.opponents import (
+    FEWER,
+    OPPONENTS,
+    POLICIES,
+    RUNS,
+    fewer_runs,
+    read_opponent_runs,
+)
+from ..studies.policies_study import RUNS as POLICY_RUNS
+from ..studies.policies_study import SIZES, policies_grid, policies_study
 from ..studies.records import recorded_study
 from ..studies.report import write_scenario, write_study_report
 from ..studies.study import Study
 from ..studies.summary import summarise
+from ..studies.tables import mean_tables
 from ..studies.tracking_study import SECONDS, thesis_base, tracking_grid, tracking_study
 from ..tracking.game import set_up_game
 from ..tracking.live_page import open_live_page
@@ -38,7 +50,26 @@ from ..world_source import WorldSource
 
 study = typer.Typer(help="Play a grid of games many times over, with statistics.")
 
-Runs = Annotated[int | None, typer.Option(help="Runs of each cell [default: 1000].")]
+
+def _runs_option(runs: int) -> Any:
+    return typer.Option(help=f"Runs of each cell [default: {runs}].")
+
+
+Opponents = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="POLICY",
+        help=f"Evaders to play against; again for more [default: {', '.join(OPPONENTS)}].",
+    ),
+]
+OpponentRuns = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="POLICY=RUNS",
+        help="Runs of each cell against these evaders, where not --runs [default: "
+        f"{', '.join(f'{name}={number}' for name, number in FEWER.items())}, or --runs if fewer].",
+    ),
+]
 Seed = Annotated[int | None, typer.Option(help="Root of all seeds [default: 0].")]
 Seconds = Annotated[float | None, typer.Option(help=f"Horizon [s] [default: {SECONDS:g}].")]
 Settings = Annotated[
@@ -67,7 +98,7 @@ Resume = Annotated[
 ]
 Only = Annotated[
     str | None,
-    typer.Option(metavar="CELL:RUN", help="Replay this run alone, as 3v4-uniform:17."),
+    typer.Option(metavar="CELL:RUN", help="Replay this run, as 3v4-uniform-best_response:17."),
 ]
 Out = Annotated[
     Path | None, typer.Option(help="Folder for table, summary and pictures; or of the replay.")
@@ -75,9 +106,36 @@ Out = Annotated[
 AsJson = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
 
 
+@dataclass(frozen=True, kw_only=True)
+class Wanted:
+    """What the options say of a study; None: nothing.
+
+    Attributes:
+        runs: Of each cell.
+        opponents: Policies of the evaders.
+        opponent_runs: Runs against some of them, "best_response=100".
+        seed: Root of all seeds.
+        seconds: Horizon [s].
+        settings: "key=value", for every game or, as "arena.key=value", for the random worlds.
+        world: A map in which all is played.
+        sizes: Of the teams, "3v4".
+    """
+
+    runs: int | None
+    opponents: list[str] | None
+    opponent_runs: list[str] | None
+    seed: int | None
+    seconds: float | None
+    settings: list[str] | None
+    world: Path | None
+    sizes: list[str] | None = None
+
+
 @study.command()
 def tracking(
-    runs: Runs = None,
+    runs: Annotated[int | None, _runs_option(RUNS)] = None,
+    opponent: Opponents = None,
+    opponent_runs: OpponentRuns = None,
     seed: Seed = None,
     seconds: Seconds = None,
     setting: Settings = None,
@@ -91,15 +149,26 @@ def tracking(
 ) -> None:
     """How long 1 to 4 pursuers keep 1 to 4 evaders in sight, with each risk vector.
 
-    Figures 2.16 to 2.18 of the thesis.
+    Figures 2.16 to 2.18 of the thesis, against each opponent.
     """
-    chosen = _choose(tracking_study, "tracking", runs, seed, seconds, setting, world, resume)
+    wanted = Wanted(
+        runs=runs,
+        opponents=opponent,
+        opponent_runs=opponent_runs,
+        seed=seed,
+        seconds=seconds,
+        settings=setting,
+        world=world,
+    )
+    chosen = _choose(tracking_study, "tracking", wanted, resume, OPPONENTS, RUNS)
     _do(chosen, tracking_grid, workers, cluster, resume, only, out, as_json)
 
 
 @study.command()
 def assignment(
-    runs: Runs = None,
+    runs: Annotated[int | None, _runs_option(RUNS)] = None,
+    opponent: Opponents = None,
+    opponent_runs: OpponentRuns = None,
     seed: Seed = None,
     seconds: Seconds = None,
     setting: Settings = None,
@@ -113,48 +182,113 @@ def assignment(
 ) -> None:
     """Whether three pursuers with three risk functions gain from ranking and aggregation.
 
-    Figure 2.19 of the thesis.
+    Figure 2.19 of the thesis, against each opponent.
     """
-    chosen = _choose(assignment_study, "assignment", runs, seed, seconds, setting, world, resume)
+    wanted = Wanted(
+        runs=runs,
+        opponents=opponent,
+        opponent_runs=opponent_runs,
+        seed=seed,
+        seconds=seconds,
+        settings=setting,
+        world=world,
+    )
+    chosen = _choose(assignment_study, "assignment", wanted, resume, OPPONENTS, RUNS)
     _do(chosen, assignment_grid, workers, cluster, resume, only, out, as_json)
+
+
+@study.command()
+def policies(
+    runs: Annotated[int | None, _runs_option(POLICY_RUNS)] = None,
+    opponent: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="POLICY", help="Evaders to play against; again for more [default: all of them]."
+        ),
+    ] = None,
+    opponent_runs: OpponentRuns = None,
+    size: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NvM", help=f"Teams; again for more [default: {', '.join(SIZES)}]."),
+    ] = None,
+    seed: Seed = None,
+    seconds: Seconds = None,
+    setting: Settings = None,
+    world: OneWorld = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    resume: Resume = None,
+    only: Only = None,
+    out: Out = None,
+    as_json: AsJson = False,
+) -> None:
+    """What each way to pursue is worth against each way to escape: a matrix for each pair of teams.
+
+    The thesis's pursuers, with and without holding their assignments, on the field of margins, and
+    with a look ahead.
+    """
+    wanted = Wanted(
+        runs=runs,
+        opponents=opponent,
+        opponent_runs=opponent_runs,
+        seed=seed,
+        seconds=seconds,
+        settings=setting,
+        world=world,
+        sizes=size,
+    )
+    chosen = _choose(policies_study, "policies", wanted, resume, POLICIES, POLICY_RUNS)
+    _do(chosen, policies_grid, workers, cluster, resume, only, out, as_json)
 
 
 def _choose(
     make: Callable[..., Study],
     name: str,
-    runs: int | None,
-    seed: int | None,
-    seconds: float | None,
-    settings: list[str] | None,
-    world: Path | None,
+    wanted: Wanted,
     resume: Path | None,
+    opponents: Sequence[str],
+    runs: int,
 ) -> Study:
-    """The study that is begun in a folder, or that the options describe."""
+    """The study that is begun in a folder, or that the options describe.
+
+    Opponents and runs are those of a study of which the options say nothing.
+    """
     if resume is not None:
-        given = (runs, seed, seconds, settings, world)
         require(
-            all(each is None for each in given),
+            all(each is None for each in vars(wanted).values()),
             "--resume",
-            "come without --runs, --seed, --seconds, --set and --world, which its folder knows",
+            "come without options of the study, which its folder knows",
             "one of them",
         )
         begun = recorded_study(resume)
         require(begun.name == name, "--resume", f"hold the study {name}", begun.name)
         return begun
+    world, settings = wanted.world, wanted.settings or []
     source = None if world is None else WorldSource(file=str(world.resolve()))
-    base = thesis_base(SECONDS if seconds is None else seconds, source)
-    arena = [each.removeprefix("arena.") for each in settings or [] if each.startswith("arena.")]
-    others = [each for each in settings or [] if not each.startswith("arena.")]
+    base = thesis_base(SECONDS if wanted.seconds is None else wanted.seconds, source)
+    arena = [each.removeprefix("arena.") for each in settings if each.startswith("arena.")]
+    others = [each for each in settings if not each.startswith("arena.")]
     known = [each.name for each in fields(Arena)]
     for each in arena:
         require_one_of("--set arena", each.partition("=")[0], known)
     require(not (arena and world), "--set", "not set the arena with --world", f"arena.{arena[:1]}")
-    return make(
-        runs=1000 if runs is None else runs,
-        seed=0 if seed is None else seed,
+    against = wanted.opponents or opponents
+    number = runs if wanted.runs is None else wanted.runs
+    chosen = make(
+        runs=number,
+        opponents=against,
+        opponent_runs=fewer_runs(against, number, read_opponent_runs(wanted.opponent_runs or [])),
+        seed=0 if wanted.seed is None else wanted.seed,
         base=build(TrackingScenario, with_settings(asdict(base), others)),
         arena=build(Arena, with_settings(asdict(Arena()), arena)) if world is None else None,
+        **({} if wanted.sizes is None else {"sizes": wanted.sizes}),
     )
+    # What every cell sets itself would be lost without a word.
+    varied = {key.partition("=")[0] for cell in chosen.cells for key in cell.settings}
+    for each in others:
+        key = each.partition("=")[0]
+        require(key not in varied, "--set", f"leave to the study what it varies: {key}", each)
+    return chosen
 
 
 def _do(
@@ -176,23 +310,28 @@ def _do(
         return
     require(resume is None or out in (None, resume), "--out", "be left out with --resume", out)
     place = resume or out
+    again = f"sightfield study {chosen.name} --resume {place}"
     grid = grid_of(chosen)
     count = (os.cpu_count() or 1) if workers is None else workers
-    with tempfile.TemporaryDirectory() if place is None else nullcontext(place) as folder:
-        with _bar(console, shown=sys.stdout.isatty() and not as_json) as progress:
-            try:
+    try:
+        with tempfile.TemporaryDirectory() if place is None else nullcontext(place) as folder:
+            with _bar(console, shown=sys.stdout.isatty() and not as_json) as progress:
                 result = run_study(
                     chosen, Path(folder), workers=count, cluster=cluster, progress=progress
                 )
-            except KeyboardInterrupt:
-                if place is not None:
-                    console.print(f"Go on with: sightfield study {chosen.name} --resume {place}")
-                raise
-        summary = summarise(result, grid)
-        written = ["table.parquet"]
+            summary = summarise(result, grid)
+            written = ["table.parquet"]
+            if place is not None:
+                with output_folder(place) as scratch:
+                    written += write_study_report(result, grid, summary, scratch)
+    except KeyboardInterrupt:
         if place is not None:
-            with output_folder(place) as scratch:
-                written += write_study_report(result, grid, summary, scratch)
+            console.print(f"Go on with: {again}")
+        raise
+    except NoRoom as error:
+        if place is None or not (place / "study.json").is_file():
+            raise
+        raise NoRoom(f"{error}; with room go on with: {again}") from None
     if as_json:
         print(json.dumps(summary, indent=2))
         return
@@ -235,29 +374,21 @@ def _bar(console: Console, *, shown: bool):
 
 
 def _show(console: Console, summary: dict[str, Any], grid: Grid) -> None:
-    """Print restricted means and the clearest comparisons."""
-    cells, level = summary["cells"], f"{summary['confidence']:.0%}"
-    for panel in grid.means:
-        evaders = sorted({m for series in panel.series.values() for m in series})
+    """Print restricted means, whom they are worst against, and the clearest comparisons."""
+    for each in mean_tables(summary, grid):
         # Text: Rich would take [s] for markup.
-        title = Text(f"{panel.title}: mean up to the horizon [s], {level} interval")
-        table = Table(title=title, title_justify="left", box=None)
-        table.add_column("evaders")
-        for m in evaders:
-            table.add_column(str(m), justify="right", no_wrap=True)
-        for label, series in panel.series.items():
-            table.add_row(label, *(_interval(cells[series[m]]["mean"]) for m in evaders))
+        table = Table(title=Text(each.title), title_justify="left", box=None)
+        table.add_column(each.head[0])
+        for head in each.head[1:]:
+            table.add_column(head, justify="right")
+        for row in each.rows:
+            table.add_row(*row)
         console.print(table)
+    worst = [each for row in summary["worst"].values() for each in row.values()]
+    counts = ", ".join(f"{opponent} {count}" for opponent, count in Counter(worst).most_common())
+    console.print(f"Strongest opponent, of {len(worst)} pairs of teams and pursuers: {counts}.")
     clear = [each for each in summary["comparisons"] if each["holm_p"] < 0.05]
     console.print(
         f"{len(clear)} of {len(summary['comparisons'])} paired differences are significant at 5% "
         "after Holm's correction; summary.json has all."
     )
-
-
-def _interval(mean: dict[str, float]) -> str:
-    return f"{_short(mean['value'])} ({_short(mean['low'])}-{_short(mean['high'])})"
-
-
-def _short(value: float) -> str:
-    return f"{value:.1f}" if value < 9.95 else f"{value:.0f}"

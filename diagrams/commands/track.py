@@ -47,7 +47,7 @@ def track(
     realtime: Annotated[
         float | None,
         typer.Option(
-            help="Simulated seconds per second, 0: as fast as possible [default: 1 live]."
+            help="Simulated seconds per second, 0: as fast as possible [default: 1 live, else 0]."
         ),
     ] = None,
 ) -> None:
@@ -56,7 +56,7 @@ def track(
     require_non_negative("--realtime", realtime or 0.0)
     attended = sys.stdout.isatty() and sys.stdin.isatty() and not as_json
     live = attended if meshcat is None else meshcat
-    rate = realtime if realtime is not None else float(live and attended)
+    rate = realtime if realtime is not None else float(live)
     console = Console(stderr=as_json)
     # A folder that cannot be written is found out before the run, not after it.
     with output_folder(out) if out is not None else nullcontext() as folder:

@@ -1,10 +1,11 @@
 """What an exhibit is, and what making it brings to light."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...systems.numerics.errors import require_one_of
+from ..studies.opponents import FEWER
 
 AGREES, DIFFERS, UNDECIDED, SHOWN = "agrees", "differs", "cannot tell", "shown"
 
@@ -93,7 +94,9 @@ class Workshop:
         studies: Folder for the runs of Monte Carlo studies, which continue what they find there.
         workers: Processes for studies, 0: this one.
         world: A map on which claims are judged as well; None: no other.
-        runs: Of each cell of every study; None: as many as the exhibit takes.
+        runs: Of each cell of every study; None: as many as the exhibit takes. Against opponents
+            that are slow to play (FEWER) never more than the exhibit takes.
+        opponent_runs: Of each cell against some opponents, whatever the others say.
         progress: Told how many games of a study are played, and of how many.
     """
 
@@ -103,11 +106,21 @@ class Workshop:
     workers: int = 0
     world: Path | None = None
     runs: int | None = None
+    opponent_runs: Mapping[str, int] = field(default_factory=dict)
     progress: Callable[[int, int], None] = lambda done, total: None
 
-    def runs_of(self, full: int, quick: int) -> int:
-        """How many runs of each cell: those asked for, else in full or quickly."""
-        return self.runs or (quick if self.quick else full)
+    def runs_against(self, full: Mapping[str, int], quick: Mapping[str, int]) -> dict[str, int]:
+        """How many runs of each cell against each opponent, in full or quickly, or as asked for.
+
+        Args:
+            full, quick: By opponent.
+        """
+        found = {}
+        for opponent, usual in (quick if self.quick else full).items():
+            runs = self.runs or usual
+            fewer = min(runs, usual) if opponent in FEWER else runs
+            found[opponent] = self.opponent_runs.get(opponent, fewer)
+        return found
 
 
 @dataclass(frozen=True)

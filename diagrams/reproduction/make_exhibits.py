@@ -5,6 +5,7 @@ import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from ..outputs import lacks_room
 from .evidence import Evidence, Exhibit, Workshop
 
 FAILED = "failed"
@@ -43,6 +44,9 @@ def make_exhibits(
         exhibits: In this order.
         workshop: How, and where.
         begin: Told which one is next.
+
+    Raises:
+        NoRoom: The disk is full; no other exhibit could be kept either.
     """
     return tuple(_make(exhibit, workshop, begin) for exhibit in exhibits)
 
@@ -53,6 +57,9 @@ def _make(exhibit: Exhibit, workshop: Workshop, begin: Callable[[Exhibit], None]
     evidence, error = None, ""
     try:
         evidence = exhibit.make(workshop)
-    except Exception:  # whatever it was, it belongs on the page beside what went well
+    except Exception as fault:  # whatever it was, it belongs on the page beside what went well
+        # But for a page there has to be room.
+        if lacks_room(fault):
+            raise
         error = traceback.format_exc()
     return Made(exhibit, evidence, error, time.perf_counter() - began)

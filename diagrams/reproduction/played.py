@@ -2,9 +2,9 @@
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from ..studies.claims.claim import FAILS, HOLDS, OPEN, Verdict
+from ..studies.claims.claim import FAILS, HOLDS, OPEN, Judgement
 from ..studies.engine import run_study
 from ..studies.records import StudyResult
 from ..studies.study import Study, study_to_json
@@ -21,22 +21,55 @@ def played(workshop: Workshop, study: Study) -> StudyResult:
     return run_study(study, folder, workers=workshop.workers, progress=workshop.progress)
 
 
-def findings_of(verdicts: Sequence[Verdict]) -> tuple[Finding, ...]:
-    """Judged claims as findings."""
+def fewest(runs: Mapping[str, int], most: Mapping[str, int]) -> dict[str, int]:
+    """Runs of a variant by opponent: no more than `most`, nor than the study itself has.
+
+    Args:
+        runs: Of each cell of the study, by opponent.
+        most: Of each cell of the variant, by opponent; one that the study has not may have as
+            many as the study has at most.
+    """
+    asked = max(runs.values())
+    return {opponent: min(number, runs.get(opponent, asked)) for opponent, number in most.items()}
+
+
+def findings_of(judgements: Sequence[Judgement]) -> tuple[Finding, ...]:
+    """Judged claims as findings; each is what the strongest opponent leaves of it."""
     return tuple(
-        Finding(each.claim, each.says, each.evidence, _VERDICTS[each.verdict]) for each in verdicts
+        Finding(each.claim, each.strongest.says, each.evidence, _VERDICTS[each.verdict])
+        for each in judgements
     )
 
 
-def verdicts_by_assumption(everywhere: dict[str, tuple[Verdict, ...]]) -> Table:
-    """How the verdicts vary with what the thesis does not state: a row for each claim."""
-    columns = list(everywhere.values())
+def verdicts_by_assumption(everywhere: dict[str, tuple[Judgement, ...]]) -> Table:
+    """How the verdicts vary with what the thesis does not state: a row for each claim.
+
+    A column for each opponent that a claim was judged against; a star is at the strongest's.
+    """
+    columns = [
+        (f"{name}, {verdict.opponent}", k)
+        for name, judgements in everywhere.items()
+        for k, verdict in enumerate(judgements[0].against)
+    ]
+    judged = [judgements for judgements in everywhere.values() for _ in judgements[0].against]
     return Table(
-        "The same claims with other maps, evaders, robots and horizons, which the thesis does not "
-        "state",
-        ("claim", *everywhere),
+        "The same claims against each opponent (* the strongest, where there are several), with "
+        "other maps, robots and horizons, which the thesis does not state",
+        ("claim", *(head for head, _ in columns)),
         tuple(
-            (first.claim, *(column[k].verdict for column in columns))
-            for k, first in enumerate(columns[0])
+            (
+                first.claim,
+                *(
+                    _entry(judgements[row], k)
+                    for judgements, (_, k) in zip(judged, columns, strict=True)
+                ),
+            )
+            for row, first in enumerate(judged[0])
         ),
     )
+
+
+def _entry(judgement: Judgement, k: int) -> str:
+    verdict = judgement.against[k]
+    several = len(judgement.against) > 1
+    return verdict.verdict + (" *" if several and verdict is judgement.strongest else "")

@@ -65,8 +65,8 @@ def run_study(
     blocks = blocks_of(study)
     if not records.is_finished(folder):
         left = [block for block in blocks if not records.has_block(study, folder, *block)]
-        cells, total = len(study.cells), study.runs * len(study.cells)
-        remaining = {block: cells * (block[1] - block[0]) for block in left}
+        total = study.games(0, study.runs)
+        remaining = {block: study.games(*block) for block in left}
 
         def keep(block: Block, rows: Rows) -> None:
             records.write_block(folder, *block, rows)

@@ -1,15 +1,17 @@
-"""Pictures of a study: restricted means with their intervals, and survival curves."""
+"""Pictures of a study: restricted means with intervals, matrices of them, survival curves."""
 
 import math
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from ...systems.numerics.statistics.survival import kaplan_meier, restricted_mean
 from .grid import Grid, Panel
+from .opponents import runs_in_words
 from .records import StudyResult
-from .summary import CONFIDENCE
+from .summary import CONFIDENCE, mean_matrix, worst_of
 
 _COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown", "tab:gray")
 _MARKERS = "osD^vP"
@@ -18,18 +20,67 @@ _MARKERS = "osD^vP"
 def draw_means(result: StudyResult, grid: Grid) -> Figure:
     """Mean tracking time up to the horizon over the number of evaders, a panel for each figure."""
     panels = grid.means
-    figure = Figure(figsize=(1.2 + 4.0 * len(panels), 4.6), layout="constrained")
-    axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
-    for axis, panel in zip(axes, panels, strict=True):
+    columns = grid.columns or len(panels)
+    rows = math.ceil(len(panels) / columns)
+    figure = Figure(figsize=(1.2 + 4.0 * columns, 0.6 + 4.0 * rows), layout="constrained")
+    axes = figure.subplots(rows, columns, sharey=True, squeeze=False)
+    for axis, panel in zip(axes.ravel(), panels, strict=True):
         _draw_panel(axis, result, panel)
-    axes[0].set_ylabel("restricted mean of the tracking time [s]")
+    for axis in axes[:, 0]:
+        axis.set_ylabel("restricted mean of the tracking time [s]")
     if len(panels) > 1:
-        handles, labels = axes[0].get_legend_handles_labels()
+        handles, labels = axes[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
     else:
-        axes[0].legend(frameon=False)
+        axes[0, 0].legend(frameon=False)
     figure.suptitle(
-        f"{result.study.runs} runs a cell, bars: {CONFIDENCE:.0%} confidence", fontsize=10
+        f"{runs_in_words(result.study)}, bars: {CONFIDENCE:.0%} confidence", fontsize=10
+    )
+    return figure
+
+
+def draw_matrix(result: StudyResult, grid: Grid) -> Figure:
+    """Restricted means with their intervals, pursuers over evaders, for each pair of teams.
+
+    A frame is round the evaders that are worst for the pursuers of the row (`worst_of`).
+    """
+    matrix = mean_matrix(result, grid)
+    names = list(dict.fromkeys(name for rows in matrix.values() for name in rows))
+    opponents = list(
+        dict.fromkeys(o for rows in matrix.values() for row in rows.values() for o in row)
+    )
+    columns = min(4, math.ceil(math.sqrt(len(matrix))))
+    lines = math.ceil(len(matrix) / columns)
+    size = (1.5 + 1.2 * len(opponents) * columns, 1.3 + (0.7 + 0.55 * len(names)) * lines)
+    figure = Figure(figsize=size, layout="constrained")
+    axes = figure.subplots(lines, columns, squeeze=False)
+    for axis in axes.ravel()[len(matrix) :]:
+        axis.set_axis_off()
+    top = max(result.horizon(cell.name) for cell in result.study.cells)
+    for k, (axis, (title, rows)) in enumerate(zip(axes.ravel(), matrix.items(), strict=False)):
+        values = np.array(
+            [[row[opponent].value for opponent in opponents] for row in rows.values()]
+        )
+        axis.imshow(values, cmap="YlGn", vmin=0.0, vmax=top, aspect="auto")
+        cells = list(grid.matrix[title].values())
+        for i, row in enumerate(rows.values()):
+            worst = opponents.index(worst_of(result, cells[i]))
+            axis.add_patch(Rectangle((worst - 0.47, i - 0.45), 0.94, 0.9, fill=False, linewidth=2))
+            for j, opponent in enumerate(opponents):
+                mean = row[opponent]
+                # Dark cells have long times.
+                colour = "white" if mean.value > 0.6 * top else "black"
+                said = f"{mean.value:.1f}\n({mean.low:.1f} to {mean.high:.1f})"
+                axis.text(j, i, said, ha="center", va="center", fontsize=7, color=colour)
+        axis.set_title(title, fontsize=10)
+        axis.set_xticks(range(len(opponents)), opponents, fontsize=8)
+        axis.set_yticks(range(len(rows)), list(rows) if k % columns == 0 else [""] * len(rows))
+        axis.tick_params(axis="y", labelsize=8)
+        axis.tick_params(length=0)
+    figure.suptitle(
+        f"restricted means of the tracking time [s] ({CONFIDENCE:.0%} confidence)\n"
+        f"pursuers against evaders, the worst framed\n{runs_in_words(result.study)}",
+        fontsize=10,
     )
     return figure
 

@@ -70,17 +70,23 @@ def play(game: TrackingGame) -> tuple[float, int]:
 
 
 def play_block(study: Study, start: int, stop: int) -> Rows:
-    """Play the runs from start to stop of every cell; runs of one number share their world.
+    """Play the runs from start to stop of every cell that has them.
+
+    Runs of one number share their world.
 
     Raises:
         InvalidInput: A game cannot be set up.
     """
-    scenarios = [(cell.name, cell_scenario(study, cell)) for cell in study.cells]
+    scenarios = [
+        (cell.name, study.runs_of(cell), cell_scenario(study, cell)) for cell in study.cells
+    ]
     rows: Rows = {name: [] for name in COLUMNS}
     for run in range(start, stop):
         seed = run_seed(study.seed, run)
         drawn = None if study.arena is None else draw_arena(study.arena, seed)
-        for name, each in scenarios:
+        for name, runs, each in scenarios:
+            if run >= runs:
+                continue
             scenario = in_world(each, drawn, seed)
             try:
                 world = drawn or _fixed_world(json.dumps(asdict(scenario.world)))

@@ -26,7 +26,7 @@ class Player:
         self._games = 0
 
     def submit(self, study: Study, start: int, stop: int) -> Future:
-        """Play the runs from start to stop of every cell; the result is of `play_block`.
+        """Play the runs from start to stop of the cells; the result is of `play_block`.
 
         The block before must be done.
         """
@@ -38,7 +38,7 @@ class Player:
             context = multiprocessing.get_context("forkserver")
             context.set_forkserver_preload([play_block.__module__])
             self._executor = ProcessPoolExecutor(1, context, initializer=_stay_behind)
-        self._games += (stop - start) * len(study.cells)
+        self._games += study.games(start, stop)
         return self._executor.submit(play_block, study, start, stop)
 
     def close(self) -> None:

@@ -19,6 +19,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from ...systems.numerics.errors import InvalidInput, require
+from ..outputs import refuse
 from .play import COLUMNS, Rows
 from .study import Study, study_from_json, study_to_json
 
@@ -45,6 +46,17 @@ class StudyResult:
     study: Study
     table: pa.Table
 
+    def rows(self, cell: str) -> pa.Table:
+        """The part of the table that a cell has.
+
+        Raises:
+            InvalidInput: There is no such cell.
+        """
+        study, cell_of_name = self.study, self.study.cell(cell)
+        before = study.cells[: study.cells.index(cell_of_name)]
+        start = sum(study.runs_of(each) for each in before)
+        return self.table.slice(start, study.runs_of(cell_of_name))
+
     def times(self, cell: str) -> np.ndarray:
         """Tracking times of a cell in the order of runs, at most the horizon, shape (runs,) [s].
 
@@ -62,8 +74,7 @@ class StudyResult:
         return float(self._column(cell, "horizon")[0])
 
     def _column(self, cell: str, name: str) -> np.ndarray:
-        row = self.study.cells.index(self.study.cell(cell)) * self.study.runs
-        return self.table[name].slice(row, self.study.runs).to_numpy()
+        return self.rows(cell)[name].to_numpy()
 
 
 def open_records(study: Study, folder: Path) -> None:
@@ -101,7 +112,12 @@ def recorded_study(folder: Path) -> Study:
 
 
 def write_block(folder: Path, start: int, stop: int, rows: Rows) -> None:
-    """Keep the runs from start to stop."""
+    """Keep the runs from start to stop.
+
+    Raises:
+        InvalidInput: The folder cannot be written; a `NoRoom` if its disk is full. What it holds
+            already stays.
+    """
     buffer = pa.BufferOutputStream()
     pq.write_table(pa.table(rows, schema=SCHEMA), buffer)
     _write(_block_file(folder, start, stop), buffer.getvalue().to_pybytes())
@@ -113,19 +129,25 @@ def has_block(study: Study, folder: Path, start: int, stop: int) -> bool:
         metadata = pq.read_metadata(_block_file(folder, start, stop))
     except (OSError, pa.ArrowInvalid):
         return False
-    return metadata.num_rows == (stop - start) * len(study.cells)
+    return metadata.num_rows == study.games(start, stop)
 
 
 def finish_records(study: Study, folder: Path, blocks: list[tuple[int, int]]) -> None:
     """Join the blocks into the table."""
     tables = [pq.read_table(_block_file(folder, *block), schema=SCHEMA) for block in blocks]
     table = pa.concat_tables(tables)
-    # Blocks come in order of runs, and hold all cells of each.
-    order = np.arange(table.num_rows).reshape(study.runs, len(study.cells)).T.ravel()
+    # Blocks come in order of runs, and hold all cells that have each.
+    cells = [k for run in range(study.runs) for k in _cells_with(study, run)]
+    order = np.argsort(cells, kind="stable")
     buffer = pa.BufferOutputStream()
     pq.write_table(table.take(pa.array(order)).combine_chunks(), buffer)
     _write(folder / "table.parquet", buffer.getvalue().to_pybytes())
     shutil.rmtree(folder / "blocks")
+
+
+def _cells_with(study: Study, run: int) -> list[int]:
+    """Numbers of the cells that have a run."""
+    return [k for k, cell in enumerate(study.cells) if run < study.runs_of(cell)]
 
 
 def is_finished(folder: Path) -> bool:
@@ -179,6 +201,4 @@ def _write(file: Path, content: bytes) -> None:
             Path(scratch).unlink(missing_ok=True)
             raise
     except OSError as error:
-        raise InvalidInput(
-            f"`out` must be a writable folder; got {file.parent} ({error.strerror})"
-        ) from None
+        refuse(file.parent, error)

@@ -8,8 +8,9 @@ import yaml
 
 from ..tracking.scenario import TrackingScenario
 from .grid import Grid
-from .pictures import draw_curves, draw_means
+from .pictures import draw_curves, draw_matrix, draw_means
 from .records import StudyResult
+from .tables import mean_tables, to_markdown
 
 
 def write_study_report(
@@ -19,15 +20,22 @@ def write_study_report(
 
     Args:
         result: A finished study.
-        grid: What is drawn with what.
+        grid: What is drawn with what; what it has nothing of is not drawn.
         summary: From `summarise`.
         folder: Exists.
     """
-    names = ["summary.json", "means.png", "curves.png"]
-    (folder / names[0]).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-    draw_means(result, grid).savefig(folder / names[1], dpi=120)
-    draw_curves(result, grid).savefig(folder / names[2], dpi=120)
-    return names
+    (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    tables = to_markdown(mean_tables(summary, grid))
+    (folder / "tables.md").write_text(tables, encoding="utf-8")
+    pictures = {
+        "means.png": (grid.means, draw_means),
+        "matrix.png": (grid.matrix, draw_matrix),
+        "curves.png": (grid.curves, draw_curves),
+    }
+    names = [name for name, (shown, _) in pictures.items() if shown]
+    for name in names:
+        pictures[name][1](result, grid).savefig(folder / name, dpi=120)
+    return ["summary.json", "tables.md", *names]
 
 
 def write_scenario(scenario: TrackingScenario, file: Path) -> None:

@@ -33,6 +33,8 @@ class Cell:
     name: str
     # "key=value" settings, as of `sightfield track --set`.
     settings: tuple[str, ...] = ()
+    # Runs, where fewer than the study's; they are the first of those that other cells have.
+    runs: int | None = None
 
     def __post_init__(self) -> None:
         fine = bool(_NAME.fullmatch(self.name))
@@ -64,7 +66,7 @@ class Study:
     base: TrackingScenario
     # The grid.
     cells: tuple[Cell, ...]
-    # Runs of each cell.
+    # Runs of each cell that has no number of its own.
     runs: int
     # Root of all seeds.
     seed: int = 0
@@ -80,6 +82,28 @@ class Study:
         require(not twice, "cells", "have a name each", f"{', '.join(twice)} twice")
         for cell in self.cells:
             cell_scenario(self, cell)
+            require(
+                cell.runs is None or 0 < cell.runs <= self.runs,
+                "cell",
+                f"have 1 to {self.runs} runs, all that the study has",
+                f"{cell.runs} in cell {cell.name}",
+            )
+
+    def runs_of(self, cell: Cell) -> int:
+        """How many runs a cell has.
+
+        Args:
+            cell: One of the study's.
+        """
+        return self.runs if cell.runs is None else cell.runs
+
+    def games(self, start: int, stop: int) -> int:
+        """How many games the runs from start to stop are, in all cells that have them.
+
+        Args:
+            start, stop: Numbers of runs.
+        """
+        return sum(max(0, min(stop, self.runs_of(cell)) - start) for cell in self.cells)
 
     def cell(self, name: str) -> Cell:
         """The cell of a name.
@@ -99,7 +123,8 @@ class Study:
         Raises:
             InvalidInput: There is no such run; the arena has no room for its obstacles.
         """
-        require(0 <= run < self.runs, "run", f"lie between 0 and {self.runs - 1}", run)
+        runs = self.runs_of(cell)
+        require(0 <= run < runs, "run", f"lie between 0 and {runs - 1}", run)
         seed = run_seed(self.seed, run)
         world = None if self.arena is None else draw_arena(self.arena, seed)
         return in_world(cell_scenario(self, cell), world, seed)

@@ -1,12 +1,13 @@
 """How long do teams keep sight, with each risk vector? Figures 2.16 to 2.18."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from ...systems.numerics.geometry.arenas.random_arena import Arena
 from ..tracking.scenario import Evaders, Pursuers, TrackingScenario
 from ..world_source import WorldSource
-from .grid import Grid, Panel
-from .study import Cell, Study
+from .grid import Grid, Panel, matrix_of
+from .opponents import OPPONENTS, RUNS, Match, cell_name, match_cell, match_of, runs_against
+from .study import Study
 
 # Horizon of the thesis's studies [s]; it does not say which it took.
 SECONDS = 120.0
@@ -18,8 +19,9 @@ TIMES = {"uniform": "t1", "majority": "t2", "proportional": "t3"}
 def thesis_base(seconds: float = SECONDS, world: WorldSource | None = None) -> TrackingScenario:
     """The game of 2.2.7: point agents, v_p = 300 mm per time unit, a = 0.3, in an arena of 4 m.
 
-    Evaders play to escape (Table 2.1); the thesis does not say what its evaders do. Pursuers are
-    assigned by the Hungarian method on the risk (2.13) and run along the fields of Table 2.2.
+    The thesis does not say what its evaders do: a study says it, here they play to escape (Table
+    2.1). Pursuers are assigned by the Hungarian method on the risk (2.13), anew at every step, and
+    run along the fields of Table 2.2.
 
     Args:
         seconds: Horizon [s].
@@ -28,7 +30,7 @@ def thesis_base(seconds: float = SECONDS, world: WorldSource | None = None) -> T
     arena = WorldSource(boundary=[[0, 0], [4, 0], [4, 4], [0, 4]])
     return TrackingScenario(
         world=world or arena,
-        pursuers=Pursuers(top_speed=0.3, count=1, field="table"),
+        pursuers=Pursuers(top_speed=0.3, count=1, field="table", hold="none", smoothing=0.0),
         evaders=Evaders(top_speed=0.09, count=1),
         seconds=float(seconds),
     )
@@ -36,14 +38,16 @@ def thesis_base(seconds: float = SECONDS, world: WorldSource | None = None) -> T
 
 def tracking_study(
     *,
-    runs: int = 1000,
+    runs: int = RUNS,
     seed: int = 0,
     base: TrackingScenario | None = None,
     arena: Arena | None = None,
     sizes: Sequence[int] = (1, 2, 3, 4),
     vectors: Sequence[str] = tuple(TIMES),
+    opponents: Sequence[str] = OPPONENTS,
+    opponent_runs: Mapping[str, int] | None = None,
 ) -> Study:
-    """The study of Figures 2.16 to 2.18, with cells "1v1-uniform" to "4v4-proportional".
+    """The study of Figures 2.16 to 2.18: "1v1-uniform-adversarial" to "4v4-...-best_response".
 
     Args:
         runs: Runs of each cell.
@@ -53,25 +57,26 @@ def tracking_study(
             no `base` is given.
         sizes: Of both teams.
         vectors: Names of risk vectors.
+        opponents: Policies of the evaders.
+        opponent_runs: Runs of each cell against some of them, where not `runs`.
 
     Raises:
-        InvalidInput: See `Study`.
+        InvalidInput: See `Study` and `runs_against`.
     """
+    numbers = runs_against(opponents, runs, opponent_runs)
     return Study(
         name="tracking",
         base=base or thesis_base(),
         arena=Arena() if base is None and arena is None else arena,
-        runs=runs,
+        runs=max(numbers.values()),
         seed=seed,
         cells=tuple(
-            Cell(
-                name=cell_name(pursuers, evaders, vector),
-                settings=(
-                    f"pursuers.count={pursuers}",
-                    f"evaders.count={evaders}",
-                    f"pursuers.risk_vectors=[{vector}]",
-                ),
+            match_cell(
+                Match(pursuers, evaders, vector, opponent),
+                (f"pursuers.risk_vectors=[{vector}]",),
+                numbers,
             )
+            for opponent in opponents
             for vector in vectors
             for pursuers in sizes
             for evaders in sizes
@@ -79,44 +84,42 @@ def tracking_study(
     )
 
 
-def cell_name(pursuers: int, evaders: int, variant: str) -> str:
-    """Name of the cell of two team sizes and what else is varied.
-
-    Args:
-        pursuers, evaders: How many.
-        variant: What else is varied.
-    """
-    return f"{pursuers}v{evaders}-{variant}"
-
-
 def tracking_grid(study: Study) -> Grid:
     """How to show and compare the cells of `tracking_study`."""
-    parts = [cell.name.split("-") for cell in study.cells]
-    vectors = list(dict.fromkeys(vector for _, vector in parts))
-    sizes = list(dict.fromkeys(int(size.split("v")[0]) for size, _ in parts))
+    matches = [match_of(cell.name) for cell in study.cells]
+    opponents = list(dict.fromkeys(match.opponent for match in matches))
+    vectors = list(dict.fromkeys(match.variant for match in matches))
+    sizes = list(dict.fromkeys(match.pursuers for match in matches))
     means = tuple(
         Panel(
-            title=f"{TIMES.get(vector, 'time')}: {vector} risk vector",
+            title=f"{TIMES.get(vector, 'time')}: {vector} risk vector, against {opponent}",
             series={
-                f"{n} pursuer{'s' if n > 1 else ''}": {m: cell_name(n, m, vector) for m in sizes}
+                f"{n} pursuer{'s' if n > 1 else ''}": {
+                    m: cell_name(n, m, vector, opponent) for m in sizes
+                }
                 for n in sizes
             },
         )
+        for opponent in opponents
         for vector in vectors
     )
     curves = tuple(
         Panel(
-            title=f"{n} against {m}",
-            series={vector: {m: cell_name(n, m, vector)} for vector in vectors},
+            title=f"{n} against {m} {opponent}",
+            series={vector: {m: cell_name(n, m, vector, opponent)} for vector in vectors},
         )
+        for opponent in opponents
         for n in sizes
         for m in sizes
     )
     pairs = tuple(
-        (cell_name(n, m, first), cell_name(n, m, second))
+        (cell_name(n, m, first, opponent), cell_name(n, m, second, opponent))
+        for opponent in opponents
         for k, first in enumerate(vectors)
         for second in vectors[k + 1 :]
         for n in sizes
         for m in sizes
     )
-    return Grid(means=means, curves=curves, pairs=pairs)
+    return Grid(
+        means=means, curves=curves, pairs=pairs, matrix=matrix_of(study), columns=len(vectors)
+    )

@@ -1,11 +1,13 @@
 """A folder of results is complete, or as it was before."""
 
+import errno
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from sightfield.diagrams.outputs import output_folder
+from sightfield.diagrams.outputs import NoRoom, output_folder
 from sightfield.systems.numerics.errors import InvalidInput
 
 
@@ -95,3 +97,45 @@ def test_others_may_read_the_results_as_far_as_the_user_lets_them(tmp_path):
     plain.mkdir()
     # The temporary folder is private; the results are not.
     assert (tmp_path / "results").stat().st_mode == plain.stat().st_mode
+
+
+def fail_within(out: Path, act: Callable[[Path], None]) -> None:
+    """Write a file into a folder of results, then do something that fails."""
+    with output_folder(out) as folder:
+        (folder / "a.txt").write_text("a", encoding="utf-8")
+        act(folder)
+
+
+def no_room(folder: Path) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def not_writable(folder: Path) -> None:
+    (folder / "gone" / "b.txt").write_text("b", encoding="utf-8")
+
+
+def radio_is_silent(folder: Path) -> None:
+    raise OSError(errno.EIO, os.strerror(errno.EIO), "/dev/ttyUSB0")
+
+
+def test_a_full_disk_and_a_file_that_cannot_be_written_are_named_by_the_folder_asked_for(tmp_path):
+    out = tmp_path / "results"
+    with pytest.raises(NoRoom) as full:
+        fail_within(out, no_room)
+    assert str(full.value) == (
+        f"`out` must have room for the results; got {out} (No space left on device)"
+    )
+    with pytest.raises(InvalidInput) as refused:
+        fail_within(out, not_writable)
+    assert not isinstance(refused.value, NoRoom)
+    assert str(refused.value) == (
+        f"`out` must be a writable folder; got {out} (No such file or directory)"
+    )
+    assert os.listdir(tmp_path) == []
+
+
+def test_what_fails_elsewhere_while_results_are_made_is_not_blamed_on_the_folder(tmp_path):
+    with pytest.raises(OSError, match="ttyUSB0") as broken:
+        fail_within(tmp_path / "results", radio_is_silent)
+    assert broken.value.errno == errno.EIO
+    assert os.listdir(tmp_path) == []

@@ -16,34 +16,50 @@ def study(*words):
     return CliRunner().invoke(make_app(), ["study", *map(str, words)], catch_exceptions=False)
 
 
+FOLDER = ("--runs", 3, "--opponent-runs", "best_response=2", "--seconds", 1)
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A finished study of two runs a cell."""
+    """A finished study: two runs against the one opponent, three against the other."""
     out = tmp_path_factory.mktemp("study") / "out"
-    done = study("tracking", "--runs", 2, "--seconds", 2, "--workers", 0, "--out", out)
+    done = study("tracking", *FOLDER, "--workers", 0, "--out", out)
     assert done.exit_code == 0
-    assert "t1: uniform risk vector: mean up to the horizon [s], 95% interval" in done.stdout
+    for opponent in ("adversarial", "best_response"):
+        assert f"t1: uniform risk vector, against {opponent}: mean up to" in done.stdout
+    assert "Strongest opponent, of 48 pairs of teams and pursuers: " in done.stdout
     return out
 
 
 def test_a_study_leaves_its_folder_complete(folder):
-    names = {"study.json", "table.parquet", "summary.json", "means.png", "curves.png"}
-    assert {file.name for file in folder.iterdir()} == names
+    names = {"study.json", "table.parquet", "summary.json", "tables.md"}
+    pictures = {"means.png", "matrix.png", "curves.png"}
+    assert {file.name for file in folder.iterdir()} == names | pictures
 
 
 def test_the_summary_tells_what_the_table_holds(folder):
     summary = json.loads((folder / "summary.json").read_text())
     table = pq.read_table(folder / "table.parquet").to_pylist()
-    assert len(summary["cells"]) == 48
+    assert len(summary["cells"]) == 96
+    assert summary["runs"] == {"adversarial": 3, "best_response": 2}
     for name, cell in summary["cells"].items():
         times = [row["time"] for row in table if row["cell"] == name]
+        assert name.endswith(f"-{cell['opponent']}")
+        assert len(times) == summary["runs"][cell["opponent"]]
         assert cell["mean"]["value"] == pytest.approx(np.mean(times))
-        assert cell["mean"]["low"] <= cell["mean"]["value"] <= cell["mean"]["high"] <= 2.0
+        assert cell["mean"]["low"] <= cell["mean"]["value"] <= cell["mean"]["high"] <= 1.0
         assert f"{cell['pursuers']}v{cell['evaders']}" == name[:3]
         kept = [row["censored"] for row in table if row["cell"] == name]
         assert cell["kept"]["value"] == np.mean(kept)
-    # t1, t2 and t3 of each of 16 teams, two by two.
-    assert len(summary["comparisons"]) == 48
+    # t1, t2 and t3 of each of 16 teams, two by two, against each opponent.
+    assert len(summary["comparisons"]) == 96
+    for size, rows in summary["matrix"].items():
+        for vector, row in rows.items():
+            for opponent, mean in row.items():
+                cell = summary["cells"][f"{size}-{vector}-{opponent}"]
+                assert mean["mean"] == cell["mean"]["value"]
+            assert summary["worst"][size][vector] in row
+    assert len(summary["matrix"]) == 16
     assert all(each["holm_p"] >= each["p_value"] for each in summary["comparisons"])
 
 
@@ -55,11 +71,11 @@ def test_resuming_a_finished_study_says_the_same_again(folder):
 
 
 def test_any_run_can_be_replayed_alone(folder, tmp_path):
-    only = ("--only", "2v2-majority:1")
+    only = ("--only", "2v2-majority-best_response:1")
     done = study("tracking", "--resume", folder, *only, "--out", tmp_path / "run", "--json")
     summary = json.loads(done.stdout)
     rows = pq.read_table(folder / "table.parquet").to_pylist()
-    (row,) = [row for row in rows if (row["cell"], row["run"]) == ("2v2-majority", 1)]
+    (row,) = [row for row in rows if (row["cell"], row["run"]) == (only[1][:-2], 1)]
     assert summary["tracking_time"] == row["time"]
     assert summary["seed"] == row["seed"]
     left = {file.name for file in (tmp_path / "run").iterdir()}
@@ -67,11 +83,31 @@ def test_any_run_can_be_replayed_alone(folder, tmp_path):
 
 
 def test_settings_reach_games_and_arenas():
-    words = ("--only", "3v2-borda_min:0", "--seconds", 1, "--json")
-    settings = ("--set", "evaders.policies=[random_walk]", "--set", "arena.obstacles=0")
+    words = ("--only", "3v2-borda_min-random_walk:0", "--seconds", 1, "--json")
+    settings = ("--opponent", "random_walk", "--set", "arena.obstacles=0")
     done = study("assignment", *words, *settings)
     # Nothing hides anybody in an empty arena.
     assert json.loads(done.stdout)["censored"]
+
+
+def test_every_pursuers_meet_every_evaders_in_the_study_of_policies(tmp_path):
+    words = ("--runs", 2, "--size", "1v1", "--size", "1v2", "--seconds", 0.5, "--workers", 0)
+    opponents = ("--opponent", "best_response", "--opponent", "random_walk")
+    done = study("policies", *words, *opponents, "--out", tmp_path / "out")
+    assert "1v2: mean [s], 95% interval, * the worst" in done.stdout
+    # One star a row: five pursuers, two pairs of teams.
+    assert done.stdout.count(") *") == 10
+    left = {file.name for file in (tmp_path / "out").iterdir()}
+    names = {"study.json", "table.parquet", "summary.json", "tables.md"}
+    assert left == names | {"matrix.png", "curves.png"}
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert list(summary["matrix"]) == ["1v1", "1v2"]
+    for rows in summary["matrix"].values():
+        assert list(rows) == ["thesis", "table_held", "margin", "margin_held", "lookahead_held"]
+        assert all(list(row) == ["best_response", "random_walk"] for row in rows.values())
+    # Four pursuers less the thesis's, for two pairs of teams and two opponents.
+    assert len(summary["comparisons"]) == 16
+    assert all("-thesis-" in each["second"] for each in summary["comparisons"])
 
 
 def test_the_world_may_be_ones_own(tmp_path):
@@ -91,12 +127,29 @@ def test_the_world_may_be_ones_own(tmp_path):
         (("tracking", "--set", "pace=3"), "`pace` must be a key of the scenario; got 3"),
         (("tracking", "--set", "arena.rooms=3"), "`--set arena` must be one of side, "),
         (("tracking", "--only", "1v1-uniform"), "`--only` must have the form CELL:RUN"),
-        (("tracking", "--only", "9v9-uniform:0"), "`cell` must be one of 1v1-uniform, "),
-        (("tracking", "--only", "1v1-uniform:1000"), "`run` must lie between 0 and 999; got 1000"),
+        (("tracking", "--only", "9v9-uniform:0"), "`cell` must be one of 1v1-uniform-adv"),
+        (
+            ("tracking", "--only", "1v1-uniform-adversarial:1000"),
+            "`run` must lie between 0 and 999; got 1000",
+        ),
+        (
+            ("tracking", "--only", "1v1-uniform-best_response:100"),
+            "`run` must lie between 0 and 99; got 100",
+        ),
+        (("tracking", "--opponent", "nobody"), "`opponent` must be one of adversarial, best_resp"),
+        (("policies", "--opponent", "you"), "`opponent` must be one of adversarial, best_respons"),
+        (("tracking", "--opponent-runs", "best_response"), "`opponent-runs` must have the form b"),
+        (("tracking", "--opponent-runs", "nobody=3"), "`opponent-runs` must be one of adversari"),
+        (("policies", "--size", "3"), "`size` must have the form 3v4, pursuers first; got 3"),
+        (
+            ("tracking", "--set", "evaders.policies=[random_walk]"),
+            "`--set` must leave to the study what it varies: evaders.policies; got",
+        ),
         (("tracking", "--workers", -1), "`workers` must be zero or positive; got -1"),
         (("tracking", "--resume", "nowhere"), "`study` must be a folder with a study.json"),
         (("tracking", "--world", "a.wkt", "--set", "arena.gap=1"), "`--set` must not set the aren"),
-        (("tracking", "--resume", "a", "--runs", 3), "`--resume` must come without --runs"),
+        (("tracking", "--resume", "a", "--runs", 3), "`--resume` must come without options"),
+        (("policies", "--resume", "a", "--size", "1v1"), "`--resume` must come without options"),
     ],
 )
 def test_nonsense_is_refused_in_one_line(words, complaint):
@@ -111,5 +164,5 @@ def test_a_folder_with_another_study_is_left_alone(folder):
     with pytest.raises(InvalidInput, match="`--resume` must hold the study assignment"):
         study("assignment", "--resume", folder)
     with pytest.raises(InvalidInput, match="another seed was chosen"):
-        study("tracking", "--runs", 2, "--seconds", 2, "--seed", 1, "--out", folder)
+        study("tracking", *FOLDER, "--seed", 1, "--out", folder)
     assert sorted(folder.iterdir()) == before

@@ -36,7 +36,7 @@ def test_json_is_alone_on_standard_output():
 
 def test_a_run_leaves_its_folder_complete(tmp_path):
     out = tmp_path / "deep" / "out"
-    done = sightfield("track", "corner_1v1", "--out", out, "--meshcat")
+    done = sightfield("track", "corner_1v1", "--out", out, "--meshcat", "--realtime", 0)
     assert done.returncode == 0, done.stderr
     assert "http://localhost:" in done.stdout
     names = {"summary.json", "log.npz", "log_units.json", "tracks.png", "replay.html"}
@@ -46,6 +46,13 @@ def test_a_run_leaves_its_folder_complete(tmp_path):
         units = json.loads((out / "log_units.json").read_text())
         assert set(units) == set(log.files)
         assert log["time"][-3] <= summary["tracking_time"] <= log["time"][-2]
+
+
+def test_a_run_that_is_watched_without_a_terminal_goes_by_the_clock():
+    done = sightfield("track", "corner_1v1", "--seconds", 2, "--meshcat", "--json")
+    assert done.returncode == 0, done.stderr
+    # The clock starts before the run is prepared; as fast as possible is far more than this.
+    assert json.loads(done.stdout)["realtime_factor"] < 2
 
 
 def test_a_scenario_of_ones_own_and_its_world_beside_it(tmp_path):

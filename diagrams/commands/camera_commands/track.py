@@ -62,7 +62,7 @@ def track_on_pictures(
     realtime: Annotated[
         float | None,
         typer.Option(
-            help="Simulated seconds per second, 0: as fast as possible [default: 1 live]."
+            help="Simulated seconds per second, 0: as fast as possible [default: 1 live, else 0]."
         ),
     ] = None,
 ) -> None:
@@ -83,7 +83,7 @@ def track_on_pictures(
         return
     attended = sys.stdout.isatty() and sys.stdin.isatty() and not as_json
     live = attended if meshcat is None else meshcat
-    rate = realtime if realtime is not None else float(live and attended)
+    rate = realtime if realtime is not None else float(live)
     game = set_up_picture_game(loaded)
     # A folder that cannot be written is found out before the run, not after it.
     with output_folder(out) if out is not None else nullcontext() as folder:

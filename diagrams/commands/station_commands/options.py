@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from ....systems.numerics.errors import require
+from ...outputs import refuse
 from ...scenario_files import builtin_scenarios, find_scenario
 from ...station import scenarios
 from ...station.scenario import StationScenario
@@ -50,5 +51,5 @@ def new_log(out: Path | None, scratch: Path) -> Path:
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        require(False, "--out", "be a writable folder", f"{out} ({error.strerror})")
+        refuse(out, error)
     return log

@@ -26,7 +26,9 @@ def replay(
     port: PortOption = DEFAULT_PORT,
     realtime: Annotated[
         float | None,
-        typer.Option(help="Seconds per second, 0: as fast as possible [default: 1 with a view]."),
+        typer.Option(
+            help="Seconds per second, 0: as fast as possible [default: 1 with a view, else 0]."
+        ),
     ] = None,
 ) -> None:
     """Play a recorded run through the diagrams that made it; exit code 1 if commands differ."""

@@ -2,48 +2,57 @@
 
 from ....systems.numerics.statistics.corrections import holm
 from ....systems.numerics.statistics.paired import paired_difference
-from ....systems.numerics.statistics.survival import restricted_mean
 from ....systems.numerics.tracking.assignment.aggregation import AGGREGATIONS
 from ...studies.assignment_study import PURSUERS, assignment_study
-from ...studies.grid import Grid, Panel
-from ...studies.pictures import draw_means
-from ...studies.tracking_study import cell_name
-from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Table, Workshop
+from ...studies.grid import Grid, Panel, matrix_of
+from ...studies.opponents import cell_name
+from ...studies.pictures import draw_matrix, draw_means
+from ...studies.records import StudyResult
+from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Workshop
 from ..played import played
 
-RUNS, QUICK_RUNS = 500, 6
+RUNS = {"adversarial": 500, "best_response": 60}
+QUICK_RUNS = {"adversarial": 6, "best_response": 2}
 SIZES = (2, 3, 4)
 SENSES = ("min", "max")
 RULES = tuple(f"{name}_{sense}" for sense in SENSES for name in AGGREGATIONS)
 
 
 def _make(workshop: Workshop) -> Evidence:
-    runs = workshop.runs_of(RUNS, QUICK_RUNS)
-    result = played(workshop, assignment_study(runs=runs, rules=RULES, sizes=SIZES))
-    file = workshop.pictures / "beyond_aggregations.png"
+    runs = workshop.runs_against(RUNS, QUICK_RUNS)
+    study = assignment_study(rules=RULES, sizes=SIZES, opponents=tuple(runs), opponent_runs=runs)
+    result = played(workshop, study)
+    files = [workshop.pictures / f"beyond_aggregations{name}.png" for name in ("", "_matrix")]
     panels = tuple(
         Panel(
-            title={"min": "least total score", "max": "greatest total score"}[sense],
+            title=f"{said} total score, against {opponent}",
             series={
-                name: {m: cell_name(PURSUERS, m, f"{name}_{sense}") for m in SIZES}
+                name: {m: cell_name(PURSUERS, m, f"{name}_{sense}", opponent) for m in SIZES}
                 for name in AGGREGATIONS
             },
         )
-        for sense in SENSES
+        for opponent in runs
+        for sense, said in zip(SENSES, ("least", "greatest"), strict=True)
     )
-    draw_means(result, Grid(means=panels, curves=(), pairs=())).savefig(file, dpi=110)
+    grid = Grid(means=panels, matrix=matrix_of(study), columns=len(SENSES))
+    draw_means(result, grid).savefig(files[0], dpi=110)
+    draw_matrix(result, grid).savefig(files[1], dpi=110)
+    captions = (
+        "Restricted means of the tracking time of three pursuers, by opponent.",
+        "The same means, aggregations against evaders.",
+    )
+    return Evidence(
+        tuple(map(Picture, files, captions)),
+        tuple(finding for opponent in runs for finding in _findings(result, opponent)),
+    )
+
+
+def _findings(result: StudyResult, opponent: str) -> tuple[Finding, ...]:
+    """What the senses and the aggregations make of it against an opponent."""
 
     def times(rule: str, evaders: int):
-        return result.times(cell_name(PURSUERS, evaders, rule))
+        return result.times(cell_name(PURSUERS, evaders, rule, opponent))
 
-    rows = []
-    for rule in RULES:
-        means = [
-            restricted_mean(times(rule, m), result.lost(cell), result.horizon(cell))
-            for m in SIZES
-            for cell in [cell_name(PURSUERS, m, rule)]
-        ]
-        rows.append((rule, *(f"{e.value:.1f} [{e.low:.1f}, {e.high:.1f}]" for e in means)))
     senses = [(m, paired_difference(times("borda_max", m), times("borda_min", m))) for m in SIZES]
     adjusted = holm([d.p_value for _, d in senses])
     others = [
@@ -54,33 +63,23 @@ def _make(workshop: Workshop) -> Evidence:
     ]
     _, where = max((abs(d.mean), f"{d.mean:+.1f} s, {r}, 3v{m}") for r, m, d in others)
     apart = holm([d.p_value for _, _, d in others]) < 0.05
-    return Evidence(
-        (Picture(file, "Restricted means of the tracking time of three pursuers."),),
-        (
-            Finding(
-                "Borda: maximised less minimised",
-                "",
-                "; ".join(
-                    f"{PURSUERS}v{m}: {d.mean:+.1f} s [{d.low:+.1f}, {d.high:+.1f}], p = {p:.2g}"
-                    for (m, d), p in zip(senses, adjusted, strict=True)
-                )
-                + " (Holm).",
-                SHOWN,
-            ),
-            Finding(
-                "Other aggregations, maximised, less Borda",
-                "",
-                f"{apart.sum()} of {len(others)} differences beyond chance (Holm); the largest "
-                f"is {where}.",
-                SHOWN,
-            ),
+    return (
+        Finding(
+            f"Borda: maximised less minimised, against {opponent}",
+            "",
+            "; ".join(
+                f"{PURSUERS}v{m}: {d.mean:+.1f} s [{d.low:+.1f}, {d.high:+.1f}], p = {p:.2g}"
+                for (m, d), p in zip(senses, adjusted, strict=True)
+            )
+            + " (Holm).",
+            SHOWN,
         ),
-        (
-            Table(
-                f"Restricted means [s] with 95% intervals, {runs} runs",
-                ("rule", *(f"{PURSUERS} against {m}" for m in SIZES)),
-                tuple(rows),
-            ),
+        Finding(
+            f"Other aggregations, maximised, less Borda, against {opponent}",
+            "",
+            f"{apart.sum()} of {len(others)} differences beyond chance (Holm); the largest "
+            f"is {where}.",
+            SHOWN,
         ),
     )
 

@@ -1,84 +1,95 @@
 """Teams without a centre: what the range of the radio is worth."""
 
 import math
+from collections.abc import Mapping
 
 from ....systems.numerics.geometry.arenas.random_arena import Arena
 from ....systems.numerics.statistics.paired import paired_difference
 from ....systems.numerics.tracking.risk import RISK_FUNCTIONS
-from ...studies.grid import Grid, Panel
-from ...studies.pictures import draw_means
-from ...studies.study import Cell, Study
+from ...studies.grid import Grid, Panel, matrix_of
+from ...studies.opponents import Match, cell_name, match_cell, runs_against
+from ...studies.pictures import draw_matrix, draw_means
+from ...studies.study import Study
 from ...studies.tracking_study import thesis_base
 from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Workshop
 from ..played import played
 
-RUNS, QUICK_RUNS = 500, 8
+RUNS = {"adversarial": 500, "best_response": 100}
+QUICK_RUNS = {"adversarial": 8, "best_response": 2}
 RANGES, SIZES = (0.0, 1.0, 2.0, math.inf), (2, 3, 4)
 PURSUERS, RULE = 3, "borda_max"
 
 
-def radio_study(runs: int) -> Study:
+def radio_study(runs: Mapping[str, int]) -> Study:
     """Three pursuers with three risk functions, and radios of several ranges.
 
     Args:
-        runs: Of each cell.
-        runs: Of each cell.
+        runs: Of each cell, by opponent.
     """
+    numbers = runs_against(tuple(runs), max(runs.values()), runs)
     return Study(
         name="radio",
         base=thesis_base(),
         arena=Arena(),
-        runs=runs,
+        runs=max(numbers.values()),
         cells=tuple(
-            Cell(
-                name=_cell(m, reach),
-                settings=(
-                    f"pursuers.count={PURSUERS}",
-                    f"evaders.count={m}",
+            match_cell(
+                Match(PURSUERS, m, _name(reach), opponent),
+                (
                     f"pursuers.risk_functions=[{', '.join(RISK_FUNCTIONS)}]",
                     f"pursuers.assignment={RULE}",
                     "pursuers.extra=riskiest",
                     f"pursuers.radio_range={'.inf' if math.isinf(reach) else reach}",
                 ),
+                numbers,
             )
+            for opponent in numbers
             for reach in RANGES
             for m in SIZES
         ),
     )
 
 
-def _cell(evaders: int, reach: float) -> str:
-    return f"{PURSUERS}v{evaders}-{reach:g}m"
+def _name(reach: float) -> str:
+    return "centre" if math.isinf(reach) else f"{reach:g}m"
 
 
 def _make(workshop: Workshop) -> Evidence:
-    result = played(workshop, radio_study(workshop.runs_of(RUNS, QUICK_RUNS)))
-    names = {reach: "a centre" if math.isinf(reach) else f"{reach:g} m" for reach in RANGES}
-    panel = Panel(
-        title="range of the radio",
-        series={name: {m: _cell(m, reach) for m in SIZES} for reach, name in names.items()},
+    runs = workshop.runs_against(RUNS, QUICK_RUNS)
+    result = played(workshop, radio_study(runs))
+
+    def cell(evaders: int, reach: float, opponent: str) -> str:
+        return cell_name(PURSUERS, evaders, _name(reach), opponent)
+
+    panels = tuple(
+        Panel(
+            title=f"range of the radio, against {opponent}",
+            series={_name(reach): {m: cell(m, reach, opponent) for m in SIZES} for reach in RANGES},
+        )
+        for opponent in runs
     )
-    file = workshop.pictures / "beyond_radio.png"
-    draw_means(result, Grid(means=(panel,), curves=(), pairs=())).savefig(file, dpi=110)
-    found = [
-        (m, paired_difference(result.times(_cell(m, math.inf)), result.times(_cell(m, 0.0))))
-        for m in SIZES
-    ]
-    return Evidence(
-        (Picture(file, "Restricted means of the tracking time of three pursuers."),),
-        (
-            Finding(
-                "A centre less no radio at all",
-                "",
-                "; ".join(
-                    f"{PURSUERS}v{m}: {d.mean:+.1f} s [{d.low:+.1f}, {d.high:+.1f}]"
-                    for m, d in found
-                )
-                + ".",
-                SHOWN,
-            ),
-        ),
+    grid = Grid(means=panels, matrix=matrix_of(result.study))
+    files = [workshop.pictures / f"beyond_radio{name}.png" for name in ("", "_matrix")]
+    draw_means(result, grid).savefig(files[0], dpi=110)
+    draw_matrix(result, grid).savefig(files[1], dpi=110)
+    captions = (
+        "Restricted means of the tracking time of three pursuers, by opponent.",
+        "The same means, ranges of the radio against evaders.",
     )
+    findings = []
+    for opponent in runs:
+        times = {
+            (m, reach): result.times(cell(m, reach, opponent))
+            for m in SIZES
+            for reach in (0.0, math.inf)
+        }
+        found = [(m, paired_difference(times[m, math.inf], times[m, 0.0])) for m in SIZES]
+        said = "; ".join(
+            f"{PURSUERS}v{m}: {d.mean:+.1f} s [{d.low:+.1f}, {d.high:+.1f}]" for m, d in found
+        )
+        subject = f"A centre less no radio at all, against {opponent}"
+        findings.append(Finding(subject, "", f"{said}.", SHOWN))
+    return Evidence(tuple(map(Picture, files, captions)), tuple(findings))
 
 
 RADIO = Exhibit(

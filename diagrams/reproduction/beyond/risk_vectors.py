@@ -8,64 +8,75 @@ from ....systems.numerics.statistics.paired import paired_difference
 from ....systems.numerics.tracking.corner_study.polygon_bound import least_escape_time
 from ....systems.numerics.tracking.corner_table import corner_table
 from ....systems.numerics.tracking.risk import RISK_VECTORS
+from ...studies.opponents import cell_name
+from ...studies.pictures import draw_matrix
 from ...studies.records import StudyResult
-from ...studies.tracking_study import cell_name, tracking_study
+from ...studies.tracking_study import tracking_grid, tracking_study
 from ...tracking.game import set_up_game
-from ..evidence import SHOWN, Evidence, Exhibit, Finding, Table, Workshop
+from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Table, Workshop
 from ..played import played
 
-RUNS, QUICK_RUNS = 1000, 30
+RUNS = {"adversarial": 1000, "best_response": 300}
+QUICK_RUNS = {"adversarial": 30, "best_response": 8}
 # Time of escape that is none [s].
 AT_ONCE = 0.1
 GAME, THESIS = "urgency", ("uniform", "majority", "proportional")
 
 
 def _make(workshop: Workshop) -> Evidence:
-    runs = workshop.runs_of(RUNS, QUICK_RUNS)
-    result = played(workshop, tracking_study(runs=runs, sizes=(1,), vectors=tuple(RISK_VECTORS)))
+    runs = workshop.runs_against(RUNS, QUICK_RUNS)
+    study = tracking_study(
+        sizes=(1,), vectors=tuple(RISK_VECTORS), opponents=tuple(runs), opponent_runs=runs
+    )
+    result = played(workshop, study)
+    file = workshop.pictures / "beyond_risk_vectors.png"
+    draw_matrix(result, tracking_grid(study)).savefig(file, dpi=110)
     bounds = promised_times(result)
+    return Evidence(
+        (Picture(file, "Restricted means of the tracking time, risk vectors against evaders."),),
+        tuple(_finding(result, opponent) for opponent in runs),
+        tuple(_table(result, opponent, bounds[:number]) for opponent, number in runs.items()),
+    )
+
+
+def _finding(result: StudyResult, opponent: str) -> Finding:
+    """How much longer the game's own vector keeps an evader."""
+
+    def times(vector: str) -> np.ndarray:
+        return result.times(cell_name(1, 1, vector, opponent))
+
+    compared = [(name, paired_difference(times(GAME), times(name))) for name in THESIS]
+    return Finding(
+        f"`{GAME}`, made of the game's own margins, less the thesis's vectors, against {opponent}",
+        "",
+        "Restricted means, run by run: "
+        + "; ".join(
+            f"{d.mean:+.1f} s [{d.low:+.1f}, {d.high:+.1f}] against {name}" for name, d in compared
+        )
+        + ".",
+        SHOWN,
+    )
+
+
+def _table(result: StudyResult, opponent: str, bounds: np.ndarray) -> Table:
+    """What each vector keeps of what the game promises; `bounds` [s] of the opponent's runs."""
     # At once, on the sight ray, there is nothing to keep.
     lost, kept_alone = np.isfinite(bounds) & (bounds > AT_ONCE), np.isinf(bounds)
     rows = tuple(
-        (
-            vector,
-            *_row(result.times(cell), result.lost(cell), bounds, lost, kept_alone),
-        )
+        (vector, *_row(result.times(cell), result.lost(cell), bounds, lost, kept_alone))
         for vector in RISK_VECTORS
-        for cell in [cell_name(1, 1, vector)]
+        for cell in [cell_name(1, 1, vector, opponent)]
     )
-    game = result.times(cell_name(1, 1, GAME))
-    compared = [
-        (name, paired_difference(game, result.times(cell_name(1, 1, name)))) for name in THESIS
-    ]
-    return Evidence(
-        (),
+    return Table(
+        f"One pursuer, one evader, {opponent}, {len(bounds)} runs: {lost.sum()} in which the "
+        f"evader wins at some corner, {kept_alone.sum()} in which each corner alone can be held",
         (
-            Finding(
-                f"`{GAME}`, made of the game's own margins, less the thesis's vectors",
-                "",
-                "Restricted means, run by run: "
-                + "; ".join(
-                    f"{d.mean:+.1f} s [{d.low:+.1f}, {d.high:+.1f}] against {name}"
-                    for name, d in compared
-                )
-                + ".",
-                SHOWN,
-            ),
+            "risk vector",
+            "share of the least T* kept",
+            "sight held longer than T*",
+            "sight held to the horizon where each corner can be",
         ),
-        (
-            Table(
-                f"One pursuer, one evader, {runs} runs: {lost.sum()} in which the evader wins at "
-                f"some corner, and {kept_alone.sum()} in which each corner alone can be held",
-                (
-                    "risk vector",
-                    "share of the least T* kept",
-                    "sight held longer than T*",
-                    "sight held to the horizon where each corner can be",
-                ),
-                rows,
-            ),
-        ),
+        rows,
     )
 
 
@@ -90,9 +101,10 @@ def _row(
 def promised_times(result: StudyResult) -> np.ndarray:
     """The least T* of any corner at the start of each run of one against one, shape (runs,) [s]."""
     study = result.study
+    longest = max(study.cells, key=study.runs_of)
     found = []
     for run in range(study.runs):
-        scenario = study.scenario(study.cells[0], run)
+        scenario = study.scenario(longest, run)
         game = set_up_game(scenario)
         found.append(
             least_escape_time(

@@ -131,8 +131,9 @@ def _table(table: Table) -> str:
 
 
 def _cell(text: str) -> str:
-    if text in _CLAIMS:
-        return f'<span class="{_class(_CLAIMS[text])}">{escape(text)}</span>'
+    claim = _CLAIMS.get(text.removesuffix(" *"))
+    if claim is not None:
+        return f'<span class="{_class(claim)}">{escape(text)}</span>'
     return escape(text)
 
 

@@ -2,12 +2,20 @@
 
 import numpy as np
 
-from ....systems.numerics.errors import require
 from ....systems.numerics.statistics.estimate import share
 from ..assignment_study import PURSUERS
 from ..records import StudyResult
-from ..tracking_study import cell_name
-from .claim import FAILS, HOLDS, OPEN, Verdict, capped, compare, joint_verdict
+from .claim import (
+    FAILS,
+    HOLDS,
+    OPEN,
+    Games,
+    Judgement,
+    Verdict,
+    compare,
+    joint_verdict,
+    judge_against_each,
+)
 from .team_claims import team_sizes
 
 REFERENCES = ("random_visible", "own_riskiest")
@@ -18,7 +26,7 @@ TEAMS = (*AGGREGATED, *REFERENCES)
 NEARLY_ALL = 0.99
 
 
-def judge_allocations(result: StudyResult, horizon: float | None = None) -> tuple[Verdict, ...]:
+def judge_allocations(result: StudyResult, horizon: float | None = None) -> tuple[Judgement, ...]:
     """Judge the claims on an `assignment_study` with its own rules.
 
     Args:
@@ -29,39 +37,43 @@ def judge_allocations(result: StudyResult, horizon: float | None = None) -> tupl
         InvalidInput: The horizon is beyond the study's.
     """
     sizes = team_sizes(result.study)
-    end = result.horizon(cell_name(PURSUERS, sizes[0], TEAMS[0]))
-    horizon = end if horizon is None else horizon
-    require(horizon <= end, "horizon", f"be at most the study's, {end} s", horizon)
 
-    def times(evaders: int, rule: str) -> np.ndarray:
-        return capped(result, cell_name(PURSUERS, evaders, rule), horizon)
+    def judge(games: Games) -> tuple[Verdict, ...]:
+        return (
+            _single(games),
+            *(_better(games, sizes, rule) for rule in AGGREGATED),
+            *(_especially(games, sizes, rule) for rule in AGGREGATED),
+        )
 
-    return (
-        _single(times, horizon),
-        *(_better(times, sizes, rule) for rule in AGGREGATED),
-        *(_especially(times, sizes, rule) for rule in AGGREGATED),
-    )
+    return judge_against_each(result, horizon, judge)
 
 
-def _single(times, horizon: float) -> Verdict:
-    kept = np.concatenate([times(1, rule) >= horizon for rule in TEAMS])
+def _single(games: Games) -> Verdict:
+    cells = [(PURSUERS, 1, rule) for rule in TEAMS]
+    kept = np.concatenate([games.times(*cell) >= games.horizon for cell in cells])
     found = share(int(kept.sum()), len(kept))
     verdict = FAILS if not kept.all() else HOLDS if found.low > NEARLY_ALL else OPEN
     return Verdict(
         "one evader is never lost",
         "2.19",
         "With one evader all teams reach the maximum time that is counted.",
+        games.opponent,
+        games.level(cells),
         verdict,
-        f"{kept.sum()} of {len(kept)} runs reach {horizon:g} s: {found.value:.1%} "
+        f"{kept.sum()} of {len(kept)} runs reach {games.horizon:g} s: {found.value:.1%} "
         f"[{found.low:.1%}, {found.high:.1%}].",
     )
 
 
-def _better(times, sizes, rule: str) -> Verdict:
+def _better(games: Games, sizes, rule: str) -> Verdict:
+    several = [m for m in sizes if m > 1]
     tests = [
-        compare(f"{PURSUERS}v{m} against {reference}", times(m, rule), times(m, reference))
-        for m in sizes
-        if m > 1
+        compare(
+            f"{PURSUERS}v{m} against {reference}",
+            games.times(PURSUERS, m, rule),
+            games.times(PURSUERS, m, reference),
+        )
+        for m in several
         for reference in REFERENCES
     ]
     verdict, said = joint_verdict(tests)
@@ -71,17 +83,22 @@ def _better(times, sizes, rule: str) -> Verdict:
         "For several evaders ranking and aggregation shows a better performance than random "
         "targets and than each pursuer's own riskiest one"
         + (" (least total score, as printed)." if rule == "borda_min" else " (greatest total)."),
+        games.opponent,
+        _level(games, several, rule),
         verdict,
         f"{said}.",
     )
 
 
-def _especially(times, sizes, rule: str) -> Verdict:
-    def gain(evaders: int) -> np.ndarray:
-        return times(evaders, rule) - np.mean([times(evaders, r) for r in REFERENCES], axis=0)
+def _especially(games: Games, sizes, rule: str) -> Verdict:
+    several = [m for m in sizes if m > 1]
 
-    enough = np.mean([gain(m) for m in sizes if 1 < m <= PURSUERS], axis=0)
-    beyond = np.mean([gain(m) for m in sizes if m > PURSUERS], axis=0)
+    def gain(evaders: int) -> np.ndarray:
+        others = [games.times(PURSUERS, evaders, reference) for reference in REFERENCES]
+        return games.times(PURSUERS, evaders, rule) - np.mean(others, axis=0)
+
+    enough = np.mean([gain(m) for m in several if m <= PURSUERS], axis=0)
+    beyond = np.mean([gain(m) for m in several if m > PURSUERS], axis=0)
     verdict, said = joint_verdict(
         [compare("gain with enough pursuers less without", enough, beyond)]
     )
@@ -89,6 +106,12 @@ def _especially(times, sizes, rule: str) -> Verdict:
         f"{rule} gains most with enough pursuers",
         "2.19",
         "It does so especially where there are as many pursuers as evaders or more.",
+        games.opponent,
+        _level(games, several, rule),
         verdict,
         f"{said}.",
     )
+
+
+def _level(games: Games, sizes, rule: str) -> float:
+    return games.level((PURSUERS, m, each) for m in sizes for each in (rule, *REFERENCES))

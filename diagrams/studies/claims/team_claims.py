@@ -2,14 +2,21 @@
 
 import numpy as np
 
-from ....systems.numerics.errors import require
 from ....systems.numerics.statistics.paired import paired_difference
-from ....systems.numerics.statistics.survival import restricted_mean
 from ....systems.numerics.statistics.trend import run_slopes, spread_trend
 from ..records import StudyResult
 from ..study import Study
-from ..tracking_study import cell_name
-from .claim import FAILS, HOLDS, OPEN, Verdict, capped, compare, joint_verdict
+from .claim import (
+    FAILS,
+    HOLDS,
+    OPEN,
+    Games,
+    Judgement,
+    Verdict,
+    compare,
+    joint_verdict,
+    judge_against_each,
+)
 
 # t1, t2, t3, and their figures.
 VECTORS = {"uniform": "2.16", "majority": "2.17", "proportional": "2.18"}
@@ -18,7 +25,7 @@ VECTORS = {"uniform": "2.16", "majority": "2.17", "proportional": "2.18"}
 FLOOR, LEAST = 50.0, 74.62
 
 
-def judge_teams(result: StudyResult, horizon: float | None = None) -> tuple[Verdict, ...]:
+def judge_teams(result: StudyResult, horizon: float | None = None) -> tuple[Judgement, ...]:
     """Judge the claims on a `tracking_study` with the thesis's three risk vectors.
 
     Args:
@@ -29,21 +36,18 @@ def judge_teams(result: StudyResult, horizon: float | None = None) -> tuple[Verd
         InvalidInput: The horizon is beyond the study's.
     """
     sizes = team_sizes(result.study)
-    end = result.horizon(cell_name(sizes[0], sizes[0], "uniform"))
-    horizon = end if horizon is None else horizon
-    require(horizon <= end, "horizon", f"be at most the study's, {end} s", horizon)
 
-    def times(pursuers: int, evaders: int, vector: str = "uniform") -> np.ndarray:
-        return capped(result, cell_name(pursuers, evaders, vector), horizon)
+    def judge(games: Games) -> tuple[Verdict, ...]:
+        return (
+            _floor(games, sizes),
+            _least_cell(games, sizes),
+            _least_value(games, sizes),
+            *(_trend(games, sizes, vector, more="evaders") for vector in VECTORS),
+            *(_trend(games, sizes, vector, more="pursuers") for vector in VECTORS),
+            _spread(games, sizes),
+        )
 
-    return (
-        _floor(times, sizes, horizon),
-        _least_cell(times, sizes),
-        _least_value(result, sizes, horizon),
-        *(_trend(times, sizes, vector, more="evaders") for vector in VECTORS),
-        *(_trend(times, sizes, vector, more="pursuers") for vector in VECTORS),
-        _spread(times, sizes),
-    )
+    return judge_against_each(result, horizon, judge)
 
 
 def team_sizes(study: Study) -> tuple[int, ...]:
@@ -51,26 +55,29 @@ def team_sizes(study: Study) -> tuple[int, ...]:
     return tuple(sorted({int(str(cell.value("evaders.count"))) for cell in study.cells}))
 
 
-def _floor(times, sizes, horizon: float) -> Verdict:
-    tests = [compare(f"{n}v{m}", times(n, m), FLOOR) for n in sizes for m in sizes if n >= m]
+def _floor(games: Games, sizes) -> Verdict:
+    cells = [(n, m, "uniform") for n in sizes for m in sizes if n >= m]
+    tests = [compare(f"{n}v{m}", games.times(n, m, t1), FLOOR) for n, m, t1 in cells]
     verdict, said = joint_verdict(tests)
     return Verdict(
         "t1 above 50",
         "2.16",
         "Where there are as many pursuers as evaders or more, every t1 exceeds 50 time units.",
+        games.opponent,
+        games.level(cells),
         # Times that are cut off there say nothing of means beyond.
-        verdict if horizon > FLOOR else OPEN,
+        verdict if games.horizon > FLOOR else OPEN,
         f"Differences to 50 s: {said}.",
     )
 
 
-def _least_cell(times, sizes) -> Verdict:
+def _least_cell(games: Games, sizes) -> Verdict:
     few, many = min(sizes), max(sizes)
-    least = times(few, many)
+    cells = [(n, m, "uniform") for n in sizes for m in sizes]
+    least = games.times(few, many, "uniform")
     tests = [
-        compare(f"{n}v{m} less {few}v{many}", times(n, m), least)
-        for n in sizes
-        for m in sizes
+        compare(f"{n}v{m} less {few}v{many}", games.times(n, m, t1), least)
+        for n, m, t1 in cells
         if (n, m) != (few, many)
     ]
     verdict, said = joint_verdict(tests)
@@ -78,33 +85,38 @@ def _least_cell(times, sizes) -> Verdict:
         "least at 1 against 4",
         "2.16",
         "The least average of t1 is that of one pursuer against four evaders.",
+        games.opponent,
+        games.level(cells),
         verdict,
         f"Every other cell less that one: {said}.",
     )
 
 
-def _least_value(result: StudyResult, sizes, horizon: float) -> Verdict:
-    cell = cell_name(min(sizes), max(sizes), "uniform")
-    mean = restricted_mean(result.times(cell), result.lost(cell), horizon)
+def _least_value(games: Games, sizes) -> Verdict:
+    cell = min(sizes), max(sizes), "uniform"
+    mean = games.mean(*cell)
     inside = mean.low <= LEAST <= mean.high
     # An interval as wide as what it is about tells nothing.
     sharp = mean.high - mean.low < 0.5 * LEAST
-    verdict = OPEN if horizon <= LEAST else FAILS if not inside else HOLDS if sharp else OPEN
+    verdict = FAILS if not inside else HOLDS if sharp else OPEN
     return Verdict(
         "74.62 there",
         "2.16",
         f"That least average is {LEAST} time units.",
-        verdict,
-        f"Restricted mean up to {horizon:g} s: {mean.value:.1f} s "
+        games.opponent,
+        games.level([cell]),
+        verdict if games.horizon > LEAST else OPEN,
+        f"Restricted mean up to {games.horizon:g} s: {mean.value:.1f} s "
         f"[{mean.low:.1f}, {mean.high:.1f}].",
     )
 
 
-def _trend(times, sizes, vector: str, more: str) -> Verdict:
+def _trend(games: Games, sizes, vector: str, more: str) -> Verdict:
     tests = []
     for fixed in sizes:
         cells = [(fixed, k) if more == "evaders" else (k, fixed) for k in sizes]
-        slopes = run_slopes(np.stack([times(n, m, vector) for n, m in cells], axis=1), sizes)
+        times = np.stack([games.times(n, m, vector) for n, m in cells], axis=1)
+        slopes = run_slopes(times, sizes)
         name = f"{fixed} pursuers" if more == "evaders" else f"{fixed} evaders"
         tests.append(compare(name, -slopes if more == "evaders" else slopes, 0.0))
     verdict, said = joint_verdict(tests)
@@ -116,15 +128,17 @@ def _trend(times, sizes, vector: str, more: str) -> Verdict:
         "With a given number of pursuers, tracking time decreases with the number of evaders."
         if falls
         else "With a given number of evaders, tracking time increases with the number of pursuers.",
+        games.opponent,
+        games.level((n, m, vector) for n in sizes for m in sizes),
         verdict,
         f"Mean {'fall' if falls else 'rise'} per {more.removesuffix('s')} more: {said}.",
     )
 
 
-def _spread(times, sizes) -> Verdict:
+def _spread(games: Games, sizes) -> Verdict:
     cells = [(n, m) for n in sizes for m in sizes]
     samples = np.stack(
-        [np.stack([times(n, m, vector) for vector in VECTORS], axis=1) for n, m in cells]
+        [np.stack([games.times(n, m, vector) for vector in VECTORS], axis=1) for n, m in cells]
     )
     agents = [n + m for n, m in cells]
     slope = spread_trend(samples, agents)
@@ -136,6 +150,8 @@ def _spread(times, sizes) -> Verdict:
         "variance between t1, t2, t3 rises",
         "2.16 to 2.18",
         "The variances between t1, t2 and t3 increase with the number of agents.",
+        games.opponent,
+        games.level((n, m, vector) for n, m in cells for vector in VECTORS),
         verdict,
         f"Variance between the three averages: {slope.value:+.2f} s² per agent "
         f"[{slope.low:+.2f}, {slope.high:+.2f}] (bootstrap); within single runs "

@@ -7,10 +7,11 @@ from pathlib import Path
 from ....systems.numerics.geometry.arenas.random_arena import Arena
 from ...tracking.scenario import TrackingScenario
 from ...world_source import WorldSource
+from ..opponents import OPPONENTS
 from ..records import StudyResult
 from ..study import Study
 from ..tracking_study import thesis_base
-from .claim import Verdict
+from .claim import Judgement
 
 # Half the thickness of the testbed's robots, which the thesis leaves between them and walls [m].
 RADIUS = 0.16
@@ -18,7 +19,7 @@ RADIUS = 0.16
 # Where times are cut off as well; the thesis does not say what the maximum time is [s].
 HORIZONS = (30.0, 60.0)
 
-Judge = Callable[..., tuple[Verdict, ...]]
+Judge = Callable[..., tuple[Judgement, ...]]
 
 
 @dataclass(frozen=True)
@@ -29,17 +30,18 @@ class Variant:
         name: What is different.
         base: What is played.
         arena: How worlds are drawn; None: that of `base`.
+        opponents: Policies of the evaders.
     """
 
     name: str
     base: TrackingScenario
     arena: Arena | None
+    opponents: tuple[str, ...] = OPPONENTS
 
 
 def variants(world: Path | None = None) -> tuple[Variant, ...]:
     """The variants, and the map of your own if you give one (WKT, GeoJSON or ROS map)."""
     base = thesis_base()
-    wandering = replace(base.evaders, policies=["random_walk"])
     body = {"model": "differential_drive", "radius": RADIUS}
     robots = replace(
         base,
@@ -47,7 +49,7 @@ def variants(world: Path | None = None) -> tuple[Variant, ...]:
         evaders=replace(base.evaders, **body),
     )
     found = [
-        Variant("evaders that wander", replace(base, evaders=wandering), Arena()),
+        Variant("evaders that wander", base, Arena(), ("random_walk",)),
         Variant("2 obstacles", base, Arena(obstacles=2)),
         Variant("8 obstacles", base, Arena(obstacles=8, longest=0.6)),
         Variant("robots of the testbed", robots, Arena(gap=2.5 * RADIUS)),
@@ -61,8 +63,8 @@ def judge_everywhere(
     judge: Judge,
     results: Mapping[str, StudyResult],
     horizons: tuple[float, ...] = HORIZONS,
-) -> dict[str, tuple[Verdict, ...]]:
-    """Verdicts by what was assumed.
+) -> dict[str, tuple[Judgement, ...]]:
+    """Judgements by what was assumed.
 
     Args:
         judge: `judge_teams` or `judge_allocations`.
@@ -77,12 +79,25 @@ def judge_everywhere(
     return {**found, **{name: judge(result) for name, result in others}}
 
 
-def varied(make: Callable[..., Study], variant: Variant, **options) -> Study:
+def varied(
+    make: Callable[..., Study],
+    variant: Variant,
+    opponent_runs: Mapping[str, int],
+    **options,
+) -> Study:
     """The study of `make` on a variant, with other options as it takes them.
 
     Args:
         make: Makes the study.
         variant: Which.
+        opponent_runs: Runs of each cell by opponent, whether the variant has them or not.
         options: Of `make`.
     """
-    return make(base=variant.base, arena=variant.arena, **options)
+    known = {each: opponent_runs[each] for each in variant.opponents}
+    return make(
+        base=variant.base,
+        arena=variant.arena,
+        opponents=variant.opponents,
+        opponent_runs=known,
+        **options,
+    )

@@ -11,6 +11,7 @@ import pytest
 from sightfield.diagrams.reproduction.evidence import AGREES, DIFFERS, SHOWN, VERDICTS
 from sightfield.diagrams.reproduction.make_exhibits import FAILED
 from sightfield.diagrams.reproduction.registry import EXHIBITS
+from sightfield.diagrams.studies.opponents import OPPONENTS
 
 FIGURES = {
     2: (5, 6, 10, 11, 12, 16, 17, 18, 19, 20, 34),
@@ -107,17 +108,39 @@ def test_the_summary_is_also_on_disk(report):
         ("figure-2.16", "t1 above 50", DIFFERS),
         ("figure-2.16", "74.62 there", DIFFERS),
         ("figure-2.19", "one evader is never lost", DIFFERS),
-        ("beyond-radio", "A centre less no radio at all", SHOWN),
+        ("beyond-radio", "A centre less no radio at all, against adversarial", SHOWN),
+        ("beyond-radio", "A centre less no radio at all, against best_response", SHOWN),
     ],
 )
 def test_what_does_not_hang_on_the_number_of_runs_is_as_known(report, exhibit, subject, verdict):
     assert findings(report, exhibit)[subject] == verdict
 
 
+@pytest.mark.parametrize("exhibit", ["figure-2.16", "figure-2.19"])
+def test_every_claim_names_all_its_opponents(report, exhibit):
+    (found,) = [each for each in report.summary["exhibits"] if each["id"] == exhibit]
+    for finding in found["findings"]:
+        assert ", the strongest of 2 (mean " in finding["ours"]
+        for opponent in OPPONENTS:
+            assert f"against {opponent}" in finding["ours"]
+
+
+@pytest.mark.parametrize("exhibit", ["beyond-risk-vectors", "beyond-aggregations", "beyond-radio"])
+def test_what_is_beyond_the_thesis_is_shown_against_each_opponent(report, exhibit):
+    said = " ".join(findings(report, exhibit))
+    for opponent in OPPONENTS:
+        assert f"against {opponent}" in said
+
+
 def test_each_claim_is_judged_with_other_assumptions_too(report):
     section = report.page.split('<section id="figure-2.16">')[1].split("</section>")[0]
     table = section.split('<table class="numbers">')[1]
     head = re.findall(r"<th>([^<]*)</th>", table)
-    assert {"evaders that wander", "2 obstacles", "8 obstacles", "60 s"} < set(head)
+    assumptions = ("120 s", "60 s", "30 s", "2 obstacles", "8 obstacles", "robots of the testbed")
+    wanted = {f"{each}, {opponent}" for each in assumptions for opponent in OPPONENTS}
+    assert set(head) == {"claim", "evaders that wander, random_walk"} | wanted
+    # One opponent is the strongest wherever there are two.
+    for row in table.split("<tr>")[2:]:
+        assert row.count(" *</span>") == len(assumptions)
     assert table.count("<tr>") == 1 + len(findings(report, "figure-2.16"))
     assert FAILED not in table

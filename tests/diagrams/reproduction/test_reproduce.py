@@ -1,12 +1,15 @@
 """The command: what it makes, what it refuses, and what it says of what goes wrong."""
 
+import errno
 import json
+import os
 
 import pytest
 from typer.testing import CliRunner
 
 from sightfield.diagrams.commands import reproduce as command
 from sightfield.diagrams.commands.app import make_app
+from sightfield.diagrams.outputs import NoRoom
 from sightfield.diagrams.reproduction.evidence import (
     AGREES,
     DIFFERS,
@@ -20,7 +23,9 @@ from sightfield.diagrams.reproduction.evidence import (
 )
 from sightfield.diagrams.reproduction.make_exhibits import FAILED, Made, make_exhibits
 from sightfield.diagrams.reproduction.page.make_page import make_page
+from sightfield.diagrams.reproduction.played import fewest, findings_of, verdicts_by_assumption
 from sightfield.diagrams.reproduction.registry import EXHIBITS, chosen_exhibits
+from sightfield.diagrams.studies.claims.claim import FAILS, HOLDS, Judgement, Verdict
 from sightfield.systems.numerics.errors import InvalidInput
 
 AWKWARD = "a < b & \"c\" <script>alert('d')</script>"
@@ -40,6 +45,10 @@ def fine(workshop):
 
 def broken(workshop):
     raise ZeroDivisionError("nothing to divide by")
+
+
+def crowded(workshop):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 @pytest.fixture
@@ -88,6 +97,9 @@ def test_a_failing_exhibit_is_told_and_the_others_are_made(run, tmp_path):
         (("--runs", 1), "`runs` must be two at least; got 1"),
         (("--workers", -1), "`workers` must be zero or positive; got -1"),
         (("--world", "nowhere.wkt"), "nowhere.wkt"),
+        (("--opponent-runs", "best_response"), "`opponent-runs` must have the form best_response"),
+        (("--opponent-runs", "best_response=1"), "`opponent-runs` must be two at least; got 1"),
+        (("--opponent-runs", "nobody=5"), "`opponent-runs` must be one of adversarial, best_re"),
     ],
 )
 def test_what_cannot_be_meant_is_refused_before_anything_is_made(run, tmp_path, words, message):
@@ -95,6 +107,15 @@ def test_what_cannot_be_meant_is_refused_before_anything_is_made(run, tmp_path, 
     with pytest.raises(InvalidInput, match=message):
         run("--out", out, *words)
     assert not out.exists()
+
+
+def test_a_full_disk_ends_it_at_the_first_exhibit_that_meets_it(run, tmp_path):
+    made = []
+    exhibits = (exhibit("1", crowded), exhibit("2", lambda workshop: made.append(2)))
+    with pytest.raises(NoRoom, match="`out` must have room for the results"):
+        run("--out", tmp_path / "out", exhibits=exhibits)
+    assert made == []
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_exhibits_are_asked_for_by_any_figure_that_they_cover():
@@ -130,7 +151,9 @@ def test_whatever_is_said_stays_text():
         AWKWARD,
         AWKWARD,
         AWKWARD,
-        lambda workshop: Evidence((), (), (Table(AWKWARD, (AWKWARD,), ((AWKWARD,), ("holds",))),)),
+        lambda workshop: Evidence(
+            (), (), (Table(AWKWARD, (AWKWARD,), ((AWKWARD,), ("holds *",))),)
+        ),
     )
     evidence = Evidence(
         (), (Finding(AWKWARD, AWKWARD, AWKWARD, DIFFERS),), awkward.make(None).tables
@@ -139,7 +162,7 @@ def test_whatever_is_said_stays_text():
     page = make_page(made, quick=False, made_with=AWKWARD)
     assert "<script" not in page
     assert "Figures 1, 2; Table 3" in page
-    assert '<td><span class="agrees">holds</span></td>' in page
+    assert '<td><span class="agrees">holds *</span></td>' in page
     assert "Made in 1.7 min" in page
 
 
@@ -152,7 +175,49 @@ def test_each_exhibit_is_announced_before_it_is_made(tmp_path):
     assert order == ["1", "made", "2", "made"]
 
 
-def test_as_many_runs_as_asked_for(tmp_path):
-    assert Workshop(True, tmp_path, tmp_path).runs_of(1000, 8) == 8
-    assert Workshop(False, tmp_path, tmp_path).runs_of(1000, 8) == 1000
-    assert Workshop(False, tmp_path, tmp_path, runs=30).runs_of(1000, 8) == 30
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        ({"quick": True}, (8, 2)),
+        ({"quick": False}, (1000, 100)),
+        ({"quick": False, "runs": 30}, (30, 30)),
+        # Those that are slow to play are never more than usual, unless they are asked for.
+        ({"quick": False, "runs": 3000}, (3000, 100)),
+        ({"quick": True, "opponent_runs": {"best_response": 5}}, (8, 5)),
+        ({"quick": False, "runs": 30, "opponent_runs": {"best_response": 300}}, (30, 300)),
+    ],
+)
+def test_as_many_runs_as_asked_for(tmp_path, options, expected):
+    workshop = Workshop(pictures=tmp_path, studies=tmp_path, **options)
+    found = workshop.runs_against(
+        {"adversarial": 1000, "best_response": 100}, {"adversarial": 8, "best_response": 2}
+    )
+    assert found == dict(zip(("adversarial", "best_response"), expected, strict=True))
+
+
+def test_variants_have_no_more_runs_than_the_study_itself():
+    most = {"adversarial": 60, "best_response": 20, "random_walk": 60}
+    assert fewest({"adversarial": 1000, "best_response": 100}, most) == most
+    few = {"adversarial": 5, "best_response": 2}
+    assert fewest(few, most) == {**few, "random_walk": 5}
+
+
+def verdict(claim, opponent, level, found):
+    return Verdict(claim, "2.16", "The thesis says.", opponent, level, found, "Numbers.")
+
+
+def test_a_finding_is_what_the_strongest_opponent_leaves_of_a_claim():
+    both = Judgement((verdict("a", "weak", 9.0, HOLDS), verdict("a", "strong", 3.0, FAILS)))
+    alone = Judgement((verdict("a", "wandering", 50.0, HOLDS),))
+    (found,) = findings_of([both])
+    assert (found.subject, found.thesis, found.verdict) == ("a", "The thesis says.", DIFFERS)
+    assert found.ours == (
+        "Does not hold, against strong, the strongest of 2 (mean 3.0 s): Numbers. "
+        "Holds, against weak (mean 9.0 s): Numbers."
+    )
+    (found,) = findings_of([alone])
+    assert found.verdict == AGREES
+    assert found.ours == "Holds, against wandering alone (mean 50.0 s): Numbers."
+    table = verdicts_by_assumption({"120 s": (both,), "others": (alone,)})
+    assert table.head == ("claim", "120 s, weak", "120 s, strong", "others, wandering")
+    assert table.rows == (("a", "holds", "does not hold *", "holds"),)

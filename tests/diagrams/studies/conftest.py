@@ -10,7 +10,10 @@ from sightfield.diagrams.studies.tracking_study import thesis_base
 
 @pytest.fixture(scope="session")
 def make_study() -> Callable[..., Study]:
-    """A function of the number of runs: one pursuer against one and two, and lots and walks."""
+    """A function of the number of runs: one pursuer against one and two, and lots and walks.
+
+    Those who walk are played four times at most.
+    """
 
     def make(runs: int, **changes) -> Study:
         cells = (
@@ -24,6 +27,7 @@ def make_study() -> Callable[..., Study]:
                     "pursuers.assignment=random_visible",
                     "evaders.policies=[random_walk]",
                 ),
+                runs=4 if runs > 4 else None,
             ),
         )
         settings = {"name": "small", "base": thesis_base(5.0), "cells": cells, "seed": 11}

@@ -39,14 +39,17 @@ def test_every_evader_starts_where_a_pursuer_sees_it():
 def test_cells_share_worlds_and_starts_run_by_run():
     study = tracking_study(runs=2, sizes=(1, 3))
     games = {cell.name: set_up_game(study.scenario(cell, 1)) for cell in study.cells}
-    first, other_vector = games["3v3-uniform"], games["3v3-majority"]
+    first, other_vector = games["3v3-uniform-adversarial"], games["3v3-majority-adversarial"]
     np.testing.assert_array_equal(first.pursuer_starts, other_vector.pursuer_starts)
     np.testing.assert_array_equal(first.evader_starts, other_vector.evader_starts)
-    fewer = games["3v1-uniform"]
+    other_evaders = games["3v3-uniform-best_response"]
+    np.testing.assert_array_equal(first.evader_starts, other_evaders.evader_starts)
+    np.testing.assert_array_equal(first.world.boundary, other_evaders.world.boundary)
+    fewer = games["3v1-uniform-adversarial"]
     np.testing.assert_array_equal(first.pursuer_starts, fewer.pursuer_starts)
     np.testing.assert_array_equal(first.evader_starts[:1], fewer.evader_starts)
     np.testing.assert_array_equal(first.world.boundary, fewer.world.boundary)
-    another = set_up_game(study.scenario(study.cell("3v3-uniform"), 0))
+    another = set_up_game(study.scenario(study.cell("3v3-uniform-adversarial"), 0))
     assert not np.array_equal(first.pursuer_starts, another.pursuer_starts)
 
 
@@ -94,6 +97,15 @@ def test_games_in_a_world_of_their_own_are_played_there(make_study, tmp_path):
     assert len(play_block(study, 0, 2)["time"]) == 6
 
 
+def test_a_cell_that_has_fewer_runs_has_no_others(make_study):
+    study = make_study(6)
+    assert [study.runs_of(cell) for cell in study.cells] == [6, 6, 4]
+    assert study.games(0, 6) == 16
+    assert study.games(3, 5) == 5
+    with pytest.raises(InvalidInput, match="`run` must lie between 0 and 3; got 4"):
+        study.scenario(study.cells[2], 4)
+
+
 def test_a_cell_knows_what_it_sets():
     cell = Cell(name="a", settings=("evaders.count=2", "pursuers.risk_vectors=[uniform]"))
     assert cell.value("evaders.count") == 2
@@ -108,6 +120,8 @@ def test_a_cell_knows_what_it_sets():
         ({"seed": -1}, "`seed` must be zero or positive"),
         ({"cells": ()}, "`cells` must hold one at least"),
         ({"cells": (Cell(name="a"), Cell(name="a"))}, "`cells` must have a name each; got a twice"),
+        ({"cells": (Cell(name="a", runs=2),)}, "`cell` must have 1 to 1 runs.*; got 2 in cell a"),
+        ({"cells": (Cell(name="a", runs=0),)}, "`cell` must have 1 to 1 runs.*; got 0 in cell a"),
         ({"cells": (Cell(name="a", settings=("pace=1",)),)}, r"`pace` must be a key .*in cell a"),
         ({"cells": (Cell(name="a", settings=("seconds=x",)),)}, r"`seconds` must be .*in cell a"),
     ],

@@ -11,11 +11,14 @@ from sightfield.diagrams.studies.study import Cell, Study
 
 
 def make_result(study: Study, time_of: Callable[[Cell, np.random.Generator], np.ndarray]):
-    """A finished study in which each cell's times come from a function, cut off at the horizon."""
+    """A finished study in which each cell's times come from a function, cut off at the horizon.
+
+    Of the times of the function as many are taken as the cell has runs.
+    """
     horizon, rows = study.base.seconds, []
     for cell in study.cells:
         times = np.maximum(time_of(cell, np.random.default_rng(3)), 0.0)
-        for run, time in enumerate(times.tolist()):
+        for run, time in enumerate(times[: study.runs_of(cell)].tolist()):
             rows.append(
                 {
                     "cell": cell.name,

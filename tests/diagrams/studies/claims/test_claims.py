@@ -8,11 +8,14 @@ from sightfield.diagrams.studies.claims.allocation_claims import TEAMS, judge_al
 from sightfield.diagrams.studies.claims.claim import FAILS, HOLDS, OPEN, compare, joint_verdict
 from sightfield.diagrams.studies.claims.team_claims import LEAST, VECTORS, judge_teams
 from sightfield.diagrams.studies.claims.variants import judge_everywhere, variants, varied
+from sightfield.diagrams.studies.opponents import opponent_of, runs_by_opponent
 from sightfield.diagrams.studies.tracking_study import tracking_study
 from sightfield.systems.numerics.errors import InvalidInput
 
 RUNS = 60
-TEAM_STUDY = tracking_study(runs=RUNS, vectors=tuple(VECTORS))
+ALONE = ("adversarial",)
+TEAM_STUDY = tracking_study(runs=RUNS, vectors=tuple(VECTORS), opponents=ALONE)
+BOTH = tracking_study(runs=RUNS, vectors=tuple(VECTORS), opponent_runs={"best_response": 30})
 ALLOCATION_STUDY = assignment_study(runs=RUNS, rules=TEAMS)
 
 
@@ -36,7 +39,64 @@ def verdicts(found):
 def test_everything_holds_where_times_are_as_claimed(made_up):
     found = judge_teams(made_up(TEAM_STUDY, as_claimed(noise=1.0)))
     assert set(verdicts(found).values()) == {HOLDS}
-    assert {each.figure for each in found} == {"2.16", "2.17", "2.18", "2.16 to 2.18"}
+    figures = {each.strongest.figure for each in found}
+    assert figures == {"2.16", "2.17", "2.18", "2.16 to 2.18"}
+
+
+def against_two(shift):
+    """Times as claimed against one opponent, those against the other shorter and the wrong way."""
+
+    def time_of(cell, rng):
+        times = as_claimed(noise=1.0)(cell, rng)
+        if cell.value("evaders.policies") == ["best_response"]:
+            # Mirrored about 74.62 s: what rose falls.
+            times = 2 * LEAST - times - shift
+        return times
+
+    return time_of
+
+
+def test_a_claim_holds_only_if_it_does_against_the_strongest_opponent(made_up):
+    found = judge_teams(made_up(BOTH, against_two(shift=40.0)))
+    for each in found:
+        weak, strong = each.against
+        assert (weak.opponent, strong.opponent) == ("adversarial", "best_response")
+        assert weak.verdict == HOLDS
+        assert strong.level < weak.level
+        assert each.strongest is strong
+        assert each.verdict == strong.verdict
+    judged = verdicts(found)
+    assert {judged[f"t{k} falls with evaders"] for k in (1, 2, 3)} == {FAILS}
+    falls = next(each for each in found if each.claim == "t1 falls with evaders")
+    assert falls.said == "does not hold, against best_response, the strongest of 2"
+    assert falls.evidence.startswith("Does not hold, against best_response, the strongest of 2 (m")
+    assert " Holds, against adversarial (mean " in falls.evidence
+
+
+def test_a_claim_that_fails_only_against_a_weaker_opponent_holds(made_up):
+    found = judge_teams(made_up(BOTH, against_two(shift=-40.0)))
+    assert verdicts(found)["t1 falls with evaders"] == HOLDS
+    (falls,) = [each for each in found if each.claim == "t1 falls with evaders"]
+    assert [each.verdict for each in falls.against] == [HOLDS, FAILS]
+    assert falls.strongest.opponent == "adversarial"
+
+
+def test_a_claim_with_one_opponent_says_so(made_up):
+    found = judge_teams(made_up(TEAM_STUDY, as_claimed(noise=1.0)))
+    assert {each.said for each in found} == {"holds, against adversarial alone"}
+    assert all(each.evidence.startswith("Holds, against adversarial alone") for each in found)
+
+
+def test_opponents_are_compared_on_the_runs_that_they_share(made_up):
+    """The runs that the weaker one alone has would make it the stronger."""
+
+    def time_of(cell, rng):
+        times = as_claimed(noise=0.1)(cell, rng)
+        times[30:] -= 60.0
+        return times - (1.0 if cell.value("evaders.policies") == ["best_response"] else 0.0)
+
+    found = judge_teams(made_up(BOTH, time_of))
+    assert {each.strongest.opponent for each in found} == {"best_response"}
 
 
 def test_nothing_holds_where_times_are_the_other_way_round(made_up):
@@ -82,7 +142,7 @@ def test_allocations_as_claimed(made_up):
         return 40.0 + gain + rng.normal(size=RUNS)
 
     found = verdicts(judge_allocations(made_up(ALLOCATION_STUDY, time_of)))
-    # 240 runs without a loss are not yet nearly all of them.
+    # 240 runs without a loss against each opponent are not yet nearly all of them.
     assert found.pop("one evader is never lost") == OPEN
     assert set(found.values()) == {HOLDS}
 
@@ -90,10 +150,11 @@ def test_allocations_as_claimed(made_up):
 def test_one_loss_is_a_loss(made_up):
     def time_of(cell, rng):
         times = np.full(RUNS, 500.0)
-        times[0] = 3.0 if cell.name == "3v1-borda_min" else 500.0
+        times[0] = 3.0 if cell.name == "3v1-borda_min-best_response" else 500.0
         return times
 
     found = verdicts(judge_allocations(made_up(ALLOCATION_STUDY, time_of)))
+    # The opponent to which somebody was lost is the stronger.
     assert found["one evader is never lost"] == FAILS
     assert found["borda_min is better"] == OPEN
 
@@ -110,13 +171,24 @@ def test_one_sure_test_against_a_claim_outweighs_all_others():
 
 def test_variants_play_what_they_say(tmp_path):
     found = {each.name: each for each in variants()}
-    assert found["evaders that wander"].base.evaders.policies == ["random_walk"]
+    assert found["evaders that wander"].opponents == ("random_walk",)
+    wandering = varied(
+        tracking_study,
+        found["evaders that wander"],
+        {"best_response": 1, "random_walk": 2},
+        sizes=(1,),
+    )
+    assert {opponent_of(wandering, cell) for cell in wandering.cells} == {"random_walk"}
+    assert {wandering.runs_of(cell) for cell in wandering.cells} == {2}
+    numbers = {"adversarial": 2, "best_response": 1}
+    few = varied(tracking_study, found["2 obstacles"], numbers, sizes=(1,))
+    assert runs_by_opponent(few) == numbers
     assert found["2 obstacles"].arena.obstacles == 2
     assert found["robots of the testbed"].base.pursuers.model == "differential_drive"
     file = tmp_path / "hall.wkt"
     file.write_text("POLYGON ((0 0, 4 0, 4 4, 0 4, 0 0), (1 1, 2 1, 2 2, 1 2, 1 1))")
     own = variants(file)[-1]
     assert own.name == "hall"
-    study = varied(tracking_study, own, runs=2, sizes=(1, 2), vectors=tuple(VECTORS))
+    study = varied(tracking_study, own, numbers, sizes=(1, 2), vectors=tuple(VECTORS))
     assert study.arena is None
     assert study.scenario(study.cells[0], 1).world.load().free_area == pytest.approx(15.0)

@@ -1,0 +1,101 @@
+"""Pursuers against evaders: what each way to pursue is worth against each way to escape.
+
+The thesis's pursuers and four that change one thing after another: who keeps an assignment until
+its evader is lost, who runs along the field of this project's margins, who tries its steps. A
+strategy is as good as it is against the evaders that are worst for it.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+
+from ...systems.numerics.errors import require
+from ...systems.numerics.geometry.arenas.random_arena import Arena
+from ..tracking.scenario import TrackingScenario
+from .grid import Grid, Panel, matrix_of
+from .opponents import POLICIES, Match, cell_name, match_cell, match_of, runs_against
+from .study import Study
+from .tracking_study import thesis_base
+
+# Field and hold of each; assignment and risk vector are the base's: Hungarian, proportional.
+PURSUERS = {
+    "thesis": ("table", "none"),
+    "table_held": ("table", "until_lost"),
+    "margin": ("margin", "none"),
+    "margin_held": ("margin", "until_lost"),
+    "lookahead_held": ("lookahead", "until_lost"),
+}
+REFERENCE = "thesis"
+
+SIZES = ("1v1", "2v2", "3v3", "3v4", "4v4")
+
+# Of each cell; evaders that walk at random are seldom lost, so that these games last long.
+RUNS = 300
+
+
+def policies_study(
+    *,
+    runs: int = RUNS,
+    seed: int = 0,
+    base: TrackingScenario | None = None,
+    arena: Arena | None = None,
+    sizes: Sequence[str] = SIZES,
+    opponents: Sequence[str] = POLICIES,
+    opponent_runs: Mapping[str, int] | None = None,
+) -> Study:
+    """The study of policies: "1v1-thesis-adversarial" to "4v4-lookahead_held-random_walk".
+
+    Args:
+        runs, seed, base, arena: As of `tracking_study`.
+        sizes: Of the teams, "3v4" being three pursuers against four evaders.
+        opponents, opponent_runs: As of `tracking_study`.
+
+    Raises:
+        InvalidInput: A size is none; see `Study` and `runs_against`.
+    """
+    for size in sizes:
+        fine = re.fullmatch("[1-9][0-9]*v[1-9][0-9]*", size)
+        require(fine is not None, "size", "have the form 3v4, pursuers first", size)
+    numbers = runs_against(opponents, runs, opponent_runs)
+    teams = [tuple(map(int, size.split("v"))) for size in sizes]
+    return Study(
+        name="policies",
+        base=base or thesis_base(),
+        arena=Arena() if base is None and arena is None else arena,
+        runs=max(numbers.values()),
+        seed=seed,
+        cells=tuple(
+            match_cell(
+                Match(pursuers, evaders, name, opponent),
+                (f"pursuers.field={field}", f"pursuers.hold={hold}"),
+                numbers,
+            )
+            for opponent in opponents
+            for name, (field, hold) in PURSUERS.items()
+            for pursuers, evaders in teams
+        ),
+    )
+
+
+def policies_grid(study: Study) -> Grid:
+    """How to show and compare the cells of `policies_study`: each pursuers less the thesis's."""
+    matches = [match_of(cell.name) for cell in study.cells]
+    teams = list(dict.fromkeys((match.pursuers, match.evaders) for match in matches))
+    opponents = list(dict.fromkeys(match.opponent for match in matches))
+    return Grid(
+        curves=tuple(
+            Panel(
+                title=f"{n} against {m} {opponent}",
+                series={each: {m: cell_name(n, m, each, opponent)} for each in PURSUERS},
+            )
+            for n, m in teams
+            for opponent in opponents
+        ),
+        pairs=tuple(
+            (cell_name(n, m, each, opponent), cell_name(n, m, REFERENCE, opponent))
+            for opponent in opponents
+            for each in PURSUERS
+            if each != REFERENCE
+            for n, m in teams
+        ),
+        matrix=matrix_of(study),
+    )
