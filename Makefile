@@ -24,7 +24,7 @@ unexport PYTHONPATH PYTHONHOME
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint format bench peers docs links tutorials pictures tools venv lock clean
+.PHONY: help demo test lint format mutants bench peers docs links tutorials pictures tools venv lock clean
 
 help:  ## list the targets
 	@awk -F ':.*##  *' '/^[a-z]+:.*##/ { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -48,6 +48,9 @@ format: $(VENV)/dev.stamp  ## rewrite the sources in the house format, clear the
 		"--ClearMetadataPreprocessor.preserve_nb_metadata_mask=$(KEPT)" tutorials/*.ipynb
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
+
+mutants: $(VENV)/dev.stamp  ## make faults on purpose in copies of the tree; the tests are to find all
+	$(BIN)/python tests/mutants/run.py $(ARGS)
 
 bench: $(VENV)/dev.stamp  ## run the timings, printed as ratios
 	$(BIN)/pytest benchmarks -m benchmarks -s -q $(ARGS)
