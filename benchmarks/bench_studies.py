@@ -28,8 +28,8 @@ TARGET = 20 * 60 * 2 / 16_000
 
 
 def figure(runs):
-    """The study of Figure 2.16."""
-    return tracking_study(runs=runs, vectors=("uniform",))
+    """The study of Figure 2.16, against the evaders that play the corner game."""
+    return tracking_study(runs=runs, vectors=("uniform",), opponents=("adversarial",))
 
 
 def play_one_by_one(runs):
@@ -69,7 +69,7 @@ from sightfield.diagrams.studies.engine import run_study
 from sightfield.diagrams.studies.play import play_block
 from sightfield.diagrams.studies.tracking_study import tracking_study
 workers, runs = int(sys.argv[1]), int(sys.argv[2])
-study = tracking_study(runs=runs, vectors=("uniform",))
+study = tracking_study(runs=runs, vectors=("uniform",), opponents=("adversarial",))
 print("ready", flush=True)
 """
 STUDY = START + "run_study(study, Path(sys.argv[3]), workers=workers)"

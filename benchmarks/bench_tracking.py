@@ -62,3 +62,14 @@ def test_twenty_against_twenty_with_a_page_open(polygon_world):
         f"\n20 against 20, {world.vertex_count} vertices: {bare:.1f} simulated seconds per "
         f"second, {drawn:.1f} with Meshcat open"
     )
+
+
+def test_four_that_look_ahead_against_four():
+    settings = [f"{team}.model=point" for team in ("pursuers", "evaders")]
+    settings.append("pursuers.field=lookahead")
+    scenario = load_scenario(TrackingScenario, find_scenario("thesis_4v3"), settings)
+    scenario = replace(
+        scenario, evaders=replace(scenario.evaders, positions=[], headings=[], count=4)
+    )
+    diagram = MakeTracking(with_random_starts(scenario))
+    print(f"\n4 against 4, lookahead: {rate(diagram, 5.0, 9):.0f} simulated seconds per second")
