@@ -30,6 +30,7 @@ REPLAYS = [
 DRAWINGS = [
     ("risk_vectors", ["track", "risk_vectors", "--no-replay"], "tracks.png"),
     ("corner", ["corner"], "corner.png"),
+    ("guarantee", ["guarantee", "thesis_3v4"], "guarantee.png"),
     ("calibration", ["camera", "calibrate"], "error_curves.png"),
     ("standoff", ["standoff", "--controller", "PD", "--analyse"], "responses.png"),
     (

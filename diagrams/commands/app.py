@@ -16,6 +16,7 @@ from ..outputs import lacks_room
 COMMANDS = {
     "track": "Keep evaders in sight among polygons.",
     "world": "Read a map, report what is in it, and draw it.",
+    "guarantee": "How long sight can be kept on a map, whatever the evader does.",
     "corner": "Solve the game of one pursuer and one evader around a corner.",
     "camera": "Calibrate an omni-directional camera, track by pictures.",
     "standoff": "Keep a distance by a biased estimate, and analyse the loop.",

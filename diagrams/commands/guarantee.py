@@ -1,0 +1,241 @@
+"""`sightfield guarantee`: how long sight can be kept on a map, whatever the evader does."""
+
+import json
+import math
+import sys
+import time
+from contextlib import nullcontext
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from ...systems.numerics.errors import require_positive
+from ...systems.numerics.geometry.edge_index import build_edge_index
+from ...systems.numerics.geometry.segment_sight import segment_is_clear
+from ...systems.numerics.geometry.world_files import load_world
+from ...systems.numerics.tracking.visibility_game.guaranteed_times import (
+    BOUNDS,
+    GuaranteedTimes,
+    solve_visibility_game,
+)
+from ..outputs import output_folder
+from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
+from ..tracking.game import TrackingGame, set_up_game
+from ..tracking.guarantee_picture import save_guarantee_picture
+from ..tracking.scenario import Evaders, Pursuers, TrackingScenario
+from ..world_source import WorldSource
+
+# Unit and meaning of each entry of a summary.
+ROWS = {
+    "bound": ("", "which of the two bounds"),
+    "pursuer": ("m", "position"),
+    "evader": ("m", "position"),
+    "in_sight": ("", "whether the one sees the other"),
+    "guaranteed_time": ("s", "until sight is lost at the earliest; null: for ever"),
+    "middle": ("s", "by the middle bound, where that was asked for"),
+    "lower": ("s", "by the certified bound, where that was asked for"),
+    "kept_for_ever": ("", "part of all pairs in sight that can be kept so for ever"),
+    "speed_ratio": ("", "evader's speed over the pursuer's"),
+    "grid": ("m", "between the pursuer's nodes"),
+    "evader_grid": ("m", "between the evader's nodes"),
+    "step": ("s", "what is counted"),
+    "horizon": ("s", "what lasts longer counts as for ever"),
+    "pairs": ("", "pairs of nodes in sight of each other"),
+    "megabytes": ("MB", "what the table takes"),
+    "cpu_seconds": ("s", "to solve the game"),
+}
+
+
+def guarantee(
+    scenario: Annotated[
+        str, typer.Argument(help=f"YAML file, or one of: {', '.join(builtin_scenarios())}.")
+    ] = "thesis_3v4",
+    setting: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Set a key, as pursuers.top_speed=0.4."),
+    ] = None,
+    world: Annotated[
+        Path | None,
+        typer.Option(help="Instead: points in this world (WKT, GeoJSON or ROS map)."),
+    ] = None,
+    pursuer: Annotated[
+        tuple[float, float] | None,
+        typer.Option(
+            metavar="X Y",
+            help="Where the pursuer is [m] [default: the scenario's first; with --world the best].",
+        ),
+    ] = None,
+    evader: Annotated[
+        tuple[float, float] | None,
+        typer.Option(
+            metavar="X Y",
+            help="Where the evader is [m] [default: the scenario's first that it sees].",
+        ),
+    ] = None,
+    grid: Annotated[
+        float, typer.Option(help="Between the pursuer's nodes; half of it for `lower` [m].")
+    ] = 0.1,
+    bound: Annotated[
+        str, typer.Option(help="`middle`, or `lower`: certified, in the plane and between steps.")
+    ] = "middle",
+    speed_ratio: Annotated[
+        float | None,
+        typer.Option(help="Evader's speed over the pursuer's [default: as in the scenario, 0.3]."),
+    ] = None,
+    horizon: Annotated[
+        float, typer.Option(help="What lasts longer counts as for ever [s].")
+    ] = 120.0,
+    memory: Annotated[float, typer.Option(help="What the table may take [GB].")] = 4.0,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object and nothing else.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder to leave guarantee.png and summary.json in.")
+    ] = None,
+) -> None:
+    """How long one pursuer can keep one evader in sight, whatever the evader does.
+
+    The game of the two is solved on a grid, with all corners of the map at once.
+    """
+    game = _game(scenario, setting or [], world, grid)
+    fast = game.scenario.pursuers.top_speed
+    slow = game.scenario.evaders.top_speed
+    if speed_ratio is not None:
+        require_positive("speed_ratio", speed_ratio)
+        slow = speed_ratio * fast
+    console = Console(stderr=True)
+    with output_folder(out) if out is not None else nullcontext() as folder:
+        started = time.process_time()
+        with Progress(
+            console=console, transient=True, disable=as_json or not sys.stderr.isatty()
+        ) as bar:
+            task = bar.add_task("settled", total=1.0)
+            table = solve_visibility_game(
+                game.world,
+                pursuer_speed=fast,
+                evader_speed=slow,
+                grid=grid,
+                bound=bound,
+                pursuer_regions=game.pursuer_regions,
+                evader_regions=game.evader_regions,
+                horizon=horizon,
+                memory=1e9 * memory,
+                progress=lambda part: bar.update(task, completed=part),
+            )
+        seconds = time.process_time() - started
+        p, e = _positions(game, table, pursuer, evader, placed=world is None)
+        summary = summarise(table, p, e, horizon) | {"cpu_seconds": round(seconds, 3)}
+        text = json.dumps(summary, indent=2)
+        if folder is not None:
+            (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+            save_guarantee_picture(folder / "guarantee.png", table, game.world, p, e)
+    if as_json:
+        typer.echo(text)
+    else:
+        Console().print(_table(summary))
+
+
+def summarise(
+    table: GuaranteedTimes, pursuer: np.ndarray, evader: np.ndarray | None, horizon: float
+) -> dict[str, object]:
+    """The entries of a summary, ready for JSON, but for the CPU time; see ROWS.
+
+    Args:
+        table: The game, solved.
+        pursuer, evader: Positions, shape (2,) [m]; without an evader there are no times.
+        horizon: Of the table [s].
+
+    Raises:
+        InvalidInput: One of the two cannot be there.
+    """
+    table.nearest_place(pursuer)
+    found, seen = None, False
+    if evader is not None:
+        value = table.time(pursuer, evader)
+        found = None if math.isinf(value) else value
+        seen = bool(segment_is_clear(table.sight, *pursuer, *evader))
+    times: dict[str, float | None] = dict.fromkeys(BOUNDS)
+    times[table.bound] = found
+    return {
+        "bound": table.bound,
+        "pursuer": pursuer.tolist(),
+        "evader": None if evader is None else evader.tolist(),
+        "in_sight": seen,
+        "guaranteed_time": found,
+        **times,
+        "kept_for_ever": table.share_for_ever,
+        "speed_ratio": table.evader_speed / table.pursuer_speed,
+        "grid": table.pursuer_grid.spacing,
+        "evader_grid": table.evader_grid.spacing,
+        "step": table.step,
+        "horizon": horizon,
+        "pairs": table.pairs,
+        "megabytes": table.bytes / 1e6,
+    }
+
+
+def _game(name: str, settings: list[str], world: Path | None, grid: float) -> TrackingGame:
+    """The scenario's game, or one of points in a world of one's own."""
+    require_positive("grid", grid)
+    if world is None:
+        path = find_scenario(name)
+        scenario = load_scenario(TrackingScenario, path, settings)
+        return set_up_game(replace(scenario, world=scenario.world.beside(path.parent)))
+    loaded = load_world(world).world
+    scenario = TrackingScenario(
+        world=WorldSource(file=str(world)),
+        pursuers=Pursuers(top_speed=0.3, count=1),
+        evaders=Evaders(top_speed=0.09, count=1),
+    )
+    return set_up_game(scenario, loaded)
+
+
+def _positions(
+    game: TrackingGame,
+    table: GuaranteedTimes,
+    pursuer: tuple[float, float] | None,
+    evader: tuple[float, float] | None,
+    *,
+    placed: bool,
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """Where the two are: as asked, as in the scenario, or the best place and nobody."""
+    if pursuer is not None:
+        p = np.array(pursuer)
+    elif placed:
+        p = game.pursuer_starts[0, :2]
+    else:
+        p = table.places[int(np.argmax(table.kept * table.sighted))]
+    if evader is not None:
+        return p, np.array(evader)
+    if not placed:
+        return p, None
+    sight = build_edge_index(game.world)
+    seen = [e for e in game.evader_starts[:, :2] if segment_is_clear(sight, *p, *e)]
+    return p, seen[0] if seen else game.evader_starts[0, :2]
+
+
+def _table(summary: dict[str, object]) -> Table:
+    table = Table(title="The visibility game")
+    table.add_column("")
+    table.add_column("value", justify="right")
+    table.add_column("unit")
+    table.add_column("meaning")
+    for key, value in summary.items():
+        unit, meaning = ROWS[key]
+        if key == "guaranteed_time" and summary["evader"] is not None:
+            table.add_row(key, "for ever" if value is None else f"{value:.4g}", unit, meaning)
+        elif value is not None and key not in BOUNDS:
+            table.add_row(key, _shown(value), unit, meaning)
+    return table
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, list):
+        return ", ".join(_shown(entry) for entry in value)
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,172 @@
+"""Grids of places, and the moves on them.
+
+Nodes lie half a cell beside the middle of the world: a world that is mirrored, or turned by a right
+angle, has the mirrored or turned grid.
+
+A player of whom only a node near it is known can be followed on nodes. Let it be within `slack` of
+its node, and go no farther than `pace` in a step. If discs of radius `slack` round all moves cover
+the disc of radius `pace + slack`, one of the moves brings the node within `slack` of it again. So
+bounds of a game on nodes become bounds of the game in the plane.
+"""
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...compiled import compiled
+from ...geometry.edge_index import EdgeIndex, point_is_free
+from ...geometry.segment_sight import are_clear
+
+# How far from its node a player may be that is followed [cells].
+SLACK = 1.0
+
+
+class Lattice(NamedTuple):
+    """A rectangle of nodes.
+
+    Attributes:
+        x, y: The node of column 0 and row 0 [m].
+        spacing: Between neighbours [m].
+        rows, columns: Number of nodes.
+    """
+
+    x: float
+    y: float
+    spacing: float
+    rows: int
+    columns: int
+
+    def at(self, row: ArrayLike, column: ArrayLike) -> np.ndarray:
+        """Places of nodes, shape (..., 2) [m].
+
+        Args:
+            row, column: Numbers, shape (...), or such that they broadcast.
+        """
+        rows, columns = np.broadcast_arrays(row, column)
+        return np.stack([self.x + columns * self.spacing, self.y + rows * self.spacing], axis=-1)
+
+    @property
+    def points(self) -> np.ndarray:
+        """Places of all nodes, shape (rows, columns, 2) [m]."""
+        return self.at(*np.mgrid[: self.rows, : self.columns])
+
+
+class Moves(NamedTuple):
+    """What a player may do in a step: all offsets within a disc.
+
+    Attributes:
+        halves: Half-width of the row of offsets at each row offset from -reach to reach [cells].
+        pace: How far a player may go that is followed on nodes with these moves [cells].
+    """
+
+    halves: np.ndarray
+    pace: float
+
+    @property
+    def reach(self) -> int:
+        """Largest row offset [cells]."""
+        return len(self.halves) // 2
+
+    @property
+    def offsets(self) -> np.ndarray:
+        """Row and column offsets, nearest first, shape (n, 2) [cells]."""
+        reach = self.reach
+        listed = [
+            (row, column)
+            for row in range(-reach, reach + 1)
+            for column in range(-self.halves[row + reach], self.halves[row + reach] + 1)
+        ]
+        return np.array(sorted(listed, key=lambda offset: (math.hypot(*offset), offset)))
+
+    @property
+    def longest(self) -> float:
+        """Length of the longest offset [cells]."""
+        return float(np.hypot(*self.offsets.T).max())
+
+
+@lru_cache
+def moves_within(square: int) -> Moves:
+    """All offsets whose squared length is at most `square`.
+
+    Args:
+        square: At least 1 [cells^2]; 5 gives an octagon of 21 moves.
+    """
+    reach = math.isqrt(square)
+    halves = np.array([math.isqrt(square - row * row) for row in range(-reach, reach + 1)])
+    moves = Moves(halves, 0.0)
+    return moves._replace(pace=_pace(moves.offsets))
+
+
+def _pace(offsets: np.ndarray) -> float:
+    """Largest r such that discs of radius SLACK round the offsets cover that of r + SLACK."""
+    angles = np.linspace(0.0, 2.0 * np.pi, 14401)
+    directions = np.column_stack([np.sin(angles), np.cos(angles)])
+    along = offsets @ directions.T
+    across = offsets[:, :1] * directions[:, 1] - offsets[:, 1:] * directions[:, 0]
+    inside = SLACK * SLACK - across * across
+    ends = np.where(inside < 0.0, -np.inf, along + np.sqrt(np.maximum(inside, 0.0)))
+    # The union's rim is the farthest arc in each direction, and hardly nearer between two of them.
+    return float(ends.max(axis=0).min() - SLACK - 1e-3)
+
+
+def cover(bounds: np.ndarray, spacing: float, margin: float = 0.0) -> Lattice:
+    """The nodes whose cells cover a rectangle, and no less on one side than on the other.
+
+    Args:
+        bounds: x_min, y_min, x_max, y_max [m].
+        spacing: Side of a cell [m].
+        margin: How much more is covered on each side [m].
+    """
+    low, high = bounds[:2] - margin, bounds[2:] + margin
+    half = np.ceil((high - low) / (2.0 * spacing) - 1e-9).astype(int)
+    x, y = 0.5 * (low + high) - (half - 0.5) * spacing
+    return Lattice(float(x), float(y), spacing, 2 * int(half[1]), 2 * int(half[0]))
+
+
+def free_nodes(lattice: Lattice, region: EdgeIndex) -> np.ndarray:
+    """Which nodes lie in a region, shape (rows, columns), bool.
+
+    Args:
+        lattice: The nodes.
+        region: Its edges.
+    """
+    return _are_free(region, lattice.points.reshape(-1, 2)).reshape(lattice.rows, lattice.columns)
+
+
+@compiled
+def _are_free(region: EdgeIndex, points: np.ndarray) -> np.ndarray:
+    free = np.empty(len(points), dtype=np.bool_)
+    for k in range(len(points)):
+        free[k] = point_is_free(region, points[k, 0], points[k, 1])
+    return free
+
+
+def clear_moves(
+    lattice: Lattice, free: np.ndarray, region: EdgeIndex, offsets: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The moves between free nodes, and which of them no wall blocks.
+
+    Args:
+        lattice: The nodes.
+        free: Which are free, shape (rows, columns).
+        region: Edges of where the player may be.
+        offsets: Shape (k, 2) [cells].
+
+    Returns:
+        Row and column of the node and of the one it leads to, shape (n, 4), by nodes in order of
+        rows; and whether the way is clear, shape (n,).
+    """
+    rows, columns = np.nonzero(free)
+    found = []
+    for offset in offsets:
+        to_row, to_column = rows + offset[0], columns + offset[1]
+        inside = (to_row >= 0) & (to_column >= 0)
+        inside &= (to_row < lattice.rows) & (to_column < lattice.columns)
+        inside[inside] = free[to_row[inside], to_column[inside]]
+        found.append(np.column_stack([rows, columns, to_row, to_column])[inside])
+    moves = np.concatenate(found)
+    moves = moves[np.lexsort((moves[:, 1], moves[:, 0]))]
+    return moves, are_clear(region, lattice.at(*moves[:, :2].T), lattice.at(*moves[:, 2:].T))

@@ -1,0 +1,118 @@
+"""`sightfield guarantee` says how long sight can be kept, draws it, and refuses nonsense."""
+
+import json
+import math
+
+import pytest
+import typer
+from PIL import Image
+from typer.testing import CliRunner
+
+from sightfield.diagrams.commands.guarantee import ROWS, guarantee
+from sightfield.systems.numerics.errors import InvalidInput
+
+app = typer.Typer(rich_markup_mode=None)
+app.command()(guarantee)
+
+# An L-shaped room.
+ROOM = "POLYGON ((0 0, 4 0, 4 4, 2.03 4, 2.03 2.03, 0 2.03, 0 0))"
+
+
+@pytest.fixture
+def run():
+    """A function that runs the command; errors come through as exceptions."""
+
+    def invoke(*arguments):
+        result = CliRunner().invoke(app, [str(each) for each in arguments])
+        if isinstance(result.exception, Exception):
+            raise result.exception
+        return result
+
+    return invoke
+
+
+@pytest.fixture
+def room(tmp_path):
+    path = tmp_path / "room.wkt"
+    path.write_text(ROOM)
+    return path
+
+
+@pytest.fixture
+def report(run, room):
+    """A function that runs the command in the room and returns what it says as JSON."""
+
+    def report(*arguments):
+        shown = run("--json", "--world", room, "--grid", 0.2, *arguments).stdout
+        return json.loads(shown)
+
+    return report
+
+
+def test_an_evader_beside_the_corner_gets_away(report):
+    # Half a metre from the edge behind which it vanishes, the pursuer two from seeing along it.
+    found = report("--pursuer", 0.5, 1.9, "--evader", 2.2, 1.9)
+    assert found.keys() == ROWS.keys()
+    assert found["in_sight"]
+    assert 0.3 < found["guaranteed_time"] < 4.0
+    assert found["middle"] == found["guaranteed_time"]
+    assert found["lower"] is None
+    assert 0.9 < found["kept_for_ever"] < 1.0
+    certified = report("--pursuer", 0.5, 1.9, "--evader", 2.2, 1.9, "--bound", "lower")
+    assert certified["lower"] <= found["middle"] + found["step"]
+    assert certified["kept_for_ever"] < found["kept_for_ever"]
+
+
+def test_an_evader_far_from_the_corner_is_kept_for_ever(report):
+    found = report("--pursuer", 2.5, 1.5, "--evader", 3.5, 0.5)
+    assert found["in_sight"]
+    assert found["guaranteed_time"] is None
+    slower = report("--pursuer", 0.5, 1.9, "--evader", 2.2, 1.9, "--speed-ratio", 0.05)
+    assert slower["guaranteed_time"] is None
+    assert slower["kept_for_ever"] > found["kept_for_ever"]
+
+
+def test_who_is_hidden_is_lost_already(report):
+    found = report("--pursuer", 0.5, 1.0, "--evader", 2.2, 3.9)
+    assert not found["in_sight"]
+    assert found["guaranteed_time"] == 0.0
+
+
+def test_without_places_it_takes_the_best_to_watch_from(report):
+    found = report()
+    assert found["evader"] is None
+    assert found["guaranteed_time"] is None
+    x, y = found["pursuer"]
+    # From where it sees both arms of the room.
+    assert x > 2.0 > y - 0.1
+
+
+def test_a_scenario_has_its_own_teams(run, tmp_path):
+    out = tmp_path / "out"
+    shown = run("corner_1v1", "--grid", 0.2, "--out", out).stdout
+    assert "guaranteed_time" in shown
+    summary = json.loads((out / "summary.json").read_text())
+    assert 4.0 < summary["guaranteed_time"] < 8.0
+    with Image.open(out / "guarantee.png") as picture:
+        assert len(picture.getcolors(maxcolors=10**6) or []) > 50
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--speed-ratio", 1.0], r"`speed_ratio` must lie in \(0, 1\)"),
+        (["--speed-ratio", -1], "`speed_ratio` must be positive"),
+        (["--grid", 0], "`grid` must be positive"),
+        (["--grid", math.nan], "`grid` must be a finite number"),
+        (["--grid", 1e-4], "`grid` must be coarser for so large a world"),
+        (["--grid", 0.02, "--memory", 0.01], "so that the table takes at most 0.01 GB"),
+        (["--bound", "best"], "`bound` must be one of middle, lower"),
+        (["--pursuer", 9, 9], "`pursuer` must be where the robot has room"),
+        (["--pursuer", 1, 1, "--evader", 1, 3], "`evader` must be where the robot has room"),
+        (["--horizon", 0], "`horizon` must be positive"),
+    ],
+)
+def test_nonsense_is_refused_in_one_line(run, room, arguments, message):
+    with pytest.raises(InvalidInput, match=message) as error:
+        run("--world", room, *arguments)
+    assert "\n" not in str(error.value)
