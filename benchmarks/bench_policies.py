@@ -115,6 +115,10 @@ def test_holding_an_assignment(size, tmp_path):
             f"{rule}, {hold}: {times[name].mean():.1f} s; over hungarian, none "
             f"{ratio(times[name], times['none'])}, {difference(times[name], times['none'])}"
         )
+    print(
+        "hungarian_max, until_lost, over hungarian_max, none: "
+        f"{ratio(times['max_until_lost'], times['max_none'])}"
+    )
 
 
 def evaders_with(game: TrackingGame, rollout: Rollout, decision_period: float):
