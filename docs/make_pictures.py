@@ -42,7 +42,11 @@ DRAWINGS = [
         "loads.png",
     ),
     ("plan", ["plan"], "paths.png"),
-    ("study", ["study", "tracking", "--runs", "160"], "means.png"),
+    (
+        "study",
+        ["study", "tracking", "--runs", "100", "--opponent-runs", "best_response=40"],
+        "means.png",
+    ),
 ]
 
 # Picture, run of a station that shows it in the operator's view, moment of that [s].

@@ -17,7 +17,7 @@ POLICIES = ("adversarial", "best_response", "random_walk")
 # Those that claims are judged against.
 OPPONENTS = ("adversarial", "best_response")
 
-# Runs of each cell of a study, unless told otherwise: those of `best_response` take some ten times
+# Runs of each cell of a study, unless told otherwise: those of `best_response` take some four times
 # as long.
 RUNS, FEWER = 1000, {"best_response": 100}
 

@@ -9,10 +9,10 @@ from pydrake.systems.framework import LeafSystem
 from ..drake_types import read, state_vector
 from ..numerics.errors import InvalidInput, require, require_non_negative, require_one_of
 from ..numerics.geometry.world import World
-from ..numerics.tracking.assignment.holding import HOLDS, hold_or_choose
+from ..numerics.tracking.assignment.holding import HOLDS, hold_or_choose, is_broken
 from ..numerics.tracking.assignment.local_views import decentralised
 from ..numerics.tracking.assignment.rules import RULES, AssignmentRule
-from ..numerics.tracking.assignment.team_view import EXTRA_PURSUERS, TeamView
+from ..numerics.tracking.assignment.team_view import EXTRA_PURSUERS, TeamView, names_evaders
 from ..numerics.tracking.corner_table import corner_table
 from ..numerics.tracking.risk import RISK_FUNCTIONS, team_risk
 from ..numerics.tracking.sight_state import sight_size
@@ -103,23 +103,30 @@ class Assignment(LeafSystem):
         self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
         size = sight_size(pursuers, evaders, len(self._corners))
         self._sight = self.DeclareVectorInputPort("sight", size)
-        self.DeclareVectorOutputPort("assignment", pursuers, self._calc_assignment)
+        # Kept, because finding it by name takes as long as a small matching.
+        self._chosen = self.DeclareVectorOutputPort("assignment", pursuers, self._calc_assignment)
         if hold != "none":
             self._held = self.DeclareDiscreteState(state_vector(np.full(pursuers, NOTHING_HELD)))
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
 
     def _calc_assignment(self, context, output):
-        evaders, sight = read(self._evaders, context), read(self._sight, context)
+        sight, held = read(self._sight, context), self._what_is_held(context)
         n, m = self._shape
+        visible = sight[: n * m].reshape(n, m) > 0.5
+        if self._hold == "until_lost" and held is not None and not is_broken(visible, held):
+            # As `hold_or_choose` would find, without the risks that it would not look at.
+            output.set_value(held)
+            return
+        evaders = read(self._evaders, context)
         view = TeamView(
-            visible=sight[: n * m].reshape(n, m) > 0.5,
+            visible=visible,
             risk=team_risk(self._kinds, evaders, sight, self._corners),
             pursuers=read(self._pursuers, context).reshape(n, 2),
             evaders=evaders.reshape(m, 2),
             extra=self._extra,
             seed=self._seed,
         )
-        targets = hold_or_choose(view, self._what_is_held(context), self._rule, self._hold)
+        targets = hold_or_choose(view, held, self._rule, self._hold)
         if np.shape(targets) != (n,):
             raise InvalidInput(
                 f"`rule` must return an evader, or -1, for each of {n} pursuers; got {targets!r}"
@@ -134,7 +141,7 @@ class Assignment(LeafSystem):
         return None if held[0] == NOTHING_HELD else held.astype(int)
 
     def _keep(self, context, discrete_state):
-        discrete_state.set_value(self._held, self.GetOutputPort("assignment").Eval(context))
+        discrete_state.set_value(self._held, self._chosen.Eval(context))
 
 
 def require_assignment(assignment: np.ndarray, evaders: int) -> None:
@@ -147,8 +154,7 @@ def require_assignment(assignment: np.ndarray, evaders: int) -> None:
     Raises:
         InvalidInput: An entry is no evader.
     """
-    # As it is written, no comparison with NaN is true.
-    if not (assignment.min() >= -1 and assignment.max() < evaders):
+    if not names_evaders(assignment, evaders):
         raise InvalidInput(
             f"`assignment` must name evaders from 0 to {evaders - 1}, or -1; "
             f"got {assignment.tolist()}"

@@ -80,25 +80,25 @@ class CollisionAvoidance(LeafSystem):
         self._velocity = self.DeclareVectorInputPort("velocity", 2 * count)
         if len(self._other_radii):
             self._others = self.DeclareVectorInputPort("other_position", 2 * len(other_radii))
-        # For how long each has waited [s], and where it was last.
-        self._waiting = self.DeclareDiscreteState(state_vector(np.zeros(count)))
-        self._before = self.DeclareDiscreteState(state_vector(np.full(2 * count, np.nan)))
+        # For how long each has waited [s], then where each was last [m]: one vector is read and
+        # written faster than two.
+        state = np.concatenate([np.zeros(count), np.full(2 * count, np.nan)])
+        self._state = self.DeclareDiscreteState(state_vector(state))
+        self._count = count
         self._takes_turns = count > 1 and self._radii.any()
         if self._takes_turns:
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._wait)
         self.DeclareVectorOutputPort("safe_velocity", 2 * count, self._calc_safe_velocity)
 
     def _wait(self, context, discrete_state):
-        position = read(self._position, context)
-        waiting = still_waiting(
-            context.get_discrete_state(self._waiting).value(),
-            context.get_discrete_state(self._before).value(),
-            position,
-            read(self._velocity, context),
-            self._period,
+        count, state = self._count, context.get_discrete_state(self._state).value()
+        after = np.empty(3 * count)
+        after[count:] = position = read(self._position, context)
+        velocity = read(self._velocity, context)
+        after[:count] = still_waiting(
+            state[:count], state[count:], position, velocity, self._period
         )
-        discrete_state.set_value(self._waiting, waiting)
-        discrete_state.set_value(self._before, position)
+        discrete_state.set_value(self._state, after)
 
     def _calc_safe_velocity(self, context, output):
         others = read(self._others, context) if len(self._other_radii) else np.empty(0)
@@ -109,7 +109,7 @@ class CollisionAvoidance(LeafSystem):
             self._radii,
             others,
             self._other_radii,
-            context.get_discrete_state(self._waiting).value(),
+            context.get_discrete_state(self._state).value()[: self._count],
             self._top_speed,
             self._period,
         )

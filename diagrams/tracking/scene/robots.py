@@ -14,8 +14,9 @@ from .layout import Layout
 from .palette import CHOSEN, EVADER, EVADER_NOSE, PAPER, PURSUER, PURSUER_NOSE
 
 _COLOURS = {"pursuers": (PURSUER, PURSUER_NOSE), "evaders": (EVADER, EVADER_NOSE)}
-# How far the nose reaches from the centre, in radii.
-_NOSE_TIP = 1.75
+# Where the nose begins, in radii from the centre: beyond the number. It ends at the rim, so that
+# nothing is drawn where the body is not.
+_NOSE_BASE = 0.58
 
 
 class Team:
@@ -35,12 +36,12 @@ class Team:
         self._stage = stage
         self._name = name
         self._count = count
-        self._reach = _NOSE_TIP * layout.robot_radius
+        self._reach = layout.robot_radius
         colour, nose_colour = _COLOURS[name]
         radius = layout.robot_radius
         top = layout.robot_height
         body = extruded_mesh(shapely.Point(0, 0).buffer(radius, quad_segs=12), 0.0, top)
-        nose = extruded_mesh(_nose(radius), 0.0, 0.8 * top)
+        nose = extruded_mesh(_nose(radius), 0.0, 1.01 * top)
         ring = disc_mesh(1.62 * radius, hole=1.30 * radius)
         for k in range(count):
             node = f"{name}/{k}"
@@ -105,6 +106,6 @@ def numeral(number: int, radius: float) -> Mesh:
 
 
 def _nose(radius: float) -> BaseGeometry:
-    """A wedge that sticks out of the disc along the x axis."""
-    wedge = shapely.Polygon(radius * np.array([[0.30, -0.92], [_NOSE_TIP, 0.0], [0.30, 0.92]]))
-    return wedge.difference(shapely.Point(0, 0).buffer(0.9 * radius, quad_segs=12))
+    """A wedge within the disc, its tip on the x axis."""
+    half = np.sqrt(1.0 - _NOSE_BASE**2)
+    return shapely.Polygon(radius * np.array([[_NOSE_BASE, -half], [1.0, 0.0], [_NOSE_BASE, half]]))

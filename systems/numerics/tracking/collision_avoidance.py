@@ -571,8 +571,13 @@ def _project(
                 speed -= normals[c, 0] * velocities[2 * j] + normals[c, 1] * velocities[2 * j + 1]
                 mobility += degree[j] / weights[j]
             raised[c] = max(multipliers[c] + (rates[c] - speed) / mobility, 0.0)
+        # Where nothing changes, nothing would in further rounds.
+        settled = True
         for c in range(total):
             change = raised[c] - multipliers[c]
+            if change == 0.0:
+                continue
+            settled = False
             multipliers[c] = raised[c]
             i, j = first[c], second[c]
             velocities[2 * i] += change * normals[c, 0] / weights[i]
@@ -580,3 +585,5 @@ def _project(
             if j >= 0:
                 velocities[2 * j] -= change * normals[c, 0] / weights[j]
                 velocities[2 * j + 1] -= change * normals[c, 1] / weights[j]
+        if settled:
+            break

@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...compiled import compiled
+
 # What pursuers do that a matching leaves over: wait, or go after the riskiest evader they see.
 EXTRA_PURSUERS = ("stay", "riskiest")
 
@@ -31,3 +33,19 @@ class TeamView(NamedTuple):
 
 
 UNASSIGNED = -1
+
+
+@compiled
+def names_evaders(assignment: np.ndarray, evaders: int) -> bool:
+    """Whether every entry is the number of an evader, or -1.
+
+    Args:
+        assignment: Shape (n,).
+        evaders: How many there are.
+    """
+    named = 0
+    for target in assignment:
+        # No comparison with NaN is true.
+        if target >= UNASSIGNED and target < evaders:
+            named += 1
+    return named == len(assignment)

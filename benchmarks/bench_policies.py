@@ -1,0 +1,227 @@
+"""What each way to pursue and to escape is worth, in paired games on the seeds of the studies.
+
+As many games as given below, or as GAMES says: `GAMES=20 make bench ARGS="-k policies"`.
+"""
+
+import os
+import time
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+
+from sightfield.diagrams.studies.engine import run_study
+from sightfield.diagrams.studies.opponents import Match, cell_name, match_cell
+from sightfield.diagrams.studies.study import Cell, Study
+from sightfield.diagrams.studies.tracking_study import thesis_base
+from sightfield.diagrams.tracking.game import TrackingGame, set_up_game
+from sightfield.diagrams.tracking.make_tracking import MakeTracking
+from sightfield.systems.numerics.statistics.paired import paired_difference
+from sightfield.systems.numerics.statistics.survival import restricted_mean
+from sightfield.systems.numerics.tracking.rollouts import Rollout
+from sightfield.systems.tracking import BestResponseEvaders
+from sightfield.systems.tracking.best_response_evaders import DEFAULT_ROLLOUT
+
+pytestmark = pytest.mark.benchmarks
+
+# Games a row: one against one by opponent, teams, settings of rollouts by team size, periods.
+ALONE = {"adversarial": 1000, "best_response": 300}
+TEAMS, ROLLOUTS, PERIODS = 100, 200, 40
+
+# Rule and hold of the assignment; the first is what the others are compared with.
+HOLDS = {
+    "none": ("hungarian", "none"),
+    "until_lost": ("hungarian", "until_lost"),
+    "max_none": ("hungarian_max", "none"),
+    "max_until_lost": ("hungarian_max", "until_lost"),
+}
+
+# Decisions between two of an evader, and plans that it tries beside the straight runs, about: the
+# corners that it sees, the game's play, what it does so far.
+DECISION_PERIOD, OTHER_PLANS = 0.7, 5
+
+# What the pursuers do whose opponents are compared: the thesis's alone, the best as a team.
+PURSUERS = {
+    "1v1": ("pursuers.count=1", "evaders.count=1"),
+    "3v3": (
+        "pursuers.count=3",
+        "evaders.count=3",
+        "pursuers.field=margin",
+        "pursuers.assignment=hungarian_max",
+        "pursuers.hold=until_lost",
+    ),
+}
+
+
+def games(usual: int) -> int:
+    """How many games are played."""
+    return int(os.environ.get("GAMES", usual))
+
+
+def difference(first: np.ndarray, second: np.ndarray) -> str:
+    """The mean of first - second with its interval."""
+    found = paired_difference(first, second)
+    return f"{found.mean:+.1f} [{found.low:+.1f}, {found.high:+.1f}] s"
+
+
+def ratio(first: np.ndarray, second: np.ndarray) -> str:
+    """The ratio of the means of first and second with its interval, by bootstrap of the pairs."""
+    drawn = np.random.default_rng(0).integers(0, len(first), (10_000, len(first)))
+    low, high = np.quantile(first[drawn].mean(axis=1) / second[drawn].mean(axis=1), (0.025, 0.975))
+    return f"{first.mean() / second.mean():.2f} [{low:.2f}, {high:.2f}]"
+
+
+def test_fields_and_lookahead_one_against_one(tmp_path):
+    runs = {opponent: games(number) for opponent, number in ALONE.items()}
+    fields = ("table", "margin", "lookahead")
+    cells = [
+        match_cell(Match(1, 1, field, opponent), (f"pursuers.field={field}",), runs)
+        for opponent in runs
+        for field in fields
+    ]
+    study = Study(name="fields", base=thesis_base(), cells=tuple(cells), runs=max(runs.values()))
+    result = run_study(study, tmp_path / "fields", workers=1)
+    for opponent, number in runs.items():
+        print(f"\n1 against 1, {number} games against {opponent}")
+        table = result.times(cell_name(1, 1, "table", opponent))
+        for field in fields:
+            name = cell_name(1, 1, field, opponent)
+            times = result.times(name)
+            mean = restricted_mean(times, result.lost(name), result.horizon(name))
+            print(
+                f"{field}: {mean.value:.1f} [{mean.low:.1f}, {mean.high:.1f}] s; less table "
+                f"{difference(times, table)}"
+            )
+
+
+@pytest.mark.parametrize("size", ["2v2", "3v3", "3v4", "4v4"])
+def test_holding_an_assignment(size, tmp_path):
+    pursuers, evaders = map(int, size.split("v"))
+    runs = {"best_response": games(TEAMS)}
+    cells = [
+        match_cell(
+            Match(pursuers, evaders, name, "best_response"),
+            ("pursuers.field=margin", f"pursuers.assignment={rule}", f"pursuers.hold={hold}"),
+            runs,
+        )
+        for name, (rule, hold) in HOLDS.items()
+    ]
+    study = Study(name="holds", base=thesis_base(), cells=tuple(cells), runs=runs["best_response"])
+    result = run_study(study, tmp_path / "holds", workers=1)
+    times = {name: result.times(cell.name) for name, cell in zip(HOLDS, cells, strict=True)}
+    print(f"\n{size}, {study.runs} games against best_response")
+    for name, (rule, hold) in HOLDS.items():
+        print(
+            f"{rule}, {hold}: {times[name].mean():.1f} s; over hungarian, none "
+            f"{ratio(times[name], times['none'])}, {difference(times[name], times['none'])}"
+        )
+    print(
+        "hungarian_max, until_lost, over hungarian_max, none: "
+        f"{ratio(times['max_until_lost'], times['max_none'])}"
+    )
+
+
+def evaders_with(game: TrackingGame, rollout: Rollout, decision_period: float):
+    """`best_response` evaders of a game, with settings of one's own."""
+    scenario = game.scenario
+    return BestResponseEvaders(
+        game.world,
+        game.pursuer_regions,
+        game.evader_regions,
+        pursuers=scenario.pursuers.size,
+        evaders=scenario.evaders.size,
+        pursuer_speed=scenario.pursuers.top_speed,
+        evader_speed=scenario.evaders.top_speed,
+        pursuit=scenario.pursuers.field,
+        risk_vectors=scenario.pursuers.risk_vectors,
+        assignment=scenario.pursuers.assignment,
+        hold=scenario.pursuers.hold,
+        decision_period=decision_period,
+        rollout=rollout,
+    )
+
+
+def tracking_time(game: TrackingGame, rollout: Rollout, decision_period: float) -> float:
+    """How long the evaders are kept, up to the horizon [s]."""
+    diagram = MakeTracking(game, evasion=evaders_with(game, rollout, decision_period))
+    simulator, horizon = Simulator(diagram), game.scenario.seconds
+    loss, context = diagram.GetOutputPort("loss"), simulator.get_context()
+    while context.get_time() < horizon:
+        simulator.AdvanceTo(min(context.get_time() + 1.0, horizon))
+        lost_at = np.asarray(loss.Eval(context))[0]
+        if lost_at <= horizon:
+            return float(lost_at)
+    return horizon
+
+
+def steps_played(rollout: Rollout, decision_period: float) -> float:
+    """Steps that an evader plays ahead for each second of the game, at most about."""
+    plans = rollout.headings + OTHER_PLANS
+    return plans * rollout.horizon / rollout.step / decision_period
+
+
+def random_settings(number: int) -> list[tuple[Rollout, float]]:
+    """Rollouts that play as many steps as the default, and their decision periods [s].
+
+    The horizon is of 4 to 20 s, the step of 0.1 to 0.5 s, headings are 8 to 32; the period is what
+    is left to choose.
+    """
+    rng, found = np.random.default_rng(0), []
+    budget = steps_played(DEFAULT_ROLLOUT, DECISION_PERIOD)
+    for _ in range(number):
+        rollout = Rollout(
+            round(rng.uniform(4.0, 20.0), 1),
+            round(rng.uniform(0.1, 0.5), 2),
+            int(rng.integers(8, 33)),
+        )
+        found.append((rollout, round(steps_played(rollout, 1.0) / budget, 2)))
+    return found
+
+
+@pytest.mark.parametrize("size", PURSUERS)
+def test_settings_of_rollouts(size):
+    number = games(ROLLOUTS)
+    cell = Cell(name=size, settings=PURSUERS[size])
+    study = Study(name="rollouts", base=thesis_base(), cells=(cell,), runs=number)
+    settings = [(DEFAULT_ROLLOUT, DECISION_PERIOD), *random_settings(5)]
+    times, costs = np.empty((len(settings), number)), np.zeros(len(settings))
+    for run in range(number):
+        game = set_up_game(study.scenario(cell, run))
+        for k, chosen in enumerate(settings):
+            began = time.process_time()
+            times[k, run] = tracking_time(game, *chosen)
+            costs[k] += time.process_time() - began
+    print(f"\n{number} games, {', '.join(cell.settings)}")
+    for k, (rollout, period) in enumerate(settings):
+        print(
+            f"{rollout.horizon:g} s in steps of {rollout.step:g} s, {rollout.headings} headings, "
+            f"every {period:.2f} s, {steps_played(rollout, period):.0f} steps: "
+            f"{times[k].mean():.1f} s, over the default {ratio(times[k], times[0])}, "
+            f"{difference(times[k], times[0])}; {costs[k] / times[k].sum() * 1e3:.1f} ms of CPU "
+            "for a second of play"
+        )
+
+
+def test_half_the_period(tmp_path):
+    number = games(PERIODS)
+    times = {}
+    for period in (0.05, 0.025):
+        cell = Cell(
+            name="games",
+            settings=(
+                "pursuers.count=2",
+                "evaders.count=2",
+                "pursuers.field=margin",
+                "pursuers.hold=until_lost",
+                f"period={period}",
+            ),
+        )
+        study = Study(name="periods", base=thesis_base(), cells=(cell,), runs=number)
+        times[period] = run_study(study, tmp_path / f"{period}", workers=1).times("games")
+    moved = times[0.025] - times[0.05]
+    print(
+        f"\n2 against 2, {number} games against adversarial: half the period moves "
+        f"{(moved > 1).sum()} games by more than 1 s later, {(moved < -1).sum()} earlier, the most "
+        f"by {np.abs(moved).max():.1f} s; the mean of {times[0.05].mean():.1f} s by "
+        f"{difference(times[0.025], times[0.05])}"
+    )
