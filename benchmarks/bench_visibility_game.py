@@ -76,8 +76,8 @@ def test_arenas():
         found.append((quick, slow, *shares, shares[1] / shares[0], middle.bytes, lower.bytes))
     quick, slow, middle, lower, ratio, small, large = np.mean(found, axis=0)
     print(
-        f"\n6 random arenas, grid 0.1 m: middle {quick:.1f} CPU-s and {small / 1e6:.0f} MB, keeps "
-        f"{middle:.2f} for ever; lower {slow:.1f} CPU-s and {large / 1e6:.0f} MB, keeps {lower:.2f}, "
+        f"\n6 random arenas, grid 0.1 m: middle {quick:.1f} CPU-s, {small / 1e6:.0f} MB, keeps "
+        f"{middle:.2f} for ever; lower {slow:.1f} CPU-s, {large / 1e6:.0f} MB, keeps {lower:.2f}, "
         f"{ratio:.2f} of that"
     )
 
@@ -90,6 +90,7 @@ def test_a_map():
     solve(world, 5 * grid, "middle")
     table, seconds = solve(world, grid, "middle")
     print(
-        f"\n{os.environ['SIGHTFIELD_MAP']}, grid {grid} m: {table.pairs / 1e6:.0f} million pairs, "
-        f"{table.bytes / 1e6:.0f} MB, {seconds:.1f} CPU-s, keeps {table.share_for_ever:.2f} for ever"
+        f"\n{os.environ['SIGHTFIELD_MAP']}, grid {grid} m: {table.pairs / 1e6:.0f} million "
+        f"pairs, {table.bytes / 1e6:.0f} MB, {seconds:.1f} CPU-s, keeps "
+        f"{table.share_for_ever:.2f} for ever"
     )
