@@ -1,8 +1,9 @@
 """Moments of games at which a pursuer once stood for long because of a teammate.
 
-From random starts of `thesis_borda_4v3`, whose seeds are named: each pursuer was pressed against a
-wall or an evader by a teammate that wanted to pass, saw no way aside, and lost its turn as soon as
-it began to use it; or it stood at a wall until it had turned along it to the last digit.
+From random starts of `thesis_borda_4v3`, or as said, whose seeds are named. Each pursuer was
+pressed against a wall or an evader by a teammate that wanted to pass, saw no way aside, and lost
+its turn as soon as it began to use it; or it stood at a wall until it had turned along it to the
+last digit.
 """
 
 from typing import NamedTuple
@@ -95,6 +96,22 @@ MOMENTS = {
         [[0.046, 0.148], [0.156, -0.209], [0.278, 0.113], [0.3, 0.013]],
         [[1.54, 2.448], [1.526, 1.36], [0.638, 1.203]],
     ),
+    # Of `thesis_3v3`, seed 42.
+    "two want the same passage between boxes": Moment(
+        2,
+        6.35,
+        [[2.788, 2.44], [0.405, 0.682], [2.46, 2.326]],
+        [[-0.047, 0.296], [0.286, 0.052], [-0.107, 0.28]],
+        [[1.26, 3.46], [0.763, 0.54], [2.64, 3.324]],
+    ),
+    # Of `thesis_4v3`, seed 64.
+    "a teammate that swings to and fro keeps it between a box and an evader": Moment(
+        2,
+        12.4,
+        [[3.117, 2.399], [2.805, 1.887], [2.46, 1.948], [2.917, 3.604]],
+        [[-0.065, 0.112], [-0.192, 0.078], [-0.007, 0.3], [0.0, 0.0]],
+        [[2.763, 2.44], [2.64, 3.091], [2.46, 2.294]],
+    ),
 }
 
 
@@ -103,7 +120,7 @@ def play(moment, model):
     headings = [float(np.arctan2(vy, vx)) for vx, vy in moment.wishes]
     scenario = load_scenario(
         TrackingScenario,
-        find_scenario("thesis_borda_4v3"),
+        find_scenario("thesis_3v3"),
         [
             f"pursuers.model={model}",
             f"seconds={SECONDS}",
