@@ -9,7 +9,8 @@ from ..drake_types import read, state_vector
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.world import World
-from ..numerics.tracking.collision_avoidance import avoid, still_waiting
+from ..numerics.tracking.collision_avoidance import avoid
+from ..numerics.tracking.turn_taking import still_waiting, take_turns
 
 
 class CollisionAvoidance(LeafSystem):
@@ -20,7 +21,8 @@ class CollisionAvoidance(LeafSystem):
     agent uses up half of the gap to another at most, so the other team needs the same rule and no
     agreement. Before that, agents turn aside for one another and yield to teammates, and slide
     along walls; teammates that hold each other up take turns. An agent that is not in free space
-    is led there. For how long each has waited is discrete state, sampled with the period.
+    is led there. For how long each has waited, and whose turn it is, is discrete state, sampled
+    with the period.
 
     .. pydrake_system::
 
@@ -80,36 +82,49 @@ class CollisionAvoidance(LeafSystem):
         self._velocity = self.DeclareVectorInputPort("velocity", 2 * count)
         if len(self._other_radii):
             self._others = self.DeclareVectorInputPort("other_position", 2 * len(other_radii))
-        # For how long each has waited [s], then where each was last [m]: one vector is read and
-        # written faster than two.
-        state = np.concatenate([np.zeros(count), np.full(2 * count, np.nan)])
+        # For how long each has waited and its turn lasts [s], then where each was last [m]: one
+        # vector is read and written faster than three.
+        state = np.concatenate([np.zeros(2 * count), np.full(2 * count, np.nan)])
         self._state = self.DeclareDiscreteState(state_vector(state))
         self._count = count
         self._takes_turns = count > 1 and self._radii.any()
         if self._takes_turns:
-            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._wait)
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._take_turns)
         self.DeclareVectorOutputPort("safe_velocity", 2 * count, self._calc_safe_velocity)
 
-    def _wait(self, context, discrete_state):
+    def _take_turns(self, context, discrete_state):
         count, state = self._count, context.get_discrete_state(self._state).value()
-        after = np.empty(3 * count)
-        after[count:] = position = read(self._position, context)
-        velocity = read(self._velocity, context)
-        after[:count] = still_waiting(
-            state[:count], state[count:], position, velocity, self._period
+        after = np.empty(4 * count)
+        after[2 * count :] = position = read(self._position, context)
+        waiting = still_waiting(
+            state[:count],
+            state[2 * count :],
+            position,
+            read(self._velocity, context),
+            self._period,
+        )
+        after[count : 2 * count], after[:count] = take_turns(
+            state[count : 2 * count],
+            waiting,
+            position,
+            self._radii,
+            self._other_positions(context),
+            self._period,
         )
         discrete_state.set_value(self._state, after)
 
+    def _other_positions(self, context):
+        return read(self._others, context) if len(self._other_radii) else np.empty(0)
+
     def _calc_safe_velocity(self, context, output):
-        others = read(self._others, context) if len(self._other_radii) else np.empty(0)
         velocity = avoid(
             *self._region,
             read(self._position, context),
             read(self._velocity, context),
             self._radii,
-            others,
+            self._other_positions(context),
             self._other_radii,
-            context.get_discrete_state(self._state).value()[: self._count],
+            context.get_discrete_state(self._state).value()[self._count : 2 * self._count],
             self._top_speed,
             self._period,
         )

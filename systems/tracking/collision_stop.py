@@ -9,7 +9,7 @@ from ..drake_types import read
 from ..numerics.errors import require, require_positive
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.world import World
-from ..numerics.tracking.collision_avoidance import stop_at_robots, stop_at_walls
+from ..numerics.tracking.collision_stop import stop_at_robots, stop_at_walls
 from .collision_avoidance import body_radii
 
 
@@ -17,10 +17,11 @@ class CollisionStop(LeafSystem):
     """Slows robots that would come too near to a wall or to another robot, and lets them turn.
 
     A wheeled robot cannot slide: its speed is cut and its turn rate kept, so that it turns in
-    place until its way is clear. Held for the period, the new commands keep each robot of a
-    DifferentialDriveTeam with the same limits and time step in free space, and the bodies of all
-    robots apart: each uses up half of the gap to another at most, so the others need the same rule
-    and no agreement.
+    place until its way is clear. The end of a turn away from a wall it makes faster, as soon as a
+    step along the wall is within the top turn rate. Held for the period, the new commands keep
+    each robot of a DifferentialDriveTeam with the same limits and time step in free space, and the
+    bodies of all robots apart: each uses up half of the gap to another at most, so the others need
+    the same rule and no agreement.
 
     .. pydrake_system::
 

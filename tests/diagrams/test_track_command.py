@@ -79,7 +79,9 @@ def test_the_teams_of_a_scenario_play_in_another_world(tmp_path):
     first, again, other = (json.loads(run.stdout) for run in runs)
     assert first["tracking_time"] == again["tracking_time"]
     assert first["min_clearance"] == again["min_clearance"] >= 0.16
-    assert other["min_clearance"] != first["min_clearance"]
+    # The clearance may be the same: that of a robot that runs along a wall.
+    figures = ("tracking_time", "min_clearance", "min_body_gap")
+    assert [other[name] for name in figures] != [first[name] for name in figures]
 
 
 @pytest.mark.parametrize(

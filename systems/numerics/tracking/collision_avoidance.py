@@ -1,21 +1,15 @@
-"""Motion of round robots that never touch one another, nor a wall.
+"""Motion of round robots with foresight: they turn aside, make room, and take turns.
 
-Safety comes from one rule, which needs no agreement: **a step may use up half of the gap to
-anybody**. Two robots that both keep it stay apart at every moment of the step, whoever they are,
-however they are numbered, whatever the other does: along the line between their centres each comes
-closer by at most half of the gap, and the distance along that line is never more than their true
-distance. Walls are kept off by `wall_sliding`.
-
-The rule alone would leave robots in front of one another. So before it, velocities are chosen with
-foresight: a robot turns aside, to the nearer side, where another is in its way within a second, and
-teammates yield to one another: their velocities are moved, by the least total change, to where
-nobody closes in on a teammate faster than their gap allows. A robot that stands is then pushed
-along by one that wants to pass. Teammates that hold each other up take turns: one counts for more
-than the others for a while, the one nearest to the other team first. Everything is a function of
-relative positions alone, so it turns, mirrors and renumbers with the team.
-
-Source: the half of a gap is the reciprocity of van den Berg, Guy, Lin and Manocha, "Reciprocal
-n-body collision avoidance" (ISRR 2009), on a fixed line instead of a chosen one; the rest is ours.
+That no two ever touch is the rule of `collision_stop`. That rule alone would leave robots in front
+of one another. So before it, velocities are chosen with foresight: a robot turns aside, to the
+nearer side, where another is in its way within a second, and teammates yield to one another: their
+velocities are moved, by the least total change, to where nobody closes in on a teammate faster than
+their gap allows. A robot that stands is then pushed along by one that wants to pass. Teammates that
+hold each other up take turns, see `turn_taking`: the one whose turn it is turns aside for the other
+team only, as if its teammates were not there, and counts for more than they do when they yield.
+Otherwise one that stands between a teammate and another team's robot would see no way out on either
+side. Everything is a function of relative positions alone, so it turns, mirrors and renumbers with
+the team. Walls are kept off by `wall_sliding`.
 """
 
 import math
@@ -25,8 +19,8 @@ import numpy as np
 
 from ..compiled import compiled, kernel
 from ..geometry.edge_index import END, START, TOLERANCE, EdgeIndex, point_is_free
-from ..geometry.wall_sliding import SKIN, slide, stop_team
-from .mobile_agents import clip_symmetric, drive_step
+from ..geometry.wall_sliding import SKIN, slide
+from .collision_stop import clear_parts
 
 # A robot that is this near to being met turns aside [s].
 FORESIGHT = 1.0
@@ -47,149 +41,11 @@ ROUNDS = 60
 # that turns, but not quite aside, could not move at all.
 ROOM = 0.03
 
-# A robot waits when it moves at less than this part of its wish, until it moves at half of it.
-WAITING, GOING = 0.1, 0.5
-
-# After waiting this long teammates take turns, each for as long [s].
-PATIENCE = 0.6
-
 # By how much a robot counts for more when it is its turn.
 PRECEDENCE = 30.0
 
 # Walls that a robot heeds when it yields; `slide` heeds all.
 WALLS = 8
-
-# Two bodies stay this far apart, in parts of the sum of their radii: well above rounding.
-MARGIN = 1e-6
-
-
-@kernel
-def half_gap_part(
-    x: float, y: float, dx: float, dy: float, ox: float, oy: float, contact: float
-) -> float:
-    """The part in [0, 1] of a step (dx, dy) that uses up half of the gap to a robot (kernel).
-
-    Args:
-        x, y: Where the step begins [m].
-        dx, dy: The step [m].
-        ox, oy: The other robot [m].
-        contact: Distance of the centres at which the bodies touch [m]; 0: no bodies.
-
-    Returns:
-        1 for a step that leads away. Two on one spot have no direction: they are free.
-    """
-    rx, ry = ox - x, oy - y
-    distance = math.sqrt(rx * rx + ry * ry)
-    if contact <= 0.0 or distance == 0.0:
-        return 1.0
-    towards = (rx * dx + ry * dy) / distance
-    allowed = 0.5 * max(distance - contact * (1.0 + MARGIN), 0.0)
-    return allowed / towards if towards > allowed else 1.0
-
-
-@compiled
-def clear_parts(
-    positions: np.ndarray,
-    steps: np.ndarray,
-    radii: np.ndarray,
-    others: np.ndarray,
-    other_radii: np.ndarray,
-) -> np.ndarray:
-    """The part of each robot's straight step after which no gap is used up by more than half.
-
-    Robots that all take their parts at the same time, each at constant speed, do not touch one
-    another on the way. Robots that overlap come apart or stay where they are.
-
-    Args:
-        positions: Of the team, shape (2 n,) [m].
-        steps: Of the team, shape (2 n,) [m].
-        radii: Of the team, shape (n,) [m]. Two robots whose radii sum to zero have no bodies.
-        others: Positions of robots that keep the same rule, or stand, shape (2 m,) [m].
-        other_radii: Theirs, shape (m,) [m].
-
-    Returns:
-        Shape (n,), each in [0, 1].
-    """
-    count = len(radii)
-    parts = np.ones(count)
-    for i in range(count):
-        x, y, dx, dy = positions[2 * i], positions[2 * i + 1], steps[2 * i], steps[2 * i + 1]
-        for j in range(count):
-            if j != i:
-                ox, oy = positions[2 * j], positions[2 * j + 1]
-                part = half_gap_part(x, y, dx, dy, ox, oy, radii[i] + radii[j])
-                parts[i] = min(parts[i], part)
-        for j in range(len(other_radii)):
-            ox, oy = others[2 * j], others[2 * j + 1]
-            part = half_gap_part(x, y, dx, dy, ox, oy, radii[i] + other_radii[j])
-            parts[i] = min(parts[i], part)
-    return parts
-
-
-@compiled
-def stop_at_robots(
-    poses: np.ndarray,
-    commands: np.ndarray,
-    limits: np.ndarray,
-    period: float,
-    horizon: float,
-    radii: np.ndarray,
-    others: np.ndarray,
-    other_radii: np.ndarray,
-) -> np.ndarray:
-    """Commands of unicycles, slowed so that no gap is used up by more than half.
-
-    Args:
-        poses: Shape (3 n,) [m], [m], [rad].
-        commands: Shape (2 n,) [m/s], [rad/s].
-        limits: Top speed and top turn rate, shape (2,) [m/s], [rad/s].
-        period: For how long commands are held [s].
-        horizon: In which half of a gap may be used up [s], the period or longer.
-        radii, others, other_radii: As in `clear_parts`.
-
-    Returns:
-        Shape (2 n,), within the limits; turn rates are kept.
-    """
-    safe = clip_symmetric(commands.reshape((-1, 2)), limits)
-    steps = (drive_step(poses, commands, limits, period) - poses) * (horizon / period)
-    flat = steps.reshape((-1, 3))[:, :2].copy().reshape((-1,))
-    positions = poses.reshape((-1, 3))[:, :2].copy().reshape((-1,))
-    parts = clear_parts(positions, flat, radii, others, other_radii)
-    for i in range(len(parts)):
-        safe[i, 0] *= parts[i]
-    return safe.reshape((-1,))
-
-
-@compiled
-def stop_at_walls(
-    edges: np.ndarray,
-    frame: np.ndarray,
-    starts: np.ndarray,
-    items: np.ndarray,
-    probes: np.ndarray,
-    poses: np.ndarray,
-    commands: np.ndarray,
-    limits: np.ndarray,
-    period: float,
-) -> np.ndarray:
-    """Commands of unicycles whose step ends before the first wall.
-
-    Args:
-        edges, frame, starts, items, probes: The arrays of an EdgeIndex of where centres may be,
-            shapes as there, one by one: Numba takes them so in a fraction of the time.
-        poses, commands, limits, period: As in `stop_at_robots`.
-
-    Returns:
-        Shape (2 n,), within the limits; turn rates are kept.
-    """
-    index = EdgeIndex(edges, frame, starts, items, probes)
-    # The plant's own limits first: the step that it will take is the step to check.
-    safe = clip_symmetric(commands.reshape((-1, 2)), limits)
-    steps = drive_step(poses, commands, limits, period) - poses
-    parts = stop_team(index, poses, steps)
-    for i in range(len(parts)):
-        safe[i, 0] *= parts[i]
-    return safe.reshape((-1,))
 
 
 @compiled
@@ -204,21 +60,22 @@ def avoid(
     radii: np.ndarray,
     others: np.ndarray,
     other_radii: np.ndarray,
-    waiting: np.ndarray,
+    turns: np.ndarray,
     top_speed: float,
     period: float,
 ) -> np.ndarray:
     """Velocities near the desired ones that, held for a period, touch nobody and no wall.
 
     Args:
-        edges, frame, starts, items, probes: As in `stop_at_walls`, shapes as in EdgeIndex.
+        edges, frame, starts, items, probes: The arrays of an EdgeIndex of where centres may be,
+            shapes as there, one by one: Numba takes them so in a fraction of the time.
         positions: Of the team, shape (2 n,) [m].
         velocities: Desired, shape (2 n,) [m/s].
         radii: Of the team, shape (n,) [m].
         others: Positions of the other robots, which keep the rule of `clear_parts` too, shape
             (2 m,) [m].
         other_radii: Theirs, shape (m,) [m].
-        waiting: For how long each of the team has waited, from `still_waiting`, shape (n,) [s].
+        turns: How much longer it is the turn of each, from `take_turns`, shape (n,) [s].
         top_speed: Of the team [m/s].
         period: For how long velocities are held [s].
 
@@ -235,11 +92,18 @@ def avoid(
             speed = math.sqrt(vx * vx + vy * vy)
             scale = top_speed / speed if speed > top_speed else 1.0
             wished[2 * i], wished[2 * i + 1] = scale * vx, scale * vy
-        for i in range(count):
-            chosen[2 * i], chosen[2 * i + 1] = _turned_aside(
-                region, i, positions, wished, radii, others, other_radii
-            )
-        weights = _precedence(waiting, positions, others)
+        turn = turns > 0.0
+        weights = np.where(turn, PRECEDENCE, 1.0)
+        # First those whose turn it is; the others then see where these go.
+        for first in (True, False):
+            for i in range(count):
+                if turn[i] == first:
+                    chosen[2 * i], chosen[2 * i + 1] = _turned_aside(
+                        region, i, positions, wished, turn, radii, others, other_radii
+                    )
+            for i in range(count):
+                if turn[i]:
+                    wished[2 * i], wished[2 * i + 1] = chosen[2 * i], chosen[2 * i + 1]
         _yield_to_teammates(
             region, positions, chosen, radii, others, other_radii, weights, top_speed
         )
@@ -253,68 +117,6 @@ def avoid(
         safe[2 * i] = parts[i] * steps[2 * i] / period
         safe[2 * i + 1] = parts[i] * steps[2 * i + 1] / period
     return safe
-
-
-@compiled
-def still_waiting(
-    waiting: np.ndarray,
-    before: np.ndarray,
-    positions: np.ndarray,
-    velocities: np.ndarray,
-    period: float,
-) -> np.ndarray:
-    """For how long each robot has not come on as it wishes.
-
-    Args:
-        waiting: Until the last sample, shape (n,) [s].
-        before, positions: At the last sample and now, shape (2 n,) [m].
-        velocities: Desired, shape (2 n,) [m/s].
-        period: Between samples [s].
-
-    Returns:
-        Shape (n,) [s]; zero for a robot that comes on, or wishes for nothing.
-    """
-    longer = np.zeros(len(waiting))
-    for i in range(len(waiting)):
-        dx, dy = positions[2 * i] - before[2 * i], positions[2 * i + 1] - before[2 * i + 1]
-        moved = math.sqrt(dx * dx + dy * dy) / period
-        wish = math.sqrt(velocities[2 * i] ** 2 + velocities[2 * i + 1] ** 2)
-        if moved < WAITING * wish:
-            longer[i] = waiting[i] + period
-        elif moved < GOING * wish:
-            longer[i] = waiting[i]
-    return longer
-
-
-@compiled
-def _precedence(waiting: np.ndarray, positions: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """How much each robot counts when teammates yield: more for the one whose turn it is."""
-    count = len(waiting)
-    weights = np.ones(count)
-    # With nobody of another team about, who is farthest from the middle of the team goes first.
-    nearest = np.full(count, np.inf)
-    if len(others) == 0:
-        for i in range(count):
-            dx = positions[2 * i] - positions[::2].mean()
-            dy = positions[2 * i + 1] - positions[1::2].mean()
-            nearest[i] = -(dx * dx + dy * dy)
-    for i in range(count):
-        for j in range(len(others) // 2):
-            dx = positions[2 * i] - others[2 * j]
-            dy = positions[2 * i + 1] - others[2 * j + 1]
-            nearest[i] = min(nearest[i], dx * dx + dy * dy)
-    for i in range(count):
-        if waiting[i] < PATIENCE:
-            continue
-        rank, total = 0, 0
-        for j in range(count):
-            if waiting[j] >= PATIENCE:
-                total += 1
-                if nearest[j] < nearest[i] or (nearest[j] == nearest[i] and j < i):
-                    rank += 1
-        if int(waiting[i] / PATIENCE - 1.0) % total == rank:
-            weights[i] = PRECEDENCE
-    return weights
 
 
 @kernel
@@ -368,18 +170,20 @@ def _first_meeting(
     vy: float,
     positions: np.ndarray,
     wished: np.ndarray,
+    turn: np.ndarray,
     radii: np.ndarray,
     others: np.ndarray,
     other_radii: np.ndarray,
 ) -> tuple[float, float, float]:
     """When robot i, at velocity v, meets somebody first [s], and where that one is from it [m].
 
-    Teammates are taken to move as they wish, the others to stand.
+    Teammates are taken to move as they wish, the others to stand; whose turn it is heeds no
+    teammate but those whose turn it is too.
     """
     first, first_x, first_y = np.inf, 0.0, 0.0
     x, y = positions[2 * i], positions[2 * i + 1]
     for j in range(len(radii)):
-        if j != i:
+        if j != i and turn[j] >= turn[i]:
             rx, ry = positions[2 * j] - x, positions[2 * j + 1] - y
             wx, wy = vx - wished[2 * j], vy - wished[2 * j + 1]
             time = _meeting_time(rx, ry, wx, wy, radii[i] + radii[j])
@@ -399,6 +203,7 @@ def _turned_aside(
     i: int,
     positions: np.ndarray,
     wished: np.ndarray,
+    turn: np.ndarray,
     radii: np.ndarray,
     others: np.ndarray,
     other_radii: np.ndarray,
@@ -407,7 +212,7 @@ def _turned_aside(
     vx, vy = wished[2 * i], wished[2 * i + 1]
     if vx == 0.0 and vy == 0.0:
         return 0.0, 0.0
-    time, rx, ry = _first_meeting(i, vx, vy, positions, wished, radii, others, other_radii)
+    time, rx, ry = _first_meeting(i, vx, vy, positions, wished, turn, radii, others, other_radii)
     if time >= FORESIGHT:
         return vx, vy
     # First to the side on which the other is not.
@@ -416,7 +221,9 @@ def _turned_aside(
         cosine, sine = math.cos(k * TURN), math.sin(k * TURN)
         for sign in (side, -side):
             ux, uy = cosine * vx - sign * sine * vy, sign * sine * vx + cosine * vy
-            time, _, _ = _first_meeting(i, ux, uy, positions, wished, radii, others, other_radii)
+            time, _, _ = _first_meeting(
+                i, ux, uy, positions, wished, turn, radii, others, other_radii
+            )
             if time < FORESIGHT:
                 continue
             dx, dy = WALL_FORESIGHT * ux, WALL_FORESIGHT * uy

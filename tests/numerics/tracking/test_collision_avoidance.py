@@ -16,33 +16,19 @@ from sightfield.systems.numerics.geometry.grown_obstacles import shrink_world
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking.collision_avoidance import (
     avoid,
-    clear_parts,
-    half_gap_part,
-    still_waiting,
-    stop_at_robots,
-    stop_at_walls,
 )
-from sightfield.systems.numerics.tracking.mobile_agents import drive_step
+from sightfield.systems.numerics.tracking.turn_taking import still_waiting, take_turns
 
 OPEN = [make_world([[-20, -20], [20, -20], [20, 20], [-20, 20]])]
 TOP_SPEED, PERIOD = 0.3, 0.05
-
-# Gaps are kept by a little more than nothing: a part of the radii's sum.
-NEARLY = 1e-5
 
 
 def flat(values):
     return np.ravel(np.array(values, dtype=float))
 
 
-def parts_of(positions, steps, radii, others=(), other_radii=()):
-    return clear_parts(
-        flat(positions), flat(steps), flat(radii), flat(others), flat(other_radii)
-    ).tolist()
-
-
 def avoided(
-    regions, positions, velocities, radii, others=(), other_radii=(), period=PERIOD, waiting=None
+    regions, positions, velocities, radii, others=(), other_radii=(), period=PERIOD, turns=None
 ):
     return avoid(
         *build_edge_index(*regions),
@@ -51,22 +37,10 @@ def avoided(
         flat(radii),
         flat(others),
         flat(other_radii),
-        np.zeros(len(radii)) if waiting is None else flat(waiting),
+        np.zeros(len(radii)) if turns is None else flat(turns),
         TOP_SPEED,
         period,
     ).reshape(-1, 2)
-
-
-def least_distance(offset, change):
-    """Of two that move straight for a moment: from their offset, and by how much it changes."""
-    return shapely.LineString([offset, offset + change]).distance(shapely.Point(0, 0))
-
-
-def least_distances(positions, steps):
-    """Of all pairs, by (i, j)."""
-    p, d = positions.reshape(-1, 2), steps.reshape(-1, 2)
-    count = range(len(p))
-    return {(i, j): least_distance(p[i] - p[j], d[i] - d[j]) for i in count for j in range(i)}
 
 
 def free_spots(rng, regions, count, low=None, high=None):
@@ -75,46 +49,6 @@ def free_spots(rng, regions, count, low=None, high=None):
     low, high = (free.bounds[:2], free.bounds[2:]) if low is None else (low, high)
     points = rng.uniform(low, high, (400, 2))
     return points[shapely.contains_properly(free, shapely.points(points))][:count]
-
-
-class TestHalfOfAGap:
-    def test_two_that_drive_at_each_other_share_the_gap(self):
-        # 1 m apart, bodies of 0.15 and 0.25 m: 0.3 m each of the 0.8 m that they want.
-        parts = parts_of([[0, 0], [1, 0]], [[0.8, 0], [-0.8, 0]], [0.15, 0.25])
-        assert parts == pytest.approx([0.375, 0.375], rel=NEARLY)
-
-    def test_one_that_drives_at_a_stranger_uses_half_of_the_gap_whatever_the_stranger_does(self):
-        parts = parts_of([[0, 0]], [[0.8, 0]], [0.15], [[1, 0]], [0.25])
-        assert parts == pytest.approx([0.375], rel=NEARLY)
-
-    def test_only_what_leads_nearer_counts(self):
-        # Of a step at 60 degrees to the line between the two, half leads nearer.
-        step = [0.8 * math.cos(math.pi / 3), 0.8 * math.sin(math.pi / 3)]
-        assert parts_of([[0, 0], [1, 0]], [step, [0, 0]], [0.2, 0.2]) == (
-            pytest.approx([0.75, 1.0], rel=NEARLY)
-        )
-
-    def test_one_that_passes_beside_is_free(self):
-        assert parts_of([[0, 0], [0.41, 0]], [[0, 5], [0, -5]], [0.2, 0.2]) == [1.0, 1.0]
-
-    def test_one_that_leaves_is_free(self):
-        assert parts_of([[0, 0], [0.41, 0]], [[-5, 1], [5, 1]], [0.2, 0.2]) == [1.0, 1.0]
-
-    def test_robots_that_overlap_come_apart_and_no_nearer(self):
-        both_east = parts_of([[0, 0], [0.3, 0]], [[0.1, 0], [0.1, 0]], [0.2, 0.2])
-        assert both_east == [0.0, 1.0]
-
-    def test_two_on_one_spot_are_free(self):
-        assert parts_of([[1, 1], [1, 1]], [[0.3, 0], [0.1, 0.1]], [0.2, 0.2]) == [1.0, 1.0]
-
-    def test_points_without_bodies_are_free(self):
-        assert parts_of([[0, 0], [0.1, 0]], [[1, 0], [-1, 0]], [0.0, 0.0]) == [1.0, 1.0]
-        assert half_gap_part(0.0, 0.0, 1.0, 0.0, 0.1, 0.0, 0.0) == 1.0
-
-    def test_the_nearest_in_the_way_decides(self):
-        three = [[0, 0], [3, 0], [2, 0]]
-        parts = parts_of(three, [[4, 0], [0, 0], [0, 0]], [0.1, 0.1, 0.1], [[0, 1]], [0.1])
-        assert parts == pytest.approx([0.9 / 4, 1.0, 1.0], rel=NEARLY)
 
 
 class TestVelocities:
@@ -207,7 +141,7 @@ class Crowd(NamedTuple):
     spots: np.ndarray
     wished: np.ndarray
     radii: np.ndarray
-    waiting: np.ndarray
+    turns: np.ndarray
     size: int
 
 
@@ -223,13 +157,13 @@ def crowds(draw):
     assume(len(spots) == sum(sizes))
     radii = rng.uniform(0, 1, sum(sizes)) * draw(st.sampled_from([radius, 0.1, 0.3]))
     speed = TOP_SPEED * draw(st.sampled_from([0.3, 1.0, 5.0]))
-    waiting = np.maximum(rng.uniform(-1.0, 4.0, sum(sizes)), 0.0)
-    return Crowd(regions, spots, speed * rng.normal(size=spots.shape), radii, waiting, sizes[0])
+    turns = np.maximum(rng.uniform(-2.0, 1.0, sum(sizes)), 0.0)
+    return Crowd(regions, spots, speed * rng.normal(size=spots.shape), radii, turns, sizes[0])
 
 
 def two_teams(crowd, period):
     """What both teams do, each with the other as the others, shape (n, 2) [m/s]."""
-    regions, spots, wished, radii, waiting, size = crowd
+    regions, spots, wished, radii, turns, size = crowd
     velocities = np.empty_like(wished)
     ours = np.arange(len(spots)) < size
     for team in (ours, ~ours):
@@ -242,13 +176,15 @@ def two_teams(crowd, period):
                 spots[~team],
                 radii[~team],
                 period,
-                waiting[team],
+                turns[team],
             )
     return velocities
 
 
 @given(crowd=crowds(), period=st.sampled_from([0.01, 0.05, 1.0]))
-def test_no_two_bodies_touch_and_no_centre_leaves_its_region_at_any_moment_of_a_step(crowd, period):
+def test_no_two_bodies_touch_and_no_centre_leaves_its_region_at_any_moment_of_a_step(
+    least_distances, crowd, period
+):
     regions, spots, _, radii, _, _ = crowd
     steps = period * two_teams(crowd, period)
     for (i, j), distance in least_distances(spots, steps).items():
@@ -261,9 +197,9 @@ def test_no_two_bodies_touch_and_no_centre_leaves_its_region_at_any_moment_of_a_
 
 
 @given(crowd=crowds())
-def test_nor_do_those_that_the_others_know_nothing_of(crowd):
+def test_nor_do_those_that_the_others_know_nothing_of(least_distances, crowd):
     # The others stand, which keeps the rule too.
-    regions, spots, wished, radii, waiting, size = crowd
+    regions, spots, wished, radii, turns, size = crowd
     ours = slice(size)
     velocities = avoided(
         regions,
@@ -272,7 +208,7 @@ def test_nor_do_those_that_the_others_know_nothing_of(crowd):
         radii[ours],
         spots[size:],
         radii[size:],
-        waiting=waiting[ours],
+        turns=turns[ours],
     )
     steps = np.concatenate([PERIOD * velocities, np.zeros((len(spots) - size, 2))])
     for (i, j), distance in least_distances(spots, steps).items():
@@ -292,7 +228,7 @@ def test_nor_do_those_that_the_others_know_nothing_of(crowd):
 def test_velocities_turn_mirror_move_rescale_and_renumber_with_the_game(
     crowd, angle, mirrored, scale, shift, order
 ):
-    regions, spots, wished, radii, waiting, size = crowd
+    regions, spots, wished, radii, turns, size = crowd
     c, s = math.cos(angle), math.sin(angle)
     matrix = scale * np.array([[c, -s], [s, c]]) @ np.diag([1.0, -1.0 if mirrored else 1.0])
     ours, others = list(range(size)), list(range(size, len(spots)))
@@ -310,7 +246,7 @@ def test_velocities_turn_mirror_move_rescale_and_renumber_with_the_game(
         scale * radii[ours],
         carry(spots[others]).ravel(),
         scale * radii[others],
-        waiting[ours],
+        turns[ours],
         scale * TOP_SPEED,
         PERIOD,
     ).reshape(-1, 2)
@@ -321,7 +257,7 @@ def test_velocities_turn_mirror_move_rescale_and_renumber_with_the_game(
         radii[:size],
         spots[size:],
         radii[size:],
-        waiting=waiting[:size],
+        turns=turns[:size],
     )
     assert velocities == pytest.approx(straight[ours] @ matrix.T, abs=1e-9)
 
@@ -333,14 +269,17 @@ def _carried_rings(region, carry):
 def go_to(regions, starts, goals, radii, seconds, others=(), other_radii=()):
     """Tracks of a team whose robots go straight for their goals at top speed, (T, n, 2) [m]."""
     track, goals = [np.array(starts, dtype=float)], np.array(goals, dtype=float)
-    waiting = np.zeros(len(starts))
+    turns, waiting = np.zeros(len(starts)), np.zeros(len(starts))
     for _ in range(round(seconds / PERIOD)):
         way = goals - track[-1]
         distance = np.hypot(way[:, 0], way[:, 1])[:, None]
         wished = way / np.maximum(distance, 1e-12) * np.minimum(TOP_SPEED, distance / PERIOD)
         before = track[max(0, len(track) - 2)].ravel()
         waiting = still_waiting(waiting, before, track[-1].ravel(), wished.ravel(), PERIOD)
-        safe = avoided(regions, track[-1], wished, radii, others, other_radii, waiting=waiting)
+        turns, waiting = take_turns(
+            turns, waiting, track[-1].ravel(), flat(radii), flat(others), PERIOD
+        )
+        safe = avoided(regions, track[-1], wished, radii, others, other_radii, turns=turns)
         track.append(track[-1] + PERIOD * safe)
     return np.array(track)
 
@@ -382,128 +321,29 @@ class TestGoingPast:
         assert math.dist(*at) > 0.32
 
 
-class TestWaiting:
-    def waited(self, moved, wished=0.3, waiting=1.0):
-        """For how long one has waited that moved so far in the last period."""
-        positions, velocities = np.array([1.0 + moved, 2.0]), np.array([0.0, wished])
-        return still_waiting(
-            np.array([waiting]), np.array([1.0, 2.0]), positions, velocities, PERIOD
-        )[0]
-
-    def test_one_that_does_not_come_on_waits_longer(self):
-        assert self.waited(0.0) == pytest.approx(1.0 + PERIOD)
-
-    def test_one_that_comes_on_as_it_wishes_does_not_wait(self):
-        assert self.waited(0.3 * PERIOD) == 0.0
-
-    def test_one_that_wishes_for_nothing_does_not_wait(self):
-        assert self.waited(0.0, wished=0.0) == 0.0
-
-    def test_one_that_creeps_does_not_begin_to_wait_but_does_not_stop_either(self):
-        assert self.waited(0.3 * 0.3 * PERIOD) == 1.0
-        assert self.waited(0.3 * 0.3 * PERIOD, waiting=0.0) == 0.0
-
-    def test_who_has_waited_takes_turns_with_its_teammates(self):
-        # Head on in a lane; both have waited, and the gap is what they would keep.
+class TestTurns:
+    @pytest.mark.parametrize("whose", [0, 1])
+    def test_head_on_in_a_lane_the_one_whose_turn_it_is_drives_the_other_back(self, whose):
         lane = make_world([[-2, -0.15], [2, -0.15], [2, 0.15], [-2, 0.15]])
         regions, positions = shrink_world(lane, 0.12), [[-0.125, 0.0], [0.125, 0.0]]
-        pushed = [
-            avoided(
-                regions,
-                positions,
-                [[0.3, 0.0], [-0.3, 0.0]],
-                [0.12, 0.12],
-                [[1.9, 0.0]],
-                [0.01],
-                waiting=[waited, waited],
-            )[:, 0].sum()
-            for waited in np.arange(0.05, 6.0, 0.1)
-        ]
-        # Now one drives the other back and now the other; before that, none.
-        assert pushed[0] == pytest.approx(0.0, abs=0.02)
-        assert max(pushed) > 0.1
-        assert min(pushed) < -0.1
+        wished, radii = [[0.3, 0.0], [-0.3, 0.0]], [0.12, 0.12]
+        equal = avoided(regions, positions, wished, radii)
+        assert equal[:, 0] == pytest.approx([0.0, 0.0], abs=0.02)
+        driven = avoided(regions, positions, wished, radii, turns=np.eye(2)[whose])
+        assert (driven[:, 0] * wished[whose][0] > 0.01).all()
 
-
-SPACING, HORIZON = 0.3, 0.4
-LIMITS = np.array([0.6, 3.0])
-
-
-def slowed(poses, commands, others=(), other_radii=(), radii=None):
-    poses = np.array(poses, dtype=float)
-    radii = np.full(len(poses), 0.5 * SPACING) if radii is None else flat(radii)
-    return stop_at_robots(
-        poses.ravel(),
-        flat(commands),
-        LIMITS,
-        PERIOD,
-        HORIZON,
-        radii,
-        flat(others),
-        flat(other_radii),
-    ).reshape(-1, 2)
-
-
-class TestUnicycles:
-    def test_two_that_drive_at_each_other_share_what_is_left(self):
-        poses = [[0.0, 0.0, 0.0], [0.38, 0.0, np.pi]]
-        # 0.08 m in 0.4 s, half each, along the mean heading of the step; turn rates stay.
-        speed = 0.1 / math.cos(0.5 * PERIOD)
-        assert slowed(poses, [[0.3, 1.0], [0.3, -1.0]]) == (
-            pytest.approx(np.array([[speed, 1.0], [speed, -1.0]]), rel=NEARLY)
-        )
-
-    def test_who_reverses_into_another_is_slowed_too(self):
-        poses = [[0.0, 0.0, np.pi], [0.38, 0.0, 0.0]]
-        assert slowed(poses, [[-0.3, 0.0], [0.3, 0.0]])[:, 0] == (
-            pytest.approx([-0.1, 0.3], rel=NEARLY)
-        )
-
-    def test_robots_of_other_teams_count_with_their_own_radii(self):
-        alone = slowed([[0, 0, 0]], [[0.3, 0.0]], [[0.38, 0.0]], [0.10])
-        assert alone[0, 0] == pytest.approx(0.5 * (0.38 - 0.25) / HORIZON, rel=NEARLY)
-
-    def test_robots_that_are_too_near_come_apart_and_no_nearer(self):
-        poses = [[0.0, 0.0, 0.0], [0.2, 0.0, 0.0]]
-        assert slowed(poses, [[0.3, 0.0], [0.3, 0.0]])[:, 0] == pytest.approx([0.0, 0.3])
-
-    def test_who_passes_beside_is_free(self):
-        poses = [[0.0, 0.0, np.pi / 2], [0.31, 0.0, -np.pi / 2]]
-        commands = np.array([[0.3, 0.0], [0.3, 0.0]])
-        assert slowed(poses, commands) == pytest.approx(commands)
-
-    def test_two_on_one_spot_are_free(self):
-        commands = [[0.3, 0.0], [0.2, 0.0]]
-        assert slowed(np.zeros((2, 3)), commands) == pytest.approx(np.array(commands))
-
-    @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 5), strangers=st.integers(0, 2))
-    def test_speeds_only_shrink_and_bodies_stay_apart_between_samples_too(
-        self, seed, count, strangers
-    ):
-        rng = np.random.default_rng(seed)
-        radii, other_radii = rng.uniform(0.0, 0.16, count), rng.uniform(0.0, 0.16, strangers)
-        # Apart at the start, in a row of neighbours 0.35 m from each other.
-        row = np.column_stack([0.35 * np.arange(8), rng.uniform(-0.02, 0.02, 8)])
-        rng.shuffle(row)
-        poses = np.column_stack([row[:count], rng.uniform(-np.pi, np.pi, count)])
-        others = row[count : count + strangers]
-        all_radii = np.concatenate([radii, other_radii])
-        for _ in range(20):
-            wished = rng.uniform(-1, 1, (count, 2)) * [1.2, 6.0]
-            safe = slowed(poses, wished, others, other_radii, radii)
-            assert (np.abs(safe[:, 0]) <= np.minimum(np.abs(wished[:, 0]), LIMITS[0]) + 1e-15).all()
-            assert safe[:, 1] == pytest.approx(np.clip(wished[:, 1], -LIMITS[1], LIMITS[1]))
-            after = drive_step(poses.ravel(), safe.ravel(), LIMITS, PERIOD).reshape(-1, 3)
-            spots = np.concatenate([poses[:, :2], others])
-            steps = np.concatenate([after[:, :2] - poses[:, :2], np.zeros((strangers, 2))])
-            for (i, j), distance in least_distances(spots, steps).items():
-                assert distance >= all_radii[i] + all_radii[j]
-            poses = after
-
-    def test_a_robot_stops_before_a_wall_and_may_turn(self):
-        world = make_world([[0, 0], [4, 0], [4, 4], [0, 4]])
-        index = build_edge_index(*shrink_world(world, 0.2))
-        poses = flat([[0.201, 2.0, np.pi], [2.0, 2.0, 0.0]])
-        safe = stop_at_walls(*index, poses, flat([[0.6, 1.0], [0.6, 1.0]]), LIMITS, PERIOD)
-        assert safe[0] == pytest.approx(0.001 / PERIOD, rel=0.01)
-        assert safe[1:].tolist() == [1.0, 0.6, 1.0]
+    @pytest.mark.parametrize("mirrored", [1.0, -1.0])
+    def test_one_between_a_stranger_and_a_teammate_gets_away_past_the_teammate(self, mirrored):
+        # On a wall, a stranger ahead, and behind it a teammate that presses on.
+        world = make_world([[-3, -3 * mirrored], [3, -3 * mirrored], [3, 0], [-3, 0]])
+        regions, radius = shrink_world(world, 0.16), 0.16
+        at = np.array([[0.0, -0.1601], [-0.3, -0.303]]) * [1.0, mirrored]
+        strangers = np.array([[0.33, -0.1601]]) * [1.0, mirrored]
+        wished = np.array([[0.3, 0.0], [0.25, 0.1 * mirrored]])
+        for turns, way in ((None, [0.0, 0.02]), ([1.0, 0.0], [0.15, np.inf])):
+            places = at.copy()
+            for _ in range(round(1.0 / PERIOD)):
+                places += PERIOD * avoided(
+                    regions, places, wished, [radius] * 2, strangers, [radius], turns=turns
+                )
+            assert way[0] <= math.dist(places[0], at[0]) <= way[1]

@@ -69,7 +69,7 @@ class GuaranteedTimes:
         sighted: Evader nodes that each place sees, shape (n,).
         sight: Edges that block sight, a little thicker here and there for "lower".
         pursuer_region: Edges of where the pursuer can be.
-        corners: From `corner_table`, for "lower".
+        corners: From `corner_table`, shape (k, 6), none for "middle".
         planes, rules: See `sweeps`.
         updates: Planes computed until nothing changed.
     """

@@ -58,7 +58,8 @@ class Moves(NamedTuple):
     """What a player may do in a step: all offsets within a disc.
 
     Attributes:
-        halves: Half-width of the row of offsets at each row offset from -reach to reach [cells].
+        halves: Half-width of the row of offsets at each row offset from -reach to reach, shape
+            (2 reach + 1,) [cells].
         pace: How far a player may go that is followed on nodes with these moves [cells].
     """
 
@@ -116,7 +117,7 @@ def cover(bounds: np.ndarray, spacing: float, margin: float = 0.0) -> Lattice:
     """The nodes whose cells cover a rectangle, and no less on one side than on the other.
 
     Args:
-        bounds: x_min, y_min, x_max, y_max [m].
+        bounds: x_min, y_min, x_max, y_max, shape (4,) [m].
         spacing: Side of a cell [m].
         margin: How much more is covered on each side [m].
     """

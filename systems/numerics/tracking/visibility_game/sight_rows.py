@@ -53,8 +53,8 @@ def see_runs(
         free: Where evaders can be, shape (rows, columns), bool.
         spots: Points that have to be seen instead of a node near them, shape (m, 2) [m].
         spot_nodes: Row and column of that node, shape (m, 2).
-        corners: From `corner_table`, those that nodes keep off; none for a bound that is not
-            certified.
+        corners: From `corner_table`, shape (k, 6), those that nodes keep off; none for a bound
+            that is not certified.
         step: How far the pursuer goes in a step [m].
         slack, pace: How far an evader may be from its node, and goes in a step [m].
 
@@ -105,7 +105,8 @@ def lay_out(
     """Give a slot to each place of each window, and a tile to those with a run; see `Planes`.
 
     Args:
-        windows, runs, ends: From `see_runs`; where slots begin is filled in.
+        windows, runs, ends: From `see_runs`, shapes (n, 5), (m, 3), (n,); where slots begin is
+            filled in.
 
     Returns:
         Slots, starts of rows, starts of runs, number of tiles.
@@ -213,7 +214,7 @@ def kept_off(
     Args:
         index: Edges that block sight.
         px, py: The pursuer's place [m].
-        corners: From `corner_table`.
+        corners: From `corner_table`, shape (k, 6).
         c: Which corner.
         step, slack, pace: See `see_runs` [m].
     """

@@ -37,9 +37,10 @@ class Planes(NamedTuple):
     Attributes:
         windows: For each of n pursuer nodes the first row and column of its tiles, how many rows
             and columns of them, and where its slots begin; shape (n, 5).
-        slots: Number of the tile at each place of a window, or -1 where nothing is in sight.
+        slots: Number of the tile at each place of a window, or -1 where nothing is in sight,
+            shape (s,).
         row_starts: Where the rows of each window begin in `run_starts`, shape (n,).
-        run_starts: Where the runs of each row begin in `runs`.
+        run_starts: Where the runs of each row begin in `runs`, shape (r + 1,).
         runs: First column in sight and first one no more, shape (m, 2).
         tiles: W, shape (k, TILE * TILE) [steps].
     """
@@ -59,7 +60,8 @@ class Rules(NamedTuple):
         blocked: FOR_EVER where no evader can be, else 0; the evader's grid, filled up to whole
             tiles, with a rim as wide as its moves reach; shape (rows, columns).
         halves: Of the evader's moves, see `Moves`.
-        neighbour_starts, neighbours: Where a pursuer may go from each node: itself, and others.
+        neighbour_starts, neighbours: Where a pursuer may go from each node: itself, and others;
+            shapes (n + 1,), (w,).
         beside_walls: Evader nodes from which a wall blocks moves: row, column, and the first of
             the moves that are left and the first no more; shape (b, 4).
         moves_left: Those moves, rows and columns, shape (m, 2).

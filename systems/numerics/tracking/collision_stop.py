@@ -1,0 +1,173 @@
+"""Steps cut short, so that round robots never touch one another, nor a wall.
+
+Safety comes from one rule, which needs no agreement: **a step may use up half of the gap to
+anybody**. Two robots that both keep it stay apart at every moment of the step, whoever they are,
+however they are numbered, whatever the other does: along the line between their centres each comes
+closer by at most half of the gap, and the distance along that line is never more than their true
+distance. `collision_avoidance` chooses velocities with foresight, and ends with this rule.
+
+Source: the half of a gap is the reciprocity of van den Berg, Guy, Lin and Manocha, "Reciprocal
+n-body collision avoidance" (ISRR 2009), on a fixed line instead of a chosen one; the rest is ours.
+"""
+
+import math
+
+import numpy as np
+
+from ..compiled import compiled, kernel
+from ..geometry.edge_index import EdgeIndex
+from ..geometry.wall_sliding import first_contact, stop_team
+from .mobile_agents import clip_symmetric, drive_step
+
+# Two bodies stay this far apart, in parts of the sum of their radii: well above rounding.
+MARGIN = 1e-6
+
+
+@kernel
+def half_gap_part(
+    x: float, y: float, dx: float, dy: float, ox: float, oy: float, contact: float
+) -> float:
+    """The part in [0, 1] of a step (dx, dy) that uses up half of the gap to a robot (kernel).
+
+    Args:
+        x, y: Where the step begins [m].
+        dx, dy: The step [m].
+        ox, oy: The other robot [m].
+        contact: Distance of the centres at which the bodies touch [m]; 0: no bodies.
+
+    Returns:
+        1 for a step that leads away. Two on one spot have no direction: they are free.
+    """
+    rx, ry = ox - x, oy - y
+    distance = math.sqrt(rx * rx + ry * ry)
+    if contact <= 0.0 or distance == 0.0:
+        return 1.0
+    towards = (rx * dx + ry * dy) / distance
+    allowed = 0.5 * max(distance - contact * (1.0 + MARGIN), 0.0)
+    return allowed / towards if towards > allowed else 1.0
+
+
+@compiled
+def clear_parts(
+    positions: np.ndarray,
+    steps: np.ndarray,
+    radii: np.ndarray,
+    others: np.ndarray,
+    other_radii: np.ndarray,
+) -> np.ndarray:
+    """The part of each robot's straight step after which no gap is used up by more than half.
+
+    Robots that all take their parts at the same time, each at constant speed, do not touch one
+    another on the way. Robots that overlap come apart or stay where they are.
+
+    Args:
+        positions: Of the team, shape (2 n,) [m].
+        steps: Of the team, shape (2 n,) [m].
+        radii: Of the team, shape (n,) [m]. Two robots whose radii sum to zero have no bodies.
+        others: Positions of robots that keep the same rule, or stand, shape (2 m,) [m].
+        other_radii: Theirs, shape (m,) [m].
+
+    Returns:
+        Shape (n,), each in [0, 1].
+    """
+    count = len(radii)
+    parts = np.ones(count)
+    for i in range(count):
+        x, y, dx, dy = positions[2 * i], positions[2 * i + 1], steps[2 * i], steps[2 * i + 1]
+        for j in range(count):
+            if j != i:
+                ox, oy = positions[2 * j], positions[2 * j + 1]
+                part = half_gap_part(x, y, dx, dy, ox, oy, radii[i] + radii[j])
+                parts[i] = min(parts[i], part)
+        for j in range(len(other_radii)):
+            ox, oy = others[2 * j], others[2 * j + 1]
+            part = half_gap_part(x, y, dx, dy, ox, oy, radii[i] + other_radii[j])
+            parts[i] = min(parts[i], part)
+    return parts
+
+
+@compiled
+def stop_at_robots(
+    poses: np.ndarray,
+    commands: np.ndarray,
+    limits: np.ndarray,
+    period: float,
+    horizon: float,
+    radii: np.ndarray,
+    others: np.ndarray,
+    other_radii: np.ndarray,
+) -> np.ndarray:
+    """Commands of unicycles, slowed so that no gap is used up by more than half.
+
+    Args:
+        poses: Shape (3 n,) [m], [m], [rad].
+        commands: Shape (2 n,) [m/s], [rad/s].
+        limits: Top speed and top turn rate, shape (2,) [m/s], [rad/s].
+        period: For how long commands are held [s].
+        horizon: In which half of a gap may be used up [s], the period or longer.
+        radii, others, other_radii: As in `clear_parts`.
+
+    Returns:
+        Shape (2 n,), within the limits; turn rates are kept.
+    """
+    safe = clip_symmetric(commands.reshape((-1, 2)), limits)
+    steps = (drive_step(poses, commands, limits, period) - poses) * (horizon / period)
+    flat = steps.reshape((-1, 3))[:, :2].copy().reshape((-1,))
+    positions = poses.reshape((-1, 3))[:, :2].copy().reshape((-1,))
+    parts = clear_parts(positions, flat, radii, others, other_radii)
+    for i in range(len(parts)):
+        safe[i, 0] *= parts[i]
+    return safe.reshape((-1,))
+
+
+@compiled
+def stop_at_walls(
+    edges: np.ndarray,
+    frame: np.ndarray,
+    starts: np.ndarray,
+    items: np.ndarray,
+    probes: np.ndarray,
+    poses: np.ndarray,
+    commands: np.ndarray,
+    limits: np.ndarray,
+    period: float,
+) -> np.ndarray:
+    """Commands of unicycles whose step ends before the first wall.
+
+    One that a wall stops while it turns away from it turns faster, if it can turn within this step
+    as far as the wall's direction: its step then runs along the wall. A turn rate in proportion to
+    what is left to turn would never be done with it, and the robot would stand all that time.
+
+    Args:
+        edges, frame, starts, items, probes: The arrays of an EdgeIndex of where centres may be,
+            shapes as there, one by one: Numba takes them so in a fraction of the time.
+        poses, commands, limits, period: As in `stop_at_robots`.
+
+    Returns:
+        Shape (2 n,), within the limits; other turn rates are kept.
+    """
+    index = EdgeIndex(edges, frame, starts, items, probes)
+    # The plant's own limits first: the step that it will take is the step to check.
+    safe = clip_symmetric(commands.reshape((-1, 2)), limits)
+    steps = drive_step(poses, commands, limits, period) - poses
+    parts = stop_team(index, poses, steps)
+    for i in range(len(parts)):
+        if parts[i] < 1.0:
+            pose, rate = poses[3 * i : 3 * i + 3].copy(), safe[i, 1]
+            turn = _turn_to_wall(index, pose, steps[3 * i], steps[3 * i + 1])
+            faster = rate + 2.0 * turn / period
+            if turn * rate > 0.0 and abs(faster) <= limits[1]:
+                step = drive_step(pose, np.array([safe[i, 0], faster]), limits, period) - pose
+                part = stop_team(index, pose, step)[0]
+                if part > parts[i]:
+                    safe[i, 1], parts[i] = faster, part
+        safe[i, 0] *= parts[i]
+    return safe.reshape((-1,))
+
+
+@kernel
+def _turn_to_wall(index: EdgeIndex, pose: np.ndarray, dx: float, dy: float) -> float:
+    """Angle from a step (dx, dy) to the nearer direction of the first wall in its way [rad]."""
+    _, tx, ty = first_contact(index, pose[0], pose[1], dx, dy)
+    side = 1.0 if dx * tx + dy * ty >= 0.0 else -1.0
+    return math.atan2(side * (dx * ty - dy * tx), side * (dx * tx + dy * ty))
