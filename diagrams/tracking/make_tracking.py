@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -11,19 +12,25 @@ from pydrake.systems.primitives import Demultiplexer, LinearSystem
 from ...systems.numerics.errors import require, require_one_of
 from ...systems.numerics.geometry.edge_index import build_edge_index
 from ...systems.numerics.geometry.visibility_polygon import visibility_polygon
+from ...systems.numerics.geometry.world import World
 from ...systems.numerics.tracking.assignment.rules import AssignmentRule
 from ...systems.numerics.tracking.corner_fields import FIELDS
 from ...systems.numerics.tracking.corner_table import corner_table
 from ...systems.numerics.tracking.field_sampling import sample_field
 from ...systems.numerics.tracking.risk import RISK_VECTORS
+from ...systems.numerics.tracking.visibility_game.guaranteed_times import (
+    GuaranteedTimes,
+    solve_visibility_game,
+)
 from ...systems.tracking.assignment import Assignment, codes_of
+from ...systems.tracking.guarantee_pursuit import GuaranteePursuit
 from ...systems.tracking.line_of_sight import LineOfSight
 from ...systems.tracking.lookahead_pursuit import LookaheadPursuit
 from ...systems.tracking.pursuit_field_controller import PursuitFieldController
 from ...systems.tracking.sight_loss_monitor import SightLossMonitor
 from .evasion import AddEvasion
 from .game import TrackingGame, set_up_game
-from .scenario import LOOKAHEAD, TrackingScenario
+from .scenario import GUARANTEE, LOOKAHEAD, TrackingScenario
 from .scene import TrackingScene, View
 from .team_ports import AddTeam, TeamPorts
 
@@ -222,6 +229,22 @@ def _pursuit_of(game: TrackingGame) -> System:
             top_speed=pursuers.top_speed,
             speed_ratio=scenario.speed_ratio,
         )
+    if pursuers.field == GUARANTEE:
+        return GuaranteePursuit(
+            _solved_game(
+                game.world,
+                game.pursuer_regions,
+                game.evader_regions,
+                pursuers.top_speed,
+                scenario.evaders.top_speed,
+                pursuers.grid,
+            ),
+            game.world,
+            pursuers=pursuers.size,
+            evaders=scenario.evaders.size,
+            risk_vectors=pursuers.risk_vectors,
+            period=scenario.period,
+        )
     return PursuitFieldController(
         game.world,
         pursuers=pursuers.size,
@@ -231,6 +254,27 @@ def _pursuit_of(game: TrackingGame) -> System:
         field=pursuers.field,
         risk_vectors=pursuers.risk_vectors,
         period=scenario.period,
+    )
+
+
+# Two: those of a game and of the same without bodies, played in turns.
+@lru_cache(maxsize=2)
+def _solved_game(
+    world: World,
+    pursuer_regions: tuple[World, ...],
+    evader_regions: tuple[World, ...],
+    pursuer_speed: float,
+    evader_speed: float,
+    grid: float,
+) -> GuaranteedTimes:
+    """The visibility game of one pursuer and one evader, solved once for games in one world."""
+    return solve_visibility_game(
+        world,
+        pursuer_speed=pursuer_speed,
+        evader_speed=evader_speed,
+        grid=grid,
+        pursuer_regions=pursuer_regions,
+        evader_regions=evader_regions,
     )
 
 

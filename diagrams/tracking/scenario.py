@@ -22,8 +22,8 @@ from ...systems.numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS
 from ..scenario_files import NO_OTHER_KEYS
 from ..world_source import WorldSource
 
-# The field that is none: pursuers try their steps instead.
-LOOKAHEAD = "lookahead"
+# The fields that are none: pursuers try their steps, or look them up in the solved game.
+LOOKAHEAD, GUARANTEE = "lookahead", "guarantee"
 
 # By this much of its radius a robot keeps off others than it is round: wheels slip on a floor.
 CLEARANCE = 0.05
@@ -115,8 +115,11 @@ class Pursuers(Team):
     # Risk vectors for the pursuit field, one for all or one each (2.2).
     risk_vectors: list[str] = field(default_factory=lambda: ["proportional"])
     # How pursuers run: by the pursuit field of the corners, "margin", "table" or "table_up", or by
-    # a look at what each step would bring, "lookahead".
+    # a look at what each step would bring, "lookahead", or by the solved visibility game,
+    # "guarantee".
     field: str = "margin"
+    # Between the nodes on which "guarantee" solves that game [m].
+    grid: float = 0.1
     # Time constant of the mean that pursuers take of their desired velocities, 0 for none [s]. On
     # the rim of a star region a field asks for to and fro in turns; the mean of that is steady.
     smoothing: float = 0.4
@@ -129,7 +132,8 @@ class Pursuers(Team):
         require_one_of("hold", self.hold, HOLDS)
         require_one_of("extra", self.extra, EXTRA_PURSUERS)
         require(self.radio_range >= 0, "radio_range", "be zero or positive", self.radio_range)
-        require_one_of("field", self.field, (*FIELDS, LOOKAHEAD))
+        require_one_of("field", self.field, (*FIELDS, LOOKAHEAD, GUARANTEE))
+        require_positive("grid", self.grid)
         require_non_negative("smoothing", self.smoothing)
         for name, chosen, known in (
             ("risk_functions", self.risk_functions, RISK_FUNCTIONS),

@@ -7,6 +7,7 @@ from .best_response_evaders import BestResponseEvaders
 from .collision_avoidance import CollisionAvoidance
 from .collision_stop import CollisionStop
 from .differential_drive_team import DifferentialDriveTeam, DifferentialDriveTeam_
+from .guarantee_pursuit import GuaranteePursuit
 from .heading_controller import HeadingController, HeadingController_
 from .line_of_sight import LineOfSight
 from .lookahead_pursuit import LookaheadPursuit
@@ -27,6 +28,7 @@ __all__ = [
     "CollisionStop",
     "DifferentialDriveTeam",
     "DifferentialDriveTeam_",
+    "GuaranteePursuit",
     "HeadingController",
     "HeadingController_",
     "LineOfSight",

@@ -35,8 +35,8 @@ from .assignment import codes_of, require_assignment
 # Measured best among those of equal cost: see BENCHMARKS.md.
 DEFAULT_ROLLOUT = Rollout(horizon=20.0, step=0.25, headings=12)
 
-# Names of pursuits that the evaders know.
-KNOWN_PURSUITS = {**FIELDS, "lookahead": LOOKAHEAD_PURSUIT}
+# Names of pursuits that the evaders know, or take for one that they know.
+KNOWN_PURSUITS = {**FIELDS, "lookahead": LOOKAHEAD_PURSUIT, "guarantee": FIELDS["margin"]}
 _MATCHINGS = {"hungarian": LEAST_RISK, "hungarian_max": GREATEST_RISK}
 
 

@@ -59,6 +59,9 @@ from sightfield.systems.numerics.standoff.error_model import THESIS_ERROR
 from sightfield.systems.numerics.standoff.loop import StandoffLoop
 from sightfield.systems.numerics.standoff.sampled_pid import SampledPid
 from sightfield.systems.numerics.station.channel import Channel
+from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
+    solve_visibility_game,
+)
 from sightfield.systems.numerics.vision.estimation.calibration import Calibration, calibrate
 from sightfield.systems.numerics.vision.estimation.readings import Readings
 from sightfield.systems.numerics.vision.omni_optics import OmniCamera, project
@@ -96,6 +99,7 @@ from sightfield.systems.tracking.best_response_evaders import BestResponseEvader
 from sightfield.systems.tracking.collision_avoidance import CollisionAvoidance
 from sightfield.systems.tracking.collision_stop import CollisionStop
 from sightfield.systems.tracking.differential_drive_team import DifferentialDriveTeam
+from sightfield.systems.tracking.guarantee_pursuit import GuaranteePursuit
 from sightfield.systems.tracking.heading_controller import HeadingController
 from sightfield.systems.tracking.line_of_sight import LineOfSight
 from sightfield.systems.tracking.lookahead_pursuit import LookaheadPursuit
@@ -177,6 +181,11 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "CameraPort": lambda: CameraPort(NoCamera(), period=0.1, stale_after=0.5),
         "BestResponseEvaders": lambda: BestResponseEvaders(
             world, [world], [world], **teams, pursuer_speed=0.3, evader_speed=0.1
+        ),
+        "GuaranteePursuit": lambda: GuaranteePursuit(
+            solve_visibility_game(world, pursuer_speed=0.3, evader_speed=0.1, grid=0.4),
+            world,
+            **teams,
         ),
         "LookaheadPursuit": lambda: LookaheadPursuit(world, [world], **teams, **speeds),
         "CollisionAvoidance": lambda: CollisionAvoidance(

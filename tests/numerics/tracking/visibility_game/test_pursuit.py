@@ -1,0 +1,81 @@
+"""Pursuit by the solved visibility game."""
+
+import numpy as np
+import pytest
+
+from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.tracking.visibility_game import pursuit
+from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
+    solve_visibility_game,
+)
+from sightfield.systems.numerics.tracking.visibility_game.pursuit import (
+    guarantee_velocities,
+    make_board,
+)
+
+ROOM = make_world([(0, 0), (4, 0), (4, 4), (2.03, 4), (2.03, 2.03), (0, 2.03)])
+WEST = np.array([-0.5, 0.0])
+
+
+@pytest.fixture(scope="module")
+def table():
+    return solve_visibility_game(ROOM, pursuer_speed=1.0, evader_speed=0.3, grid=0.1)
+
+
+@pytest.fixture(scope="module")
+def board(table):
+    return make_board(table)
+
+
+def velocity(board, pursuer, evader, field=WEST, target=0.0, period=0.05):
+    places = (np.array(point, dtype=float) for point in (pursuer, evader))
+    return guarantee_velocities(board, *places, np.array([target]), field, 1.0, period)
+
+
+def test_it_runs_to_where_it_sees_round_the_corner(board):
+    # The evader makes for the edge x = 2.03; the pursuer has to come to x >= 2.03.
+    vx, vy = velocity(board, (1.0, 1.5), (2.6, 2.1))
+    assert vx > 0.7
+    assert np.hypot(vx, vy) == pytest.approx(1.0)
+
+
+def test_every_step_leaves_as_much_as_the_table_says(table, board):
+    rng = np.random.default_rng(3)
+    tried = 0
+    while tried < 30:
+        p = table.places[rng.integers(len(table.places))]
+        times = table.times_from(p)
+        losing = np.argwhere(np.isfinite(times) & (times > 2 * table.step))
+        if len(losing) == 0:
+            continue
+        row, column = losing[rng.integers(len(losing))]
+        e = table.evader_grid.at(row, column)
+        at = velocity(board, p, e, period=table.step)
+        then = table.times_from(p + at * table.step)
+        # Whatever the evader does, a step less is left.
+        near = then[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2]
+        assert np.nanmin(near) >= times[row, column] - table.step - 1e-9
+        tried += 1
+
+
+def test_of_safe_steps_it_takes_the_safest(table, board):
+    # From far away everything is safe; it still goes where the evader cannot even come near.
+    p, e = np.array([1.05, 0.55]), np.array([2.9, 1.2])
+    assert table.time(p, e) == np.inf
+    vx, _ = velocity(board, p, e)
+    assert vx > 0.4
+
+
+def test_without_a_target_or_knowledge_the_field_decides(board):
+    np.testing.assert_array_equal(velocity(board, (1, 1), (2.6, 2.1), target=-1.0), WEST)
+    # Hidden: behind the corner.
+    np.testing.assert_array_equal(velocity(board, (0.3, 1.0), (2.1, 3.8)), WEST)
+    # Off the map.
+    np.testing.assert_array_equal(velocity(board, (1, 1), (9.0, 9.0)), WEST)
+
+
+def test_too_large_a_table_is_refused(table, monkeypatch):
+    monkeypatch.setattr(pursuit, "MEMORY", 1e6)
+    with pytest.raises(InvalidInput, match="`grid` must be coarser for pursuit"):
+        make_board(table)
