@@ -1,5 +1,6 @@
 """One root seed, one table: however it is played, and however often it is interrupted."""
 
+import itertools
 import os
 import signal
 import subprocess
@@ -73,8 +74,13 @@ def test_one_and_two_workers_give_the_same_table(
     study = make_study(RUNS)
     result = run_study(study, tmp_path, workers=workers, progress=lambda *at: told.append(at))
     assert result.table.equals(reference)
-    # The last block lacks the two runs that one of the cells has not.
-    assert told == [(done, 16) for done in (0, 6, 12, 16)]
+    # The last block lacks the two runs that one of the cells has not; two workers may end it before
+    # another.
+    done = [runs for runs, of in told if of == 16]
+    assert len(done) == len(told)
+    assert sorted(b - a for a, b in itertools.pairwise(done)) == [4, 6, 6]
+    assert (done[0], done[-1]) == (0, 16)
+    assert workers == 2 or done == [0, 6, 12, 16]
     assert len(started) == 2
 
 
