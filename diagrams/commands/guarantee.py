@@ -103,7 +103,7 @@ def guarantee(
 
     The game of the two is solved on a grid, with all corners of the map at once.
     """
-    game = _game(scenario, setting or [], world, grid)
+    game = _game(scenario, setting or [], world)
     fast = game.scenario.pursuers.top_speed
     slow = game.scenario.evaders.top_speed
     if speed_ratio is not None:
@@ -180,9 +180,8 @@ def summarise(
     }
 
 
-def _game(name: str, settings: list[str], world: Path | None, grid: float) -> TrackingGame:
+def _game(name: str, settings: list[str], world: Path | None) -> TrackingGame:
     """The scenario's game, or one of points in a world of one's own."""
-    require_positive("grid", grid)
     if world is None:
         path = find_scenario(name)
         scenario = load_scenario(TrackingScenario, path, settings)

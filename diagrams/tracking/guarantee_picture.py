@@ -5,15 +5,15 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import Normalize
+from matplotlib.colors import Normalize, to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
 from ...systems.numerics.tracking.visibility_game.lattice import Lattice
+from ..world_picture import OBSTACLE
 
-OBSTACLE = "#3a9d5d"
 PURSUER = "#215fcc"
 EVADER = "#d92e33"
 KEPT, HIDDEN, BARRIER = "#d8edc9", "#b9bdc2", "#5b2a86"
@@ -86,8 +86,8 @@ def _draw_times(axes: Axes, table: GuaranteedTimes, pursuer: np.ndarray) -> None
     extent = _extent(grid)
     shades = np.where(np.isnan(times), np.nan, np.where(np.isinf(times), 1.0, 0.0))
     kept = np.zeros((*times.shape, 4))
-    kept[np.isinf(times)] = _rgba(KEPT)
-    kept[times == 0.0] = _rgba(HIDDEN)
+    kept[np.isinf(times)] = to_rgba(KEPT)
+    kept[times == 0.0] = to_rgba(HIDDEN)
     axes.imshow(kept, origin="lower", extent=extent, interpolation="nearest")
     finite = np.where(np.isfinite(times) & (times > 0.0), times, np.nan)
     longest = min(np.nanmax(finite), LONGEST) if np.isfinite(finite).any() else 1.0
@@ -110,8 +110,7 @@ def _draw_places(axes: Axes, table: GuaranteedTimes) -> None:
     """The part of what each place sees that it keeps for ever."""
     grid = table.pursuer_grid
     shares = np.full((grid.rows, grid.columns), np.nan)
-    columns, rows = np.rint((table.places - grid.at(0, 0)) / grid.spacing).astype(int).T
-    shares[rows, columns] = 100.0 * table.kept
+    shares[grid.nearest(table.places)] = 100.0 * table.kept
     image = axes.imshow(
         shares,
         origin="lower",
@@ -139,7 +138,3 @@ def _extent(grid: Lattice) -> tuple[float, float, float, float]:
     low = grid.at(0, 0) - 0.5 * grid.spacing
     high = grid.at(grid.rows - 1, grid.columns - 1) + 0.5 * grid.spacing
     return low[0], high[0], low[1], high[1]
-
-
-def _rgba(colour: str) -> tuple[float, ...]:
-    return (*(int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)), 1.0)

@@ -27,7 +27,7 @@ from ...geometry.world import World
 from ..corner_table import corner_table
 from .ground import Spots, beside_walls, nodes_to_follow, padded, ways, without_thin_obstacles
 from .lattice import SLACK, Lattice, cover, free_nodes, moves_within
-from .sight_rows import kept_off, lay_out, see_runs
+from .sight_rows import keeps_off_corners, lay_out, see_runs
 from .sweeps import (
     FOR_EVER,
     MOST_STEPS,
@@ -158,16 +158,16 @@ class GuaranteedTimes:
         """
         node = self.nearest_place(pursuer)
         p, e = np.asarray(pursuer, dtype=float), np.asarray(evader, dtype=float)
+        reach, pace = self.pursuer_speed * self.step, self.evader_speed * self.step
         row, column = self._evader_node(e)
         if not segment_is_clear(self.sight, p[0], p[1], e[0], e[1]):
             return p, 0.0
         if self.bound == "middle":
             first, last = self.rules.neighbour_starts[node : node + 2]
             choices = [(int(q), row, column) for q in self.rules.neighbours[first:last]]
-        elif self._is_safe(p, e):
+        elif keeps_off_corners(self.sight, p[0], p[1], e[0], e[1], self.corners, reach, pace):
             # The longest moves are as long as that, up to rounding.
-            reach = self.pursuer_speed * self.step * (1.0 + 1e-9)
-            near = np.flatnonzero(np.hypot(*(self.places - p).T) <= reach)
+            near = np.flatnonzero(np.hypot(*(self.places - p).T) <= reach * (1.0 + 1e-9))
             start = np.tile(p, (len(near), 1))
             near = near[are_clear(self.pursuer_region, start, self.places[near])]
             choices = [(int(q), j, i) for j, i in self._nodes_near(e) for q in near]
@@ -180,15 +180,6 @@ class GuaranteedTimes:
                 best, place = steps, self.places[q]
         # W counts from the end of the step.
         return place, float(self._seconds(np.array(best + float(best < FOR_EVER))))
-
-    def _is_safe(self, p: np.ndarray, e: np.ndarray) -> bool:
-        """Whether the evader keeps off what corners hide as nodes do, from where it really is."""
-        reach, pace = self.pursuer_speed * self.step, self.evader_speed * self.step
-        for c in range(len(self.corners)):
-            width = kept_off(self.sight, p[0], p[1], self.corners, c, reach, 0.0, pace)
-            if width > 0.0 and _is_near_ray(p, self.corners[c, :2], e, width, pace):
-                return False
-        return True
 
     def _seconds(self, steps: np.ndarray) -> np.ndarray:
         """Steps as seconds: sight ends somewhere within the last one."""
@@ -280,7 +271,7 @@ def solve_visibility_game(
         evader_spacing = ratio * cells * spacing / MOVES.pace
     else:
         spacing, cells, evader_spacing = grid, PACE, ratio * grid
-    slack = SLACK * evader_spacing if certified else 0.0
+    step, slack = cells * spacing, SLACK * evader_spacing if certified else 0.0
     width, height = world.bounds[2:] - world.bounds[:2]
     pairs = (width * height) ** 2 / (spacing * evader_spacing) ** 2
     require(pairs <= MOST_PAIRS, "grid", "be coarser for so large a world", f"{grid:.6g}")
@@ -293,18 +284,18 @@ def solve_visibility_game(
     require(len(places) > 0, "grid", "leave the pursuer a place", f"{grid:.6g}")
     starts, neighbours = ways(pursuer_grid, free, pursuing, MOVES)
     if certified:
-        step, pace = cells * spacing, MOVES.pace * evader_spacing
+        pace = MOVES.pace * evader_spacing
         blocking = without_thin_obstacles(world, max(step, 2.0 * (slack + pace)))
         sight = build_edge_index(*blocking)
         corners = np.concatenate([corner_table(part) for part in blocking])
         evader_nodes, spots = nodes_to_follow(evader_grid, evading, slack)
         walls = np.zeros((0, 4), dtype=np.int64), np.zeros((0, 2), dtype=np.int64)
     else:
-        step, pace = cells * spacing, 0.0
-        sight, corners = build_edge_index(world), np.zeros((0, 6))
-        evader_nodes = free_nodes(evader_grid, build_edge_index(*evading))
+        pace, sight, corners = 0.0, build_edge_index(world), np.zeros((0, 6))
+        region = build_edge_index(*evading)
+        evader_nodes = free_nodes(evader_grid, region)
         spots = Spots(np.zeros((0, 2)), np.zeros((0, 2), dtype=np.int64))
-        walls = beside_walls(evader_grid, evader_nodes, build_edge_index(*evading), MOVES)
+        walls = beside_walls(evader_grid, evader_nodes, region, MOVES)
     require(bool(evader_nodes.any()), "grid", "leave the evader a place", f"{grid:.6g}")
 
     def look(places: np.ndarray) -> tuple:
@@ -340,7 +331,7 @@ def solve_visibility_game(
         bound=bound,
         pursuer_speed=pursuer_speed,
         evader_speed=evader_speed,
-        step=cells * spacing / pursuer_speed,
+        step=step / pursuer_speed,
         pursuer_grid=pursuer_grid,
         evader_grid=evader_grid,
         places=places,
@@ -373,15 +364,6 @@ def _settle(
             updates += sweep(planes, rules, order, due)
             if progress is not None:
                 progress(1.0 - float(due.mean()))
-
-
-def _is_near_ray(
-    p: np.ndarray, corner: np.ndarray, e: np.ndarray, width: float, round_corner: float
-) -> bool:
-    """Whether e is near the ray from p through a corner, beyond the corner, or near the corner."""
-    u = (corner - p) / math.hypot(*(corner - p))
-    along, across = float((e - corner) @ u), float(u[0] * (e - corner)[1] - u[1] * (e - corner)[0])
-    return (along > 0.0 and abs(across) < width) or math.hypot(*(e - corner)) < round_corner
 
 
 def _point(name: str, value: object) -> np.ndarray:

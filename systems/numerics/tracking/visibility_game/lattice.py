@@ -48,6 +48,15 @@ class Lattice(NamedTuple):
         rows, columns = np.broadcast_arrays(row, column)
         return np.stack([self.x + columns * self.spacing, self.y + rows * self.spacing], axis=-1)
 
+    def nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and columns of the nodes nearest to points, shape (n,) each.
+
+        Args:
+            points: Shape (n, 2) [m].
+        """
+        columns, rows = np.rint((points - self.at(0, 0)) / self.spacing).astype(int).T
+        return rows, columns
+
     @property
     def points(self) -> np.ndarray:
         """Places of all nodes, shape (rows, columns, 2) [m]."""

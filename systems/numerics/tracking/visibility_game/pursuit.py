@@ -63,8 +63,7 @@ def make_board(table: GuaranteedTimes) -> Board:
     size = len(table.places) * table.evader_nodes.size
     require(size <= MEMORY, "grid", "be coarser for pursuit in so large a world", grid.spacing)
     numbers = np.full((grid.rows, grid.columns), -1)
-    columns, rows = np.rint((table.places - grid.at(0, 0)) / grid.spacing).astype(int).T
-    numbers[rows, columns] = np.arange(len(table.places))
+    numbers[grid.nearest(table.places)] = np.arange(len(table.places))
     return Board(
         table.planes,
         table.rules,

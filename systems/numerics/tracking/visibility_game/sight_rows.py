@@ -192,32 +192,45 @@ def _sort(row, count):
 def _keep_off_corners(index, px, py, corners, lattice, step, slack, pace, seen):
     """Take away the nodes that come too near to what corners hide, as the certified bound asks."""
     for c in range(len(corners)):
-        width = kept_off(index, px, py, corners, c, step, slack, pace)
+        width = _kept_off(index, px, py, corners, c, step, slack, pace)
         if width > 0.0:
             cx, cy = corners[c, 0], corners[c, 1]
             _hide_near_ray(px, py, cx, cy, lattice, width, slack + pace, seen)
 
 
-@kernel
-def kept_off(
+@compiled
+def keeps_off_corners(
     index: EdgeIndex,
     px: float,
     py: float,
+    ex: float,
+    ey: float,
     corners: np.ndarray,
-    c: int,
     step: float,
-    slack: float,
     pace: float,
-) -> float:
-    """How far nodes keep off what corner c hides from p [m]; 0 where it hides nothing (kernel).
+) -> bool:
+    """Whether an evader keeps off what corners hide as nodes do, from where it really is.
 
     Args:
         index: Edges that block sight.
-        px, py: The pursuer's place [m].
+        px, py, ex, ey: The pursuer's place and the evader's [m].
         corners: From `corner_table`, shape (k, 6).
-        c: Which corner.
-        step, slack, pace: See `see_runs` [m].
+        step, pace: See `see_runs` [m].
     """
+    for c in range(len(corners)):
+        width = _kept_off(index, px, py, corners, c, step, 0.0, pace)
+        if width > 0.0:
+            cx, cy = corners[c, 0], corners[c, 1]
+            length = np.hypot(cx - px, cy - py)
+            ux, uy = (cx - px) / length, (cy - py) / length
+            if _is_near_ray(ex - cx, ey - cy, ux, uy, width, pace):
+                return False
+    return True
+
+
+@kernel
+def _kept_off(index, px, py, corners, c, step, slack, pace):
+    """How far nodes keep off what corner c hides from p [m]; 0 where it hides nothing."""
     cx, cy = corners[c, 0], corners[c, 1]
     r_p, phi_p, _, _, _ = to_corner_frame(px, py, cx, cy, cx, cy, corners[c, 2], corners[c, 3])
     if r_p <= index.frame[TOLERANCE] or phi_p >= 0.0:
@@ -257,11 +270,16 @@ def _hide_near_ray(px, py, cx, cy, lattice, width, round_corner, seen):
         right = max(cx + low * ux, cx + high * ux) + most
         begin = max(0, int(np.floor((left - x0) / h)))
         for i in range(begin, min(columns, int(np.ceil((right - x0) / h)) + 1)):
-            dx, dy = x0 + i * h - cx, y - cy
-            along, square = dx * ux + dy * uy, dx * dx + dy * dy
-            beyond = along > 0.0 and square - along * along < width * width
-            if beyond or square < round_corner * round_corner:
+            if _is_near_ray(x0 + i * h - cx, y - cy, ux, uy, width, round_corner):
                 seen[j, i] = 0
+
+
+@kernel
+def _is_near_ray(dx, dy, ux, uy, width, round_corner):
+    """Whether a point, from a corner, is near the ray u beyond the corner, or near the corner."""
+    along, square = dx * ux + dy * uy, dx * dx + dy * dy
+    beyond = along > 0.0 and square - along * along < width * width
+    return beyond or square < round_corner * round_corner
 
 
 @kernel
