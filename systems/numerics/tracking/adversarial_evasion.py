@@ -19,7 +19,7 @@ import numpy as np
 
 from ..compiled import compiled, kernel
 from .corner_frame import from_corner_frame, to_corner_frame
-from .corner_game import margins
+from .corner_game import escape_time, margins
 from .corner_policies import evader_policy
 from .sight_state import split_sight
 
@@ -58,6 +58,45 @@ def escape_velocity(
 
     For the rest see `adversarial_velocities`.
     """
+    c, i, _ = _best_corner(
+        j,
+        pursuers,
+        evaders,
+        visibility,
+        pursuer_corners,
+        evader_corners,
+        corners,
+        ratio,
+        standoff,
+    )
+    if c < 0:
+        return _away_from_nearest(j, pursuers, evaders, visibility, speed)
+    return _towards(i, j, c, pursuers, evaders, corners, ratio, speed, standoff)
+
+
+@kernel
+def _towards(i, j, c, pursuers, evaders, corners, ratio, speed, standoff):
+    """Velocity of evader j to corner c, which pursuer i defends."""
+    r_p, phi_p, r_e, phi_e, mirrored = _meet(i, j, c, pursuers, evaders, corners, standoff)
+    heading, angle = corners[c, 2], corners[c, 3]
+    ux, uy = evader_policy(r_p, phi_p, r_e, phi_e, angle, ratio)
+    ux, uy = from_corner_frame(ux, uy, heading, angle, mirrored)
+    return speed * ux, speed * uy
+
+
+@kernel
+def _best_corner(
+    j: int,
+    pursuers: np.ndarray,
+    evaders: np.ndarray,
+    visibility: np.ndarray,
+    pursuer_corners: np.ndarray,
+    evader_corners: np.ndarray,
+    corners: np.ndarray,
+    ratio: float,
+    standoff: float,
+) -> tuple[int, int, float]:
+    """The corner that evader j reaches best, who defends it, and the margin; -1, -1 for none."""
     n, k = len(pursuers) // 2, len(corners)
     best, best_c, best_i = np.inf, -1, -1
     for c in range(k):
@@ -78,15 +117,7 @@ def escape_velocity(
                     break  # some corner is better than this one can still become
         if worst < best and worst_i >= 0:
             best, best_c, best_i = worst, c, worst_i
-    if best_c < 0:
-        return _away_from_nearest(j, pursuers, evaders, visibility, speed)
-    r_p, phi_p, r_e, phi_e, mirrored = _meet(
-        best_i, j, best_c, pursuers, evaders, corners, standoff
-    )
-    heading, angle = corners[best_c, 2], corners[best_c, 3]
-    ux, uy = evader_policy(r_p, phi_p, r_e, phi_e, angle, ratio)
-    ux, uy = from_corner_frame(ux, uy, heading, angle, mirrored)
-    return speed * ux, speed * uy
+    return best_c, best_i, best
 
 
 @kernel
@@ -161,3 +192,52 @@ def adversarial_velocities(
             standoff,
         )
     return velocities
+
+
+@compiled
+def escape_outlooks(
+    pursuers: np.ndarray,
+    evaders: np.ndarray,
+    sight: np.ndarray,
+    corners: np.ndarray,
+    ratio: float,
+    speed: float,
+    standoff: float,
+) -> np.ndarray:
+    """What the corner game has each evader do, and promises it at the corner that it makes for.
+
+    Args:
+        pursuers, evaders, sight, corners, ratio, speed, standoff: As of `adversarial_velocities`.
+
+    Returns:
+        Velocity, as `adversarial_velocities` has it [m/s]; time until sight is lost [s], infinite
+        where the corner can be defended; and the margin of that corner, below zero where it cannot
+        [m]; against the pursuer that defends it best, shape (m, 4). Time and margin are infinite
+        where no corner can hide the evader.
+    """
+    n, m, k = len(pursuers) // 2, len(evaders) // 2, len(corners)
+    visibility, pursuer_corners, evader_corners = split_sight(sight, n, m, k)
+    outlooks = np.full((m, 4), np.inf)
+    for j in range(m):
+        c, i, margin = _best_corner(
+            j,
+            pursuers,
+            evaders,
+            visibility,
+            pursuer_corners,
+            evader_corners,
+            corners,
+            ratio,
+            standoff,
+        )
+        if c < 0:
+            vx, vy = _away_from_nearest(j, pursuers, evaders, visibility, speed)
+        else:
+            vx, vy = _towards(i, j, c, pursuers, evaders, corners, ratio, speed, standoff)
+            r_p, phi_p, r_e, phi_e, _ = _meet(i, j, c, pursuers, evaders, corners, standoff)
+            outlooks[j, 2] = escape_time(
+                r_p, phi_p, r_e, phi_e, corners[c, 3], ratio, speed / ratio
+            )
+            outlooks[j, 3] = margin
+        outlooks[j, 0], outlooks[j, 1] = vx, vy
+    return outlooks

@@ -2,15 +2,14 @@
 
 import json
 import os
-import tempfile
 import zipfile
 import zlib
 from dataclasses import asdict
-from pathlib import Path
 
 import numpy as np
 
 from ...errors import InvalidInput, require
+from ...whole_file import written_whole
 from ..goal import Goal
 from ..trailer import Trailer
 from .grid import Grid
@@ -46,20 +45,8 @@ def save_value_function(value: ValueFunction, path: str | os.PathLike[str]) -> N
         "placement": value.placement,
     }
     about["checksum"] = _checksum(value.table, about)
-    target = Path(path)
-    require(target.parent.is_dir(), "path", "be in a folder that exists", target)
-    require(not target.is_dir(), "path", "be a file", target)
-    try:
-        handle, name = tempfile.mkstemp(dir=target.parent, prefix=target.name, suffix=".part")
-    except OSError as error:
-        raise InvalidInput(f"`path` must be writable; got {target}: {error.strerror}") from None
-    try:
-        with os.fdopen(handle, "wb") as file:
-            np.savez(file, about=np.array(json.dumps(about)), table=value.table)
-        os.replace(name, target)
-    except BaseException:
-        os.unlink(name)
-        raise
+    with written_whole(path) as file:
+        np.savez(file, about=np.array(json.dumps(about)), table=value.table)
 
 
 def load_value_function(path: str | os.PathLike[str]) -> ValueFunction:

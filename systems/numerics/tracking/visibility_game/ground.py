@@ -6,11 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 from ...errors import require
-from ...geometry.edge_index import EdgeIndex
+from ...geometry.edge_index import EdgeIndex, build_edge_index
 from ...geometry.world import World, world_from_polygon
-from .lattice import Lattice, Moves, clear_moves
+from .lattice import BLOCKED, CLEAR, Lattice, Moves, clear_moves, free_nodes
 from .sweeps import FOR_EVER, TILE
 
 # Points on a quarter of the circle round a node.
@@ -30,7 +32,7 @@ class Spots(NamedTuple):
 
 
 def ways(
-    grid: Lattice, free: np.ndarray, region: EdgeIndex, moves: Moves
+    grid: Lattice, free: np.ndarray, region: EdgeIndex, offsets: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Where a pursuer may go from each node.
 
@@ -38,23 +40,73 @@ def ways(
         grid: The pursuer's.
         free: Its nodes, shape (rows, columns), bool.
         region: Edges of where it can be.
-        moves: What it may do in a step.
+        offsets: What it may do in a step, shape (k, 2) [cells].
 
     Returns:
         Where the list of each node begins, and the numbers of nodes in those lists.
     """
     numbers = np.cumsum(free).reshape(free.shape) - 1
-    found, clear = clear_moves(grid, free, region, moves.offsets)
-    found = found[clear]
-    source = numbers[found[:, 0], found[:, 1]]
-    starts = np.searchsorted(source, np.arange(free.sum() + 1))
-    return starts, numbers[found[:, 2], found[:, 3]]
+    nodes = np.argwhere(free)
+    clear = clear_moves(grid, free, nodes, region, offsets)
+    ends = nodes[:, None] + offsets
+    starts = np.append(0, np.cumsum((clear == CLEAR).sum(axis=1)))
+    return starts, numbers[tuple(ends[clear == CLEAR].T)]
+
+
+def all_ways(grid: Lattice, nodes: np.ndarray, moves: Moves) -> tuple[np.ndarray, np.ndarray]:
+    """Where a pursuer may go that is followed: to all nodes within its moves, walls or not.
+
+    Args:
+        grid: The pursuer's.
+        nodes: Those on which it is followed, shape (rows, columns), bool.
+        moves: What it may do in a step.
+
+    Returns:
+        Where the list of each node begins, and the numbers of nodes in those lists.
+    """
+    reach = moves.reach
+    numbers = np.where(nodes, np.cumsum(nodes).reshape(nodes.shape) - 1, -1)
+    numbers = np.pad(numbers, reach, constant_values=-1)
+    rows, columns = np.nonzero(nodes)
+    offsets = moves.offsets
+    found = numbers[rows[:, None] + reach + offsets[:, 0], columns[:, None] + reach + offsets[:, 1]]
+    starts = np.append(0, np.cumsum((found >= 0).sum(axis=1)))
+    return starts, found[found >= 0]
+
+
+def connected_share(
+    grid: Lattice,
+    free: np.ndarray,
+    regions: Sequence[World],
+    starts: np.ndarray,
+    neighbours: np.ndarray,
+) -> float:
+    """Part of the nodes that belong to the largest connected group in their part of the region.
+
+    Args:
+        grid: The pursuer's.
+        free: Its nodes, shape (rows, columns), bool.
+        regions: Parts of where it can be.
+        starts, neighbours: From `ways`, shapes (n + 1,), (w,).
+    """
+    n = len(starts) - 1
+    parts = np.zeros(n, dtype=int)
+    for number, region in enumerate(regions[1:], start=1):
+        parts[free_nodes(grid, build_edge_index(region))[free]] = number
+    graph = csr_array((np.ones(len(neighbours), dtype=bool), neighbours, starts), shape=(n, n))
+    _, groups = connected_components(graph, directed=False)
+    largest = np.zeros(parts.max() + 1, dtype=int)
+    _, first, sizes = np.unique(groups, return_index=True, return_counts=True)
+    # No way leads from one part to another.
+    np.maximum.at(largest, parts[first], sizes)
+    return float(largest.sum()) / n
 
 
 def beside_walls(
     grid: Lattice, free: np.ndarray, region: EdgeIndex, moves: Moves
-) -> tuple[np.ndarray, np.ndarray]:
-    """Evader nodes from which a wall blocks moves, and the moves that are left; see `Rules`.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Evader nodes from which a wall blocks moves, where the nodes of each tile begin among them,
+    and the moves that are left; see `Rules`.
 
     Args:
         grid: The evader's.
@@ -62,14 +114,72 @@ def beside_walls(
         region: Edges of where it can be.
         moves: What it may do in a step.
     """
-    found, clear = clear_moves(grid, free, region, moves.offsets)
-    number = found[:, 0] * grid.columns + found[:, 1]
-    beside = np.isin(number, number[~clear]) & clear
-    found, number = found[beside], number[beside]
-    nodes, first = np.unique(number, return_index=True)
-    last = np.append(first[1:], len(found)) if len(nodes) else first
-    listed = np.column_stack([nodes // grid.columns, nodes % grid.columns, first, last])
-    return listed.astype(np.int64), (found[:, 2:] - found[:, :2]).astype(np.int64)
+    nodes = np.argwhere(free).astype(np.int32)
+    clear = clear_moves(grid, free, nodes, region, moves.offsets)
+    beside = (clear == BLOCKED).any(axis=1)
+    nodes, clear = nodes[beside], clear[beside] == CLEAR
+    return _by_tiles(grid, nodes, clear, moves.offsets)
+
+
+def no_walls(grid: Lattice, moves: Moves) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What `beside_walls` returns where no wall blocks a move; see `Rules`.
+
+    Args:
+        grid: The evader's.
+        moves: What it may do in a step.
+    """
+    offsets = moves.offsets
+    nodes, clear = np.zeros((0, 2), dtype=np.int32), np.zeros((0, len(offsets)), dtype=bool)
+    return _by_tiles(grid, nodes, clear, offsets)
+
+
+def _by_tiles(
+    grid: Lattice, nodes: np.ndarray, clear: np.ndarray, offsets: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Nodes beside walls in order of tiles; see `Rules`.
+
+    Args:
+        grid: The evader's.
+        nodes: Row and column of each, shape (n, 2).
+        clear: Which moves are left, shape (n, k), bool.
+        offsets: Of the moves, shape (k, 2) [cells].
+    """
+    rows, columns = (-(-size // TILE) for size in (grid.rows, grid.columns))
+    tile = nodes[:, 0] // TILE * columns + nodes[:, 1] // TILE
+    order = np.argsort(tile, kind="stable")
+    last = np.cumsum(clear[order].sum(axis=1))
+    first = np.append(0, last[:-1]) if len(last) else last
+    listed = np.column_stack([nodes[order], first, last]).astype(np.int64)
+    starts = np.searchsorted(tile[order], np.arange(rows * columns + 1))
+    left = np.broadcast_to(offsets, (len(nodes), *offsets.shape))[clear[order]]
+    return listed, starts, left.astype(np.int64)
+
+
+def nodes_near(grid: Lattice, regions: Sequence[World], slack: float) -> np.ndarray:
+    """Nodes within the slack of where a player can be, shape (rows, columns), bool.
+
+    Args:
+        grid: The player's.
+        regions: Where it can be.
+        slack: Radius of a disc [m].
+    """
+    free = shapely.union_all([region.polygon for region in regions])
+    shapely.prepare(free)
+    # Up to rounding.
+    return np.asarray(shapely.dwithin(free, shapely.points(grid.points), slack * (1.0 + 1e-9)))
+
+
+def nodes_by_rim(grid: Lattice, regions: Sequence[World], radius: float) -> np.ndarray:
+    """Nodes within a radius of the rim of where a player can be, shape (rows, columns), bool.
+
+    Args:
+        grid: The player's.
+        regions: Where it can be.
+        radius: [m].
+    """
+    rim = shapely.union_all([region.polygon for region in regions]).boundary
+    shapely.prepare(rim)
+    return np.asarray(shapely.dwithin(rim, shapely.points(grid.points), radius * (1.0 + 1e-9)))
 
 
 def nodes_to_follow(
@@ -89,9 +199,8 @@ def nodes_to_follow(
         The nodes, shape (rows, columns), bool; and the points.
     """
     free = shapely.union_all([region.polygon for region in regions])
-    shapely.prepare(free)
     points = np.asarray(shapely.points(grid.points))
-    follow = np.asarray(shapely.dwithin(free, points, slack))
+    follow = nodes_near(grid, regions, slack)
     rim = free.boundary
     shapely.prepare(rim)
     cut = follow & shapely.dwithin(rim, points, slack)

@@ -1,13 +1,16 @@
 """How long one pursuer can keep one evader in sight on a map, whatever the evader does.
 
 Both are put on grids, the evader's finer by the ratio of the speeds, so that both have the same
-moves in cells, and the game is solved in whole steps (`sweeps`). Two bounds:
+moves in cells, and the game is solved in whole steps (`sweeps`). Three bounds (`bounds`):
 
 - `middle` takes both for being on nodes. It errs to either side, the less the finer the grid.
 - `lower` is certified: the pursuer keeps the evader in sight for as long as it says, wherever the
   evader is and whatever way it takes. The evader is followed on nodes (`lattice`), and sight holds
   between steps as well (`sight_rows`). Obstacles that two lines of sight could pass on either side
   within a step count as thicker than they are.
+- `upper` is certified for the evader: it hides no later than it says, wherever the pursuer is and
+  whatever way it takes. The pursuer is followed on nodes, and sees what is seen from near its node
+  (`near_sight`).
 
 Source: ours. Esteve-Yague & Tsai (2023) show that the value jumps where the evader can just reach a
 corner, so that nothing is interpolated here; the scheme is that of safety games on graphs.
@@ -16,40 +19,40 @@ corner, so that nothing is interpolated here; the scheme is that of safety games
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
-from ...errors import InvalidInput, require, require_one_of, require_positive
-from ...geometry.edge_index import EdgeIndex, build_edge_index, point_is_free
+from ...errors import require, require_one_of, require_positive
+from ...geometry.edge_index import EdgeIndex, point_is_free
 from ...geometry.segment_sight import are_clear, segment_is_clear
 from ...geometry.world import World
-from ..corner_table import corner_table
-from .ground import Spots, beside_walls, nodes_to_follow, padded, ways, without_thin_obstacles
-from .lattice import SLACK, Lattice, cover, free_nodes, moves_within
-from .sight_rows import keeps_off_corners, lay_out, see_runs
+from .bounds import BOUNDS
+from .ground import connected_share, padded
+from .lattice import SLACK, Lattice, finite_point
+from .moves_in_sight import keeps_sight
+from .settling import settle
+from .sight_rows import fill_tiles, lay_out
 from .sweeps import (
     FOR_EVER,
     MOST_STEPS,
     TILE,
     Planes,
     Rules,
+    best_answer,
+    count_kept,
     count_pairs,
+    full_agenda,
+    keeps_by_table,
     steps_from,
     sweep,
     worst_reply,
 )
 
-BOUNDS = ("middle", "lower")
+# At least that part of the pursuer's nodes has to hang together; single nodes in nooks need not.
+LEAST_CONNECTED = 0.95
 
-# Both players' moves: an octagon, so that speed is nearly the same in all directions.
-MOVES = moves_within(5)
-
-# Mean length of the pursuer's moves at full speed, as the octagon has it [cells].
-PACE = 2.17
-
-# More pairs of nodes than this are not even looked at.
-MOST_PAIRS = 20e9
+# A place farther than this from all nodes that it can go to has none [cells].
+NEAREST = 2.0
 
 # Places that tell how much room a table will take.
 SAMPLE = 64
@@ -60,16 +63,19 @@ class GuaranteedTimes:
     """The visibility game of one pursuer and one evader, solved.
 
     Attributes:
-        bound: "middle" or "lower".
+        bound: "lower", "middle" or "upper".
         pursuer_speed, evader_speed: Top speeds [m/s].
+        sight_range: How far the pursuer sees, or infinity [m].
         step: What a step lasts [s].
         pursuer_grid, evader_grid: Where they can be.
-        places: Nodes of the pursuer, shape (n, 2) [m].
+        slack: How far the player that is followed may be from its node [m].
+        places: Nodes of the pursuer, where it can be or be followed, shape (n, 2) [m].
         evader_nodes: Where evaders can be, or be followed, shape (rows, columns), bool.
-        sighted: Evader nodes that each place sees, shape (n,).
+        sighted: Evader nodes that each place sees, shape (n,); none where no pursuer can be.
+        kept: Part of what each place sees that can be kept in sight for ever, shape (n,), no unit.
         sight: Edges that block sight, a little thicker here and there for "lower".
-        pursuer_region: Edges of where the pursuer can be.
-        corners: From `corner_table`, shape (k, 6), none for "middle".
+        pursuer_region, evader_region: Edges of where the two can be.
+        corners: From `corner_table`, shape (k, 6), for "lower" alone.
         planes, rules: See `sweeps`.
         updates: Planes computed until nothing changed.
     """
@@ -77,14 +83,18 @@ class GuaranteedTimes:
     bound: str
     pursuer_speed: float
     evader_speed: float
+    sight_range: float
     step: float
     pursuer_grid: Lattice
     evader_grid: Lattice
+    slack: float
     places: np.ndarray
     evader_nodes: np.ndarray
     sighted: np.ndarray
+    kept: np.ndarray
     sight: EdgeIndex
     pursuer_region: EdgeIndex
+    evader_region: EdgeIndex
     corners: np.ndarray
     planes: Planes
     rules: Rules
@@ -96,15 +106,15 @@ class GuaranteedTimes:
         return int(self.sighted.sum())
 
     @property
-    def bytes(self) -> int:
+    def nbytes(self) -> int:
         """What the table takes [bytes]."""
-        return sum(array.nbytes for array in self.planes)
+        care = self.rules.care_nodes.nbytes + self.rules.care_moves.nbytes
+        return sum(array.nbytes for array in self.planes) + care
 
-    @cached_property
-    def kept(self) -> np.ndarray:
-        """Part of what each place sees that can be kept in sight for ever, shape (n,), no unit."""
-        forever = count_pairs(self.planes, self.rules)[:, 1]
-        return forever / np.maximum(self.sighted, 1)
+    @property
+    def horizon(self) -> float:
+        """What lasts longer counts as for ever [s]."""
+        return self.rules.horizon * self.step
 
     @property
     def share_for_ever(self) -> float:
@@ -113,6 +123,8 @@ class GuaranteedTimes:
 
     def times_from(self, pursuer: object) -> np.ndarray:
         """Guaranteed times for every place of the evader, from the pursuer's nearest node.
+
+        For "upper" from the pursuer's own place.
 
         Args:
             pursuer: Shape (2,) [m].
@@ -127,13 +139,22 @@ class GuaranteedTimes:
         node = self.nearest_place(pursuer)
         grid = self.evader_grid
         steps = steps_from(self.planes, self.rules, node)[: grid.rows, : grid.columns]
+        if self.bound == "upper":
+            p = finite_point("pursuer", pursuer)
+            for other in self._places_near(p, self.slack):
+                again = steps_from(self.planes, self.rules, int(other))
+                steps = np.minimum(steps, again[: grid.rows, : grid.columns])
+            # From near the pursuer more is seen than from where it is.
+            doubtful = self.evader_nodes & (steps > 0)
+            points = grid.points[doubtful]
+            steps[doubtful] *= are_clear(self.sight, np.tile(p, (len(points), 1)), points)
         return np.where(self.evader_nodes, self._seconds(steps.astype(float)), np.nan)
 
     def time(self, pursuer: object, evader: object) -> float:
         """How long the pursuer can keep the evader in sight [s]; infinite from the horizon on.
 
-        For "middle" from the nearest nodes. For "lower" from the places given: the pursuer's first
-        step leads to the best node within its reach.
+        For "middle" from the nearest nodes. Else from the places given: for "lower" the pursuer's
+        first step leads to the best node within its reach, for "upper" the evader's.
 
         Args:
             pursuer, evader: Shape (2,) [m].
@@ -141,10 +162,14 @@ class GuaranteedTimes:
         Raises:
             InvalidInput: One of them cannot be there.
         """
-        return self.best_step(pursuer, evader)[1]
+        best = self.hiding_step if self.bound == "upper" else self.best_step
+        return best(pursuer, evader)[1]
 
     def best_step(self, pursuer: object, evader: object) -> tuple[np.ndarray, float]:
         """Where the pursuer should be a step from now, and the time that it can then guarantee.
+
+        For "middle" and "lower"; `hiding_step` is the evader's. Of places with the same time the
+        nearest is taken.
 
         Args:
             pursuer, evader: Shape (2,) [m].
@@ -160,30 +185,70 @@ class GuaranteedTimes:
         p, e = np.asarray(pursuer, dtype=float), np.asarray(evader, dtype=float)
         reach, pace = self.pursuer_speed * self.step, self.evader_speed * self.step
         row, column = self._evader_node(e)
-        if not segment_is_clear(self.sight, p[0], p[1], e[0], e[1]):
+        apart = math.hypot(*(e - p))
+        if apart > self.sight_range or not segment_is_clear(self.sight, p[0], p[1], e[0], e[1]):
             return p, 0.0
         if self.bound == "middle":
             first, last = self.rules.neighbour_starts[node : node + 2]
             choices = [(int(q), row, column) for q in self.rules.neighbours[first:last]]
-        elif keeps_off_corners(self.sight, p[0], p[1], e[0], e[1], self.corners, reach, pace):
+        elif apart > self.sight_range - 0.25 * pace:
+            choices = []
+        else:
             # The longest moves are as long as that, up to rounding.
-            near = np.flatnonzero(np.hypot(*(self.places - p).T) <= reach * (1.0 + 1e-9))
+            near = self._places_near(p, reach)
+            near = near[np.argsort(np.hypot(*(self.places[near] - p).T), kind="stable")]
             start = np.tile(p, (len(near), 1))
             near = near[are_clear(self.pursuer_region, start, self.places[near])]
-            choices = [(int(q), j, i) for j, i in self._nodes_near(e) for q in near]
-        else:
-            choices = []
+            choices = [(int(q), j, i) for q in near for j, i in self._nodes_near(e)]
+        at_node = math.hypot(*(self.places[node] - p)) <= 1e-9 * self.pursuer_grid.spacing
         best, place = 0, p
         for q, j, i in choices:
             steps = worst_reply(self.planes, q, j, i)
-            if steps > best:
+            # At a node a move may do that the table takes. Without corners, for "middle", all do.
+            if steps > best and (
+                (at_node and keeps_by_table(self.planes, self.rules, node, q, j, i))
+                or keeps_sight(self.sight, p, self.places[q], e, self.corners, pace)
+            ):
                 best, place = steps, self.places[q]
         # W counts from the end of the step.
         return place, float(self._seconds(np.array(best + float(best < FOR_EVER))))
 
+    def hiding_step(self, pursuer: object, evader: object) -> tuple[np.ndarray, float]:
+        """Where the evader should be a step from now, and when it is hidden at the latest.
+
+        For "upper": the evader goes straight, says so beforehand, and follows the table from there.
+
+        Args:
+            pursuer, evader: Shape (2,) [m].
+
+        Returns:
+            The place, shape (2,) [m]; the time from now [s], infinite where the evader has no way
+            that surely hides it. Then, and where it is hidden already, it stays.
+
+        Raises:
+            InvalidInput: One of them cannot be there.
+        """
+        self.nearest_place(pursuer)
+        p, e = finite_point("pursuer", pursuer), finite_point("evader", evader)
+        free = bool(point_is_free(self.evader_region, e[0], e[1]))
+        require(free, "evader", "be where the robot has room", e.tolist())
+        if not segment_is_clear(self.sight, p[0], p[1], e[0], e[1]):
+            return e, 0.0
+        grid = self.evader_grid
+        rows, columns = self._nodes_within(e, self.evader_speed * self.step)
+        ends = grid.at(rows, columns)
+        clear = are_clear(self.evader_region, np.tile(e, (len(ends), 1)), ends)
+        least, place = int(FOR_EVER), e
+        for n in self._places_near(p, self.slack):
+            for j, i in zip(rows[clear], columns[clear], strict=True):
+                steps = best_answer(self.planes, self.rules, int(n), int(j), int(i))
+                if steps < least:
+                    least, place = steps, grid.at(j, i)
+        return place, float(self._seconds(np.array(least + float(least < FOR_EVER))))
+
     def _seconds(self, steps: np.ndarray) -> np.ndarray:
         """Steps as seconds: sight ends somewhere within the last one."""
-        part = 0.5 if self.bound == "middle" else 1.0
+        part = {"lower": 1.0, "middle": 0.5, "upper": 0.0}[self.bound]
         seconds = np.maximum(steps - part, 0.0) * self.step
         return np.where(steps == FOR_EVER, np.inf, seconds)
 
@@ -194,36 +259,52 @@ class GuaranteedTimes:
             pursuer: Shape (2,) [m].
 
         Raises:
-            InvalidInput: The pursuer cannot be there.
+            InvalidInput: The pursuer cannot be there, or the grid is too coarse for it.
         """
-        p = _point("pursuer", pursuer)
+        p = finite_point("pursuer", pursuer)
         require(
             bool(point_is_free(self.pursuer_region, p[0], p[1])),
             "pursuer",
             "be where the robot has room",
             p.tolist(),
         )
-        return int(np.argmin(np.hypot(*(self.places - p).T)))
+        apart = np.hypot(*(self.places - p).T)
+        if self.bound == "upper":
+            # Walls do not count: it is followed.
+            return int(np.argmin(apart))
+        near = np.flatnonzero(apart <= NEAREST * self.pursuer_grid.spacing)
+        near = near[np.argsort(apart[near], kind="stable")]
+        near = near[are_clear(self.pursuer_region, np.tile(p, (len(near), 1)), self.places[near])]
+        require(len(near) > 0, "grid", f"have a node near {p.tolist()}", self.pursuer_grid.spacing)
+        return int(near[0])
 
     def _evader_node(self, evader: object) -> tuple[int, int]:
         """Row and column of the evader's nearest node."""
-        e = _point("evader", evader)
+        e = finite_point("evader", evader)
         nodes = self._nodes_near(e)
         require(len(nodes) > 0, "evader", "be where the robot has room", e.tolist())
         return nodes[0]
 
+    def _places_near(self, p: np.ndarray, radius: float) -> np.ndarray:
+        """Numbers of the pursuer's nodes within a radius [m], up to rounding."""
+        return np.flatnonzero(np.hypot(*(self.places - p).T) <= radius * (1.0 + 1e-9))
+
     def _nodes_near(self, e: np.ndarray) -> list[tuple[int, int]]:
-        """Nodes of the evader within the slack, nearest first."""
+        """Nodes of the evader within the slack of a cell, nearest first."""
+        rows, columns = self._nodes_within(e, SLACK * self.evader_grid.spacing)
+        return list(zip(rows.tolist(), columns.tolist(), strict=True))
+
+    def _nodes_within(self, e: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and columns of the evader's nodes within a radius [m], nearest first."""
         grid = self.evader_grid
-        row = round((e[1] - grid.y) / grid.spacing)
-        column = round((e[0] - grid.x) / grid.spacing)
-        found = []
-        for j in range(max(row - 1, 0), min(row + 2, grid.rows)):
-            for i in range(max(column - 1, 0), min(column + 2, grid.columns)):
-                distance = math.hypot(*(grid.at(j, i) - e))
-                if self.evader_nodes[j, i] and distance <= SLACK * grid.spacing:
-                    found.append((distance, j, i))
-        return [(j, i) for _, j, i in sorted(found)]
+        low = np.maximum(np.floor((e - radius - grid.at(0, 0)) / grid.spacing).astype(int), 0)
+        high = np.maximum(np.ceil((e + radius - grid.at(0, 0)) / grid.spacing).astype(int) + 1, 0)
+        nodes = self.evader_nodes[low[1] : high[1], low[0] : high[0]]
+        rows, columns = np.nonzero(nodes) + low[::-1, None]
+        distances = np.hypot(*(grid.at(rows, columns) - e).T)
+        within = np.flatnonzero(distances <= radius * (1.0 + 1e-9))
+        within = within[np.argsort(distances[within], kind="stable")]
+        return rows[within], columns[within]
 
 
 def solve_visibility_game(
@@ -236,6 +317,7 @@ def solve_visibility_game(
     pursuer_regions: Sequence[World] | None = None,
     evader_regions: Sequence[World] | None = None,
     horizon: float = 120.0,
+    sight_range: float = math.inf,
     memory: float = 4e9,
     progress: Callable[[float], None] | None = None,
 ) -> GuaranteedTimes:
@@ -244,68 +326,39 @@ def solve_visibility_game(
     Args:
         world: Whose obstacles block sight.
         pursuer_speed, evader_speed: Top speeds, the evader's the lower one [m/s].
-        grid: Between places of the pursuer [m]; half of it for "lower".
-        bound: "middle" or "lower".
+        grid: Between places of the pursuer [m]; half of it for "lower" and "upper".
+        bound: "lower", "middle" or "upper".
         pursuer_regions, evader_regions: Where their centres may be, from `shrink_world`; the
             world where they are points.
         horizon: What lasts longer counts as for ever [s]; at most MOST_STEPS steps.
+        sight_range: How far the pursuer sees [m]; infinite for "upper".
         memory: What the table may take [bytes].
         progress: Called now and then with the part of the planes that are settled.
 
     Raises:
-        InvalidInput: A number is out of its range; the grid leaves a player no place; or the table
-            would take more memory.
+        InvalidInput: A number is out of its range; the grid leaves a player no place, or is
+            coarser than passages, so that the pursuer's nodes fall apart; or the table would take
+            more memory.
     """
-    require_one_of("bound", bound, BOUNDS)
+    require_one_of("bound", bound, tuple(BOUNDS))
     for name, value in (("pursuer_speed", pursuer_speed), ("grid", grid)):
         require_positive(name, value)
     require_positive("horizon", horizon)
+    require(sight_range > 0, "sight_range", "be positive", sight_range)
+    whole = bound != "upper" or math.isinf(sight_range)
+    require(whole, "sight_range", "be infinite for the upper bound", sight_range)
     require_positive("memory", memory)
     require_positive("evader_speed", evader_speed)
     ratio = evader_speed / pursuer_speed
     require(ratio < 1, "speed_ratio", "lie in (0, 1)", f"{ratio:.6g}")
-    certified = bound == "lower"
-    if certified:
-        spacing = 0.5 * grid
-        cells = MOVES.longest
-        evader_spacing = ratio * cells * spacing / MOVES.pace
-    else:
-        spacing, cells, evader_spacing = grid, PACE, ratio * grid
-    step, slack = cells * spacing, SLACK * evader_spacing if certified else 0.0
-    width, height = world.bounds[2:] - world.bounds[:2]
-    pairs = (width * height) ** 2 / (spacing * evader_spacing) ** 2
-    require(pairs <= MOST_PAIRS, "grid", "be coarser for so large a world", f"{grid:.6g}")
-    pursuing = build_edge_index(*(pursuer_regions or (world,)))
-    evading = evader_regions or (world,)
-    pursuer_grid = cover(world.bounds, spacing)
-    evader_grid = cover(world.bounds, evader_spacing, 2.0 * slack)
-    free = free_nodes(pursuer_grid, pursuing)
-    places = pursuer_grid.at(*np.nonzero(free))
+    regions = pursuer_regions or (world,)
+    setting = BOUNDS[bound](world, ratio, grid, regions, evader_regions or (world,), sight_range)
+    places, evader_nodes = setting.places, setting.evader_nodes
     require(len(places) > 0, "grid", "leave the pursuer a place", f"{grid:.6g}")
-    starts, neighbours = ways(pursuer_grid, free, pursuing, MOVES)
-    if certified:
-        pace = MOVES.pace * evader_spacing
-        blocking = without_thin_obstacles(world, max(step, 2.0 * (slack + pace)))
-        sight = build_edge_index(*blocking)
-        corners = np.concatenate([corner_table(part) for part in blocking])
-        evader_nodes, spots = nodes_to_follow(evader_grid, evading, slack)
-        walls = np.zeros((0, 4), dtype=np.int64), np.zeros((0, 2), dtype=np.int64)
-    else:
-        pace, sight, corners = 0.0, build_edge_index(world), np.zeros((0, 6))
-        region = build_edge_index(*evading)
-        evader_nodes = free_nodes(evader_grid, region)
-        spots = Spots(np.zeros((0, 2)), np.zeros((0, 2), dtype=np.int64))
-        walls = beside_walls(evader_grid, evader_nodes, region, MOVES)
+    if not setting.evader_first:
+        share = connected_share(setting.pursuer_grid, setting.pursuer_nodes, regions, *setting.ways)
+        require(share >= LEAST_CONNECTED, "grid", "be finer than the passages", f"{grid:.6g}")
     require(bool(evader_nodes.any()), "grid", "leave the evader a place", f"{grid:.6g}")
-
-    def look(places: np.ndarray) -> tuple:
-        """Runs, their layout, and the bytes that they and the table take."""
-        windows, runs, ends, sighted = see_runs(
-            sight, places, tuple(evader_grid), evader_nodes, *spots, corners, step, slack, pace
-        )
-        slots, row_starts, run_starts, tiles = lay_out(windows, runs, ends)
-        size = tiles * TILE * TILE + 3 * runs.nbytes + slots.nbytes + run_starts.nbytes
-        return windows, slots, row_starts, run_starts, runs, tiles, sighted, size
 
     def require_room(size: float) -> None:
         require(
@@ -315,59 +368,63 @@ def solve_visibility_game(
             f"{grid:.6g}, which takes {size / 1e9:.3g} GB",
         )
 
+    def size_of(slots: np.ndarray, tiles: int, windows: np.ndarray) -> int:
+        return tiles * TILE * TILE + slots.nbytes + windows.nbytes
+
     # A sample tells beforehand.
-    sample = places[:: max(len(places) // SAMPLE, 1)]
-    require_room(look(sample)[-1] * len(places) / len(sample) / 1.2)
-    windows, slots, row_starts, run_starts, runs, tiles, sighted, size = look(places)
+    sample = places[:: max(len(places) // SAMPLE, 1)].copy()
+    windows, runs, ends, _ = setting.see(sample, sight_range)
+    size = size_of(*lay_out(windows, runs, ends), windows)
+    require_room(size * len(places) / len(sample) / 1.2)
+    windows, runs, ends, sighted = setting.see(places, sight_range)
+    seen = None
+    if setting.evader_first:
+        seen = runs, ends
+        windows, runs, ends = setting.see_from_near()
+    slots, tiles = lay_out(windows, runs, ends)
+    size = size_of(slots, tiles, windows)
     require_room(size)
-    values = np.full((tiles, TILE * TILE), FOR_EVER, dtype=np.uint8)
-    columns = np.ascontiguousarray(runs[:, 1:]).astype(np.int64)
-    planes = Planes(windows, slots, row_starts, run_starts, columns, values)
-    last = min(math.ceil(horizon * pursuer_speed / step), MOST_STEPS)
-    blocked = padded(evader_nodes, MOVES)
-    rules = Rules(blocked, MOVES.halves, starts, neighbours, *walls, last)
-    updates = _settle(planes, rules, np.nonzero(free), progress)
+    care = setting.take_care(runs, ends)
+    require_room(size + sum(array.nbytes for array in care))
+    planes = Planes(windows, slots, np.zeros((tiles, TILE * TILE), dtype=np.uint8))
+    fill_tiles(windows, slots, runs, ends, planes.tiles, FOR_EVER)
+    del runs, ends
+    last = min(math.ceil(horizon * pursuer_speed / setting.step), MOST_STEPS)
+    rules = Rules(
+        padded(evader_nodes, setting.moves),
+        setting.moves.halves,
+        *setting.ways,
+        *setting.walls,
+        *care,
+        last,
+        setting.evader_first,
+    )
+    agenda = full_agenda(planes)
+    nodes = np.nonzero(setting.pursuer_nodes)
+    updates = settle(nodes, agenda.due, lambda order: sweep(planes, rules, order, agenda), progress)
+    if seen is not None:
+        # From near a place more is seen than from there.
+        for_ever = count_kept(planes, *seen) * (sighted > 0)
+    else:
+        for_ever = count_pairs(planes, rules)[:, 1]
     return GuaranteedTimes(
         bound=bound,
         pursuer_speed=pursuer_speed,
         evader_speed=evader_speed,
-        step=step / pursuer_speed,
-        pursuer_grid=pursuer_grid,
-        evader_grid=evader_grid,
+        sight_range=sight_range,
+        step=setting.step / pursuer_speed,
+        pursuer_grid=setting.pursuer_grid,
+        evader_grid=setting.evader_grid,
+        slack=setting.slack,
         places=places,
         evader_nodes=evader_nodes,
         sighted=sighted,
-        sight=sight,
-        pursuer_region=pursuing,
-        corners=corners,
+        kept=for_ever / np.maximum(sighted, 1),
+        sight=setting.sight,
+        pursuer_region=setting.pursuer_region,
+        evader_region=setting.evader_region,
+        corners=setting.corners,
         planes=planes,
         rules=rules,
         updates=updates,
     )
-
-
-def _settle(
-    planes: Planes,
-    rules: Rules,
-    nodes: tuple[np.ndarray, ...],
-    progress: Callable[[float], None] | None,
-) -> int:
-    """Sweep by rows and by columns, to and fro, until nothing changes; count planes computed."""
-    rows, columns = nodes
-    by_rows, by_columns = np.lexsort((columns, rows)), np.lexsort((rows, columns))
-    due = np.ones(len(rows), dtype=bool)
-    updates = 0
-    while True:
-        for order in (by_rows, by_rows[::-1].copy(), by_columns, by_columns[::-1].copy()):
-            if not due.any():
-                return updates
-            updates += sweep(planes, rules, order, due)
-            if progress is not None:
-                progress(1.0 - float(due.mean()))
-
-
-def _point(name: str, value: object) -> np.ndarray:
-    point = np.asarray(value, dtype=float)
-    if point.shape != (2,) or not np.isfinite(point).all():
-        raise InvalidInput(f"`{name}` must be a finite point [x, y]; got {value}")
-    return point

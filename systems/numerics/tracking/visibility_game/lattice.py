@@ -17,8 +17,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...compiled import compiled
+from ...errors import InvalidInput
 from ...geometry.edge_index import EdgeIndex, point_is_free
-from ...geometry.segment_sight import are_clear
+from ...geometry.segment_sight import segment_is_clear
+
+# What becomes of a move: it leads to no free node; a wall is in its way; it is clear.
+NOWHERE, BLOCKED, CLEAR = range(3)
 
 # How far from its node a player may be that is followed [cells].
 SLACK = 1.0
@@ -143,40 +147,78 @@ def free_nodes(lattice: Lattice, region: EdgeIndex) -> np.ndarray:
         lattice: The nodes.
         region: Its edges.
     """
-    return _are_free(region, lattice.points.reshape(-1, 2)).reshape(lattice.rows, lattice.columns)
+    return _are_free(region, tuple(lattice))
 
 
 @compiled
-def _are_free(region: EdgeIndex, points: np.ndarray) -> np.ndarray:
+def are_free(region: EdgeIndex, points: np.ndarray) -> np.ndarray:
+    """Which points lie in a region, shape (n,), bool.
+
+    Args:
+        region: Its edges.
+        points: Shape (n, 2) [m].
+    """
     free = np.empty(len(points), dtype=np.bool_)
     for k in range(len(points)):
         free[k] = point_is_free(region, points[k, 0], points[k, 1])
     return free
 
 
+@compiled
+def _are_free(region: EdgeIndex, frame: tuple) -> np.ndarray:
+    x, y, spacing, rows, columns = frame
+    free = np.empty((rows, columns), dtype=np.bool_)
+    for j in range(rows):
+        for i in range(columns):
+            free[j, i] = point_is_free(region, x + i * spacing, y + j * spacing)
+    return free
+
+
+@compiled
+def _look_at_moves(
+    frame: tuple, free: np.ndarray, nodes: np.ndarray, region: EdgeIndex, offsets: np.ndarray
+) -> np.ndarray:
+    x, y, spacing, rows, columns = frame
+    clear = np.zeros((len(nodes), len(offsets)), dtype=np.uint8)
+    for n in range(len(nodes)):
+        for k in range(len(offsets)):
+            row, column = nodes[n, 0] + offsets[k, 0], nodes[n, 1] + offsets[k, 1]
+            if 0 <= row < rows and 0 <= column < columns and free[row, column]:
+                ax, ay = x + nodes[n, 1] * spacing, y + nodes[n, 0] * spacing
+                bx, by = x + column * spacing, y + row * spacing
+                clear[n, k] = CLEAR if segment_is_clear(region, ax, ay, bx, by) else BLOCKED
+    return clear
+
+
 def clear_moves(
-    lattice: Lattice, free: np.ndarray, region: EdgeIndex, offsets: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """The moves between free nodes, and which of them no wall blocks.
+    lattice: Lattice, free: np.ndarray, nodes: np.ndarray, region: EdgeIndex, offsets: np.ndarray
+) -> np.ndarray:
+    """Which moves lead to free nodes, and which of them no wall blocks.
 
     Args:
         lattice: The nodes.
-        free: Which are free, shape (rows, columns).
+        free: Which are free, shape (rows, columns), bool.
+        nodes: Row and column of those that move, shape (n, 2).
         region: Edges of where the player may be.
         offsets: Shape (k, 2) [cells].
 
     Returns:
-        Row and column of the node and of the one it leads to, shape (n, 4), by nodes in order of
-        rows; and whether the way is clear, shape (n,).
+        Shape (n, k): NOWHERE where no free node is, BLOCKED or CLEAR.
     """
-    rows, columns = np.nonzero(free)
-    found = []
-    for offset in offsets:
-        to_row, to_column = rows + offset[0], columns + offset[1]
-        inside = (to_row >= 0) & (to_column >= 0)
-        inside &= (to_row < lattice.rows) & (to_column < lattice.columns)
-        inside[inside] = free[to_row[inside], to_column[inside]]
-        found.append(np.column_stack([rows, columns, to_row, to_column])[inside])
-    moves = np.concatenate(found)
-    moves = moves[np.lexsort((moves[:, 1], moves[:, 0]))]
-    return moves, are_clear(region, lattice.at(*moves[:, :2].T), lattice.at(*moves[:, 2:].T))
+    return _look_at_moves(tuple(lattice), free, nodes, region, offsets)
+
+
+def finite_point(name: str, value: object) -> np.ndarray:
+    """A place as an array, shape (2,) [m].
+
+    Args:
+        name: What to call it.
+        value: Of whatever kind.
+
+    Raises:
+        InvalidInput: It is no finite [x, y].
+    """
+    point = np.asarray(value, dtype=float)
+    if point.shape != (2,) or not np.isfinite(point).all():
+        raise InvalidInput(f"`{name}` must be a finite point [x, y]; got {value}")
+    return point

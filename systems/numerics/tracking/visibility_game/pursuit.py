@@ -10,81 +10,16 @@ Source: ours.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
 
 from ...compiled import compiled, kernel
-from ...errors import require
-from .guaranteed_times import GuaranteedTimes
-from .sweeps import FOR_EVER, Planes, Rules, steps_from, worst_reply
-
-# Distances to losing take this much at most [bytes].
-MEMORY = 2e9
+from .board import Board, distance_to_losing, nearest_evader_node, nearest_place
+from .regain import way_to_guard
+from .sweeps import FOR_EVER, worst_reply
 
 # A step is worth more than any distance; the field decides between equal ones.
 STEP, LIKENESS = 1000.0, 1e-3
-
-
-class Board(NamedTuple):
-    """A solved game, as compiled code looks it up; make one with `make_board`.
-
-    Attributes:
-        planes, rules: See `sweeps`.
-        numbers: Number of the pursuer's node in each row and column, or -1, shape (rows, columns).
-        places: The pursuer's nodes, shape (n, 2) [m].
-        pursuer_frame, evader_frame: x and y of the first node, and spacing, shape (3,) [m].
-        evader_nodes: Where evaders can be, shape (rows, columns), bool.
-        distances: From each pursuer node, how far each node of the evader is from the nearest one
-            where it would be lost some day, at most 255, shape (n, rows, columns) [cells].
-    """
-
-    planes: Planes
-    rules: Rules
-    numbers: np.ndarray
-    places: np.ndarray
-    pursuer_frame: np.ndarray
-    evader_frame: np.ndarray
-    evader_nodes: np.ndarray
-    distances: np.ndarray
-
-
-def make_board(table: GuaranteedTimes) -> Board:
-    """The tables of a solved game.
-
-    Args:
-        table: By the middle bound.
-
-    Raises:
-        InvalidInput: The distances would take too much memory.
-    """
-    grid, fine = table.pursuer_grid, table.evader_grid
-    size = len(table.places) * table.evader_nodes.size
-    require(size <= MEMORY, "grid", "be coarser for pursuit in so large a world", grid.spacing)
-    numbers = np.full((grid.rows, grid.columns), -1)
-    numbers[grid.nearest(table.places)] = np.arange(len(table.places))
-    return Board(
-        table.planes,
-        table.rules,
-        numbers,
-        table.places,
-        np.array([grid.x, grid.y, grid.spacing]),
-        np.array([fine.x, fine.y, fine.spacing]),
-        table.evader_nodes,
-        np.stack([_distances(table, p) for p in range(len(table.places))]),
-    )
-
-
-def _distances(table: GuaranteedTimes, p: int) -> np.ndarray:
-    """One plane of `Board.distances`."""
-    steps = steps_from(table.planes, table.rules, p)
-    rows, columns = table.evader_nodes.shape
-    safe = (steps[:rows, :columns] == FOR_EVER) | ~table.evader_nodes
-    if safe.all():
-        return np.full(safe.shape, 255, dtype=np.uint8)
-    distances = np.asarray(distance_transform_edt(safe))
-    return np.minimum(distances, 255.0).astype(np.uint8)
 
 
 @compiled
@@ -92,6 +27,7 @@ def guarantee_velocities(
     board: Board,
     pursuers: np.ndarray,
     evaders: np.ndarray,
+    visible: np.ndarray,
     assignment: np.ndarray,
     field: np.ndarray,
     speed: float,
@@ -99,9 +35,13 @@ def guarantee_velocities(
 ) -> np.ndarray:
     """Velocities of a team, each member after its own evader.
 
+    A pursuer that does not see its own goes to where it could guard it. As long as nobody does,
+    the one that can best keep that evader beside its own minds both.
+
     Args:
         board: The solved game.
         pursuers, evaders: Positions, shapes (2 n,), (2 m,) [m].
+        visible: Who sees whom, shape (n, m), bool.
         assignment: Each pursuer's evader, -1 for none, shape (n,).
         field: Velocities by a pursuit field, shape (2 n,) [m/s].
         speed: Pursuers' top speed [m/s].
@@ -110,44 +50,79 @@ def guarantee_velocities(
     Returns:
         Shape (2 n,) [m/s].
     """
+    nodes = _nodes_of(board, evaders)
+    minded = _who_minds_whom(board, pursuers, nodes, visible, assignment)
     velocities = field.copy()
     for i in range(len(assignment)):
-        j = int(assignment[i])
-        if j >= 0:
-            velocities[2 * i], velocities[2 * i + 1] = _velocity(
-                board,
-                pursuers[2 * i],
-                pursuers[2 * i + 1],
-                evaders[2 * j],
-                evaders[2 * j + 1],
-                field[2 * i],
-                field[2 * i + 1],
-                speed,
-                period,
-            )
+        px, py, vx, vy = pursuers[2 * i], pursuers[2 * i + 1], field[2 * i], field[2 * i + 1]
+        j, chosen = int(assignment[i]), -1
+        if minded[i].any():
+            _, _, chosen = _best_step(board, px, py, nodes, minded[i], vx, vy)
+        elif j >= 0:
+            chosen = way_to_guard(board, px, py, evaders[2 * j], evaders[2 * j + 1])
+        if chosen >= 0:
+            to = board.places[chosen]
+            velocities[2 * i], velocities[2 * i + 1] = _straight(px, py, to, speed, period)
     return velocities
 
 
+@compiled
+def velocity_after(
+    board: Board,
+    pursuer: np.ndarray,
+    evader: np.ndarray,
+    field: np.ndarray,
+    speed: float,
+    period: float,
+) -> tuple[float, float]:
+    """One pursuer's velocity after one evader: its best step, or where it could guard it.
+
+    Args:
+        board: The solved game.
+        pursuer, evader: Positions, shape (2,) [m].
+        field: Velocity by a pursuit field, where the table knows nothing, shape (2,) [m/s].
+        speed, period: As of `guarantee_velocities`.
+    """
+    nodes, own = _nodes_of(board, evader), np.ones(1, dtype=np.bool_)
+    px, py = pursuer
+    _, _, chosen = _best_step(board, px, py, nodes, own, field[0], field[1])
+    if chosen < 0:
+        chosen = way_to_guard(board, px, py, evader[0], evader[1])
+    if chosen < 0:
+        return field[0], field[1]
+    return _straight(px, py, board.places[chosen], speed, period)
+
+
+@compiled
+def _who_minds_whom(board, pursuers, nodes, visible, assignment):
+    """Which evaders each pursuer keeps an eye on, shape (n, m), bool."""
+    n, m = visible.shape
+    minded = np.zeros((n, m), dtype=np.bool_)
+    for i in range(n):
+        if assignment[i] >= 0 and visible[i, int(assignment[i])]:
+            minded[i, int(assignment[i])] = True
+    for j in range(m):
+        if minded[:, j].any():
+            continue
+        most, keeper = 0.0, -1
+        for i in range(n):
+            if visible[i, j]:
+                before = minded[i, j]
+                minded[i, j] = True
+                px, py = pursuers[2 * i], pursuers[2 * i + 1]
+                steps, distance, _ = _best_step(board, px, py, nodes, minded[i], 0.0, 0.0)
+                minded[i, j] = before
+                if STEP * steps + distance > most:
+                    most, keeper = STEP * steps + distance, i
+        if keeper >= 0:
+            minded[keeper, j] = True
+    return minded
+
+
 @kernel
-def _velocity(board, px, py, ex, ey, vx, vy, speed, period):
-    """One pursuer's velocity after one evader."""
-    here = _nearest_place(board, px, py)
-    row, column = _nearest_evader_node(board, ex, ey)
-    if here < 0 or row < 0:
-        return vx, vy
-    most, chosen = -np.inf, -1
-    longest = 0
-    for k in range(board.rules.neighbour_starts[here], board.rules.neighbour_starts[here + 1]):
-        q = board.rules.neighbours[k]
-        steps = worst_reply(board.planes, q, row, column)
-        longest = max(longest, steps)
-        dx, dy = board.places[q, 0] - px, board.places[q, 1] - py
-        worth = STEP * steps + board.distances[q, row, column] + LIKENESS * (dx * vx + dy * vy)
-        if worth > most:
-            most, chosen = worth, q
-    if longest == 0:
-        return vx, vy
-    dx, dy = board.places[chosen, 0] - px, board.places[chosen, 1] - py
+def _straight(px, py, to, speed, period):
+    """Velocity towards a node, slower where it is nearer than a period's way."""
+    dx, dy = to[0] - px, to[1] - py
     distance = math.sqrt(dx * dx + dy * dy)
     if distance == 0.0:
         return 0.0, 0.0
@@ -155,33 +130,78 @@ def _velocity(board, px, py, ex, ey, vx, vy, speed, period):
     return pace * dx / distance, pace * dy / distance
 
 
-@kernel
-def _nearest_place(board, x, y):
-    """Number of the pursuer's node nearest to a point, of the nine round it, or -1."""
-    frame, numbers = board.pursuer_frame, board.numbers
-    i, j = int(np.round((x - frame[0]) / frame[2])), int(np.round((y - frame[1]) / frame[2]))
-    nearest, found = np.inf, -1
-    for row in range(max(j - 1, 0), min(j + 2, numbers.shape[0])):
-        for column in range(max(i - 1, 0), min(i + 2, numbers.shape[1])):
-            n = numbers[row, column]
-            if n >= 0:
-                distance = math.hypot(board.places[n, 0] - x, board.places[n, 1] - y)
-                if distance < nearest:
-                    nearest, found = distance, n
-    return found
+@compiled
+def pair_worths(
+    board: Board, pursuers: np.ndarray, evaders: np.ndarray, visible: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """How long each pursuer could keep each evader, and how firmly.
+
+    Args:
+        board: The solved game.
+        pursuers, evaders: Positions, shapes (2 n,), (2 m,) [m].
+        visible: Whether pursuer i sees evader j, shape (n, m), bool.
+
+    Returns:
+        Steps from now, infinite for ever, 0 where it does not see it or loses it at once; and what
+        a pursuer compares its own steps by: the more steps the better, then the farther from
+        losing, and positive wherever it sees the evader. Shapes (n, m).
+    """
+    n, m = visible.shape
+    times, worths = np.zeros((n, m)), np.zeros((n, m))
+    nodes, alone = _nodes_of(board, evaders), np.zeros(m, dtype=np.bool_)
+    for i in range(n):
+        for j in range(m):
+            if not visible[i, j]:
+                continue
+            alone[:] = False
+            alone[j] = True
+            px, py = pursuers[2 * i], pursuers[2 * i + 1]
+            steps, distance, _ = _best_step(board, px, py, nodes, alone, 0.0, 0.0)
+            if steps > 0:
+                # W counts from the end of the step.
+                times[i, j] = np.inf if steps == FOR_EVER else steps + 1
+            worths[i, j] = 1.0 + STEP * steps + distance
+    return times, worths
 
 
 @kernel
-def _nearest_evader_node(board, x, y):
-    """Row and column of the evader's node nearest to a point, of the nine round it, or -1, -1."""
-    frame, nodes = board.evader_frame, board.evader_nodes
-    i, j = int(np.round((x - frame[0]) / frame[2])), int(np.round((y - frame[1]) / frame[2]))
-    nearest, at_row, at_column = np.inf, -1, -1
-    for row in range(max(j - 1, 0), min(j + 2, nodes.shape[0])):
-        for column in range(max(i - 1, 0), min(i + 2, nodes.shape[1])):
-            if nodes[row, column]:
-                dx, dy = frame[0] + column * frame[2] - x, frame[1] + row * frame[2] - y
-                distance = math.hypot(dx, dy)
-                if distance < nearest:
-                    nearest, at_row, at_column = distance, row, column
-    return at_row, at_column
+def _best_step(board, px, py, nodes, minded, vx, vy):
+    """A pursuer's best step with an eye on some evaders: the least that it leaves of them [steps],
+    how far one is then from being lost [cells], and the node; -1 where the table knows nothing."""
+    here = nearest_place(board, px, py)
+    if here < 0:
+        return 0, 0, -1
+    most, longest, farthest, chosen = -np.inf, 0, 0, -1
+    for k in range(board.rules.neighbour_starts[here], board.rules.neighbour_starts[here + 1]):
+        q = board.rules.neighbours[k]
+        steps, distance = _least(board, q, nodes, minded)
+        dx, dy = board.places[q, 0] - px, board.places[q, 1] - py
+        worth = STEP * steps + distance + LIKENESS * (dx * vx + dy * vy)
+        if steps > 0 and worth > most:
+            most, longest, farthest, chosen = worth, steps, distance, q
+    return longest, farthest, chosen
+
+
+@kernel
+def _least(board, q, nodes, minded):
+    """The least W at a place over some evaders, and the least way of one to losing [cells]."""
+    least, nearest = FOR_EVER, 255
+    for j in range(len(minded)):
+        if not minded[j]:
+            continue
+        row, column = nodes[j, 0], nodes[j, 1]
+        steps = worst_reply(board.planes, q, row, column) if row >= 0 else 0
+        if steps == 0:
+            return 0, 0
+        least = min(least, steps)
+        nearest = min(nearest, distance_to_losing(board, q, row, column))
+    return least, nearest
+
+
+@compiled
+def _nodes_of(board, evaders):
+    """Row and column of each evader's nearest node, -1 where there is none, shape (m, 2)."""
+    nodes = np.empty((len(evaders) // 2, 2), dtype=np.int64)
+    for j in range(len(nodes)):
+        nodes[j] = nearest_evader_node(board, evaders[2 * j], evaders[2 * j + 1])
+    return nodes

@@ -1,7 +1,7 @@
 """What each place of a pursuer sees of the evader's grid, as runs along rows.
 
 The visibility polygon of each place is cut with the rows of the grid. Nodes that lie on its rim, up
-to rounding, are asked one by one.
+to rounding, are asked one by one. Farther away than the sight range nothing is seen.
 
 For the certified bound a node stands for all places within a slack of it, and sight has to hold on
 the way from one place of the pursuer to the next. So nodes are taken away that come too near to
@@ -12,7 +12,15 @@ within slack + s pace of n after the part s of the step, is in sight if
 
     bulge >= pace s (1 - s) (|K - p| - |K - p'|) / |K - p(s)|   for all s.
 
-Near K, and where K may hide nothing any more after the step, the whole step's pace is kept off.
+Near K, and where K may hide nothing any more after the step, the whole step's pace is kept off; or,
+"by moves", no more than the slack, and each move is looked at by itself (`moves_in_sight`).
+
+With a sight range R a node is kept that has |p - n| <= R - (slack + pace / 4), and the same at p',
+for all nodes to which n leads. Let the evader be at w after the part s of the step, within slack +
+s pace of n, so |p - w| <= R + (s - 1/4) pace. It might stay at w, and be followed on a node within
+slack of w, so |p' - w| <= R - pace / 4. The distance to w is convex along the pursuer's way:
+
+    |p(s) - w| <= (1 - s) |p - w| + s |p' - w| <= R + (s (1 - s) - 1/4) pace <= R.
 """
 
 import numpy as np
@@ -25,7 +33,10 @@ from ..corner_frame import to_corner_frame
 from .sweeps import COLUMN, COLUMNS, ROW, ROWS, SLOT, TILE
 
 # So often at most a row crosses the rim of what is seen; else its nodes are asked one by one.
-MOST_CROSSINGS = 64
+MOST_CROSSINGS = 126
+
+# Places as near to a corner as so many steps keep off by the slack alone.
+NEXT = 2.0
 
 # As near to a rim as this a node is asked by itself [cells].
 NEAR = 1e-6
@@ -40,9 +51,11 @@ def see_runs(
     spots: np.ndarray,
     spot_nodes: np.ndarray,
     corners: np.ndarray,
+    sight_range: float,
     step: float,
     slack: float,
     pace: float,
+    by_moves: bool = False,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Runs of the nodes in sight from each place.
 
@@ -55,8 +68,11 @@ def see_runs(
         spot_nodes: Row and column of that node, shape (m, 2).
         corners: From `corner_table`, shape (k, 6), those that nodes keep off; none for a bound
             that is not certified.
+        sight_range: How far the pursuer sees, or infinity [m].
         step: How far the pursuer goes in a step [m].
         slack, pace: How far an evader may be from its node, and goes in a step [m].
+        by_moves: Whether nodes keep off by no more than all moves need; `moves_in_sight` then
+            tells which moves keep sight.
 
     Returns:
         Windows as in `Planes`, but for the slots; row, first column and first one no more of each
@@ -67,7 +83,8 @@ def see_runs(
     seen = np.zeros((rows, columns), dtype=np.uint8)
     crossings = np.zeros((rows, MOST_CROSSINGS + 1))
     windows = np.zeros((len(places), 5), dtype=np.int64)
-    runs = np.empty((1024, 3), dtype=np.int32)
+    view = np.zeros(4, dtype=np.int64)
+    runs = np.empty((1024, 3), dtype=np.int16)
     ends, sighted = np.zeros(len(places), dtype=np.int64), np.zeros(len(places), dtype=np.int64)
     count = 0
     for p in range(len(places)):
@@ -76,32 +93,33 @@ def see_runs(
             ends[p] = count
             continue
         polygon = _visibility_polygon(index, px, py)
-        _see_nodes(index, px, py, polygon, lattice, crossings, seen)
-        for k in range(len(spots)):
-            seen[spot_nodes[k, 0], spot_nodes[k, 1]] = 1
-        for k in range(len(spots)):
-            row, column = spot_nodes[k, 0], spot_nodes[k, 1]
-            if seen[row, column]:
-                seen[row, column] = segment_is_clear(index, px, py, spots[k, 0], spots[k, 1])
-        for j in range(rows):
-            for i in range(columns):
+        _look_round(polygon, px, py, sight_range, slack, lattice, view)
+        _see_nodes(index, px, py, polygon, lattice, crossings, view, seen)
+        _see_spots(index, px, py, spots, spot_nodes, view, seen)
+        if sight_range < np.inf:
+            _hide_far(px, py, lattice, sight_range, view, seen)
+        low_row, high_row, low_column, high_column = view
+        for j in range(low_row, high_row + 1):
+            for i in range(low_column, high_column + 1):
                 if not free[j, i]:
                     seen[j, i] = 0
                 sighted[p] += seen[j, i]
-        _keep_off_corners(index, px, py, corners, lattice, step, slack, pace, seen)
-        if count + seen.size // 2 + rows > len(runs):
-            more = np.empty((2 * len(runs) + seen.size, 3), dtype=np.int32)
+        if slack > 0.0 and sight_range < np.inf:
+            _hide_far(px, py, lattice, sight_range - slack - 0.25 * pace, view, seen)
+        reaches = step, slack, pace
+        _keep_off_corners(index, px, py, corners, lattice, reaches, by_moves, view, seen)
+        most = (high_row + 1 - low_row) * ((high_column + 1 - low_column) // 2 + 1)
+        if count + most > len(runs):
+            more = np.empty((len(runs) + len(runs) // 2 + most, 3), dtype=np.int16)
             more[:count] = runs[:count]
             runs = more
-        count = _add_runs(seen, windows[p], runs, count)
+        count = _add_runs(seen, view, windows[p], runs, count)
         ends[p] = count
     return windows, runs[:count].copy(), ends, sighted
 
 
 @compiled
-def lay_out(
-    windows: np.ndarray, runs: np.ndarray, ends: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+def lay_out(windows: np.ndarray, runs: np.ndarray, ends: np.ndarray) -> tuple[np.ndarray, int]:
     """Give a slot to each place of each window, and a tile to those with a run; see `Planes`.
 
     Args:
@@ -109,72 +127,152 @@ def lay_out(
             filled in.
 
     Returns:
-        Slots, starts of rows, starts of runs, number of tiles.
+        Slots, number of tiles.
     """
-    slot_count, row_count = 0, 0
-    row_starts = np.zeros(len(windows), dtype=np.int64)
+    slot_count = 0
     for p in range(len(windows)):
-        windows[p, SLOT], row_starts[p] = slot_count, row_count
+        windows[p, SLOT] = slot_count
         slot_count += windows[p, ROWS] * windows[p, COLUMNS]
-        row_count += windows[p, ROWS] * TILE
     slots = np.full(slot_count, -1, dtype=np.int32)
-    run_starts = np.zeros(row_count + 1, dtype=np.int64)
     tiles, k = 0, 0
     for p in range(len(windows)):
-        for j in range(windows[p, ROWS] * TILE):
-            run_starts[row_starts[p] + j] = k
-            while k < ends[p] and runs[k, 0] == windows[p, ROW] * TILE + j:
-                for c in range(runs[k, 1] // TILE, (runs[k, 2] - 1) // TILE + 1):
-                    at = j // TILE * windows[p, COLUMNS] + c - windows[p, COLUMN]
-                    if slots[windows[p, SLOT] + at] < 0:
-                        slots[windows[p, SLOT] + at] = tiles
-                        tiles += 1
-                k += 1
-    run_starts[row_count] = k
-    return slots, row_starts, run_starts, tiles
+        while k < ends[p]:
+            row = runs[k, 0] // TILE - windows[p, ROW]
+            start = windows[p, SLOT] + row * windows[p, COLUMNS] - windows[p, COLUMN]
+            for c in range(runs[k, 1] // TILE, (runs[k, 2] - 1) // TILE + 1):
+                if slots[start + c] < 0:
+                    slots[start + c] = tiles
+                    tiles += 1
+            k += 1
+    return slots, tiles
+
+
+@compiled
+def fill_tiles(
+    windows: np.ndarray,
+    slots: np.ndarray,
+    runs: np.ndarray,
+    ends: np.ndarray,
+    tiles: np.ndarray,
+    value: int,
+) -> None:
+    """Write a value where a place sees a node; see `Planes`.
+
+    Args:
+        windows, runs, ends: From `see_runs`, shapes (n, 5), (m, 3), (n,).
+        slots: From `lay_out`, shape (s,).
+        tiles: Written to, shape (k, TILE * TILE).
+        value: From 1 to 255.
+    """
+    k = 0
+    for p in range(len(windows)):
+        while k < ends[p]:
+            row = runs[k, 0] // TILE - windows[p, ROW]
+            start = windows[p, SLOT] + row * windows[p, COLUMNS] - windows[p, COLUMN]
+            for i in range(runs[k, 1], runs[k, 2]):
+                tiles[slots[start + i // TILE], runs[k, 0] % TILE * TILE + i % TILE] = value
+            k += 1
 
 
 @kernel
-def _see_nodes(index, px, py, polygon, lattice, crossings, seen):
-    """Mark the nodes in a visibility polygon; the last column of `crossings` counts."""
+def _look_round(polygon, px, py, sight_range, slack, lattice, view):
+    """First and last row and column of the nodes that may be seen, or stand for a spot that is."""
     x0, y0, h, rows, columns = lattice
-    n = len(polygon)
-    crossings[:, MOST_CROSSINGS] = 0
+    low_x = high_x = px
+    low_y = high_y = py
+    for k in range(len(polygon)):
+        low_x, high_x = min(low_x, polygon[k, 0]), max(high_x, polygon[k, 0])
+        low_y, high_y = min(low_y, polygon[k, 1]), max(high_y, polygon[k, 1])
+    low_x, high_x = max(low_x, px - sight_range), min(high_x, px + sight_range)
+    low_y, high_y = max(low_y, py - sight_range), min(high_y, py + sight_range)
+    # A spot is within the slack of its node, up to how its disc is drawn.
+    more = 1.01 * slack / h + NEAR
+    view[0] = max(0, int(np.ceil((low_y - y0) / h - more)))
+    view[1] = min(rows - 1, int(np.floor((high_y - y0) / h + more)))
+    view[2] = max(0, int(np.ceil((low_x - x0) / h - more)))
+    view[3] = min(columns - 1, int(np.floor((high_x - x0) / h + more)))
+
+
+@kernel
+def _see_spots(index, px, py, spots, spot_nodes, view, seen):
+    """Nodes that have spots are seen if all of these are."""
+    low_row, high_row, low_column, high_column = view
+    for k in range(len(spots)):
+        row, column = spot_nodes[k, 0], spot_nodes[k, 1]
+        if low_row <= row <= high_row and low_column <= column <= high_column:
+            seen[row, column] = 1
+    for k in range(len(spots)):
+        row, column = spot_nodes[k, 0], spot_nodes[k, 1]
+        if low_row <= row <= high_row and low_column <= column <= high_column and seen[row, column]:
+            seen[row, column] = segment_is_clear(index, px, py, spots[k, 0], spots[k, 1])
+
+
+@kernel
+def _hide_far(px, py, lattice, most, view, seen):
+    """Take away the nodes that are farther away than that."""
+    x0, y0, h, _, _ = lattice
+    square = most * abs(most) * (1.0 + 1e-9)
+    for j in range(view[0], view[1] + 1):
+        dy = y0 + j * h - py
+        for i in range(view[2], view[3] + 1):
+            dx = x0 + i * h - px
+            if dx * dx + dy * dy > square:
+                seen[j, i] = 0
+
+
+@kernel
+def _see_nodes(index, px, py, polygon, lattice, crossings, view, seen):
+    """Mark the nodes in a visibility polygon; the last column of `crossings` counts."""
+    x0, y0, h, _, _ = lattice
+    low_row, high_row, low_column, high_column = view
+    n, near = len(polygon), NEAR * h
+    crossings[low_row : high_row + 1, MOST_CROSSINGS] = 0
     for k in range(n):
-        ax, ay = polygon[k, 0], polygon[k, 1]
-        bx, by = polygon[(k + 1) % n, 0], polygon[(k + 1) % n, 1]
-        j = int(np.round((ay - y0) / h))
-        if 0 <= j < rows and abs(y0 + j * h - ay) <= NEAR * h:
-            # A row through a vertex is in doubt as a whole.
-            crossings[j, MOST_CROSSINGS] = 2 * MOST_CROSSINGS
-        if ay > by:
-            ax, ay, bx, by = bx, by, ax, ay
-        first = max(0, int(np.ceil((ay - y0) / h)))
-        last = min(rows - 1, int(np.floor((by - y0) / h)))
-        slope = (bx - ax) / (by - ay) if by > ay else 0.0
+        ax, ay, bx, by, slope = _upwards(polygon, k, (k + 1) % n)
+        # A row through a vertex crosses the edge above it.
+        first = max(low_row, int(np.floor((ay - y0) / h)))
+        last = min(high_row, int(np.ceil((by - y0) / h)))
         for j in range(first, last + 1):
-            count = int(crossings[j, MOST_CROSSINGS])
-            if count < MOST_CROSSINGS:
-                crossings[j, count] = ax + slope * (y0 + j * h - ay)
-            crossings[j, MOST_CROSSINGS] += 1
-    for j in range(rows):
-        count = int(crossings[j, MOST_CROSSINGS])
-        y, row = y0 + j * h, crossings[j]
+            if ay <= y0 + j * h < by:
+                count = int(crossings[j, MOST_CROSSINGS])
+                if count < MOST_CROSSINGS:
+                    crossings[j, count] = ax + slope * (y0 + j * h - ay)
+                crossings[j, MOST_CROSSINGS] += 1
+    for j in range(low_row, high_row + 1):
+        count, row = int(crossings[j, MOST_CROSSINGS]), crossings[j]
         if count > MOST_CROSSINGS:
-            for i in range(columns):
-                seen[j, i] = segment_is_clear(index, px, py, x0 + i * h, y)
+            for i in range(low_column, high_column + 1):
+                seen[j, i] = segment_is_clear(index, px, py, x0 + i * h, y0 + j * h)
             continue
-        seen[j] = 0
+        seen[j, low_column : high_column + 1] = 0
         _sort(row, count)
         for a in range(0, count - 1, 2):
-            first = max(0, int(np.ceil((row[a] - x0) / h)))
-            last = min(columns - 1, int(np.floor((row[a + 1] - x0) / h)))
+            first = max(low_column, int(np.ceil((row[a] - x0) / h)))
+            last = min(high_column, int(np.floor((row[a + 1] - x0) / h)))
             for i in range(first, last + 1):
                 seen[j, i] = 1
-        for a in range(count):
-            i = int(np.round((row[a] - x0) / h))
-            if 0 <= i < columns and abs(x0 + i * h - row[a]) <= NEAR * h:
+    # Nodes near an edge.
+    for k in range(n):
+        ax, ay, bx, by, slope = _upwards(polygon, k, (k + 1) % n)
+        first = max(low_row, int(np.ceil((ay - near - y0) / h)))
+        last = min(high_row, int(np.floor((by + near - y0) / h)))
+        for j in range(first, last + 1):
+            y = y0 + j * h
+            a = ax if y - near <= ay else ax + slope * (y - near - ay)
+            b = bx if y + near >= by else ax + slope * (y + near - ay)
+            left = max(low_column, int(np.ceil((min(a, b) - near - x0) / h)))
+            right = min(high_column, int(np.floor((max(a, b) + near - x0) / h)))
+            for i in range(left, right + 1):
                 seen[j, i] = segment_is_clear(index, px, py, x0 + i * h, y)
+
+
+@kernel
+def _upwards(polygon, a, b):
+    """The lower and the upper end of an edge, and how far it goes to the right as it goes up."""
+    if polygon[a, 1] > polygon[b, 1]:
+        a, b = b, a
+    ax, ay, bx, by = polygon[a, 0], polygon[a, 1], polygon[b, 0], polygon[b, 1]
+    return ax, ay, bx, by, (bx - ax) / (by - ay) if by > ay else 0.0
 
 
 @kernel
@@ -189,13 +287,21 @@ def _sort(row, count):
 
 
 @kernel
-def _keep_off_corners(index, px, py, corners, lattice, step, slack, pace, seen):
+def _keep_off_corners(index, px, py, corners, lattice, reaches, by_moves, view, seen):
     """Take away the nodes that come too near to what corners hide, as the certified bound asks."""
+    step, slack, pace = reaches
     for c in range(len(corners)):
-        width = _kept_off(index, px, py, corners, c, step, slack, pace)
-        if width > 0.0:
-            cx, cy = corners[c, 0], corners[c, 1]
-            _hide_near_ray(px, py, cx, cy, lattice, width, slack + pace, seen)
+        distance, to_star, _ = star_distances(index, px, py, corners, c)
+        if distance == 0.0:
+            continue
+        cx, cy = corners[c, 0], corners[c, 1]
+        width, round_corner = _kept_off(distance, to_star, step, slack, pace), slack + pace
+        if by_moves:
+            width = slack
+            if distance > NEXT * step:
+                width += pace * _bulge(step / distance)
+            round_corner = width if is_close(distance, to_star, step) else width + pace
+        _hide_near_ray(px, py, cx, cy, lattice, width, round_corner, view, seen)
 
 
 @compiled
@@ -218,27 +324,56 @@ def keeps_off_corners(
         step, pace: See `see_runs` [m].
     """
     for c in range(len(corners)):
-        width = _kept_off(index, px, py, corners, c, step, 0.0, pace)
-        if width > 0.0:
+        distance, to_star, _ = star_distances(index, px, py, corners, c)
+        if distance > 0.0:
+            width = _kept_off(distance, to_star, step, 0.0, pace)
             cx, cy = corners[c, 0], corners[c, 1]
-            length = np.hypot(cx - px, cy - py)
-            ux, uy = (cx - px) / length, (cy - py) / length
+            ux, uy = (cx - px) / distance, (cy - py) / distance
             if _is_near_ray(ex - cx, ey - cy, ux, uy, width, pace):
                 return False
     return True
 
 
 @kernel
-def _kept_off(index, px, py, corners, c, step, slack, pace):
-    """How far nodes keep off what corner c hides from p [m]; 0 where it hides nothing."""
+def star_distances(
+    index: EdgeIndex, px: float, py: float, corners: np.ndarray, c: int
+) -> tuple[float, float, bool]:
+    """How far a place is from a corner and from its star region, where the corner hides anything.
+
+    Args:
+        index: Edges that block sight.
+        px, py: The place [m].
+        corners: From `corner_table`, shape (k, 6).
+        c: Number of the corner.
+
+    Returns:
+        Both distances [m], 0 where it hides nothing; whether the corner game is mirrored there.
+    """
     cx, cy = corners[c, 0], corners[c, 1]
-    r_p, phi_p, _, _, _ = to_corner_frame(px, py, cx, cy, cx, cy, corners[c, 2], corners[c, 3])
+    r_p, phi_p, _, _, mirrored = to_corner_frame(
+        px, py, cx, cy, cx, cy, corners[c, 2], corners[c, 3]
+    )
     if r_p <= index.frame[TOLERANCE] or phi_p >= 0.0:
-        return 0.0
+        return 0.0, 0.0, False
     if not segment_is_clear(index, px, py, cx, cy):
-        return 0.0
-    to_star = -r_p * np.sin(phi_p) if phi_p >= -0.5 * np.pi else r_p
-    return slack + pace if to_star <= step else slack + pace * _bulge(step / r_p)
+        return 0.0, 0.0, False
+    return r_p, -r_p * np.sin(phi_p) if phi_p >= -0.5 * np.pi else r_p, mirrored
+
+
+@kernel
+def is_close(distance: float, to_star: float, step: float) -> bool:
+    """Whether each move is looked at by itself, so near is the corner or its star region.
+
+    Args:
+        distance, to_star, step: From `star_distances`; of the pursuer [m].
+    """
+    return to_star <= step or distance <= (NEXT + 1.0) * step
+
+
+@kernel
+def _kept_off(distance, to_star, step, slack, pace):
+    """How far nodes keep off what a corner hides, whatever the move [m]."""
+    return slack + pace if to_star <= step else slack + pace * _bulge(step / distance)
 
 
 @kernel
@@ -249,29 +384,53 @@ def _bulge(k):
 
 
 @kernel
-def _hide_near_ray(px, py, cx, cy, lattice, width, round_corner, seen):
+def _hide_near_ray(px, py, cx, cy, lattice, width, round_corner, view, seen):
     """Take away nodes nearer than `width` to the ray from p through c, beyond c, or round c."""
     x0, y0, h, rows, columns = lattice
     length = np.hypot(cx - px, cy - py)
     ux, uy = (cx - px) / length, (cy - py) / length
     far = h * (rows + columns)
     most = max(width, round_corner)
-    ends = (min(cy, cy + far * uy), max(cy, cy + far * uy))
-    first = max(0, int(np.floor((ends[0] - most - y0) / h)))
-    last = min(rows - 1, int(np.ceil((ends[1] + most - y0) / h)))
+    first = max(view[0], int(np.floor((min(cy, cy + far * uy) - most - y0) / h)))
+    last = min(view[1], int(np.ceil((max(cy, cy + far * uy) + most - y0) / h)))
     for j in range(first, last + 1):
-        y = y0 + j * h
-        low, high = 0.0, far
-        if abs(uy) > 1e-12:
-            # The part of the ray within `most` of this row's height.
-            a, b = (y - most - cy) / uy, (y + most - cy) / uy
-            low, high = min(max(min(a, b), 0.0), far), min(max(max(a, b), 0.0), far)
-        left = min(cx + low * ux, cx + high * ux) - most
-        right = max(cx + low * ux, cx + high * ux) + most
-        begin = max(0, int(np.floor((left - x0) / h)))
-        for i in range(begin, min(columns, int(np.ceil((right - x0) / h)) + 1)):
-            if _is_near_ray(x0 + i * h - cx, y - cy, ux, uy, width, round_corner):
+        begin, end = row_by_ray(cx, cy, ux, uy, lattice, most, j)
+        for i in range(max(begin, view[2]), min(end, view[3] + 1)):
+            if _is_near_ray(x0 + i * h - cx, y0 + j * h - cy, ux, uy, width, round_corner):
                 seen[j, i] = 0
+
+
+@kernel
+def row_by_ray(
+    cx: float, cy: float, ux: float, uy: float, lattice: tuple, width: float, j: int
+) -> tuple[int, int]:
+    """The part of a row in which nodes may be as near as `width` to a ray.
+
+    Args:
+        cx, cy: Where the ray begins [m].
+        ux, uy: Its direction, no unit.
+        lattice: The nodes.
+        width: Of the strip on either side [m].
+        j: The row.
+
+    Returns:
+        First column and first one no more.
+    """
+    x0, y0, h, rows, columns = lattice
+    y, far = y0 + j * h, h * (rows + columns)
+    low, high = 0.0, far
+    if abs(uy) > 1e-12:
+        # The part of the ray within the width of this row's height.
+        a, b = (y - width - cy) / uy, (y + width - cy) / uy
+        low, high = max(min(a, b), 0.0), min(max(a, b), far)
+    elif abs(y - cy) > width:
+        high = -1.0
+    if low > high:
+        return 0, 0
+    left = min(cx + low * ux, cx + high * ux) - width
+    right = max(cx + low * ux, cx + high * ux) + width
+    end = min(columns, int(np.ceil((right - x0) / h)) + 1)
+    return min(max(0, int(np.floor((left - x0) / h))), max(end, 0)), max(end, 0)
 
 
 @kernel
@@ -283,18 +442,18 @@ def _is_near_ray(dx, dy, ux, uy, width, round_corner):
 
 
 @kernel
-def _add_runs(seen, window, runs, count):
+def _add_runs(seen, view, window, runs, count):
     """Append the runs of a raster and fill in its window; return how many runs there are now."""
     rows, columns = seen.shape
     low_row, high_row, low_column, high_column = rows, -1, columns, -1
-    for j in range(rows):
-        i = 0
-        while i < columns:
+    for j in range(view[0], view[1] + 1):
+        i = view[2]
+        while i <= view[3]:
             if seen[j, i] == 0:
                 i += 1
                 continue
             begin = i
-            while i < columns and seen[j, i] != 0:
+            while i <= view[3] and seen[j, i] != 0:
                 i += 1
             runs[count, 0], runs[count, 1], runs[count, 2] = j, begin, i
             count += 1

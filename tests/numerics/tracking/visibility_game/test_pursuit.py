@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.geometry.edge_index import build_edge_index
+from sightfield.systems.numerics.geometry.segment_sight import segment_is_clear
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.tracking.visibility_game import pursuit
+from sightfield.systems.numerics.tracking.visibility_game import board as boards
+from sightfield.systems.numerics.tracking.visibility_game.board import make_board
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )
-from sightfield.systems.numerics.tracking.visibility_game.pursuit import (
-    guarantee_velocities,
-    make_board,
-)
+from sightfield.systems.numerics.tracking.visibility_game.pursuit import guarantee_velocities
 
 ROOM = make_world([(0, 0), (4, 0), (4, 4), (2.03, 4), (2.03, 2.03), (0, 2.03)])
 WEST = np.array([-0.5, 0.0])
@@ -29,8 +29,9 @@ def board(table):
 
 
 def velocity(board, pursuer, evader, field=WEST, target=0.0, period=0.05):
-    places = (np.array(point, dtype=float) for point in (pursuer, evader))
-    return guarantee_velocities(board, *places, np.array([target]), field, 1.0, period)
+    places = [np.array(point, dtype=float) for point in (pursuer, evader)]
+    visible = np.array([[bool(segment_is_clear(build_edge_index(ROOM), *pursuer, *evader))]])
+    return guarantee_velocities(board, *places, visible, np.array([target]), field, 1.0, period)
 
 
 def test_it_runs_to_where_it_sees_round_the_corner(board):
@@ -68,14 +69,40 @@ def test_of_safe_steps_it_takes_the_safest(table, board):
 
 
 def test_without_a_target_or_knowledge_the_field_decides(board):
-    np.testing.assert_array_equal(velocity(board, (1, 1), (2.6, 2.1), target=-1.0), WEST)
-    # Hidden: behind the corner.
-    np.testing.assert_array_equal(velocity(board, (0.3, 1.0), (2.1, 3.8)), WEST)
+    np.testing.assert_array_equal(velocity(board, (0.3, 1.0), (2.1, 3.8), target=-1.0), WEST)
     # Off the map.
     np.testing.assert_array_equal(velocity(board, (1, 1), (9.0, 9.0)), WEST)
 
 
 def test_too_large_a_table_is_refused(table, monkeypatch):
-    monkeypatch.setattr(pursuit, "MEMORY", 1e6)
+    make_board.cache_clear()
+    monkeypatch.setattr(boards, "MEMORY", 1e6)
     with pytest.raises(InvalidInput, match="`grid` must be coarser for pursuit"):
         make_board(table)
+
+
+def test_one_that_sees_both_minds_both_until_the_other_is_there():
+    box = make_world(
+        [(0, 0), (3, 0), (3, 3), (0, 3)], [[(1.03, 0.98), (1.96, 0.98), (1.96, 2.11), (1.03, 2.11)]]
+    )
+    table = solve_visibility_game(box, pursuer_speed=1.0, evader_speed=0.3, grid=0.1)
+    board, index, rng = make_board(table), build_edge_index(box), np.random.default_rng(5)
+    rows, columns = np.nonzero(table.evader_nodes)
+    gained = 0
+    for _ in range(400):
+        p, far = table.places[rng.integers(len(table.places), size=2)]
+        nodes = rng.integers(len(rows), size=2)
+        e1, e2 = table.evader_grid.at(rows[nodes], columns[nodes])
+        if not all(segment_is_clear(index, *p, *e) for e in (e1, e2)):
+            continue
+        teams = np.concatenate([p, far]), np.concatenate([e1, e2])
+        left = []
+        for seen in (False, True):
+            visible = np.array([[True, True], [False, seen]])
+            targets = np.array([0.0, 1.0])
+            v = guarantee_velocities(board, *teams, visible, targets, np.zeros(4), 1.0, table.step)
+            then = table.times_from(p + v[:2] * table.step)
+            left.append(min(then[rows[nodes], columns[nodes]]))
+        assert left[0] >= left[1] - table.step
+        gained += left[0] > left[1] + table.step
+    assert gained >= 3

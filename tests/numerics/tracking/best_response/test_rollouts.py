@@ -15,11 +15,7 @@ from sightfield.systems.numerics.geometry.wall_sliding import SKIN
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking.adversarial_evasion import adversarial_velocities
 from sightfield.systems.numerics.tracking.assignment.holding import is_broken
-from sightfield.systems.numerics.tracking.corner_fields import FIELDS, corner_field
-from sightfield.systems.numerics.tracking.corner_table import corner_table
-from sightfield.systems.numerics.tracking.lookahead import lookahead_velocities
-from sightfield.systems.numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS, team_risk
-from sightfield.systems.numerics.tracking.rollouts import (
+from sightfield.systems.numerics.tracking.best_response.rollouts import (
     ALONG,
     BY_THE_GAME,
     FIXED,
@@ -33,6 +29,10 @@ from sightfield.systems.numerics.tracking.rollouts import (
     follow_plan,
     play_plan,
 )
+from sightfield.systems.numerics.tracking.corner_fields import FIELDS, corner_field
+from sightfield.systems.numerics.tracking.corner_table import corner_table
+from sightfield.systems.numerics.tracking.lookahead import lookahead_velocities
+from sightfield.systems.numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS, team_risk
 from sightfield.systems.numerics.tracking.sight_state import observe
 
 PURSUER_SPEED, EVADER_SPEED = 0.3, 0.1

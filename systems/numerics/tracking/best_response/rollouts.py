@@ -14,21 +14,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled import compiled, kernel
-from ..geometry.corner_sight import CornerIndex, see_corners
-from ..geometry.edge_index import EdgeIndex
-from ..geometry.segment_sight import segment_is_clear
-from ..geometry.sight_loss import Motion, loss_of_target
-from ..geometry.wall_sliding import slide
-from .adversarial_evasion import corner_stance, escape_velocity
-from .assignment.holding import is_broken
-from .assignment.small_matching import match_small, nearer_first
-from .assignment.team_view import UNASSIGNED
-from .edge_margins import least_threat
-from .lookahead import lookahead_velocities
-from .risk import team_risk
-from .sight_state import split_sight
-from .team_pursuit import team_pursuit
+from ...compiled import compiled, kernel
+from ...geometry.corner_sight import CornerIndex, see_corners
+from ...geometry.edge_index import EdgeIndex
+from ...geometry.segment_sight import segment_is_clear
+from ...geometry.sight_loss import Motion, loss_of_target
+from ...geometry.wall_sliding import slide
+from ..adversarial_evasion import corner_stance, escape_velocity
+from ..assignment.holding import is_broken
+from ..assignment.small_matching import match_small, nearer_first
+from ..assignment.team_view import UNASSIGNED
+from ..edge_margins import least_threat
+from ..lookahead import lookahead_velocities
+from ..risk import team_risk
+from ..sight_state import split_sight
+from ..team_pursuit import team_pursuit
+from ..visibility_game.board import Board
+from ..visibility_game.pursuit import guarantee_velocities
 
 # Plans: by the corner game, along a direction, to a point. A row is kind, x, y.
 BY_THE_GAME, ALONG, TO_POINT = 0.0, 1.0, 2.0
@@ -126,6 +128,7 @@ def choose_plan(
     velocities: np.ndarray,
     assignment: np.ndarray,
     plan: np.ndarray,
+    board: Board | None = None,
 ) -> np.ndarray:
     """The best plan of one evader.
 
@@ -137,6 +140,8 @@ def choose_plan(
         velocities: Of the evaders, which the others keep, shape (2 m,) [m/s].
         assignment: Each pursuer's evader, -1 for none, shape (n,), int.
         plan: What it does so far, shape (3,).
+        board: The solved visibility game where pursuers play by it, with the field where that
+            knows nothing; None where they follow the field.
 
     Returns:
         Shape (3,).
@@ -147,7 +152,9 @@ def choose_plan(
         return np.array([BY_THE_GAME, 0.0, 0.0])
     best, least = (
         plan.copy(),
-        play_plan(rules, rollout, j, pursuers, evaders, velocities, assignment, plan, np.inf),
+        play_plan(
+            rules, rollout, j, pursuers, evaders, velocities, assignment, plan, np.inf, board
+        ),
     )
     trial = np.zeros(3)
     corners = rules.corners
@@ -168,7 +175,7 @@ def choose_plan(
             ox, oy = corner_stance(cx, cy, corners[c, 2], corners[c, 3], rules.standoff)
             trial[0], trial[1], trial[2] = TO_POINT, cx + ox, cy + oy
         value = play_plan(
-            rules, rollout, j, pursuers, evaders, velocities, assignment, trial, least
+            rules, rollout, j, pursuers, evaders, velocities, assignment, trial, least, board
         )
         if value < least - 1e-9:
             least = value
@@ -187,12 +194,14 @@ def play_plan(
     assignment: np.ndarray,
     plan: np.ndarray,
     least: float,
+    board: Board | None = None,
 ) -> float:
     """What a plan comes to: how long until nobody sees the evader, the less the better [s].
 
     Args:
         rules, rollout, j, pursuers, evaders, velocities, assignment, plan: As of `choose_plan`.
         least: What another plan comes to: a game is not played further than that [s].
+        board: As of `choose_plan`.
 
     Returns:
         The time of loss; where there is none within the horizon, more than that, and the more
@@ -252,6 +261,12 @@ def play_plan(
                 rules.ratio,
                 rules.pursuer_speed,
                 step,
+            )
+        # Compiled for either case: with None the branch is not there at all.
+        if board is not None:
+            seen_by = visibility > 0.5
+            wished = guarantee_velocities(
+                board, at, others, seen_by, assigned, wished, rules.pursuer_speed, step
             )
         if plan[0] == BY_THE_GAME or turn * step >= rollout.leg:
             vx, vy = escape_velocity(

@@ -1,0 +1,1 @@
+"""Evaders that know the pursuers' rule, and answer it."""

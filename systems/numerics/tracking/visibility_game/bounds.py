@@ -1,0 +1,304 @@
+"""The three bounds of the visibility game: what each puts on grids, and who goes first.
+
+- `middle` takes both players for being on nodes.
+- `lower`: the pursuer is on nodes and goes first; the evader may be anywhere within a slack of its
+  node, all of which has to be seen, and between steps as well.
+- `upper`: the evader is on nodes and goes first; the pursuer may be anywhere within a slack of its
+  node, and sees what can be seen from anywhere there. Sight counts at the ends of steps alone.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import require
+from ...geometry.edge_index import EdgeIndex, build_edge_index
+from ...geometry.world import World
+from ..corner_table import corner_table
+from .ground import (
+    Spots,
+    all_ways,
+    beside_walls,
+    no_walls,
+    nodes_by_rim,
+    nodes_near,
+    nodes_to_follow,
+    ways,
+    without_thin_obstacles,
+)
+from .lattice import SLACK, Lattice, Moves, are_free, cover, free_nodes, moves_within
+from .moves_in_sight import moves_that_keep_sight
+from .near_sight import see_runs_from_near
+from .sight_rows import see_runs
+
+# Both players' moves: an octagon, so that speed is nearly the same in all directions.
+MOVES = moves_within(5)
+
+# A pursuer that goes first has longer ones, but not along the grid, where others are as good.
+LONG = moves_within(10)
+LONG_OFFSETS = LONG.offsets[(LONG.offsets.all(axis=1)) | (np.abs(LONG.offsets).sum(axis=1) <= 1)]
+
+# An evader that is followed on nodes is taken for faster than it is; the less, the more moves.
+FOLLOWED = moves_within(20)
+
+# Mean length of the pursuer's moves at full speed, as the octagon has it [cells].
+PACE = 2.17
+
+# How far the pursuer of `lower` goes in a step, on nodes of half the grid [grids].
+LOWER_STEP = 0.5 * LONG.longest
+
+# More pairs of nodes than this are not even looked at.
+MOST_PAIRS = 20e9
+
+# More nodes of the evader than this, or more a row, are not even made.
+MOST_NODES, MOST_NODES_A_ROW = 10e6, 32767
+
+NO_SPOTS = Spots(np.zeros((0, 2)), np.zeros((0, 2), dtype=np.int64))
+NO_CORNERS = np.zeros((0, 6))
+
+
+class Setting(NamedTuple):
+    """The game of a bound, put on grids; all but what is seen.
+
+    Attributes:
+        step: How far the pursuer goes in a step [m].
+        slack: How far a player that is followed may be from its node [m].
+        pace: How far an evader that is followed goes in a step [m].
+        pursuer_grid, evader_grid: Of the players.
+        pursuer_nodes, evader_nodes: Where they can be, or be followed, shape (rows, columns), bool.
+        pursuer_region, evader_region: Edges of where the players can be.
+        sight: Edges that block sight.
+        corners: Those that nodes keep off, from `corner_table`, shape (k, 6).
+        spots: What has to be seen of nodes by walls.
+        ways: Where a pursuer may go from each node, as in `Rules`.
+        moves: The evader's.
+        walls: Moves that walls leave to evaders, by `beside_walls`.
+        by_rim: Nodes near which an evader that is followed cannot go everywhere, shape
+            (rows, columns), bool.
+        evader_first: Whether the evader says first where it goes.
+    """
+
+    step: float
+    slack: float
+    pace: float
+    pursuer_grid: Lattice
+    evader_grid: Lattice
+    pursuer_nodes: np.ndarray
+    evader_nodes: np.ndarray
+    pursuer_region: EdgeIndex
+    evader_region: EdgeIndex
+    sight: EdgeIndex
+    corners: np.ndarray
+    spots: Spots
+    ways: tuple[np.ndarray, np.ndarray]
+    moves: Moves
+    walls: tuple[np.ndarray, np.ndarray, np.ndarray]
+    by_rim: np.ndarray
+    evader_first: bool
+
+    @property
+    def places(self) -> np.ndarray:
+        """The pursuer's nodes, shape (n, 2) [m]."""
+        return self.pursuer_grid.at(*np.nonzero(self.pursuer_nodes))
+
+    def see(
+        self, places: np.ndarray, sight_range: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """What places see, by `see_runs`.
+
+        Args:
+            places: Shape (n, 2) [m].
+            sight_range: How far, or infinity [m].
+        """
+        slack = 0.0 if self.evader_first else self.slack
+        windows, runs, ends, sighted = see_runs(
+            self.sight,
+            places,
+            tuple(self.evader_grid),
+            self.evader_nodes,
+            *self.spots,
+            self.corners,
+            sight_range,
+            self.step,
+            slack,
+            self.pace,
+            by_moves=True,
+        )
+        if self.evader_first:
+            # Some of the nodes on which it is followed are no places for it.
+            sighted[~are_free(self.pursuer_region, places)] = 0
+        return windows, runs, ends, sighted
+
+    def take_care(
+        self, runs: np.ndarray, ends: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Moves that may lose sight on the way, by `moves_that_keep_sight`.
+
+        Args:
+            runs, ends: What the pursuer's nodes see, by `see`, shapes (m, 3), (n,).
+        """
+        if len(self.corners) == 0:
+            starts = np.zeros(len(ends) + 1, dtype=np.int64)
+            return starts, np.zeros((0, 2), dtype=np.int32), np.zeros(0, dtype=np.uint32)
+        return moves_that_keep_sight(
+            self.sight,
+            self.places,
+            *self.ways,
+            tuple(self.evader_grid),
+            runs,
+            ends,
+            self.by_rim,
+            self.corners,
+            self.step,
+            self.slack,
+            self.pace,
+        )
+
+    def see_from_near(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What is seen from near the pursuer's nodes, by `see_runs_from_near`."""
+        nodes = self.pursuer_nodes
+        return see_runs_from_near(
+            self.sight,
+            np.where(nodes, np.cumsum(nodes).reshape(nodes.shape) - 1, -1),
+            tuple(self.pursuer_grid),
+            tuple(self.evader_grid),
+            self.evader_nodes,
+            self.slack,
+            self.moves.reach,
+        )
+
+
+def _middle(
+    world: World,
+    ratio: float,
+    grid: float,
+    pursuer_regions: Sequence[World],
+    evader_regions: Sequence[World],
+    sight_range: float,
+) -> Setting:
+    """Both players on nodes, the evader's grid finer by the ratio of the speeds."""
+    evader_spacing = ratio * grid
+    _require_few(world, grid, evader_spacing, sight_range, grid)
+    pursuing, evading = build_edge_index(*pursuer_regions), build_edge_index(*evader_regions)
+    pursuer_grid, evader_grid = cover(world.bounds, grid), cover(world.bounds, evader_spacing)
+    free, evader_nodes = free_nodes(pursuer_grid, pursuing), free_nodes(evader_grid, evading)
+    return Setting(
+        step=PACE * grid,
+        slack=0.0,
+        pace=0.0,
+        pursuer_grid=pursuer_grid,
+        evader_grid=evader_grid,
+        pursuer_nodes=free,
+        evader_nodes=evader_nodes,
+        pursuer_region=pursuing,
+        evader_region=evading,
+        sight=build_edge_index(world),
+        corners=NO_CORNERS,
+        spots=NO_SPOTS,
+        ways=ways(pursuer_grid, free, pursuing, MOVES.offsets),
+        moves=MOVES,
+        walls=beside_walls(evader_grid, evader_nodes, evading, MOVES),
+        by_rim=np.zeros_like(evader_nodes),
+        evader_first=False,
+    )
+
+
+def _lower(
+    world: World,
+    ratio: float,
+    grid: float,
+    pursuer_regions: Sequence[World],
+    evader_regions: Sequence[World],
+    sight_range: float,
+) -> Setting:
+    """The pursuer on nodes of half the grid; the evader followed."""
+    spacing, step = 0.5 * grid, LOWER_STEP * grid
+    pace = ratio * step
+    evader_spacing = pace / FOLLOWED.pace
+    slack = SLACK * evader_spacing
+    _require_few(world, spacing, evader_spacing, sight_range, grid)
+    pursuing = build_edge_index(*pursuer_regions)
+    pursuer_grid = cover(world.bounds, spacing)
+    evader_grid = cover(world.bounds, evader_spacing, 2.0 * slack)
+    free = free_nodes(pursuer_grid, pursuing)
+    blocking = without_thin_obstacles(world, max(step, 2.0 * (slack + pace)))
+    evader_nodes, spots = nodes_to_follow(evader_grid, evader_regions, slack)
+    return Setting(
+        step=step,
+        slack=slack,
+        pace=pace,
+        pursuer_grid=pursuer_grid,
+        evader_grid=evader_grid,
+        pursuer_nodes=free,
+        evader_nodes=evader_nodes,
+        pursuer_region=pursuing,
+        evader_region=build_edge_index(*evader_regions),
+        sight=build_edge_index(*blocking),
+        corners=np.concatenate([corner_table(part) for part in blocking]),
+        spots=spots,
+        ways=ways(pursuer_grid, free, pursuing, LONG_OFFSETS),
+        moves=FOLLOWED,
+        walls=no_walls(evader_grid, FOLLOWED),
+        by_rim=nodes_by_rim(evader_grid, evader_regions, slack + pace),
+        evader_first=False,
+    )
+
+
+def _upper(
+    world: World,
+    ratio: float,
+    grid: float,
+    pursuer_regions: Sequence[World],
+    evader_regions: Sequence[World],
+    sight_range: float,
+) -> Setting:
+    """The evader on nodes; the pursuer followed, on nodes of half the grid."""
+    spacing = 0.5 * grid
+    step = MOVES.pace * spacing
+    evader_spacing = ratio * step / MOVES.longest
+    slack = SLACK * spacing
+    _require_few(world, spacing, evader_spacing, sight_range, grid)
+    evading = build_edge_index(*evader_regions)
+    pursuer_grid = cover(world.bounds, spacing, 2.0 * slack)
+    evader_grid = cover(world.bounds, evader_spacing)
+    followed = nodes_near(pursuer_grid, pursuer_regions, slack)
+    evader_nodes = free_nodes(evader_grid, evading)
+    return Setting(
+        step=step,
+        slack=slack,
+        pace=0.0,
+        pursuer_grid=pursuer_grid,
+        evader_grid=evader_grid,
+        pursuer_nodes=followed,
+        evader_nodes=evader_nodes,
+        pursuer_region=build_edge_index(*pursuer_regions),
+        evader_region=evading,
+        sight=build_edge_index(world),
+        corners=NO_CORNERS,
+        spots=NO_SPOTS,
+        ways=all_ways(pursuer_grid, followed, MOVES),
+        moves=MOVES,
+        walls=beside_walls(evader_grid, evader_nodes, evading, MOVES),
+        by_rim=np.zeros_like(evader_nodes),
+        evader_first=True,
+    )
+
+
+# The settings, by the name of the bound.
+BOUNDS: dict[str, Callable[..., Setting]] = {"lower": _lower, "middle": _middle, "upper": _upper}
+
+
+def _require_few(
+    world: World, spacing: float, evader_spacing: float, sight_range: float, grid: float
+) -> None:
+    """Refuse grids that are not even worth a look."""
+    width, height = world.bounds[2:] - world.bounds[:2]
+    seen = min(width * height, math.pi * sight_range**2)
+    pairs = width * height * seen / (spacing * evader_spacing) ** 2
+    # With a rim on either side, for an evader that is followed.
+    rows, columns = height / evader_spacing + 6.0, width / evader_spacing + 6.0
+    few = pairs <= MOST_PAIRS and rows * columns <= MOST_NODES
+    few = few and max(rows, columns) <= MOST_NODES_A_ROW
+    require(few, "grid", "be coarser for so large a world", f"{grid:.6g}")

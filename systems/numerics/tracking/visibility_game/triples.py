@@ -1,0 +1,293 @@
+"""Values of the game of one pursuer and two evaders in whole steps, by sweeps in place.
+
+The pursuer moves first, and both evaders know it:
+
+    V(p, e1, e2) = 1 + max over p' of min over e1' and e2' of V(p', e1', e2')
+
+where p sees both evaders, else 0. The sweeps begin with "for ever" and come down to the greatest
+solution. What is kept is the minimum W(p, e1, e2), one byte a triple, of those triples alone where
+neither evader's moves lead out of sight of p: elsewhere W is zero. As V is symmetric in the
+evaders, half of them will do: e2 <= e1.
+
+The minimum over both evaders' moves is taken over one's, then over the other's. With a plane of
+V(p, ., .) as a square matrix the first is a minimum of whole rows; so is the second, once the
+matrix is transposed.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...compiled import compiled, kernel
+from .sweeps import FOR_EVER, _lower_to, _raise_to
+
+# Side of the blocks in which matrices are transposed.
+BLOCK = 32
+
+
+class Triples(NamedTuple):
+    """The triples in sight, and what they are worth.
+
+    Attributes:
+        seen_starts, seen: Numbers of the evader nodes that each of n places sees, rising; shapes
+            (n + 1,), (s,).
+        core_starts, core: Those of them from which no move leads out of sight, shapes (n + 1,),
+            (c,).
+        rank: Where each evader node stands in the core of each place, or -1, shape (n, m).
+        row_starts: Where the row of each entry of the core begins in `values`, shape (c + 1,). It
+            has a column for each evader node from the core's first one to the entry's own.
+        values: W, shape (v,) [steps]; zero at the columns that are not in the core.
+    """
+
+    seen_starts: np.ndarray
+    seen: np.ndarray
+    core_starts: np.ndarray
+    core: np.ndarray
+    rank: np.ndarray
+    row_starts: np.ndarray
+    values: np.ndarray
+
+
+class Roads(NamedTuple):
+    """Who may go where.
+
+    Attributes:
+        neighbour_starts, neighbours: Where the pursuer may go from each node: itself, and others;
+            shapes (n + 1,), (w,).
+        evader_starts, evader_ways: The same of the evaders, shapes (m + 1,), (u,).
+        horizon: What lasts longer counts as for ever, at most `sweeps.MOST_STEPS` [steps].
+    """
+
+    neighbour_starts: np.ndarray
+    neighbours: np.ndarray
+    evader_starts: np.ndarray
+    evader_ways: np.ndarray
+    horizon: int
+
+
+@compiled
+def lay_out_triples(
+    runs: np.ndarray,
+    ends: np.ndarray,
+    numbers: np.ndarray,
+    evader_starts: np.ndarray,
+    evader_ways: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """List what each place sees, the core of that, and where the core's rows go.
+
+    Args:
+        runs, ends: From `see_runs`, shapes (r, 3), (n,).
+        numbers: Of the evader's nodes in order of rows, shape (rows, columns).
+        evader_starts, evader_ways: See `Roads`.
+
+    Returns:
+        All of `Triples` but the values.
+    """
+    places, nodes = len(ends), len(evader_starts) - 1
+    seen_starts = np.zeros(places + 1, dtype=np.int64)
+    total = 0
+    for k in range(len(runs)):
+        total += runs[k, 2] - runs[k, 1]
+    seen = np.empty(total, dtype=np.int32)
+    core = np.empty(total, dtype=np.int32)
+    core_starts = np.zeros(places + 1, dtype=np.int64)
+    row_starts = np.zeros(total + 1, dtype=np.int64)
+    rank = np.full((places, nodes), -1, dtype=np.int32)
+    in_sight = np.full(nodes, -1)
+    s, c, v, k = 0, 0, 0, 0
+    for p in range(places):
+        while k < ends[p]:
+            for i in range(runs[k, 1], runs[k, 2]):
+                seen[s] = numbers[runs[k, 0], i]
+                in_sight[seen[s]] = p
+                s += 1
+            k += 1
+        seen_starts[p + 1] = s
+        for j in range(seen_starts[p], s):
+            e = seen[j]
+            inside = True
+            for w in range(evader_starts[e], evader_starts[e + 1]):
+                inside = inside and in_sight[evader_ways[w]] == p
+            if inside:
+                core[c] = e
+                rank[p, e] = c
+                row_starts[c] = v
+                v += e - core[core_starts[p]] + 1
+                c += 1
+        core_starts[p + 1] = c
+    row_starts[c] = v
+    return seen_starts, seen, core_starts, core[:c].copy(), rank, row_starts[: c + 1].copy()
+
+
+@compiled
+def begin_for_ever(core_starts: np.ndarray, core: np.ndarray, row_starts: np.ndarray) -> np.ndarray:
+    """W before the first sweep, shape (v,).
+
+    Args:
+        core_starts, core, row_starts: See `Triples`.
+    """
+    values = np.zeros(row_starts[len(row_starts) - 1], dtype=np.uint8)
+    for p in range(len(core_starts) - 1):
+        for c in range(core_starts[p], core_starts[p + 1]):
+            at = row_starts[c] - core[core_starts[p]]
+            for j in range(core_starts[p], c + 1):
+                values[at + core[j]] = FOR_EVER
+    return values
+
+
+@compiled
+def sweep_triples(triples: Triples, roads: Roads, order: np.ndarray, due: np.ndarray) -> int:
+    """Compute the planes of the places that are due once more; return how many those were.
+
+    Args:
+        triples: To be lowered.
+        roads: Of the game.
+        order: Places, shape (n,).
+        due: Which depend on one that has changed, shape (n,), bool; kept up to date.
+    """
+    row, squares, local = _make_room(triples)
+    count = 0
+    for k in range(len(order)):
+        p = order[k]
+        if not due[p]:
+            continue
+        due[p] = False
+        count += 1
+        if _lower_plane(p, triples, roads, row, squares, local):
+            for n in range(roads.neighbour_starts[p], roads.neighbour_starts[p + 1]):
+                due[roads.neighbours[n]] = True
+    return count
+
+
+@compiled
+def worst_reply_of_two(triples: Triples, p: int, e1: int, e2: int) -> int:
+    """W: what the evaders' best replies leave once the pursuer is at p [steps].
+
+    Args:
+        triples: Solved.
+        p: Number of the place.
+        e1, e2: Numbers of the evaders' nodes before their replies.
+    """
+    last, other = max(e1, e2), min(e1, e2)
+    c = triples.rank[p, last]
+    if c < 0 or triples.rank[p, other] < 0:
+        return 0
+    first = triples.core[triples.core_starts[p]]
+    return int(triples.values[triples.row_starts[c] + other - first])
+
+
+@compiled
+def steps_of_two(triples: Triples, roads: Roads, p: int) -> np.ndarray:
+    """V from one place for all pairs of evader nodes that it sees, shape (s, s) [steps].
+
+    Args:
+        triples: Solved.
+        roads: Of the game.
+        p: Number of the place.
+    """
+    row, squares, _ = _make_room(triples)
+    size = triples.seen_starts[p + 1] - triples.seen_starts[p]
+    _count_steps(p, triples, roads, row, squares[0])
+    return squares[0, : size * size].copy().reshape((size, size))
+
+
+@compiled
+def count_triples(triples: Triples, roads: Roads) -> np.ndarray:
+    """Pairs of evader nodes in sight of each place, and those kept for ever, shape (n, 2).
+
+    Args:
+        triples: Solved.
+        roads: Of the game.
+    """
+    row, squares, _ = _make_room(triples)
+    counts = np.zeros((len(triples.seen_starts) - 1, 2), dtype=np.int64)
+    for p in range(len(counts)):
+        size = triples.seen_starts[p + 1] - triples.seen_starts[p]
+        _count_steps(p, triples, roads, row, squares[0])
+        counts[p, 0] = size * size
+        for k in range(size * size):
+            counts[p, 1] += squares[0, k] == FOR_EVER
+    return counts
+
+
+@compiled
+def _make_room(triples):
+    """Room for two rows of all nodes, for three matrices, and for nodes' numbers in them."""
+    nodes, largest = triples.rank.shape[1], 1
+    for p in range(len(triples.seen_starts) - 1):
+        largest = max(largest, triples.seen_starts[p + 1] - triples.seen_starts[p])
+    row = np.zeros((2, max(nodes, 1)), dtype=np.uint8)
+    squares = np.zeros((3, largest * largest), dtype=np.uint8)
+    return row, squares, np.zeros(nodes, dtype=np.int32)
+
+
+@kernel
+def _count_steps(p, triples, roads, row, plane):
+    """V of one place for all pairs that it sees, as a square matrix."""
+    seen = triples.seen[triples.seen_starts[p] : triples.seen_starts[p + 1]]
+    n = len(seen)
+    for i in range(n):
+        e, low = seen[i], seen[0]
+        row[0, low : e + 1] = 0
+        for k in range(roads.neighbour_starts[p], roads.neighbour_starts[p + 1]):
+            q = roads.neighbours[k]
+            c = triples.rank[q, e]
+            if c >= 0:
+                first = triples.core[triples.core_starts[q]]
+                begin, start = max(first, low), triples.row_starts[c] - first
+                _raise_to(row[0, begin : e + 1], triples.values[start + begin : start + e + 1])
+        _one_more(row[1, low : e + 1], row[0, low : e + 1], roads.horizon)
+        for j in range(i + 1):
+            plane[i * n + j] = row[1, seen[j]]
+    for a in range(0, n, BLOCK):
+        for b in range(0, a + 1, BLOCK):
+            for i in range(a, min(a + BLOCK, n)):
+                for j in range(b, min(b + BLOCK, i)):
+                    plane[j * n + i] = plane[i * n + j]
+
+
+@kernel
+def _lower_plane(p, triples, roads, row, squares, local):
+    """Compute W of one place anew; whether it changed."""
+    start, first = triples.seen_starts[p], triples.core_starts[p]
+    n, m = triples.seen_starts[p + 1] - start, triples.core_starts[p + 1] - first
+    if m == 0:
+        return False
+    plane, eroded, turned = squares[0], squares[1], squares[2]
+    _count_steps(p, triples, roads, row, plane)
+    for j in range(n):
+        local[triples.seen[start + j]] = j
+    for c in range(m):
+        _least_row(plane, n, n, triples.core[first + c], roads, local, eroded[c * n : c * n + n])
+    for a in range(0, m, BLOCK):
+        for b in range(0, n, BLOCK):
+            for i in range(a, min(a + BLOCK, m)):
+                for j in range(b, min(b + BLOCK, n)):
+                    turned[j * m + i] = eroded[i * n + j]
+    different = np.uint8(0)
+    for c in range(m):
+        least = row[0, : c + 1]
+        _least_row(turned, m, c + 1, triples.core[first + c], roads, local, least)
+        at = triples.row_starts[first + c] - triples.core[first]
+        for j in range(c + 1):
+            k = at + triples.core[first + j]
+            different |= triples.values[k] ^ least[j]
+            triples.values[k] = least[j]
+    return different != 0
+
+
+@kernel
+def _least_row(matrix, stride, length, e, roads, local, out):
+    """Least of the rows that an evader's moves from node e lead to, as far as `length`."""
+    out[:] = FOR_EVER
+    for w in range(roads.evader_starts[e], roads.evader_starts[e + 1]):
+        at = local[roads.evader_ways[w]] * stride
+        _lower_to(out, matrix[at : at + length])
+
+
+@kernel
+def _one_more(out, steps, horizon):
+    """One step more; what would pass the horizon is for ever."""
+    most = np.uint8(horizon)
+    for i in range(len(out)):
+        out[i] = steps[i] + np.uint8(1) if steps[i] < most else np.uint8(FOR_EVER)

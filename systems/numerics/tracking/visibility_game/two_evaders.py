@@ -1,0 +1,364 @@
+"""How long one pursuer can keep two evaders in sight on a map, whatever they do.
+
+The game ends when the first of the two is lost. The bounds `middle` and `lower` of one evader are
+there, on coarser grids; `triples` solves it. The proof of the lower bound is that of one evader,
+taken for each: the pursuer commits first, both evaders are followed on nodes, and a node of either
+counts as seen only where all that it stands for is in sight, on the way to the next place as well.
+
+That each of two evaders could be kept alone says little: what one of them does takes the pursuer
+from where it has to be for the other.
+
+Source: ours.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ...errors import require, require_one_of, require_positive
+from ...geometry.edge_index import EdgeIndex, build_edge_index, point_is_free
+from ...geometry.segment_sight import are_clear, segment_is_clear
+from ...geometry.world import World
+from ..corner_table import corner_table
+from .bounds import MOVES, NO_CORNERS, NO_SPOTS, PACE
+from .ground import nodes_to_follow, ways, without_thin_obstacles
+from .lattice import (
+    CLEAR,
+    NOWHERE,
+    SLACK,
+    Lattice,
+    clear_moves,
+    cover,
+    finite_point,
+    free_nodes,
+    moves_within,
+)
+from .settling import settle
+from .sight_rows import keeps_off_corners, see_runs
+from .sweeps import FOR_EVER, MOST_STEPS
+from .triples import (
+    Roads,
+    Triples,
+    begin_for_ever,
+    count_triples,
+    lay_out_triples,
+    steps_of_two,
+    sweep_triples,
+    worst_reply_of_two,
+)
+
+BOUNDS = ("middle", "lower")
+
+# What evaders may do in a step, by how many moves that are: a square, or the pursuer's octagon.
+EVADER_MOVES = {9: moves_within(2), 21: MOVES}
+
+# Cells that count as a step's way of a player on nodes, for "middle": the square's mean speed over
+# all directions then is as near to the true one as the octagon's [cells].
+PACES = {9: 1.154, 21: PACE}
+
+
+@dataclass(frozen=True, eq=False)
+class GuaranteedTimesOfTwo:
+    """The visibility game of one pursuer and two evaders, solved.
+
+    Attributes:
+        bound: "middle" or "lower".
+        pursuer_speed, evader_speed: Top speeds [m/s].
+        step: What a step lasts [s].
+        pursuer_grid, evader_grid: Where they can be.
+        places: Nodes of the pursuer, shape (n, 2) [m].
+        evader_numbers: Number of each of the evaders' nodes, or -1 where none can be, or be
+            followed, shape (rows, columns).
+        sight: Edges that block sight, a little thicker here and there for "lower".
+        pursuer_region: Edges of where the pursuer can be.
+        corners: From `corner_table`, shape (k, 6), none for "middle".
+        triples, roads: See `triples`.
+        updates: Planes computed until nothing changed.
+    """
+
+    bound: str
+    pursuer_speed: float
+    evader_speed: float
+    step: float
+    pursuer_grid: Lattice
+    evader_grid: Lattice
+    places: np.ndarray
+    evader_numbers: np.ndarray
+    sight: EdgeIndex
+    pursuer_region: EdgeIndex
+    corners: np.ndarray
+    triples: Triples
+    roads: Roads
+    updates: int
+
+    @property
+    def nbytes(self) -> int:
+        """What the table takes [bytes]."""
+        return sum(array.nbytes for array in self.triples)
+
+    @cached_property
+    def _counts(self) -> np.ndarray:
+        return count_triples(self.triples, self.roads)
+
+    @property
+    def triples_in_sight(self) -> int:
+        """Places and pairs of evader nodes that they see, in either order."""
+        return int(self._counts[:, 0].sum())
+
+    @property
+    def share_for_ever(self) -> float:
+        """Part of those triples that can be kept so for ever, or to the horizon, no unit."""
+        return float(self._counts[:, 1].sum()) / max(self.triples_in_sight, 1)
+
+    def times_from(self, pursuer: object, evader: object) -> np.ndarray:
+        """Guaranteed times for every place of the second evader, all players at their nodes.
+
+        Args:
+            pursuer, evader: Shape (2,) [m].
+
+        Returns:
+            Shape (rows, columns) [s]; infinite for ever, or to the horizon, zero where the pursuer
+            does not see one of them, and NaN where no evader can be.
+
+        Raises:
+            InvalidInput: One of them cannot be there.
+        """
+        node, number = self.nearest_place(pursuer), self._numbers_near("evader", evader)[0]
+        triples, worth = self.triples, np.zeros(self.triples.rank.shape[1])
+        seen = triples.seen[triples.seen_starts[node] : triples.seen_starts[node + 1]]
+        if number in seen:
+            worth[seen] = steps_of_two(triples, self.roads, node)[list(seen).index(number)]
+        times = np.full(self.evader_numbers.shape, np.nan)
+        times[self.evader_numbers >= 0] = self.seconds(worth)
+        return times
+
+    def time(self, pursuer: object, evader_1: object, evader_2: object) -> float:
+        """How long the pursuer can keep both in sight [s]; infinite from the horizon on.
+
+        Args:
+            pursuer, evader_1, evader_2: Shape (2,) [m].
+
+        Raises:
+            InvalidInput: One of them cannot be there.
+        """
+        return self.best_step(pursuer, evader_1, evader_2)[1]
+
+    def best_step(
+        self, pursuer: object, evader_1: object, evader_2: object
+    ) -> tuple[np.ndarray, float]:
+        """Where the pursuer should be a step from now, and the time that it can then guarantee.
+
+        For "middle" from the nearest nodes. For "lower" from the places given: the pursuer's first
+        step leads to the best node within its reach.
+
+        Args:
+            pursuer, evader_1, evader_2: Shape (2,) [m].
+
+        Returns:
+            The place, shape (2,) [m]; the time from now [s], infinite for ever. Where nothing is
+            guaranteed the pursuer stays.
+
+        Raises:
+            InvalidInput: One of them cannot be there.
+        """
+        node, p = self.nearest_place(pursuer), np.asarray(pursuer, dtype=float)
+        named = (("evader_1", evader_1), ("evader_2", evader_2))
+        numbers = [self._numbers_near(name, evader) for name, evader in named]
+        evaders = [np.asarray(evader, dtype=float) for _, evader in named]
+        if not all(segment_is_clear(self.sight, p[0], p[1], e[0], e[1]) for e in evaders):
+            return p, 0.0
+        best, place = 0, p
+        for q, e1, e2 in self._choices(node, p, evaders, numbers):
+            steps = worst_reply_of_two(self.triples, q, e1, e2)
+            if steps > best:
+                best, place = steps, self.places[q]
+        # W counts from the end of the step.
+        return place, float(self.seconds(np.array(best + float(best < FOR_EVER))))
+
+    def _choices(
+        self, node: int, p: np.ndarray, evaders: list[np.ndarray], numbers: list[list[int]]
+    ) -> Iterator[tuple[int, int, int]]:
+        """Where the pursuer may go, and the nodes on which it may follow the evaders."""
+        if self.bound == "middle":
+            first, last = self.roads.neighbour_starts[node : node + 2]
+            for q in self.roads.neighbours[first:last]:
+                yield int(q), numbers[0][0], numbers[1][0]
+            return
+        reach, pace = self.pursuer_speed * self.step, self.evader_speed * self.step
+        corners = self.corners
+        for e in evaders:
+            if not keeps_off_corners(self.sight, p[0], p[1], e[0], e[1], corners, reach, pace):
+                return
+        # The longest moves are as long as that, up to rounding.
+        near = np.flatnonzero(np.hypot(*(self.places - p).T) <= reach * (1.0 + 1e-9))
+        near = near[are_clear(self.pursuer_region, np.tile(p, (len(near), 1)), self.places[near])]
+        for e1 in numbers[0]:
+            for e2 in numbers[1]:
+                for q in near:
+                    yield int(q), e1, e2
+
+    def seconds(self, steps: np.ndarray) -> np.ndarray:
+        """Values in seconds: sight ends somewhere within the last step.
+
+        Args:
+            steps: V, shape (...) [steps].
+        """
+        part = 0.5 if self.bound == "middle" else 1.0
+        seconds = np.maximum(steps - part, 0.0) * self.step
+        return np.where(steps == FOR_EVER, np.inf, seconds)
+
+    def nearest_place(self, pursuer: object) -> int:
+        """Number of the pursuer's node nearest to a point.
+
+        Args:
+            pursuer: Shape (2,) [m].
+
+        Raises:
+            InvalidInput: The pursuer cannot be there.
+        """
+        p = finite_point("pursuer", pursuer)
+        free = bool(point_is_free(self.pursuer_region, p[0], p[1]))
+        require(free, "pursuer", "be where the robot has room", p.tolist())
+        return int(np.argmin(np.hypot(*(self.places - p).T)))
+
+    def _numbers_near(self, name: str, evader: object) -> list[int]:
+        """Numbers of an evader's nodes within the slack of it, nearest first."""
+        e, grid = finite_point(name, evader), self.evader_grid
+        row, column = (int(each[0]) for each in grid.nearest(e[None]))
+        found = []
+        for j in range(max(row - 1, 0), min(row + 2, grid.rows)):
+            for i in range(max(column - 1, 0), min(column + 2, grid.columns)):
+                distance = math.hypot(*(grid.at(j, i) - e))
+                if self.evader_numbers[j, i] >= 0 and distance <= SLACK * grid.spacing:
+                    found.append((distance, int(self.evader_numbers[j, i])))
+        require(len(found) > 0, name, "be where the robot has room", e.tolist())
+        return [number for _, number in sorted(found)]
+
+
+def solve_two_evaders(
+    world: World,
+    *,
+    pursuer_speed: float,
+    evader_speed: float,
+    grid: float,
+    bound: str = "middle",
+    evader_moves: int = 9,
+    pursuer_regions: Sequence[World] | None = None,
+    evader_regions: Sequence[World] | None = None,
+    horizon: float = 120.0,
+    memory: float = 4e9,
+    progress: Callable[[float], None] | None = None,
+) -> GuaranteedTimesOfTwo:
+    """Solve the game of one pursuer that keeps two evaders in sight.
+
+    Args:
+        world: Whose obstacles block sight.
+        pursuer_speed, evader_speed: Top speeds, the evaders' the lower one [m/s].
+        grid: Between places of the pursuer [m]; half of it for "lower".
+        bound: "middle" or "lower".
+        evader_moves: Of each evader in a step: 9 on a coarse grid, or 21 on one of twice as many
+            nodes a side, for some ten times the memory and time.
+        pursuer_regions, evader_regions: Where their centres may be, from `shrink_world`; the
+            world where they are points.
+        horizon: What lasts longer counts as for ever [s]; at most MOST_STEPS steps.
+        memory: What the table may take [bytes].
+        progress: Called now and then with the part of the planes that are settled.
+
+    Raises:
+        InvalidInput: A number is out of its range; the grid leaves a player no place; or the table
+            would take more memory.
+    """
+    require_one_of("bound", bound, BOUNDS)
+    require_one_of("evader_moves", evader_moves, EVADER_MOVES)
+    for name, value in (("pursuer_speed", pursuer_speed), ("grid", grid)):
+        require_positive(name, value)
+    require_positive("evader_speed", evader_speed)
+    require_positive("horizon", horizon)
+    require_positive("memory", memory)
+    ratio = evader_speed / pursuer_speed
+    require(ratio < 1, "speed_ratio", "lie in (0, 1)", f"{ratio:.6g}")
+    certified, moves = bound == "lower", EVADER_MOVES[evader_moves]
+    spacing = 0.5 * grid if certified else grid
+    cells = MOVES.longest if certified else PACE
+    step = cells * spacing
+    evader_spacing = ratio * step / (moves.pace if certified else PACES[evader_moves])
+    slack = SLACK * evader_spacing if certified else 0.0
+
+    def require_room(size: float) -> None:
+        require(
+            size <= memory,
+            "grid",
+            f"be coarser, so that the table of two evaders takes at most {memory / 1e9:.3g} GB",
+            f"{grid:.6g}, which takes {size / 1e9:.3g} GB",
+        )
+
+    # The ranks alone, before any array is made.
+    area = float(np.prod(world.bounds[2:] - world.bounds[:2]))
+    require_room(4.0 * world.polygon.area * area / (spacing * evader_spacing) ** 2)
+    pursuing = build_edge_index(*(pursuer_regions or (world,)))
+    evading = evader_regions or (world,)
+    pursuer_grid = cover(world.bounds, spacing)
+    evader_grid = cover(world.bounds, evader_spacing, 2.0 * slack)
+    free = free_nodes(pursuer_grid, pursuing)
+    places = pursuer_grid.at(*np.nonzero(free))
+    require(len(places) > 0, "grid", "leave the pursuer a place", f"{grid:.6g}")
+    starts, neighbours = ways(pursuer_grid, free, pursuing, MOVES.offsets)
+    region, pace = build_edge_index(*evading), 0.0
+    if certified:
+        pace = moves.pace * evader_spacing
+        blocking = without_thin_obstacles(world, max(step, 2.0 * (slack + pace)))
+        sight = build_edge_index(*blocking)
+        corners = np.concatenate([corner_table(part) for part in blocking])
+        evader_nodes, spots = nodes_to_follow(evader_grid, evading, slack)
+    else:
+        sight, corners = build_edge_index(world), NO_CORNERS
+        evader_nodes = free_nodes(evader_grid, region)
+        spots = NO_SPOTS
+    require(bool(evader_nodes.any()), "grid", "leave the evader a place", f"{grid:.6g}")
+    numbers = np.where(evader_nodes, np.cumsum(evader_nodes).reshape(evader_nodes.shape) - 1, -1)
+    nodes = np.argwhere(evader_nodes)
+    found = clear_moves(evader_grid, evader_nodes, nodes, region, moves.offsets)
+    # Nodes that are followed lie in walls as well: then no wall blocks a move between them.
+    left = found != NOWHERE if certified else found == CLEAR
+    evader_starts = np.append(0, np.cumsum(left.sum(axis=1)))
+    evader_ways = numbers[tuple((nodes[:, None] + moves.offsets)[left].T)]
+    _, runs, ends, _ = see_runs(
+        sight,
+        places,
+        tuple(evader_grid),
+        evader_nodes,
+        *spots,
+        corners,
+        math.inf,
+        step,
+        slack,
+        pace,
+    )
+    layout = lay_out_triples(runs, ends, numbers, evader_starts, evader_ways)
+    require_room(float(layout[-1][-1]) + sum(array.nbytes for array in layout))
+    triples = Triples(*layout, begin_for_ever(layout[2], layout[3], layout[5]))
+    last = min(math.ceil(horizon * pursuer_speed / step), MOST_STEPS)
+    roads = Roads(starts, neighbours, evader_starts, evader_ways, last)
+    due = np.ones(len(places), dtype=bool)
+    updates = settle(
+        np.nonzero(free), due, lambda order: sweep_triples(triples, roads, order, due), progress
+    )
+    return GuaranteedTimesOfTwo(
+        bound=bound,
+        pursuer_speed=pursuer_speed,
+        evader_speed=evader_speed,
+        step=step / pursuer_speed,
+        pursuer_grid=pursuer_grid,
+        evader_grid=evader_grid,
+        places=places,
+        evader_numbers=numbers,
+        sight=sight,
+        pursuer_region=pursuing,
+        corners=corners,
+        triples=triples,
+        roads=roads,
+        updates=updates,
+    )
