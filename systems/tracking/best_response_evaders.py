@@ -15,10 +15,7 @@ from ..numerics.tracking.adversarial_evasion import adversarial_velocities
 from ..numerics.tracking.assignment.holding import HOLDS
 from ..numerics.tracking.assignment.small_matching import MOST_EVADERS
 from ..numerics.tracking.assignment.team_view import EXTRA_PURSUERS
-from ..numerics.tracking.corner_fields import FIELDS
-from ..numerics.tracking.corner_table import corner_table
-from ..numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS
-from ..numerics.tracking.rollouts import (
+from ..numerics.tracking.best_response.rollouts import (
     BY_THE_GAME,
     FIXED,
     GREATEST_RISK,
@@ -29,14 +26,26 @@ from ..numerics.tracking.rollouts import (
     choose_plan,
     follow_plan,
 )
+from ..numerics.tracking.corner_fields import FIELDS
+from ..numerics.tracking.corner_table import corner_table
+from ..numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS
 from ..numerics.tracking.sight_state import sight_size
+from ..numerics.tracking.visibility_game.board import make_board
+from ..numerics.tracking.visibility_game.bottleneck import SWITCHES
+from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
 from .assignment import codes_of, require_assignment
 
 # Measured best among those of equal cost: see BENCHMARKS.md.
 DEFAULT_ROLLOUT = Rollout(horizon=20.0, step=0.25, headings=12)
 
 # Names of pursuits that the evaders know, or take for one that they know.
-KNOWN_PURSUITS = {**FIELDS, "lookahead": LOOKAHEAD_PURSUIT, "guarantee": FIELDS["margin"]}
+KNOWN_PURSUITS = {
+    **FIELDS,
+    "lookahead": LOOKAHEAD_PURSUIT,
+    **dict.fromkeys(("guarantee", "certified"), FIELDS["margin"]),
+}
+# Holds that the evaders know, or take for "until_lost".
+KNOWN_HOLDS = tuple(dict.fromkeys((*HOLDS, *SWITCHES)))
 _MATCHINGS = {"hungarian": LEAST_RISK, "hungarian_max": GREATEST_RISK}
 
 
@@ -70,7 +79,7 @@ class BestResponseEvaders(LeafSystem):
 
     Plans are discrete state: kind and place of each evader's.
 
-    Source: ours; see `numerics.tracking.rollouts`.
+    Source: ours; see `numerics.tracking.best_response.rollouts`.
 
     Args:
         world: Whose corners hide.
@@ -82,12 +91,15 @@ class BestResponseEvaders(LeafSystem):
         risk_vectors: Theirs, names in `RISK_VECTORS`, one for all pursuers or one each.
         assignment: Their rule of assignment. "hungarian" and "hungarian_max" are known; of others,
             and of more than MOST_EVADERS evaders, only what it says now.
-        hold: When they follow it, a name in `HOLDS`; "cost" is taken for "until_lost".
+        hold: When they follow it, a name in `KNOWN_HOLDS`; all but "none" are taken for
+            "until_lost".
         extra: What pursuers beyond a matching do: "stay" or "riskiest".
         risk_functions: Theirs, names in `RISK_FUNCTIONS`, one for all pursuers or one each.
         radius: Of an evader: how near its centre comes to a wall [m].
         decision_period: Time between decisions [s].
         rollout: How far and how finely plans are tried.
+        table: The visibility game that pursuers play by whose rule is "guarantee"; without it they
+            are taken for ones that follow the margin field, as "certified" ones are.
 
     Raises:
         InvalidInput: A name is unknown, or a number out of its range.
@@ -112,6 +124,7 @@ class BestResponseEvaders(LeafSystem):
         radius: float = 0.0,
         decision_period: float = 0.7,
         rollout: Rollout = DEFAULT_ROLLOUT,
+        table: GuaranteedTimes | None = None,
     ):
         super().__init__()
         require_one_of("pursuit", pursuit, KNOWN_PURSUITS)
@@ -120,7 +133,7 @@ class BestResponseEvaders(LeafSystem):
         slower = evader_speed < pursuer_speed
         require(slower, "evader_speed", f"be below {pursuer_speed}", evader_speed)
         require_non_negative("radius", radius)
-        require_one_of("hold", hold, HOLDS)
+        require_one_of("hold", hold, KNOWN_HOLDS)
         require_one_of("extra", extra, EXTRA_PURSUERS)
         require_positive("decision_period", decision_period)
         require_positive("rollout.horizon", rollout.horizon)
@@ -145,6 +158,8 @@ class BestResponseEvaders(LeafSystem):
             # Wall sliding stops a skin short of the wall; a little more is "at the wall".
             standoff=float(radius) + 10.0 * SKIN * world.tolerance,
         )
+        known = table is not None and pursuit == "guarantee"
+        self._board = make_board(table) if known else None
         self._rollout = Rollout(
             float(rollout.horizon),
             float(rollout.step),
@@ -188,6 +203,7 @@ class BestResponseEvaders(LeafSystem):
                 velocities,
                 assignment,
                 plans[j],
+                self._board,
             )
         discrete_state.set_value(self._plans, plans.ravel())
 

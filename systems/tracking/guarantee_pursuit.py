@@ -12,16 +12,18 @@ from ..numerics.tracking.corner_table import corner_table
 from ..numerics.tracking.risk import RISK_VECTORS
 from ..numerics.tracking.sight_state import sight_size
 from ..numerics.tracking.team_pursuit import team_pursuit
+from ..numerics.tracking.visibility_game.board import make_board
 from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
-from ..numerics.tracking.visibility_game.pursuit import guarantee_velocities, make_board
+from ..numerics.tracking.visibility_game.pursuit import guarantee_velocities
 from .assignment import codes_of, require_assignment
 
 
 class GuaranteePursuit(LeafSystem):
     """Each pursuer takes the step that leaves the longest time, whatever its evader does.
 
-    Of several it takes the one after which the evader is farthest from where it would be lost.
-    Where the table knows nothing, as of an evader that is hidden, it follows the margin field.
+    Of several it takes the one after which the evader is farthest from where it would be lost. One
+    whose evader is hidden goes to where it could guard it; meanwhile a teammate that sees that
+    evader minds both. Where the table knows nothing they follow the margin field.
 
     .. pydrake_system::
 
@@ -74,7 +76,7 @@ class GuaranteePursuit(LeafSystem):
         self._board = make_board(table)
         self._weightings = codes_of("risk_vectors", risk_vectors, RISK_VECTORS, pursuers)
         self._corners = corner_table(world)
-        self._evader_count = evaders
+        self._shape = (pursuers, evaders)
         self._speed, self._period = table.pursuer_speed, float(period)
         self._ratio = table.evader_speed / table.pursuer_speed
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
@@ -86,21 +88,23 @@ class GuaranteePursuit(LeafSystem):
 
     def _calc_velocity(self, context, output):
         pursuers, evaders = read(self._pursuers, context), read(self._evaders, context)
-        assignment = read(self._assignment, context)
-        require_assignment(assignment, self._evader_count)
+        assignment, sight = read(self._assignment, context), read(self._sight, context)
+        require_assignment(assignment, self._shape[1])
         field = team_pursuit(
             FIELDS["margin"],
             self._weightings,
             pursuers,
             evaders,
-            read(self._sight, context),
+            sight,
             assignment,
             self._corners,
             self._ratio,
             self._speed,
             self._period,
         )
+        n, m = self._shape
+        visible = sight[: n * m].reshape(n, m) > 0.5
         velocity = guarantee_velocities(
-            self._board, pursuers, evaders, assignment, field, self._speed, self._period
+            self._board, pursuers, evaders, visible, assignment, field, self._speed, self._period
         )
         output.set_value(velocity)

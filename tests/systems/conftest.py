@@ -59,9 +59,11 @@ from sightfield.systems.numerics.standoff.error_model import THESIS_ERROR
 from sightfield.systems.numerics.standoff.loop import StandoffLoop
 from sightfield.systems.numerics.standoff.sampled_pid import SampledPid
 from sightfield.systems.numerics.station.channel import Channel
+from sightfield.systems.numerics.tracking.visibility_game.certificates import certified_grid
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )
+from sightfield.systems.numerics.tracking.visibility_game.two_evaders import solve_two_evaders
 from sightfield.systems.numerics.vision.estimation.calibration import Calibration, calibrate
 from sightfield.systems.numerics.vision.estimation.readings import Readings
 from sightfield.systems.numerics.vision.omni_optics import OmniCamera, project
@@ -96,17 +98,22 @@ from sightfield.systems.tracking.adversarial_evaders import AdversarialEvaders
 from sightfield.systems.tracking.agent_team import AgentTeam
 from sightfield.systems.tracking.assignment import Assignment
 from sightfield.systems.tracking.best_response_evaders import BestResponseEvaders
+from sightfield.systems.tracking.certified_pursuit import CertifiedPursuit
 from sightfield.systems.tracking.collision_avoidance import CollisionAvoidance
 from sightfield.systems.tracking.collision_stop import CollisionStop
 from sightfield.systems.tracking.differential_drive_team import DifferentialDriveTeam
+from sightfield.systems.tracking.guarantee_assignment import GuaranteeAssignment
 from sightfield.systems.tracking.guarantee_pursuit import GuaranteePursuit
+from sightfield.systems.tracking.guaranteed_time import GuaranteedTime
 from sightfield.systems.tracking.heading_controller import HeadingController
 from sightfield.systems.tracking.line_of_sight import LineOfSight
 from sightfield.systems.tracking.lookahead_pursuit import LookaheadPursuit
 from sightfield.systems.tracking.modified_field import ModifiedField
+from sightfield.systems.tracking.optimal_evaders import OptimalEvaders
 from sightfield.systems.tracking.pursuit_field_controller import PursuitFieldController
 from sightfield.systems.tracking.random_walk_evaders import RandomWalkEvaders
 from sightfield.systems.tracking.sight_loss_monitor import SightLossMonitor
+from sightfield.systems.tracking.team_guarantee_pursuit import TeamGuaranteePursuit
 from sightfield.systems.tracking.velocity_selector import VelocitySelector
 from sightfield.systems.tracking.waypoint_evaders import WaypointEvaders
 from sightfield.systems.vision.omni_camera import OmniCameraSensor
@@ -182,9 +189,46 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "BestResponseEvaders": lambda: BestResponseEvaders(
             world, [world], [world], **teams, pursuer_speed=0.3, evader_speed=0.1
         ),
+        "GuaranteeAssignment": lambda: GuaranteeAssignment(
+            solve_visibility_game(world, pursuer_speed=0.3, evader_speed=0.1, grid=0.4),
+            world,
+            **teams,
+            hold="certificate",
+            period=0.1,
+        ),
         "GuaranteePursuit": lambda: GuaranteePursuit(
             solve_visibility_game(world, pursuer_speed=0.3, evader_speed=0.1, grid=0.4),
             world,
+            **teams,
+        ),
+        "CertifiedPursuit": lambda: CertifiedPursuit(
+            solve_visibility_game(
+                world,
+                pursuer_speed=0.3,
+                evader_speed=0.1,
+                grid=certified_grid(0.8, 0.3, 0.1),
+                bound="lower",
+            ),
+            world,
+            **teams,
+            period=0.1,
+        ),
+        "TeamGuaranteePursuit": lambda: TeamGuaranteePursuit(
+            solve_visibility_game(world, pursuer_speed=0.3, evader_speed=0.1, grid=0.4),
+            solve_two_evaders(world, pursuer_speed=0.3, evader_speed=0.1, grid=0.6),
+            world,
+            **teams,
+            period=0.1,
+        ),
+        "GuaranteedTime": lambda: GuaranteedTime(
+            solve_visibility_game(world, pursuer_speed=0.3, evader_speed=0.1, grid=0.4),
+            **teams,
+            period=0.1,
+        ),
+        "OptimalEvaders": lambda: OptimalEvaders(
+            solve_visibility_game(world, pursuer_speed=0.3, evader_speed=0.1, grid=0.4),
+            world,
+            [world],
             **teams,
         ),
         "LookaheadPursuit": lambda: LookaheadPursuit(world, [world], **teams, **speeds),

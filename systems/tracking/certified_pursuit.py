@@ -1,0 +1,191 @@
+"""Pursuers that keep their word: the lower bound's own policy."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem
+
+from ..drake_types import read, state_vector
+from ..numerics.errors import InvalidInput, require, require_positive
+from ..numerics.geometry.world import World
+from ..numerics.tracking.corner_fields import FIELDS
+from ..numerics.tracking.corner_table import corner_table
+from ..numerics.tracking.risk import RISK_VECTORS
+from ..numerics.tracking.sight_state import sight_size
+from ..numerics.tracking.team_pursuit import team_pursuit
+from ..numerics.tracking.visibility_game.certificates import team_certificate
+from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
+from .assignment import codes_of, require_assignment
+
+# Of each pursuer's commitment: where to, how many periods are left, after whom, how long the
+# evader will be kept from the end of these.
+COMMITMENT = 5
+X, Y, LEFT, EVADER, PROMISE = range(COMMITMENT)
+
+
+class CertifiedPursuit(LeafSystem):
+    """Each pursuer commits itself to a place for a step of the table, and keeps the time it says.
+
+    At the beginning of a step it takes the place with which the lower bound guarantees the longest
+    time, goes straight there, at a speed with which it is there when the step is over, and commits
+    itself again. While it is not kept from that, its evader stays in sight for as long as
+    `guaranteed_time` says. Where it is, and where its evader changes, the promise is void: it
+    commits itself anew from where it is. Where nothing can be promised it follows the margin field.
+
+    .. pydrake_system::
+
+        name: CertifiedPursuit
+        input_ports:
+        - pursuer_position
+        - evader_position
+        - sight
+        - assignment
+        output_ports:
+        - velocity
+        - guaranteed_time
+        - certificate
+        - commitment
+
+    ================  ===================  =============  =====
+    port              size                 unit           frame
+    ================  ===================  =============  =====
+    pursuer_position  2 Np                 m              world
+    evader_position   2 Ne                 m              world
+    sight             Np Ne + Np K + Ne K  -              -
+    assignment        Np                   -              -
+    velocity          2 Np                 m/s            world
+    guaranteed_time   Np                   s              -
+    certificate       1                    s              -
+    commitment        5 Np                 m, m, -, -, s  world
+    ================  ===================  =============  =====
+
+    `guaranteed_time` is how long each pursuer will keep its evader from now on, infinite for ever,
+    and `certificate` how long the team keeps all evaders. A commitment is a place, the periods left
+    until then, the evader or -1, and the time that is guaranteed from then on. It is discrete
+    state: so much of it as is left after the period that has begun.
+
+    Source: ours; see `numerics.tracking.visibility_game`.
+
+    Args:
+        table: The game of one pursuer and one evader, by the lower bound; a step of it is a whole
+            number of periods (`certified_grid`).
+        world: Whose corners threaten.
+        pursuers: Number of pursuers Np.
+        evaders: Number of evaders Ne.
+        risk_vectors: Names in `RISK_VECTORS`, one for all pursuers or one each, for the field.
+        period: Between commands [s].
+
+    Raises:
+        InvalidInput: The table is by another bound, or its step is no number of periods; a name is
+            unknown or a number out of its range; at run time, an assignment names no evader.
+    """
+
+    def __init__(
+        self,
+        table: GuaranteedTimes,
+        world: World,
+        *,
+        pursuers: int,
+        evaders: int,
+        risk_vectors: Sequence[str] = ("proportional",),
+        period: float,
+    ):
+        super().__init__()
+        require(table.bound == "lower", "table", "be by the lower bound", table.bound)
+        require_positive("period", period)
+        periods = round(table.step / period)
+        whole = periods > 0 and abs(table.step - periods * period) <= 1e-6 * period
+        require(whole, "period", f"go into the table's step of {table.step:.6g} s", period)
+        self._table, self._periods, self._period = table, periods, float(period)
+        self._weightings = codes_of("risk_vectors", risk_vectors, RISK_VECTORS, pursuers)
+        self._corners = corner_table(world)
+        self._evader_count = evaders
+        self._ratio = table.evader_speed / table.pursuer_speed
+        self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
+        self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
+        size = sight_size(pursuers, evaders, len(self._corners))
+        self._sight = self.DeclareVectorInputPort("sight", size)
+        self._assignment = self.DeclareVectorInputPort("assignment", pursuers)
+        nothing = np.tile([0.0, 0.0, 0.0, -1.0, 0.0], pursuers)
+        self._kept = self.DeclareDiscreteState(state_vector(nothing))
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._go_on)
+        self.DeclareVectorOutputPort("velocity", 2 * pursuers, self._calc_velocity)
+        self.DeclareVectorOutputPort("guaranteed_time", pursuers, self._calc_time)
+        self.DeclareVectorOutputPort("certificate", 1, self._calc_certificate)
+        self._commitment = self.DeclareVectorOutputPort(
+            "commitment", COMMITMENT * pursuers, self._calc_commitment
+        )
+
+    def _calc_commitment(self, context, output):
+        """What holds now: what is kept, or where that is over or void, anew."""
+        commitments = context.get_discrete_state(self._kept).value().reshape(-1, COMMITMENT).copy()
+        pursuers = read(self._pursuers, context).reshape(-1, 2)
+        evaders = read(self._evaders, context).reshape(-1, 2)
+        assignment = read(self._assignment, context)
+        require_assignment(assignment, self._evader_count)
+        for commitment, p, evader in zip(commitments, pursuers, assignment, strict=True):
+            reach = self._table.pursuer_speed * self._period * commitment[LEFT]
+            late = np.hypot(*(commitment[:2] - p)) > reach * (1.0 + 1e-6)
+            if commitment[LEFT] == 0 or commitment[EVADER] != evader or late:
+                commitment[:] = self._commit(p, evaders, int(evader))
+        output.set_value(commitments.ravel())
+
+    def _commit(self, p, evaders, evader):
+        """A commitment for the next step; for no period where nothing is guaranteed."""
+        if evader < 0:
+            return [0.0, 0.0, 0.0, -1.0, 0.0]
+        try:
+            place, time = self._table.best_step(p, evaders[evader])
+        except InvalidInput:
+            # Off the map, as a robot that was pushed.
+            place, time = p, 0.0
+        if time == 0.0:
+            return [0.0, 0.0, 0.0, float(evader), 0.0]
+        left = time - self._table.step
+        return [place[0], place[1], float(self._periods), float(evader), left]
+
+    def _now(self, context):
+        """Commitments, shape (Np, COMMITMENT)."""
+        return np.asarray(self._commitment.Eval(context)).reshape(-1, COMMITMENT)
+
+    def _go_on(self, context, discrete_state):
+        """A period begins; by its end there is one less."""
+        commitments = self._now(context).copy()
+        commitments[:, LEFT] = np.maximum(commitments[:, LEFT] - 1.0, 0.0)
+        discrete_state.set_value(self._kept, commitments.ravel())
+
+    def _calc_velocity(self, context, output):
+        pursuers = read(self._pursuers, context)
+        commitments = self._now(context)
+        committed = commitments[:, LEFT] > 0
+        velocities = np.zeros((len(commitments), 2))
+        if not committed.all():
+            velocities = team_pursuit(
+                FIELDS["margin"],
+                self._weightings,
+                pursuers,
+                read(self._evaders, context),
+                read(self._sight, context),
+                read(self._assignment, context),
+                self._corners,
+                self._ratio,
+                self._table.pursuer_speed,
+                self._period,
+            ).reshape(-1, 2)
+        way = commitments[committed, :2] - pursuers.reshape(-1, 2)[committed]
+        velocities[committed] = way / (self._period * commitments[committed, LEFT, None])
+        output.set_value(velocities.ravel())
+
+    def _times(self, context):
+        """How long each pursuer keeps its evader, shape (Np,) [s]."""
+        commitments = self._now(context)
+        ahead = self._period * commitments[:, LEFT]
+        return np.where(commitments[:, LEFT] > 0, ahead + commitments[:, PROMISE], 0.0)
+
+    def _calc_time(self, context, output):
+        output.set_value(self._times(context))
+
+    def _calc_certificate(self, context, output):
+        assignment = read(self._assignment, context)
+        certificate = team_certificate(self._times(context), assignment, self._evader_count)
+        output.set_value([certificate])

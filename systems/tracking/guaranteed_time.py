@@ -1,0 +1,102 @@
+"""For how long a team's evaders can be kept in sight, as a signal."""
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem
+
+from ..drake_types import read, state_vector
+from ..numerics.errors import InvalidInput, require_positive
+from ..numerics.tracking.visibility_game.certificates import team_certificate
+from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
+from .assignment import require_assignment
+
+
+class GuaranteedTime(LeafSystem):
+    """Looks up for how long each pursuer can keep its evader; and the team all of them.
+
+    The solved game is asked once a step of its own, and in between time runs down. What pursuers
+    can keep is not what they will: they have to play as the table does. Those that do say so
+    themselves, see `CertifiedPursuit`.
+
+    .. pydrake_system::
+
+        name: GuaranteedTime
+        input_ports:
+        - pursuer_position
+        - evader_position
+        - assignment
+        output_ports:
+        - guaranteed_time
+        - certificate
+
+    ================  ====  ====  =====
+    port              size  unit  frame
+    ================  ====  ====  =====
+    pursuer_position  2 Np  m     world
+    evader_position   2 Ne  m     world
+    assignment        Np    -     -
+    guaranteed_time   Np    s     -
+    certificate       1     s     -
+    ================  ====  ====  =====
+
+    Both are infinite for ever. The certificate is that of the evader that is kept the shortest, 0
+    where one has no pursuer. The times looked up last are discrete state, with when that was.
+
+    Source: ours; see `numerics.tracking.visibility_game`.
+
+    Args:
+        table: The game of one pursuer and one evader.
+        pursuers: Number of pursuers Np.
+        evaders: Number of evaders Ne.
+        period: Between commands: what is looked up is looked up at the beginning of one [s].
+
+    Raises:
+        InvalidInput: The period is not positive; at run time, an assignment names no evader.
+    """
+
+    def __init__(self, table: GuaranteedTimes, *, pursuers: int, evaders: int, period: float):
+        super().__init__()
+        require_positive("period", period)
+        self._table, self._evader_count = table, evaders
+        self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
+        self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
+        self._assignment = self.DeclareVectorInputPort("assignment", pursuers)
+        # Times; then when they were looked up, before the start for never.
+        self._known = self.DeclareDiscreteState(state_vector(np.append(np.zeros(pursuers), -1.0)))
+        every = max(round(table.step / period), 1) * period
+        self.DeclarePeriodicDiscreteUpdateEvent(every, 0.0, self._look_up)
+        self.DeclareVectorOutputPort("guaranteed_time", pursuers, self._calc_time)
+        self.DeclareVectorOutputPort("certificate", 1, self._calc_certificate)
+
+    def _look_up(self, context, discrete_state):
+        known = np.append(self._times_now(context), context.get_time())
+        discrete_state.set_value(self._known, known)
+
+    def _times_now(self, context):
+        """By the table, shape (Np,) [s]."""
+        pursuers = read(self._pursuers, context).reshape(-1, 2)
+        evaders = read(self._evaders, context).reshape(-1, 2)
+        assignment = read(self._assignment, context)
+        require_assignment(assignment, self._evader_count)
+        times = np.zeros(len(pursuers))
+        for i, evader in enumerate(assignment):
+            if evader >= 0:
+                try:
+                    times[i] = self._table.time(pursuers[i], evaders[int(evader)])
+                except InvalidInput:
+                    # Off the map, as a robot that was pushed.
+                    times[i] = 0.0
+        return times
+
+    def _times(self, context):
+        """Shape (Np,) [s]."""
+        *times, since = context.get_discrete_state(self._known).value()
+        if since < 0.0:
+            return self._times_now(context)
+        return np.maximum(np.array(times) - (context.get_time() - since), 0.0)
+
+    def _calc_time(self, context, output):
+        output.set_value(self._times(context))
+
+    def _calc_certificate(self, context, output):
+        assignment = read(self._assignment, context)
+        output.set_value([team_certificate(self._times(context), assignment, self._evader_count)])
