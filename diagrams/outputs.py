@@ -1,4 +1,5 @@
-"""Folders of results that are complete or not there at all, and what is said of a full disk."""
+"""Where files go: folders of results that are complete or not there at all, and the user's cache;
+and what is said of a full disk."""
 
 import errno
 import os
@@ -39,6 +40,18 @@ def refuse(path: str | Path, error: OSError) -> NoReturn:
             f"`out` must have room for the results; got {path} ({error.strerror})"
         ) from None
     raise InvalidInput(f"`out` must be a writable folder; got {path} ({error.strerror})") from None
+
+
+def cache_folder() -> Path:
+    """Where what took long to make is kept for the next time; need not exist.
+
+    In $XDG_CACHE_HOME, or ~/.cache.
+
+    Raises:
+        RuntimeError: The user has no home.
+    """
+    base = os.environ.get("XDG_CACHE_HOME", "")
+    return (Path(base) if os.path.isabs(base) else Path.home() / ".cache") / "sightfield"
 
 
 @contextmanager

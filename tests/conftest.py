@@ -30,6 +30,14 @@ CHROMIUM_ARGUMENTS = [
 ]
 
 
+@pytest.fixture(scope="session", autouse=True)
+def games_of_tests(tmp_path_factory) -> Iterator[None]:
+    """Solved visibility games are kept in a folder of the tests, and not in the user's cache."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SIGHTFIELD_GAMES", str(tmp_path_factory.mktemp("games")))
+        yield
+
+
 def find_tool(name: str, debian_package: str, *other_names: str) -> str:
     """Path of a program, which may go by several names.
 

@@ -15,31 +15,34 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from ...systems.numerics.errors import require_positive
+from ...systems.numerics.errors import require, require_positive
 from ...systems.numerics.geometry.edge_index import build_edge_index
 from ...systems.numerics.geometry.segment_sight import segment_is_clear
 from ...systems.numerics.geometry.world_files import load_world
-from ...systems.numerics.tracking.visibility_game.guaranteed_times import (
-    BOUNDS,
-    GuaranteedTimes,
-    solve_visibility_game,
+from ...systems.numerics.tracking.visibility_game.bounds import BOUNDS
+from ...systems.numerics.tracking.visibility_game.files import (
+    load_guaranteed_times,
+    save_guaranteed_times,
 )
+from ...systems.numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
 from ..outputs import output_folder
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
 from ..tracking.game import TrackingGame, set_up_game
+from ..tracking.game_cache import games_folder, recall_or_solve
 from ..tracking.guarantee_picture import save_guarantee_picture
 from ..tracking.scenario import Evaders, Pursuers, TrackingScenario
 from ..world_source import WorldSource
 
 # Unit and meaning of each entry of a summary.
 ROWS = {
-    "bound": ("", "which of the two bounds"),
+    "bound": ("", "which of the three bounds"),
     "pursuer": ("m", "position"),
     "evader": ("m", "position"),
     "in_sight": ("", "whether the one sees the other"),
-    "guaranteed_time": ("s", "until sight is lost at the earliest; null: for ever"),
+    "guaranteed_time": ("s", "until sight is lost, by that bound; null: for ever"),
+    "lower": ("s", "what is certified, where the lower bound was asked for"),
     "middle": ("s", "by the middle bound, where that was asked for"),
-    "lower": ("s", "by the certified bound, where that was asked for"),
+    "upper": ("s", "what no pursuer can exceed, where the upper bound was asked for"),
     "kept_for_ever": ("", "part of all pairs in sight that can be kept so for ever"),
     "speed_ratio": ("", "evader's speed over the pursuer's"),
     "grid": ("m", "between the pursuer's nodes"),
@@ -48,7 +51,9 @@ ROWS = {
     "horizon": ("s", "what lasts longer counts as for ever"),
     "pairs": ("", "pairs of nodes in sight of each other"),
     "megabytes": ("MB", "what the table takes"),
-    "cpu_seconds": ("s", "to solve the game"),
+    "sight_range": ("m", "how far the pursuer sees; null: any distance"),
+    "recalled": ("", "whether it was solved before: from the cache, or the file given"),
+    "cpu_seconds": ("s", "to solve the game, or to read it"),
 }
 
 
@@ -79,10 +84,14 @@ def guarantee(
         ),
     ] = None,
     grid: Annotated[
-        float, typer.Option(help="Between the pursuer's nodes; half of it for `lower` [m].")
+        float, typer.Option(help="Between the pursuer's nodes; finer for `lower` and `upper` [m].")
     ] = 0.1,
     bound: Annotated[
-        str, typer.Option(help="`middle`, or `lower`: certified, in the plane and between steps.")
+        str,
+        typer.Option(
+            help="`middle`, or certified in the plane: `lower`, which the pursuer can keep, or "
+            "`upper`, which it cannot exceed."
+        ),
     ] = "middle",
     speed_ratio: Annotated[
         float | None,
@@ -91,7 +100,16 @@ def guarantee(
     horizon: Annotated[
         float, typer.Option(help="What lasts longer counts as for ever [s].")
     ] = 120.0,
+    sight_range: Annotated[float, typer.Option(help="How far the pursuer sees [m].")] = math.inf,
     memory: Annotated[float, typer.Option(help="What the table may take [GB].")] = 4.0,
+    cache: Annotated[
+        bool, typer.Option(help="Keep the solved game on disk, and take it from there.")
+    ] = True,
+    save: Annotated[Path | None, typer.Option(help="File to save the solved game in.")] = None,
+    load: Annotated[
+        Path | None,
+        typer.Option(help="Such a file instead of solving: its own grid, bound, speeds and range."),
+    ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object and nothing else.")
     ] = False,
@@ -109,28 +127,40 @@ def guarantee(
     if speed_ratio is not None:
         require_positive("speed_ratio", speed_ratio)
         slow = speed_ratio * fast
+    if save is not None:
+        # Before minutes of work.
+        require(save.parent.is_dir(), "save", "be in a folder that exists", save)
     console = Console(stderr=True)
     with output_folder(out) if out is not None else nullcontext() as folder:
         started = time.process_time()
-        with Progress(
-            console=console, transient=True, disable=as_json or not sys.stderr.isatty()
-        ) as bar:
-            task = bar.add_task("settled", total=1.0)
-            table = solve_visibility_game(
-                game.world,
-                pursuer_speed=fast,
-                evader_speed=slow,
-                grid=grid,
-                bound=bound,
-                pursuer_regions=game.pursuer_regions,
-                evader_regions=game.evader_regions,
-                horizon=horizon,
-                memory=1e9 * memory,
-                progress=lambda part: bar.update(task, completed=part),
-            )
+        if load is not None:
+            table, recalled = load_guaranteed_times(load), True
+            _require_fit(table, game, load, speed_ratio)
+        else:
+            with Progress(
+                console=console, transient=True, disable=as_json or not sys.stderr.isatty()
+            ) as bar:
+                task = bar.add_task("settled", total=1.0)
+                table, recalled = recall_or_solve(
+                    game.world,
+                    folder=games_folder() if cache else None,
+                    pursuer_speed=fast,
+                    evader_speed=slow,
+                    grid=grid,
+                    bound=bound,
+                    pursuer_regions=game.pursuer_regions,
+                    evader_regions=game.evader_regions,
+                    horizon=horizon,
+                    sight_range=sight_range,
+                    memory=1e9 * memory,
+                    progress=lambda part: bar.update(task, completed=part),
+                )
         seconds = time.process_time() - started
         p, e = _positions(game, table, pursuer, evader, placed=world is None)
-        summary = summarise(table, p, e, horizon) | {"cpu_seconds": round(seconds, 3)}
+        if save is not None:
+            save_guaranteed_times(table, save)
+        summary = summarise(table, p, e)
+        summary |= {"recalled": recalled, "cpu_seconds": round(seconds, 3)}
         text = json.dumps(summary, indent=2)
         if folder is not None:
             (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
@@ -142,14 +172,13 @@ def guarantee(
 
 
 def summarise(
-    table: GuaranteedTimes, pursuer: np.ndarray, evader: np.ndarray | None, horizon: float
+    table: GuaranteedTimes, pursuer: np.ndarray, evader: np.ndarray | None
 ) -> dict[str, object]:
-    """The entries of a summary, ready for JSON, but for the CPU time; see ROWS.
+    """The entries of a summary, ready for JSON, but for where it is from and the time; see ROWS.
 
     Args:
         table: The game, solved.
         pursuer, evader: Positions, shape (2,) [m]; without an evader there are no times.
-        horizon: Of the table [s].
 
     Raises:
         InvalidInput: One of the two cannot be there.
@@ -159,7 +188,8 @@ def summarise(
     if evader is not None:
         value = table.time(pursuer, evader)
         found = None if math.isinf(value) else value
-        seen = bool(segment_is_clear(table.sight, *pursuer, *evader))
+        seen = math.hypot(*(evader - pursuer)) <= table.sight_range
+        seen = seen and bool(segment_is_clear(table.sight, *pursuer, *evader))
     times: dict[str, float | None] = dict.fromkeys(BOUNDS)
     times[table.bound] = found
     return {
@@ -174,10 +204,23 @@ def summarise(
         "grid": table.pursuer_grid.spacing,
         "evader_grid": table.evader_grid.spacing,
         "step": table.step,
-        "horizon": horizon,
+        "horizon": table.horizon,
         "pairs": table.pairs,
-        "megabytes": table.bytes / 1e6,
+        "megabytes": table.nbytes / 1e6,
+        "sight_range": None if math.isinf(table.sight_range) else table.sight_range,
     }
+
+
+def _require_fit(
+    table: GuaranteedTimes, game: TrackingGame, path: Path, speed_ratio: float | None
+) -> None:
+    """Refuse a table of another world, of robots of another size or of another ratio."""
+    mine, its = build_edge_index(*game.pursuer_regions).edges, table.pursuer_region.edges
+    fits = mine.shape == its.shape and np.allclose(mine, its, atol=game.world.tolerance)
+    require(fits, "load", "be of this world and of robots of this size", path)
+    ratio = table.evader_speed / table.pursuer_speed
+    same = speed_ratio is None or math.isclose(speed_ratio, ratio, rel_tol=1e-9)
+    require(same, "speed_ratio", f"be that of the table, which is {ratio:.6g}", speed_ratio)
 
 
 def _game(name: str, settings: list[str], world: Path | None) -> TrackingGame:

@@ -119,6 +119,7 @@ class Wanted:
         settings: "key=value", for every game or, as "arena.key=value", for the random worlds.
         world: A map in which all is played.
         sizes: Of the teams, "3v4".
+        starts: Runs that share an arena.
     """
 
     runs: int | None
@@ -129,6 +130,7 @@ class Wanted:
     settings: list[str] | None
     world: Path | None
     sizes: list[str] | None = None
+    starts: int | None = None
 
 
 @study.command()
@@ -211,6 +213,9 @@ def policies(
         list[str] | None,
         typer.Option(metavar="NvM", help=f"Teams; again for more [default: {', '.join(SIZES)}]."),
     ] = None,
+    starts: Annotated[
+        int | None, typer.Option(help="Runs that share a random arena [default: 1].")
+    ] = None,
     seed: Seed = None,
     seconds: Seconds = None,
     setting: Settings = None,
@@ -224,8 +229,8 @@ def policies(
 ) -> None:
     """What each way to pursue is worth against each way to escape: a matrix for each pair of teams.
 
-    The thesis's pursuers, with and without holding their assignments, on the field of margins, and
-    with a look ahead.
+    The thesis's pursuers, with and without holding their assignments, on the field of margins, with
+    a look ahead, and by the solved visibility game.
     """
     wanted = Wanted(
         runs=runs,
@@ -236,6 +241,7 @@ def policies(
         settings=setting,
         world=world,
         sizes=size,
+        starts=starts,
     )
     chosen = _choose(policies_study, "policies", wanted, resume, POLICIES, POLICY_RUNS)
     _do(chosen, policies_grid, workers, cluster, resume, only, out, as_json)
@@ -282,6 +288,7 @@ def _choose(
         base=build(TrackingScenario, with_settings(asdict(base), others)),
         arena=build(Arena, with_settings(asdict(Arena()), arena)) if world is None else None,
         **({} if wanted.sizes is None else {"sizes": wanted.sizes}),
+        **({} if wanted.starts is None else {"starts": wanted.starts}),
     )
     # What every cell sets itself would be lost without a word.
     varied = {key.partition("=")[0] for cell in chosen.cells for key in cell.settings}

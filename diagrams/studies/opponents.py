@@ -8,11 +8,13 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ...systems.numerics.errors import require, require_one_of, require_positive
+from ..tracking.scenario import OPTIMAL_POLICIES
 from .study import Cell, Study
 
 # Policies that play by themselves: the best play of each corner's game, which takes corners one
-# by one; plans tried against the pursuers' own rule; and turns at random.
-POLICIES = ("adversarial", "best_response", "random_walk")
+# by one; plans tried against the pursuers' own rule; turns at random; and the evader's side of the
+# solved visibility game, without and with the distance to where an evader is lost.
+POLICIES = ("adversarial", "best_response", "random_walk", *OPTIMAL_POLICIES)
 
 # Those that claims are judged against.
 OPPONENTS = ("adversarial", "best_response")

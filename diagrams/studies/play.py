@@ -9,7 +9,6 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from ...systems.numerics.errors import InvalidInput
-from ...systems.numerics.geometry.arenas.random_arena import draw_arena
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.statistics.run_seeds import run_seed
 from ..scenario_files import build
@@ -72,7 +71,7 @@ def play(game: TrackingGame) -> tuple[float, int]:
 def play_block(study: Study, start: int, stop: int) -> Rows:
     """Play the runs from start to stop of every cell that has them.
 
-    Runs of one number share their world.
+    Runs of one number share their world, and so do runs that share an arena.
 
     Raises:
         InvalidInput: A game cannot be set up.
@@ -81,9 +80,11 @@ def play_block(study: Study, start: int, stop: int) -> Rows:
         (cell.name, study.runs_of(cell), cell_scenario(study, cell)) for cell in study.cells
     ]
     rows: Rows = {name: [] for name in COLUMNS}
+    drawn = study.drawn_world(start)
     for run in range(start, stop):
         seed = run_seed(study.seed, run)
-        drawn = None if study.arena is None else draw_arena(study.arena, seed)
+        if run % study.starts_per_arena == 0:
+            drawn = study.drawn_world(run)
         for name, runs, each in scenarios:
             if run >= runs:
                 continue

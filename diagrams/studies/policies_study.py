@@ -1,8 +1,8 @@
 """Pursuers against evaders: what each way to pursue is worth against each way to escape.
 
-The thesis's pursuers and four that change one thing after another: who keeps an assignment until
-its evader is lost, who runs along the field of this project's margins, who tries its steps. A
-strategy is as good as it is against the evaders that are worst for it.
+The thesis's pursuers and five others: who keeps an assignment until its evader is lost, who runs
+along the field of this project's margins, who tries its steps, who plays by the solved visibility
+game. A strategy is as good as it is against the evaders that are worst for it.
 """
 
 import re
@@ -16,13 +16,14 @@ from .opponents import POLICIES, Match, cell_name, match_cell, match_of, runs_ag
 from .study import Study
 from .tracking_study import thesis_base
 
-# Field and hold of each; assignment and risk vector are the base's: Hungarian, proportional.
+# Field, assignment and hold of each; the risk vector is the base's: proportional.
 PURSUERS = {
-    "thesis": ("table", "none"),
-    "table_held": ("table", "until_lost"),
-    "margin": ("margin", "none"),
-    "margin_held": ("margin", "until_lost"),
-    "lookahead_held": ("lookahead", "until_lost"),
+    "thesis": ("table", "hungarian", "none"),
+    "table_held": ("table", "hungarian", "until_lost"),
+    "margin": ("margin", "hungarian", "none"),
+    "margin_held": ("margin", "hungarian", "until_lost"),
+    "lookahead_held": ("lookahead", "hungarian", "until_lost"),
+    "guarantee": ("guarantee", "guarantee", "certificate"),
 }
 REFERENCE = "thesis"
 
@@ -41,13 +42,15 @@ def policies_study(
     sizes: Sequence[str] = SIZES,
     opponents: Sequence[str] = POLICIES,
     opponent_runs: Mapping[str, int] | None = None,
+    starts: int = 1,
 ) -> Study:
-    """The study of policies: "1v1-thesis-adversarial" to "4v4-lookahead_held-random_walk".
+    """The study of policies: "1v1-thesis-adversarial" to "4v4-guarantee-optimal_distance".
 
     Args:
         runs, seed, base, arena: As of `tracking_study`.
         sizes: Of the teams, "3v4" being three pursuers against four evaders.
         opponents, opponent_runs: As of `tracking_study`.
+        starts: Runs that share an arena, for which its visibility game is solved once.
 
     Raises:
         InvalidInput: A size is none; see `Study` and `runs_against`.
@@ -63,14 +66,19 @@ def policies_study(
         arena=Arena() if base is None and arena is None else arena,
         runs=max(numbers.values()),
         seed=seed,
+        starts_per_arena=starts,
         cells=tuple(
             match_cell(
                 Match(pursuers, evaders, name, opponent),
-                (f"pursuers.field={field}", f"pursuers.hold={hold}"),
+                (
+                    f"pursuers.field={field}",
+                    f"pursuers.assignment={rule}",
+                    f"pursuers.hold={hold}",
+                ),
                 numbers,
             )
             for opponent in opponents
-            for name, (field, hold) in PURSUERS.items()
+            for name, (field, rule, hold) in PURSUERS.items()
             for pursuers, evaders in teams
         ),
     )

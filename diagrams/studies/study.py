@@ -72,10 +72,13 @@ class Study:
     seed: int = 0
     # How each run's world is drawn; None: the scenario's own world.
     arena: Arena | None = field(default_factory=Arena)
+    # Runs one after the other that share a drawn world, and what is computed once for it.
+    starts_per_arena: int = 1
 
     def __post_init__(self) -> None:
         require(self.runs > 0, "runs", "be positive", self.runs)
         require(self.seed >= 0, "seed", "be zero or positive", self.seed)
+        require(self.starts_per_arena > 0, "starts_per_arena", "be positive", self.starts_per_arena)
         require(len(self.cells) > 0, "cells", "hold one at least", "none")
         names = [cell.name for cell in self.cells]
         twice = sorted({name for name in names if names.count(name) > 1})
@@ -126,8 +129,20 @@ class Study:
         runs = self.runs_of(cell)
         require(0 <= run < runs, "run", f"lie between 0 and {runs - 1}", run)
         seed = run_seed(self.seed, run)
-        world = None if self.arena is None else draw_arena(self.arena, seed)
-        return in_world(cell_scenario(self, cell), world, seed)
+        return in_world(cell_scenario(self, cell), self.drawn_world(run), seed)
+
+    def drawn_world(self, run: int) -> World | None:
+        """The random world of a run; None where the scenario's own is played.
+
+        Args:
+            run: Number of the run.
+
+        Raises:
+            InvalidInput: The arena has no room for its obstacles.
+        """
+        if self.arena is None:
+            return None
+        return draw_arena(self.arena, run_seed(self.seed, run // self.starts_per_arena))
 
 
 def cell_scenario(study: Study, cell: Cell) -> TrackingScenario:

@@ -16,6 +16,7 @@ RATE_SLIDER = "speed"
 PURSUER_SLIDER = "pursuer"
 POLYGON_BUTTON = "visible area on / off (V)"
 FIELD_BUTTON = "pursuit field on / off (F)"
+LOSING_BUTTON = "losing set on / off (L)"
 PAUSE_BUTTON = "pause / resume (Space)"
 STOP_BUTTON = "stop (Esc)"
 _KEYS = {
@@ -23,6 +24,7 @@ _KEYS = {
     STOP_BUTTON: "Escape",
     POLYGON_BUTTON: "KeyV",
     FIELD_BUTTON: "KeyF",
+    LOSING_BUTTON: "KeyL",
 }
 _FASTEST = 20.0
 # How often a paused run looks whether it may go on [s of the wall clock].
@@ -46,13 +48,16 @@ class Controls:
     view: View
 
 
-def add_controls(meshcat: Meshcat, *, pursuers: int, realtime_rate: float = 1.0) -> None:
+def add_controls(
+    meshcat: Meshcat, *, pursuers: int, realtime_rate: float = 1.0, losing_set: bool = False
+) -> None:
     """Put the controls on the page, in place of those of an earlier run.
 
     Args:
         meshcat: The page.
         pursuers: Number of pursuers to choose from.
         realtime_rate: Where the speed slider starts, from 0 (as fast as possible) to 20.
+        losing_set: Whether there is a losing set to switch on and off.
 
     Raises:
         InvalidInput: There are no pursuers, or the rate is out of its range.
@@ -61,7 +66,8 @@ def add_controls(meshcat: Meshcat, *, pursuers: int, realtime_rate: float = 1.0)
     require(0 <= realtime_rate <= _FASTEST, "realtime_rate", "be from 0 to 20", realtime_rate)
     remove_controls(meshcat)
     for name, keycode in _KEYS.items():
-        meshcat.AddButton(name, keycode)
+        if losing_set or name != LOSING_BUTTON:
+            meshcat.AddButton(name, keycode)
     meshcat.AddSlider(RATE_SLIDER, 0.0, _FASTEST, 0.25, realtime_rate, "Minus", "Equal")
     # A slider needs two ends, so a lone pursuer shares it with nobody (-1), like every team.
     meshcat.AddSlider(PURSUER_SLIDER, -1, pursuers - 1, 1, 0, "BracketLeft", "BracketRight")
@@ -94,6 +100,7 @@ def read_view(meshcat: Meshcat) -> View:
         chosen_pursuer=round(meshcat.GetSliderValue(PURSUER_SLIDER)),
         polygon_shown=not _switched(meshcat, POLYGON_BUTTON),
         field_shown=not _switched(meshcat, FIELD_BUTTON),
+        losing_shown=not _switched(meshcat, LOSING_BUTTON),
     )
 
 
@@ -123,4 +130,5 @@ def make_monitor(simulator: Simulator, meshcat: Meshcat) -> Callable[[Context], 
 
 
 def _switched(meshcat: Meshcat, button: str) -> bool:
-    return meshcat.GetButtonClicks(button) % 2 == 1
+    there = button in meshcat.GetButtonNames()
+    return there and meshcat.GetButtonClicks(button) % 2 == 1

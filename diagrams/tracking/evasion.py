@@ -8,11 +8,14 @@ from pydrake.systems.primitives import MatrixGain
 from ...systems.numerics.errors import InvalidInput
 from ...systems.tracking.adversarial_evaders import AdversarialEvaders
 from ...systems.tracking.best_response_evaders import BestResponseEvaders
+from ...systems.tracking.optimal_evaders import OptimalEvaders
 from ...systems.tracking.random_walk_evaders import RandomWalkEvaders
 from ...systems.tracking.velocity_selector import VelocitySelector
 from ...systems.tracking.waypoint_evaders import WaypointEvaders
 from .game import TrackingGame
 from .meshcat_velocity import MeshcatVelocity
+from .scenario import GUARANTEE, OPTIMAL_DISTANCE, OPTIMAL_POLICIES
+from .solved_game import solved_game
 
 
 def AddEvasion(
@@ -84,9 +87,20 @@ def _add_policy(
             pursuit=scenario.pursuers.field,
             risk_vectors=scenario.pursuers.risk_vectors,
             assignment=scenario.pursuers.assignment,
-            hold=scenario.pursuers.hold,
+            hold=scenario.pursuers.switch,
             extra=scenario.pursuers.extra,
             risk_functions=scenario.pursuers.risk_functions,
+            radius=evaders.radius,
+            table=solved_game(game) if scenario.pursuers.field == GUARANTEE else None,
+        )
+    elif policy in OPTIMAL_POLICIES:
+        system = OptimalEvaders(
+            solved_game(game),
+            game.world,
+            game.evader_regions,
+            pursuers=scenario.pursuers.size,
+            evaders=evaders.size,
+            with_distance=policy == OPTIMAL_DISTANCE,
             radius=evaders.radius,
         )
     else:

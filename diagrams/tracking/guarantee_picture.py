@@ -110,7 +110,7 @@ def _draw_places(axes: Axes, table: GuaranteedTimes) -> None:
     """The part of what each place sees that it keeps for ever."""
     grid = table.pursuer_grid
     shares = np.full((grid.rows, grid.columns), np.nan)
-    shares[grid.nearest(table.places)] = 100.0 * table.kept
+    shares[grid.nearest(table.places)] = np.where(table.sighted > 0, 100.0 * table.kept, np.nan)
     image = axes.imshow(
         shares,
         origin="lower",

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -12,26 +12,28 @@ from pydrake.systems.primitives import Demultiplexer, LinearSystem
 from ...systems.numerics.errors import require, require_one_of
 from ...systems.numerics.geometry.edge_index import build_edge_index
 from ...systems.numerics.geometry.visibility_polygon import visibility_polygon
-from ...systems.numerics.geometry.world import World
+from ...systems.numerics.tracking.assignment.holding import HOLDS
 from ...systems.numerics.tracking.assignment.rules import AssignmentRule
 from ...systems.numerics.tracking.corner_fields import FIELDS
 from ...systems.numerics.tracking.corner_table import corner_table
 from ...systems.numerics.tracking.field_sampling import sample_field
 from ...systems.numerics.tracking.risk import RISK_VECTORS
-from ...systems.numerics.tracking.visibility_game.guaranteed_times import (
-    GuaranteedTimes,
-    solve_visibility_game,
-)
 from ...systems.tracking.assignment import Assignment, codes_of
+from ...systems.tracking.certified_pursuit import CertifiedPursuit
+from ...systems.tracking.guarantee_assignment import GuaranteeAssignment
 from ...systems.tracking.guarantee_pursuit import GuaranteePursuit
+from ...systems.tracking.guaranteed_time import GuaranteedTime
 from ...systems.tracking.line_of_sight import LineOfSight
 from ...systems.tracking.lookahead_pursuit import LookaheadPursuit
 from ...systems.tracking.pursuit_field_controller import PursuitFieldController
 from ...systems.tracking.sight_loss_monitor import SightLossMonitor
+from ...systems.tracking.team_guarantee_pursuit import TeamGuaranteePursuit
 from .evasion import AddEvasion
 from .game import TrackingGame, set_up_game
-from .scenario import GUARANTEE, LOOKAHEAD, TrackingScenario
-from .scene import TrackingScene, View
+from .losing_set import losing_strips
+from .scenario import CERTIFIED, GUARANTEE, LOOKAHEAD, OPTIMAL_POLICIES, TrackingScenario
+from .scene import LosingSet, TrackingScene, View
+from .solved_game import solved_game, solved_game_of_two
 from .team_ports import AddTeam, TeamPorts
 
 # Whom each pursuer is to chase, as a rule's name, a rule, or a system; see `AddTracking`.
@@ -61,7 +63,10 @@ def MakeTracking(
     `evader_position` (2 Ne) [m], `visibility` (Np Ne), `assignment` (Np),
     `pursuer_velocity` (2 Np) and `evader_velocity` (2 Ne), as desired [m/s],
     `pursuer_direction` (2 Np), `evader_direction` (2 Ne), and `loss` (2): the time at which an
-    evader is first seen by nobody [s], or infinity, and its number, or -1.
+    evader is first seen by nobody [s], or infinity, and its number, or -1. Where the solved
+    visibility game is looked up also `certificate` (1): for how long all evaders can be kept in
+    sight from now on, whatever they do [s], or infinity; see `CertifiedPursuit` and
+    `GuaranteedTime`.
 
     Args:
         scenario: What is played, or a game already set up.
@@ -82,6 +87,7 @@ def MakeTracking(
         builder, game, meshcat, assignment=assignment, pursuit=pursuit, evasion=evasion
     )
     if meshcat is not None:
+        certificate = _certificate_of(outputs)
         if publish_period is None:
             period = game.scenario.period
             publish_period = period * max(round(PICTURE_PERIOD / period), 1)
@@ -96,6 +102,8 @@ def MakeTracking(
             publish_period=publish_period,
             visibility_polygon=_view_from(game),
             pursuit_field=_field_of(game),
+            losing_set=None if certificate is None else _losing_set_of(game, certificate),
+            certificate=None if certificate is None else certificate.words,
             recording=recording,
             view=view,
         )
@@ -132,7 +140,9 @@ def AddTracking(
         game: What is played.
         meshcat: The page on which you drive the evader whose policy is "you".
         assignment: Instead of the scenario's rule: a name in `RULES`, a function of a TeamView, or
-            a system with the output port `assignment` (Np), the evader of each pursuer or -1.
+            a system with the output port `assignment` (Np), the evader of each pursuer or -1. With
+            none, pursuers by the solved game that are fewer than their evaders answer for several
+            each, whatever the scenario's rule (`TeamGuaranteePursuit`).
         pursuit: Instead of the scenario's field: a system with the output port `velocity` (2 Np),
             the velocities that the pursuers wish for [m/s].
         evasion: Instead of the scenario's policies: a system with the output port `velocity`
@@ -171,21 +181,17 @@ def AddTracking(
     blocks = Demultiplexer([whom, sight.size() - whom] if sight.size() > whom else [whom])
     builder.AddNamedSystem("sight_blocks", blocks)
     builder.Connect(sight, blocks.get_input_port())
-    if not isinstance(assignment, System):
-        assignment = Assignment(
-            world,
-            **sizes,
-            rule=assignment or pursuers.assignment,
-            hold=pursuers.hold,
-            period=period,
-            risk_functions=pursuers.risk_functions,
-            extra=pursuers.extra,
-            seed=scenario.seed,
-            radio_range=pursuers.radio_range,
-        )
+    if assignment is None and pursuit is None and _answers_for_several(scenario):
+        # It says itself who goes after whom.
+        pursuit = assignment = _team_pursuit_of(game)
+    elif assignment is None:
+        assignment = _assignment_of(game)
+    elif not isinstance(assignment, System):
+        assignment = _assignment_by(game, assignment)
     has_assignment = assignment.HasOutputPort("assignment")
     require(has_assignment, "assignment", "have an output port assignment", "none")
-    add("assignment", assignment)
+    if assignment is not pursuit:
+        add("assignment", assignment)
     if pursuit is None:
         pursuit = _pursuit_of(game)
     has_velocity = pursuit.HasOutputPort("velocity")
@@ -195,7 +201,12 @@ def AddTracking(
         "sight_loss", SightLossMonitor(world, **sizes, period=period, body_radii=blocking)
     )
     wished = pursuit.GetOutputPort("velocity")
-    pursuer_velocity = AddSmoothing(builder, wished, pursuers.smoothing, period)
+    certified = isinstance(pursuit, CertifiedPursuit)
+    # A mean of commands would not be there in time.
+    smoothing = 0.0 if certified else pursuers.smoothing
+    pursuer_velocity = AddSmoothing(builder, wished, smoothing, period)
+    if not pursuit.HasOutputPort("certificate") and _looks_up_the_game(game):
+        add("guaranteed_time", GuaranteedTime(solved_game(game), **sizes, period=period))
     if evasion is None:
         evader_velocity = AddEvasion(builder, game, senses, meshcat)
     else:
@@ -204,7 +215,7 @@ def AddTracking(
         evader_velocity = add("evasion", evasion).GetOutputPort("velocity")
     builder.Connect(pursuer_velocity, pursuing.velocity)
     builder.Connect(evader_velocity, evading.velocity)
-    return {
+    outputs = {
         "pursuer_position": pursuing.position,
         "evader_position": evading.position,
         "visibility": blocks.get_output_port(0),
@@ -215,6 +226,71 @@ def AddTracking(
         "evader_direction": evading.direction,
         "loss": monitor.GetOutputPort("loss"),
     }
+    if "certificate" in senses:
+        outputs["certificate"] = senses["certificate"]
+    return outputs
+
+
+def _looks_up_the_game(game: TrackingGame) -> bool:
+    """Whether a team plays by the middle bound of the solved visibility game."""
+    pursuers, policies = game.scenario.pursuers, game.scenario.evaders.policy_of_each
+    return GUARANTEE in (pursuers.field, pursuers.assignment) or any(
+        policy in OPTIMAL_POLICIES for policy in policies
+    )
+
+
+def _assignment_of(game: TrackingGame) -> System:
+    """The scenario's own assignment."""
+    scenario, pursuers = game.scenario, game.scenario.pursuers
+    if pursuers.assignment != GUARANTEE:
+        return _assignment_by(game, pursuers.assignment)
+    return GuaranteeAssignment(
+        solved_game(game),
+        game.world,
+        pursuers=pursuers.size,
+        evaders=scenario.evaders.size,
+        hold=pursuers.switch,
+        period=scenario.period,
+    )
+
+
+def _assignment_by(game: TrackingGame, rule: str | AssignmentRule) -> Assignment:
+    """An assignment by a rule, with the scenario's hold if that is one for rules."""
+    scenario, pursuers = game.scenario, game.scenario.pursuers
+    hold = pursuers.hold if pursuers.hold in HOLDS else "until_lost"
+    return Assignment(
+        game.world,
+        pursuers=pursuers.size,
+        evaders=scenario.evaders.size,
+        rule=rule,
+        hold=hold,
+        period=scenario.period,
+        risk_functions=pursuers.risk_functions,
+        extra=pursuers.extra,
+        seed=scenario.seed,
+        radio_range=pursuers.radio_range,
+    )
+
+
+def _answers_for_several(scenario: TrackingScenario) -> bool:
+    """Whether pursuers that play by the solved game in all are fewer than their evaders."""
+    pursuers = scenario.pursuers
+    by_the_game = pursuers.field == pursuers.assignment == GUARANTEE
+    return by_the_game and pursuers.size < scenario.evaders.size
+
+
+def _team_pursuit_of(game: TrackingGame) -> TeamGuaranteePursuit:
+    """Pursuers that answer for several evaders each."""
+    scenario = game.scenario
+    return TeamGuaranteePursuit(
+        solved_game(game),
+        solved_game_of_two(game),
+        game.world,
+        pursuers=scenario.pursuers.size,
+        evaders=scenario.evaders.size,
+        risk_vectors=scenario.pursuers.risk_vectors,
+        period=scenario.period,
+    )
 
 
 def _pursuit_of(game: TrackingGame) -> System:
@@ -231,14 +307,16 @@ def _pursuit_of(game: TrackingGame) -> System:
         )
     if pursuers.field == GUARANTEE:
         return GuaranteePursuit(
-            _solved_game(
-                game.world,
-                game.pursuer_regions,
-                game.evader_regions,
-                pursuers.top_speed,
-                scenario.evaders.top_speed,
-                pursuers.grid,
-            ),
+            solved_game(game),
+            game.world,
+            pursuers=pursuers.size,
+            evaders=scenario.evaders.size,
+            risk_vectors=pursuers.risk_vectors,
+            period=scenario.period,
+        )
+    if pursuers.field == CERTIFIED:
+        return CertifiedPursuit(
+            solved_game(game, "lower"),
             game.world,
             pursuers=pursuers.size,
             evaders=scenario.evaders.size,
@@ -254,27 +332,6 @@ def _pursuit_of(game: TrackingGame) -> System:
         field=pursuers.field,
         risk_vectors=pursuers.risk_vectors,
         period=scenario.period,
-    )
-
-
-# Two: those of a game and of the same without bodies, played in turns.
-@lru_cache(maxsize=2)
-def _solved_game(
-    world: World,
-    pursuer_regions: tuple[World, ...],
-    evader_regions: tuple[World, ...],
-    pursuer_speed: float,
-    evader_speed: float,
-    grid: float,
-) -> GuaranteedTimes:
-    """The visibility game of one pursuer and one evader, solved once for games in one world."""
-    return solve_visibility_game(
-        world,
-        pursuer_speed=pursuer_speed,
-        evader_speed=evader_speed,
-        grid=grid,
-        pursuer_regions=pursuer_regions,
-        evader_regions=evader_regions,
     )
 
 
@@ -351,6 +408,33 @@ def ConnectTeams(builder: DiagramBuilder, first: TeamPorts, second: TeamPorts) -
 def _view_from(game: TrackingGame) -> Callable[[np.ndarray], np.ndarray]:
     index = build_edge_index(game.world)
     return lambda point: visibility_polygon(index, point)
+
+
+class _Certificate(NamedTuple):
+    """What a diagram's certificate is.
+
+    Attributes:
+        bound: Of the visibility game.
+        words: What to call it.
+    """
+
+    bound: str
+    words: str
+
+
+def _certificate_of(outputs: dict[str, OutputPort]) -> _Certificate | None:
+    """Of the outputs of `AddTracking`; None where there is none."""
+    if "certificate" not in outputs:
+        return None
+    if isinstance(outputs["certificate"].get_system(), CertifiedPursuit):
+        return _Certificate("lower", "certified for")
+    return _Certificate("middle", "could be kept for")
+
+
+def _losing_set_of(game: TrackingGame, certificate: _Certificate) -> LosingSet:
+    """Where a pursuer would lose an evader, for the scene."""
+    table, view = solved_game(game, certificate.bound), _view_from(game)
+    return lambda pursuer: losing_strips(table, view, pursuer)
 
 
 def _field_of(game: TrackingGame) -> Callable[..., np.ndarray]:

@@ -4,12 +4,13 @@ import json
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..visuals.replay import write_replay
 from ..world_picture import draw_world
 from .run import TrackingRun
-from .summary import UNITS, log_arrays
+from .summary import log_arrays, units_of
 
 # Colours of the members of a team, in order; Figure 2.6 has green, black and blue pursuers.
 _PURSUERS = ("tab:green", "black", "tab:blue", "tab:purple", "tab:cyan", "tab:brown")
@@ -26,7 +27,7 @@ def write_report(run: TrackingRun, summary: dict[str, object], folder: Path) -> 
     names = ["summary.json", "log.npz", "log_units.json", "tracks.png"]
     (folder / names[0]).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     np.savez_compressed(folder / names[1], **log_arrays(run))  # type: ignore[arg-type]  # none is called allow_pickle
-    (folder / names[2]).write_text(json.dumps(UNITS, indent=2) + "\n", encoding="utf-8")
+    (folder / names[2]).write_text(json.dumps(units_of(run), indent=2) + "\n", encoding="utf-8")
     draw_tracks(run).savefig(folder / names[3], dpi=120)
     if run.scene is not None and run.scene.recording:
         write_replay(run.scene, folder / "replay.html", title="Sightfield: tracking")
@@ -59,5 +60,19 @@ def draw_tracks(run: TrackingRun) -> Figure:
     sight.legend(frameon=False)
     sight.grid(alpha=0.3)
     ended = "the horizon" if run.lost_evader is None else f"the loss of evader {run.lost_evader}"
+    if "certificate" in run.log:
+        _draw_certificate(sight, run)
     sight.set_title(f"{run.tracking_time:.2f} s, to {ended}")
     return figure
+
+
+def _draw_certificate(sight: Axes, run: TrackingRun) -> None:
+    """Draw for how long all evaders can be kept, on an axis of its own."""
+    kept = run.log["certificate"][:, 0]
+    ever = np.isinf(kept)
+    top = max(float(kept[~ever].max(initial=0.0)), 1.0)
+    axis = sight.twinx()
+    axis.plot(run.times, np.where(ever, np.nan, kept), color="tab:gray", linestyle="--")
+    axis.plot(run.times, np.where(ever, 1.15 * top, np.nan), color="tab:gray", linewidth=3)
+    axis.set_ylim(0.0, 1.25 * top)
+    axis.set_ylabel("all can be kept for [s] (bar: for ever)", color="tab:gray")

@@ -25,6 +25,8 @@ LOGGED = (
     "pursuer_velocity",
     "evader_velocity",
 )
+# Logged where the diagram has it: for how long all evaders can be kept from now on [s].
+CERTIFICATE = "certificate"
 
 # Without a page, the run looks this often whether sight has been lost [s].
 _STRIDE = 1.0
@@ -38,7 +40,8 @@ class TrackingRun:
         game: What was played.
         times: Samples, shape (T,) [s]; after a loss two more, or one when it is at a sample.
         log: Samples of each port in LOGGED by name: positions and velocities shape (T, N, 2)
-            [m], [m/s], visibility (T, Np, Ne) bool, assignment (T, Np) int.
+            [m], [m/s], visibility (T, Np, Ne) bool, assignment (T, Np) int; and of `certificate`
+            (T, 1) [s], infinite for ever, where the solved visibility game is looked up.
         tracking_time: Until some evader is seen by nobody; the end of the run if never [s].
         lost_evader: Its number, or None.
         wall_time: How long it took [s].
@@ -82,8 +85,6 @@ def run_tracking(
     """
     scenario = game.scenario
     builder = DiagramBuilder()
-    if live and meshcat is not None:
-        add_controls(meshcat, pursuers=scenario.pursuers.size, realtime_rate=realtime_rate)
     view = (lambda: read_view(meshcat)) if live and meshcat is not None else View
     tracking = MakeTracking(
         game,
@@ -95,9 +96,17 @@ def run_tracking(
         view=view,
     )
     builder.AddSystem(tracking)
+    if live and meshcat is not None:
+        add_controls(
+            meshcat,
+            pursuers=scenario.pursuers.size,
+            realtime_rate=realtime_rate,
+            losing_set=tracking.HasOutputPort(CERTIFICATE),
+        )
     sinks = {
         name: LogVectorOutput(tracking.GetOutputPort(name), builder, scenario.period)
-        for name in LOGGED
+        for name in (*LOGGED, CERTIFICATE)
+        if tracking.HasOutputPort(name)
     }
     diagram = builder.Build()
     diagram.set_name("tracking_run")
@@ -136,7 +145,7 @@ def run_tracking(
         remove_controls(meshcat)
     end = min(context.get_time(), scenario.seconds)
     lost = lost_at <= end
-    log = {name: sinks[name].FindLog(context) for name in LOGGED}
+    log = {name: sink.FindLog(context) for name, sink in sinks.items()}
     times = np.asarray(log["assignment"].sample_times())
     # A loss is noticed at the first sample after it, and the diagram stops at the next.
     kept = times < (lost_at + 2 * scenario.period if lost else end + scenario.period) - 1e-9
@@ -163,4 +172,6 @@ def _shaped(log: dict[str, np.ndarray], game: TrackingGame) -> dict[str, np.ndar
     shaped = {name: each.reshape(len(each), -1, 2) for name, each in log.items() if "_" in name}
     shaped["visibility"] = log["visibility"].reshape(len(log["visibility"]), pursuers, -1) > 0.5
     shaped["assignment"] = np.rint(log["assignment"]).astype(int)
-    return {name: shaped[name] for name in LOGGED}
+    if CERTIFICATE in log:
+        shaped[CERTIFICATE] = log[CERTIFICATE]
+    return {name: shaped[name] for name in log}

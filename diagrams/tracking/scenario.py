@@ -19,17 +19,28 @@ from ...systems.numerics.tracking.assignment.rules import RULES
 from ...systems.numerics.tracking.assignment.team_view import EXTRA_PURSUERS
 from ...systems.numerics.tracking.corner_fields import FIELDS
 from ...systems.numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS
+from ...systems.numerics.tracking.visibility_game.bottleneck import SWITCHES
 from ..scenario_files import NO_OTHER_KEYS
 from ..world_source import WorldSource
 
-# The fields that are none: pursuers try their steps, or look them up in the solved game.
-LOOKAHEAD, GUARANTEE = "lookahead", "guarantee"
+# The fields that are none: pursuers try their steps, or look them up in the solved game. By that
+# they may be matched with evaders too.
+LOOKAHEAD, GUARANTEE, CERTIFIED = "lookahead", "guarantee", "certified"
 
 # By this much of its radius a robot keeps off others than it is round: wheels slip on a floor.
 CLEARANCE = 0.05
 
 MODELS = ("point", "differential_drive")
-POLICIES = ("adversarial", "best_response", "waypoints", "random_walk", "you")
+# Evaders that look their moves up in the solved game, without and with the distance to losing.
+OPTIMAL, OPTIMAL_DISTANCE = OPTIMAL_POLICIES = ("optimal", "optimal_distance")
+POLICIES = (
+    "adversarial",
+    "best_response",
+    *OPTIMAL_POLICIES,
+    "waypoints",
+    "random_walk",
+    "you",
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,12 +111,13 @@ class Pursuers(Team):
         InvalidInput: A value is out of its range.
     """
 
-    # Who tracks whom: a name in RULES.
+    # Who tracks whom: a name in RULES, or by the solved visibility game, "guarantee".
     assignment: str = "hungarian"
     # When the team changes its mind: "none" asks the rule at every step, "until_lost" when a
     # pursuer has lost its evader or could be spared for one that nobody has, "cost" also when it
-    # pays.
-    hold: str = "until_lost"
+    # pays, "certificate" also when more can be guaranteed. Empty: "certificate" with "guarantee",
+    # "until_lost" with the others.
+    hold: str = ""
     # What pursuers beyond a matching do: "stay" or "riskiest".
     extra: str = "stay"
     # How far pursuers hear what others see; .inf: a centre knows all [m].
@@ -115,11 +127,16 @@ class Pursuers(Team):
     # Risk vectors for the pursuit field, one for all or one each (2.2).
     risk_vectors: list[str] = field(default_factory=lambda: ["proportional"])
     # How pursuers run: by the pursuit field of the corners, "margin", "table" or "table_up", or by
-    # a look at what each step would bring, "lookahead", or by the solved visibility game,
-    # "guarantee".
+    # a look at what each step would bring, "lookahead", or by the solved visibility game:
+    # "guarantee", or "certified", the lower bound's own policy, for points whose sight nothing but
+    # walls blocks. A certified pursuer's velocities are not smoothed.
     field: str = "margin"
-    # Between the nodes on which "guarantee" solves that game [m].
+    # Between the pursuers' nodes on which that game is solved, for "optimal" evaders too; a little
+    # less for "certified", so that a step is a number of periods [m].
     grid: float = 0.1
+    # The same for the game of one pursuer and two evaders, by which they play where they are fewer
+    # than the evaders; halved it takes 64 times the memory [m].
+    grid_of_two: float = 0.25
     # Time constant of the mean that pursuers take of their desired velocities, 0 for none [s]. On
     # the rim of a star region a field asks for to and fro in turns; the mean of that is steady.
     smoothing: float = 0.4
@@ -128,12 +145,26 @@ class Pursuers(Team):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_one_of("assignment", self.assignment, RULES)
-        require_one_of("hold", self.hold, HOLDS)
+        require_one_of("assignment", self.assignment, (*RULES, GUARANTEE))
+        guaranteed = self.assignment == GUARANTEE
+        require_one_of("hold", self.switch, SWITCHES if guaranteed else HOLDS)
         require_one_of("extra", self.extra, EXTRA_PURSUERS)
         require(self.radio_range >= 0, "radio_range", "be zero or positive", self.radio_range)
-        require_one_of("field", self.field, (*FIELDS, LOOKAHEAD, GUARANTEE))
+        require(
+            not guaranteed or math.isinf(self.radio_range),
+            "radio_range",
+            "be .inf with the assignment guarantee, which a centre makes",
+            self.radio_range,
+        )
+        require_one_of("field", self.field, (*FIELDS, LOOKAHEAD, GUARANTEE, CERTIFIED))
+        require(
+            self.field != CERTIFIED or self.model == "point",
+            "model",
+            f"be point where the field is {CERTIFIED}: a certificate allows no time to turn",
+            self.model,
+        )
         require_positive("grid", self.grid)
+        require_positive("grid_of_two", self.grid_of_two)
         require_non_negative("smoothing", self.smoothing)
         for name, chosen, known in (
             ("risk_functions", self.risk_functions, RISK_FUNCTIONS),
@@ -142,6 +173,13 @@ class Pursuers(Team):
             require(len(chosen) in (1, self.size), name, f"have 1 or {self.size} entries", chosen)
             for each in chosen:
                 require_one_of(name, each, known)
+
+    @property
+    def switch(self) -> str:
+        """When the team changes its mind: `hold`, or what it is with this assignment."""
+        if self.hold:
+            return self.hold
+        return "certificate" if self.assignment == GUARANTEE else "until_lost"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,7 +191,8 @@ class Evaders(Team):
     """
 
     # One policy for all or one each: "adversarial", "best_response" (knows the pursuers' rule and
-    # tries its plans against it), "waypoints", "random_walk" or "you".
+    # tries its plans against it), "optimal" and "optimal_distance" (know the solved visibility
+    # game), "waypoints", "random_walk" or "you".
     policies: list[str] = field(default_factory=lambda: ["adversarial"])
     # Waypoints of each evader, [[x, y], ...] each [m]; only those with that policy use them.
     waypoints: list[list[list[float]]] = field(default_factory=list)
@@ -252,6 +291,12 @@ class TrackingScenario:
             self.has_bodies or not self.bodies_block_sight,
             "bodies_block_sight",
             "be false where robots have no bodies",
+            self.bodies_block_sight,
+        )
+        require(
+            self.pursuers.field != CERTIFIED or not self.bodies_block_sight,
+            "bodies_block_sight",
+            f"be false where the field is {CERTIFIED}: a certificate knows of walls only",
             self.bodies_block_sight,
         )
         require(

@@ -6,6 +6,7 @@ from ...systems.numerics.geometry.clearance import clearances
 from ...systems.numerics.geometry.edge_index import build_edge_index
 from ...systems.numerics.tracking.body_gaps import count_contacts, gaps_between_samples, pair_gaps
 from .run import TrackingRun
+from .scenario import CERTIFIED
 
 # Units of the arrays in the log; "1" for numbers without one.
 UNITS = {
@@ -37,7 +38,11 @@ def summarise(run: TrackingRun, scenario: str) -> dict[str, object]:
         contacts (how often two bodies came to overlap), bodies (whether robots keep off one
         another), robot_radius (of the pursuers), evader_radius [m], commands_reversed (a
         pursuer's desired velocity turned by more than a right angle from one sample to the next),
-        wall_time [s], realtime_factor.
+        wall_time [s], realtime_factor. Where the solved visibility game is looked up also
+        certificate: for how long all evaders could be kept in sight at the start, None for ever
+        [s]; certified, whether that was by the lower bound; and certificate_withdrawn: how often a
+        certified time ran down faster than time does, as where pursuers are pushed aside or
+        change their evaders, None where it was by the middle bound.
     """
     game, log = run.game, run.log
     centres = np.concatenate([log["pursuer_position"], log["evader_position"]], axis=1)
@@ -45,7 +50,7 @@ def summarise(run: TrackingRun, scenario: str) -> dict[str, object]:
     bodies = gaps_between_samples(centres, game.radii)
     wishes = log["pursuer_velocity"]
     reversals = (np.einsum("tik,tik->ti", wishes[1:], wishes[:-1]) < 0).sum()
-    return {
+    summary = {
         "scenario": scenario,
         "seed": game.scenario.seed,
         "pursuers": game.scenario.pursuers.size,
@@ -66,10 +71,30 @@ def summarise(run: TrackingRun, scenario: str) -> dict[str, object]:
         "wall_time": run.wall_time,
         "realtime_factor": float(run.times[-1]) / run.wall_time,
     }
+    return summary | _certificate_of(run)
+
+
+def _certificate_of(run: TrackingRun) -> dict[str, object]:
+    """What the log says of the certificate; nothing where there is none."""
+    if "certificate" not in run.log:
+        return {}
+    times = run.log["certificate"][run.times <= run.tracking_time, 0]
+    certified = run.game.scenario.pursuers.field == CERTIFIED
+    gone = times[1:] < times[:-1] - np.diff(run.times[: len(times)]) - 1e-9
+    return {
+        "certificate": float(times[0]) if np.isfinite(times[0]) else None,
+        "certified": certified,
+        "certificate_withdrawn": int(gone.sum()) if certified else None,
+    }
+
+
+def units_of(run: TrackingRun) -> dict[str, str]:
+    """Units of the arrays in a run's log: UNITS, and of `certificate` where that was logged."""
+    return UNITS | ({"certificate": "s"} if "certificate" in run.log else {})
 
 
 def log_arrays(run: TrackingRun) -> dict[str, np.ndarray]:
-    """The run's samples by the names in UNITS, time first along every array's first axis."""
+    """The run's samples by the names in `units_of`, time first along every array's first axis."""
     centres = np.concatenate([run.log["pursuer_position"], run.log["evader_position"]], axis=1)
     gaps = pair_gaps(centres, run.game.radii).min(axis=1, initial=np.inf)
     return {"time": run.times, **run.log, "body_gap": gaps}

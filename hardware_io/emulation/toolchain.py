@@ -7,6 +7,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+from ...diagrams.outputs import cache_folder
 from ...systems.numerics.errors import SightfieldError
 
 FIRMWARE = Path(__file__).resolve().parents[1] / "firmware"
@@ -60,18 +61,13 @@ def _has(tool: str) -> bool:
     return done.returncode == 0
 
 
-def _cache() -> Path:
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "sightfield"
-
-
 def _built(sources: Path, name: str, command: list[str], tools: tuple[str, ...]) -> Path:
     """Path of a product in the cache, under the digest of the sources it is made from."""
     digest = hashlib.sha256(repr(command).encode())
     for file in sorted(sources.rglob("*")):
         if file.suffix in (".c", ".h") or file.name == "Makefile":
             digest.update(file.relative_to(sources).as_posix().encode() + b"\0" + file.read_bytes())
-    product = _cache() / digest.hexdigest()[:16] / name
+    product = cache_folder() / digest.hexdigest()[:16] / name
     if product.is_file():
         return product
     for tool in tools:

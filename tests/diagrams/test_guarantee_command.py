@@ -61,6 +61,10 @@ def test_an_evader_beside_the_corner_gets_away(report):
     certified = report("--pursuer", 0.5, 1.9, "--evader", 2.2, 1.9, "--bound", "lower")
     assert certified["lower"] <= found["middle"] + found["step"]
     assert certified["kept_for_ever"] < found["kept_for_ever"]
+    most = report("--pursuer", 0.5, 1.9, "--evader", 2.2, 1.9, "--bound", "upper")
+    assert certified["lower"] < most["upper"]
+    assert most["upper"] == most["guaranteed_time"] > found["middle"] - found["step"]
+    assert most["kept_for_ever"] > found["kept_for_ever"]
 
 
 def test_an_evader_far_from_the_corner_is_kept_for_ever(report):
@@ -97,6 +101,45 @@ def test_a_scenario_has_its_own_teams(run, tmp_path):
         assert len(picture.getcolors(maxcolors=10**6) or []) > 50
 
 
+def test_a_sight_range_hides_what_is_far(report):
+    places = "--pursuer", 0.5, 0.5, "--evader", 3.5, 0.5
+    assert report(*places)["guaranteed_time"] is None
+    short = report(*places, "--sight-range", 2.5)
+    assert (short["in_sight"], short["guaranteed_time"], short["sight_range"]) == (False, 0.0, 2.5)
+
+
+def test_a_game_is_solved_once(report, tmp_path, monkeypatch):
+    monkeypatch.setenv("SIGHTFIELD_GAMES", str(tmp_path / "games"))
+    first = report("--no-cache")
+    assert not first["recalled"]
+    assert not (tmp_path / "games").exists()
+    assert not report()["recalled"]
+    again = report()
+    assert again["recalled"]
+    for key in first.keys() - {"recalled", "cpu_seconds"}:
+        assert again[key] == first[key]
+
+
+def test_a_saved_game_is_loaded(run, report, tmp_path):
+    path, place = tmp_path / "game.npz", ("--pursuer", 0.5, 1.9, "--evader", 2.2, 1.9)
+    saved = report(*place, "--bound", "lower", "--sight-range", 3.0, "--save", path)
+    loaded = report(*place, "--load", path)
+    assert loaded["recalled"]
+    for key in saved.keys() - {"recalled", "cpu_seconds"}:
+        assert loaded[key] == saved[key]
+    with pytest.raises(
+        InvalidInput, match=r"`speed_ratio` must be that of the table, which is 0\.3"
+    ):
+        report("--load", path, "--speed-ratio", 0.2)
+    other = tmp_path / "other.wkt"
+    other.write_text("POLYGON ((0 0, 4 0, 4 4, 0 4, 0 0))")
+    with pytest.raises(InvalidInput, match="`load` must be of this world and of robots of this"):
+        run("--world", other, "--load", path)
+    path.write_bytes(path.read_bytes()[:1000])
+    with pytest.raises(InvalidInput, match="`file` must be a whole sightfield visibility game"):
+        report("--load", path)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -106,9 +149,12 @@ def test_a_scenario_has_its_own_teams(run, tmp_path):
         (["--grid", math.nan], "`grid` must be a finite number"),
         (["--grid", 1e-4], "`grid` must be coarser for so large a world"),
         (["--grid", 0.02, "--memory", 0.01], "so that the table takes at most 0.01 GB"),
-        (["--bound", "best"], "`bound` must be one of middle, lower"),
+        (["--bound", "best"], "`bound` must be one of lower, middle, upper"),
         (["--pursuer", 9, 9], "`pursuer` must be where the robot has room"),
         (["--pursuer", 1, 1, "--evader", 1, 3], "`evader` must be where the robot has room"),
+        (["--sight-range", 0], "`sight_range` must be positive"),
+        (["--save", "no/such/folder/game.npz"], "`save` must be in a folder that exists"),
+        (["--load", "no/such/file.npz"], "`file` must be readable"),
         (["--horizon", 0], "`horizon` must be positive"),
     ],
 )

@@ -95,18 +95,19 @@ def test_every_pursuers_meet_every_evaders_in_the_study_of_policies(tmp_path):
     opponents = ("--opponent", "best_response", "--opponent", "random_walk")
     done = study("policies", *words, *opponents, "--out", tmp_path / "out")
     assert "1v2: mean [s], 95% interval, * the worst" in done.stdout
-    # One star a row: five pursuers, two pairs of teams.
-    assert done.stdout.count(") *") == 10
+    # One star a row: six pursuers, two pairs of teams.
+    assert done.stdout.count(") *") == 12
     left = {file.name for file in (tmp_path / "out").iterdir()}
     names = {"study.json", "table.parquet", "summary.json", "tables.md"}
     assert left == names | {"matrix.png", "curves.png"}
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert list(summary["matrix"]) == ["1v1", "1v2"]
     for rows in summary["matrix"].values():
-        assert list(rows) == ["thesis", "table_held", "margin", "margin_held", "lookahead_held"]
+        assert list(rows)[:2] + list(rows)[-1:] == ["thesis", "table_held", "guarantee"]
+        assert len(rows) == 6
         assert all(list(row) == ["best_response", "random_walk"] for row in rows.values())
-    # Four pursuers less the thesis's, for two pairs of teams and two opponents.
-    assert len(summary["comparisons"]) == 16
+    # Five pursuers less the thesis's, for two pairs of teams and two opponents.
+    assert len(summary["comparisons"]) == 20
     assert all("-thesis-" in each["second"] for each in summary["comparisons"])
 
 

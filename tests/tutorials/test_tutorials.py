@@ -25,7 +25,7 @@ def sources(notebook: nbformat.NotebookNode, kind: str) -> list[str]:
 
 
 def test_tutorials_are_numbered_from_zero_and_listed_in_the_readme():
-    assert [path.name.partition("_")[0] for path in TUTORIALS] == [str(k) for k in range(9)]
+    assert [path.name.partition("_")[0] for path in TUTORIALS] == [str(k) for k in range(10)]
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     assert [path.name for path in TUTORIALS if f"](tutorials/{path.name})" not in readme] == []
 

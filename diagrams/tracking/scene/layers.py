@@ -10,6 +10,7 @@ from ....systems.numerics.tracking.body_gaps import pair_gaps
 from ...visuals.stage import Stage
 from .field_layer import FieldLayer, PursuitField
 from .layout import Layout, set_camera
+from .losing_layer import LosingLayer, LosingSet
 from .palette import EVADER, PURSUER
 from .panel import Panel
 from .robots import Team
@@ -32,6 +33,7 @@ class Snapshot:
         evader_directions: The same of the evaders, shape (Ne, 2).
         visibility: True where pursuer i sees evader j, shape (Np, Ne).
         assignment: The evader that each pursuer chases, or -1, shape (Np,).
+        certificate: For how long all evaders can be kept [s]; None where that is not known.
     """
 
     time: float
@@ -41,6 +43,7 @@ class Snapshot:
     evader_directions: np.ndarray
     visibility: np.ndarray
     assignment: np.ndarray
+    certificate: float | None = None
 
 
 class Layers:
@@ -55,6 +58,8 @@ class Layers:
         visibility_polygon: From a point, shape (2,) [m], to what it sees, shape (n, 2) [m].
         pursuit_field: Of a pursuer, at points.
         radii: Of all robots, pursuers first, shape (Np + Ne,) [m].
+        losing_set: Of a pursuer at a place, where the solved visibility game is known.
+        certificate: What the panel calls the certificate; None where there is none.
     """
 
     def __init__(
@@ -69,6 +74,8 @@ class Layers:
         visibility_polygon: Callable[[np.ndarray], np.ndarray],
         pursuit_field: PursuitField,
         radii: np.ndarray,
+        losing_set: LosingSet | None = None,
+        certificate: str | None = None,
     ) -> None:
         self._stage = stage
         self._radii = radii
@@ -80,8 +87,11 @@ class Layers:
         self._evader_trails = Trails(stage, layout, "evaders", EVADER)
         self._lines = SightLines(stage, layout)
         self._polygon = VisibilityLayer(stage, layout, visibility_polygon)
+        self._losing = None if losing_set is None else LosingLayer(stage, layout, losing_set)
         self._field = FieldLayer(stage, layout, grown, pursuit_field)
-        self._panel = Panel(stage, layout, pursuers=pursuers, evaders=evaders)
+        self._panel = Panel(
+            stage, layout, pursuers=pursuers, evaders=evaders, certificate=certificate
+        )
 
     def draw(self, now: Snapshot, view: View) -> None:
         """Draw the game as it is now, from the view that was chosen."""
@@ -98,10 +108,13 @@ class Layers:
         self._lines.update(now.pursuers, now.evaders, now.visibility, now.assignment)
         centres = np.concatenate([now.pursuers, now.evaders])
         gap = float(pair_gaps(centres, self._radii).min())
-        self._panel.update(now.time, now.visibility, now.assignment, gap)
+        self._panel.update(now.time, now.visibility, now.assignment, gap, now.certificate)
 
         looking = None if chosen is None or not view.polygon_shown else now.pursuers[chosen]
         self._polygon.update(now.time, looking)
+        if self._losing is not None:
+            losing = None if chosen is None or not view.losing_shown else now.pursuers[chosen]
+            self._losing.update(now.time, losing)
         steering = chosen if view.field_shown else None
         self._field.update(now.time, steering, now.pursuers, now.evaders, now.assignment)
 

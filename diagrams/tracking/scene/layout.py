@@ -67,7 +67,7 @@ class Layout:
 
 # What lies on the floor, from below; and above the obstacles, where lines that graze one are not
 # hidden by it.
-_FLOOR = ("paper", "polygon", "field", "trails", "boundaries", "ink")
+_FLOOR = ("paper", "polygon", "losing", "field", "trails", "boundaries", "ink")
 _ABOVE = ("sight", "chases")
 
 

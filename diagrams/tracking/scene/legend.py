@@ -7,12 +7,14 @@ from ...visuals.meshes import Mesh, arrow_mesh, bar_mesh, flat_mesh, line_mesh
 from ...visuals.stage import Stage
 from ...visuals.text import text_mesh
 from .layout import Layout
+from .losing_layer import BANDS
 from .palette import (
     CHASE,
     FIELD,
     GROWN_BOUNDARY,
     INK,
     LINE_OF_SIGHT,
+    LOSING,
     OBSTACLE,
     POLYGON,
 )
@@ -22,15 +24,21 @@ _LETTER = 0.0145
 
 
 def draw_legend(
-    stage: Stage, layout: Layout, corner: tuple[float, float, float], top: float
+    stage: Stage,
+    layout: Layout,
+    corner: tuple[float, float, float],
+    top: float,
+    *,
+    losing: bool = False,
 ) -> None:
-    """Draw six samples with their names, in two columns.
+    """Draw samples with their names, in two columns.
 
     Args:
         stage: Where to draw.
         layout: Sizes.
         corner: Left edge, bottom and right edge [m].
         top: Top [m].
+        losing: Name the places where an evader is lost, too.
     """
     left, bottom, right = corner
     size = _LETTER * layout.span
@@ -46,7 +54,12 @@ def draw_legend(
         ("visible area", flat_mesh(patch), POLYGON),
         ("pursuit field", arrow, FIELD),
     ]
-    step = (top - bottom) / 3
+    if losing:
+        samples += [
+            (f"lost within {BANDS[0]:g} s", flat_mesh(patch), LOSING[0]),
+            ("lost later", flat_mesh(patch), LOSING[-1]),
+        ]
+    step = (top - bottom) / (len(samples) // 2)
     for k, (words, mesh, colour) in enumerate(samples):
         x = left if k % 2 == 0 else left + 0.48 * (right - left)
         y = top - (k // 2 + 0.5) * step

@@ -20,6 +20,12 @@ CHOSEN = paint(0.96, 0.74, 0.25)
 LINE_OF_SIGHT = paint(0.06, 0.06, 0.08)
 CHASE = paint(0.58, 0.22, 0.84)
 POLYGON = paint(0.98, 0.86, 0.42, 0.45)
+# Where an evader is lost some day: within 2 s, within 5 s, later.
+LOSING = (
+    paint(0.84, 0.13, 0.16, 0.60),
+    paint(0.95, 0.45, 0.13, 0.50),
+    paint(0.62, 0.36, 0.74, 0.40),
+)
 FIELD = paint(0.05, 0.52, 0.58)
 
 IN_SIGHT = paint(0.16, 0.60, 0.30)

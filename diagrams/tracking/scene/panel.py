@@ -18,8 +18,11 @@ _LETTER = 0.019
 _CLOCK_ROW, _CLOCK_LETTER = 0.070, 0.044
 _COUNT_ROW = 0.122
 _GAP_ROW = 0.153
+_CERTIFICATE_ROW = 0.184
 _BANNER_ROW, _BANNER_HEIGHT = 0.223, 0.046
 _HEADING_ROW = 0.275
+# What follows a row more moves down by this.
+_MORE = 0.031
 _LEGEND_HEIGHT = 0.155
 
 
@@ -34,9 +37,20 @@ class Panel:
         stage: Where to draw.
         layout: Sizes.
         pursuers, evaders: How many.
+        certificate: What the row of the certificate begins with; None for no such row. Its
+            digits are at `certificate/digits/PLACE/DIGIT`; of `certificate/digits` and
+            `certificate/ever` one is visible.
     """
 
-    def __init__(self, stage: Stage, layout: Layout, *, pursuers: int, evaders: int) -> None:
+    def __init__(
+        self,
+        stage: Stage,
+        layout: Layout,
+        *,
+        pursuers: int,
+        evaders: int,
+        certificate: str | None = None,
+    ) -> None:
         self._stage = stage
         span = layout.span
         self._left, bottom, self._right, self._top = layout.panel_bounds
@@ -44,15 +58,17 @@ class Panel:
         self._span = span
         sheet = shapely.box(self._left, bottom, self._right, self._top)
         stage.mesh("panel/sheet", flat_mesh(sheet), PAPER)
-        for folder in ("panel", "clock", "in_sight", "gap", "state", "legend"):
+        for folder in ("panel", "clock", "in_sight", "gap", "certificate", "state", "legend"):
             stage.raise_to(folder, layout.level("ink"))
         stage.raise_to("panel/sheet", -layout.level("ink"))
         self._clock = self._draw_clock()
         self._count = self._draw_count(evaders)
         self._gap = self._draw_gap()
+        self._certificate = None if certificate is None else self._draw_certificate(certificate)
+        self._more = 0.0 if certificate is None else _MORE
         self._draw_banner("in_sight", "ALL EVADERS IN SIGHT" if evaders > 1 else "EVADER IN SIGHT")
         self._draw_banner("lost", "EVADER OUT OF SIGHT")
-        heading = self._row(_HEADING_ROW)
+        heading = self._row(_HEADING_ROW + self._more)
         width = advance("evaders") * self._letter
         self._write("panel/pursuers", "pursuers", self._left + self._pad, heading, PURSUER)
         self._write("panel/evaders", "evaders", self._right - self._pad - width, heading, EVADER)
@@ -74,10 +90,16 @@ class Panel:
             layout,
             (self._left + self._pad, bottom + 0.8 * self._pad, self._right - 0.5 * self._pad),
             legend_top,
+            losing=certificate is not None,
         )
 
     def update(
-        self, time: float, visibility: np.ndarray, assignment: np.ndarray, gap: float
+        self,
+        time: float,
+        visibility: np.ndarray,
+        assignment: np.ndarray,
+        gap: float,
+        certificate: float | None = None,
     ) -> None:
         """Show the state of the game.
 
@@ -86,11 +108,18 @@ class Panel:
             visibility: True where pursuer i sees evader j, shape (Np, Ne).
             assignment: The evader that each pursuer chases, or -1, shape (Np,).
             gap: Least gap between two bodies [m]; shown as zero where they overlap.
+            certificate: For how long all evaders can be kept [s]; infinite for ever.
         """
         in_sight = visibility.any(axis=0)
         self._clock.show(time)
         self._count.show(int(in_sight.sum()))
         self._gap.show(max(gap, 0.0))
+        if self._certificate is not None and certificate is not None:
+            ever = np.isinf(certificate)
+            if not ever:
+                self._certificate.show(certificate)
+            self._stage.show("certificate/digits", not ever)
+            self._stage.show("certificate/ever", bool(ever))
         self._stage.show("state/in_sight", bool(in_sight.all()))
         self._stage.show("state/lost", not in_sight.all())
         self._graph.update(visibility, assignment)
@@ -124,9 +153,29 @@ class Panel:
         self._stage.place("gap/digits", unit - 0.4 * self._letter - gap.width, row)
         return gap
 
+    def _draw_certificate(self, words: str) -> Digits:
+        row = self._row(_CERTIFICATE_ROW)
+        unit = self._right - self._pad - advance("s") * self._letter
+        self._write("panel/certificate", words, self._left + self._pad, row, FAINT_INK)
+        path = "certificate/digits"
+        digits = Digits(self._stage, path, self._letter, INK, places=4, decimals=1)
+        self._stage.mesh(f"{path}/unit", text_mesh("s", self._letter), FAINT_INK)
+        start = unit - 0.4 * self._letter - digits.width
+        self._stage.place(f"{path}/unit", unit - start, 0.0)
+        self._stage.place(path, start, row)
+        ever = "for ever"
+        self._stage.mesh("certificate/ever", text_mesh(ever, self._letter, bold=True), INK)
+        width = advance(ever, bold=True) * self._letter
+        self._stage.place("certificate/ever", self._right - self._pad - width, row)
+        return digits
+
     def _draw_banner(self, state: str, words: str) -> None:
         height = _BANNER_HEIGHT * self._span
-        left, right, row = self._left + self._pad, self._right - self._pad, self._row(_BANNER_ROW)
+        left, right, row = (
+            self._left + self._pad,
+            self._right - self._pad,
+            self._row(_BANNER_ROW + self._more),
+        )
         core = shapely.box(left, row, right, row + height).buffer(-0.25 * height)
         colour = IN_SIGHT if state == "in_sight" else LOST
         self._stage.mesh(

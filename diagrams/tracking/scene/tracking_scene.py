@@ -13,6 +13,7 @@ from ...visuals.stage import Stage
 from .field_layer import PursuitField
 from .layers import Layers, Snapshot
 from .layout import make_layout
+from .losing_layer import LosingSet
 from .view import View
 
 # Where everything is, in Meshcat's tree.
@@ -49,8 +50,9 @@ class TrackingScene(LeafSystem):
 
     Positions and directions are x0, y0, x1, y1, ...; a direction of any length, and zero leaves
     the heading that was drawn. Visibility is 1 where a pursuer sees an evader, else 0, row-major
-    by pursuer. An assignment is an evader's number, or -1. The system has no state; it remembers
-    only what Meshcat was told last.
+    by pursuer. An assignment is an evader's number, or -1. With a word for the certificate there is
+    also an input `certificate` (1): for how long all evaders can be kept [s], infinite for ever.
+    The system has no state; it remembers only what Meshcat was told last.
 
     Source: Zhang 2014, section 2.2.8 and Figure 2.24.
     """
@@ -68,6 +70,8 @@ class TrackingScene(LeafSystem):
         publish_period: float,
         visibility_polygon: Callable[[np.ndarray], np.ndarray],
         pursuit_field: PursuitField,
+        losing_set: LosingSet | None = None,
+        certificate: str | None = None,
         recording: bool,
         view: Callable[[], View] = View,
     ) -> None:
@@ -85,6 +89,9 @@ class TrackingScene(LeafSystem):
             visibility_polygon: Maps a point, shape (2,) [m], to what it sees, shape (n, 2) [m].
             pursuit_field: Maps (pursuer, points (m, 2) [m], evaders (Ne, 2) [m],
                 assignment (Np,)) to the pursuer's directions there, shape (m, 2).
+            losing_set: Maps a pursuer's place, shape (2,) [m], to the strips in its sight where
+                an evader is lost, and the times; None draws none.
+            certificate: What the panel calls the input `certificate`; None for no such input.
             recording: Record the run from its start, for `write_replay`. Its size grows with
                 time, so an endless session is better drawn without.
             view: Called at each publish event; says whose view to show.
@@ -122,6 +129,8 @@ class TrackingScene(LeafSystem):
                 visibility_polygon=visibility_polygon,
                 pursuit_field=pursuit_field,
                 radii=radii,
+                losing_set=losing_set,
+                certificate=certificate,
             )
 
         self._make_layers = make_layers
@@ -134,6 +143,7 @@ class TrackingScene(LeafSystem):
             ("evader_direction", 2 * evaders),
             ("visibility", pursuers * evaders),
             ("assignment", pursuers),
+            *((("certificate", 1),) if certificate is not None else ()),
         ):
             self.DeclareVectorInputPort(name, size)
         self.DeclareInitializationPublishEvent(self._begin)
@@ -193,6 +203,11 @@ class TrackingScene(LeafSystem):
                 evader_directions=rows("evader_direction"),
                 visibility=rows("visibility", self._evader_count) > 0.5,
                 assignment=np.rint(rows("assignment", 1)[:, 0]).astype(int),
+                certificate=(
+                    float(rows("certificate", 1)[0, 0])
+                    if self.HasInputPort("certificate")
+                    else None
+                ),
             ),
             self._view(),
         )

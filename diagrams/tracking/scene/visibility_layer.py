@@ -13,7 +13,7 @@ from .palette import POLYGON
 # In a recording each polygon is a mesh of its own, so they come less often than the robots move.
 RECORDED_PERIOD = 0.2
 # Not a number equals nothing, so the first polygon is always drawn.
-_NOWHERE = np.full(2, np.nan)
+NOWHERE = np.full(2, np.nan)
 
 
 class VisibilityLayer:
@@ -28,7 +28,7 @@ class VisibilityLayer:
     ) -> None:
         period = max(stage.period, RECORDED_PERIOD) if stage.recording else stage.period
         self._visibility_polygon = visibility_polygon
-        self._seen_from = _NOWHERE
+        self._seen_from = NOWHERE
         self._keyframes = Keyframes(stage, "polygon", POLYGON, period=period)
         stage.raise_to("polygon", layout.level("polygon"))
 
@@ -41,7 +41,7 @@ class VisibilityLayer:
         """
         if position is None:
             self._keyframes.clear()
-            self._seen_from = _NOWHERE
+            self._seen_from = NOWHERE
         elif not np.array_equal(position, self._seen_from) and self._keyframes.due(time):
             self._keyframes.draw(fan_mesh(self._visibility_polygon(position), position))
             self._seen_from = position

@@ -150,7 +150,7 @@ def _add_assignment(
         pursuers=pursuers.size,
         evaders=scenario.evaders.size,
         rule=pursuers.assignment,
-        hold=pursuers.hold,
+        hold=pursuers.switch,
         period=scenario.period,
         risk_functions=pursuers.risk_functions,
         extra=pursuers.extra,

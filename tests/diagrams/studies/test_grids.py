@@ -84,7 +84,7 @@ def test_names_of_cells_are_read_as_they_were_made():
     assert match_of(cell_name(*match)) == match
 
 
-def test_the_thesis_and_four_others_pursue_in_the_study_of_policies():
+def test_the_thesis_and_five_others_pursue_in_the_study_of_policies():
     study = policies_study(runs=1, sizes=("3v4",), opponents=("adversarial",))
     rules = {match_of(cell.name).variant: study.scenario(cell, 0).pursuers for cell in study.cells}
     found = {
@@ -97,6 +97,7 @@ def test_the_thesis_and_four_others_pursue_in_the_study_of_policies():
         "margin": ("margin", "none", "hungarian", ("proportional",)),
         "margin_held": ("margin", "until_lost", "hungarian", ("proportional",)),
         "lookahead_held": ("lookahead", "until_lost", "hungarian", ("proportional",)),
+        "guarantee": ("guarantee", "certificate", "guarantee", ("proportional",)),
     }
 
 
@@ -229,17 +230,18 @@ def test_the_worst_opponent_is_found_on_the_runs_that_all_have():
 def test_the_matrix_shows_every_mean_and_frames_the_worst():
     study = policies_study(runs=5, sizes=("1v1", "3v4"))
     worst = {"adversarial": 30.0, "best_response": 20.0, "random_walk": 90.0}
+    worst |= {"optimal": 40.0, "optimal_distance": 35.0}
     result = made_up(study, lambda cell, run: worst[match_of(cell).opponent] + run)
     figure = draw_matrix(result, policies_grid(study))
     assert [axis.get_title() for axis in figure.axes] == ["1v1", "3v4"]
     for axis in figure.axes:
         assert [label.get_text() for label in axis.get_xticklabels()] == list(worst)
         said = [text.get_text().split("\n")[0] for text in axis.texts]
-        assert said == ["32.0", "22.0", "92.0"] * 5
+        assert said == ["32.0", "22.0", "92.0", "42.0", "37.0"] * 6
         framed = [(round(each.get_x()), round(each.get_y())) for each in axis.patches]
-        assert framed == [(1, row) for row in range(5)]
+        assert framed == [(1, row) for row in range(6)]
     rows = [label.get_text() for label in figure.axes[0].get_yticklabels()]
-    assert rows == ["thesis", "table_held", "margin", "margin_held", "lookahead_held"]
+    assert rows == ["thesis", "table_held", "margin", "margin_held", "lookahead_held", "guarantee"]
 
 
 def test_pictures_show_what_is_there():

@@ -140,3 +140,20 @@ def test_a_game_that_cannot_be_set_up_names_its_cell_and_run(make_study):
     crowd = Cell(name="crowd", settings=("evaders.count=40", "evaders.radius=0.6"))
     with pytest.raises(InvalidInput, match=r"no room.*\(in cell crowd, run 0\)"):
         play_block(make_study(1, cells=(crowd,)), 0, 1)
+
+
+def test_runs_may_share_an_arena(make_study):
+    study = make_study(6, starts_per_arena=3)
+    worlds = [study.drawn_world(run) for run in range(6)]
+    same = [np.array_equal(worlds[0].obstacles[0], each.obstacles[0]) for each in worlds]
+    assert same == [True] * 3 + [False] * 3
+    alone = replace(study, starts_per_arena=1)
+    np.testing.assert_array_equal(alone.drawn_world(0).obstacles[0], worlds[0].obstacles[0])
+    # Starts differ, and the game of a run is the same in a block and alone.
+    cell = study.cells[0]
+    rows = play_block(study, 1, 5)
+    times = [play(set_up_game(study.scenario(cell, run)))[0] for run in range(1, 5)]
+    assert [t for c, t in zip(rows["cell"], rows["time"], strict=True) if c == cell.name] == times
+    assert len(set(times)) > 1
+    with pytest.raises(InvalidInput, match="`starts_per_arena` must be positive"):
+        replace(study, starts_per_arena=0)

@@ -6,6 +6,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.primitives import ConstantVectorSource
 
 from sightfield.diagrams.tracking.controls import (
+    LOSING_BUTTON,
     Controls,
     add_controls,
     make_monitor,
@@ -30,7 +31,7 @@ def page(meshcat, new_scene_page):
 @pytest.fixture
 def controls(meshcat, page):
     """Fresh controls, which the page has."""
-    add_controls(meshcat, pursuers=3, realtime_rate=2.0)
+    add_controls(meshcat, pursuers=3, realtime_rate=2.0, losing_set=True)
     page.settle(meshcat)
     return meshcat
 
@@ -67,6 +68,7 @@ def test_untouched_controls_say_what_they_started_with(controls):
         (["KeyF"], View(field_shown=False)),
         (["KeyF", "KeyF"], View()),
         (["KeyV"], View(polygon_shown=False)),
+        (["KeyL"], View(losing_shown=False)),
     ],
 )
 def test_keys_choose_the_view(controls, page, keys, view):
@@ -95,6 +97,9 @@ def test_buttons_can_be_clicked_and_sliders_moved(controls, page):
 
 def test_controls_can_be_put_on_again_and_taken_off(controls):
     add_controls(controls, pursuers=1)
+    # Without a losing set there is nothing to switch.
+    assert LOSING_BUTTON not in controls.GetButtonNames()
+    assert read_controls(controls).view.losing_shown
     remove_controls(controls)
     remove_controls(controls)
     assert controls.GetButtonNames() == []

@@ -1,16 +1,23 @@
 """Games of pursuers that play by the solved visibility game."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from pydrake.systems.analysis import Simulator
 
 from sightfield.diagrams.tracking.game import set_up_game
+from sightfield.diagrams.tracking.make_tracking import MakeTracking
 from sightfield.diagrams.tracking.run import run_tracking
 from sightfield.diagrams.tracking.scenario import Evaders, Pursuers, TrackingScenario
+from sightfield.diagrams.tracking.solved_game import solved_game
 from sightfield.diagrams.world_source import WorldSource
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )
+from sightfield.systems.numerics.tracking.visibility_game.two_evaders import solve_two_evaders
+from sightfield.systems.tracking import Assignment, GuaranteePursuit
 
 ARENA = WorldSource(
     boundary=[[0, 0], [4, 0], [4, 4], [0, 4]],
@@ -59,3 +66,127 @@ def test_what_is_lost_is_held_about_as_long_as_the_table_says():
 def test_a_grid_has_to_be_positive():
     with pytest.raises(InvalidInput, match="`grid` must be positive"):
         make_scenario([0.5, 0.5], [1.0, 0.5], grid=0.0)
+
+
+def make_teams(**pursuing):
+    return replace(
+        make_scenario([0.9, 0.7], [1.9, 1.1]),
+        pursuers=Pursuers(
+            top_speed=0.3,
+            positions=[[0.9, 0.7], [3.2, 3.3], [0.6, 3.2]],
+            assignment="guarantee",
+            grid=0.15,
+            smoothing=0.0,
+            **({"field": "guarantee"} | pursuing),
+        ),
+        evaders=Evaders(top_speed=0.09, positions=[[1.9, 1.1], [3.2, 1.6], [1.0, 2.4]]),
+    )
+
+
+@pytest.mark.parametrize("policy", ["adversarial", "best_response"])
+def test_a_team_keeps_what_its_certificate_says_for_ever(policy):
+    scenario = make_teams()
+    game = set_up_game(replace(scenario, evaders=replace(scenario.evaders, policies=[policy])))
+    run = run_tracking(game)
+    first = run.log["assignment"][0].astype(int)
+    table = solved_game(game)
+    times = [
+        table.time(game.pursuer_starts[i, :2], game.evader_starts[j, :2])
+        for i, j in enumerate(first)
+    ]
+    assert min(times) == np.inf
+    assert run.lost_evader is None
+    assert (run.log["assignment"] == first).all()
+
+
+def test_the_hold_is_the_certificate_unless_told_otherwise():
+    assert make_teams().pursuers.switch == "certificate"
+    assert make_teams(hold="none").pursuers.switch == "none"
+    assert make_scenario([0.9, 0.7], [1.9, 1.1]).pursuers.switch == "until_lost"
+
+
+@pytest.mark.parametrize(
+    ("pursuing", "message"),
+    [
+        ({"hold": "cost"}, "`hold` must be one of none, until_lost, certificate; got cost"),
+        ({"radio_range": 2.0}, "`radio_range` must be .inf with the assignment guarantee"),
+    ],
+)
+def test_what_does_not_go_with_the_assignment_is_refused(pursuing, message):
+    with pytest.raises(InvalidInput, match=message):
+        make_teams(**pursuing)
+
+
+def test_the_certificate_is_no_hold_of_another_rule():
+    with pytest.raises(InvalidInput, match="`hold` must be one of none, until_lost, cost"):
+        make_scenario([0.9, 0.7], [1.9, 1.1], hold="certificate")
+
+
+def make_team_scenario(pursuers, evaders, policy="adversarial", seconds=30.0, world=ARENA, **more):
+    team = {"top_speed": 0.3, "positions": pursuers, "smoothing": 0.0, "field": "guarantee"}
+    team["assignment"] = "guarantee"
+    return TrackingScenario(
+        world=world,
+        pursuers=Pursuers(**(team | {"grid": 0.15, "grid_of_two": 0.3} | more)),
+        evaders=Evaders(top_speed=0.09, positions=evaders, policies=[policy]),
+        seconds=seconds,
+    )
+
+
+def responsible_of(diagram, context):
+    pursuit = diagram.GetSubsystemByName("pursuit")
+    port = pursuit.GetOutputPort("responsible")
+    return port.Eval(pursuit.GetMyContextFromRoot(context)).astype(int)
+
+
+@pytest.mark.parametrize("policy", ["adversarial", "best_response"])
+def test_one_pursuer_keeps_two_evaders_about_as_long_as_the_table_says(policy):
+    # Alone each could be kept for ever.
+    scenario = make_team_scenario([[0.9, 0.6]], [[2.9, 0.7], [0.7, 2.7]], policy, seconds=60.0)
+    game = set_up_game(scenario)
+    speeds = {"pursuer_speed": 0.3, "evader_speed": 0.09}
+    table = solve_two_evaders(game.world, grid=0.25, **speeds)
+    alone = solve_visibility_game(game.world, grid=0.15, **speeds)
+    p, evaders = scenario.pursuers.positions[0], scenario.evaders.positions
+    promised = table.time(p, *evaders)
+    assert all(alone.time(p, e) == np.inf for e in evaders)
+    assert 3.0 < promised < 60.0
+    run = run_tracking(game)
+    assert run.tracking_time > promised - 2.5
+
+
+def test_every_evader_is_somebodys():
+    scenario = make_team_scenario([[0.9, 0.6], [3.2, 3.3]], [[1.9, 0.7], [0.7, 2.2], [3.3, 2.1]])
+    diagram = MakeTracking(scenario)
+    simulator = Simulator(diagram)
+    context, loss = simulator.get_context(), diagram.GetOutputPort("loss")
+    changes, before = 0, None
+    while context.get_time() < 20.0 and np.isinf(loss.Eval(context)[0]):
+        simulator.AdvanceTo(context.get_time() + 0.5)
+        owners = responsible_of(diagram, context)
+        sight = diagram.GetOutputPort("visibility").Eval(context).reshape(2, 3)
+        assignment = diagram.GetOutputPort("assignment").Eval(context).astype(int)
+        if sight.any(axis=0).all():
+            assert all(sight[owners[j], j] for j in range(3))
+        for i in range(2):
+            assert assignment[i] in ([j for j in range(3) if owners[j] == i] or [-1])
+        changes += before is not None and (owners != before).any()
+        before = owners
+    assert context.get_time() > 5.0
+    assert changes <= 4
+
+
+def test_a_rule_of_ones_own_gives_each_pursuer_one_evader():
+    scenario = make_team_scenario([[0.9, 0.6]], [[2.9, 0.7], [0.7, 2.7]])
+    diagram = MakeTracking(scenario, assignment="nearest")
+    assert isinstance(diagram.GetSubsystemByName("pursuit"), GuaranteePursuit)
+    assert isinstance(diagram.GetSubsystemByName("assignment"), Assignment)
+    assert not MakeTracking(scenario).HasSubsystemNamed("assignment")
+
+
+def test_the_grid_of_two_has_to_be_positive_and_coarse_enough():
+    with pytest.raises(InvalidInput, match="`grid_of_two` must be positive"):
+        make_team_scenario([[0.5, 0.5]], [[1.0, 0.5], [0.6, 0.9]], grid_of_two=-1.0)
+    scenario = make_team_scenario([[0.5, 0.5]], [[1.0, 0.5], [0.6, 0.9]], grid_of_two=0.05)
+    with pytest.raises(InvalidInput, match="the table of two evaders takes at most"):
+        MakeTracking(scenario)

@@ -91,7 +91,7 @@ def had_equal_choices(run: TrackingRun) -> bool:
     chosen = run.log["assignment"]
     for k, time in enumerate(run.times):
         held = k > 0 and np.array_equal(chosen[k], chosen[k - 1])
-        if time > run.tracking_time or (held and game.scenario.pursuers.hold != "none"):
+        if time > run.tracking_time or (held and game.scenario.pursuers.switch != "none"):
             continue
         pursuers, evaders = (run.log[f"{team}_position"][k] for team in ("pursuer", "evader"))
         sight = observe(index, corner_index, pursuers.ravel(), evaders.ravel())
