@@ -18,13 +18,14 @@ from sightfield.diagrams.tracking.game import TrackingGame, set_up_game
 from sightfield.diagrams.tracking.make_tracking import MakeTracking
 from sightfield.systems.numerics.statistics.paired import paired_difference
 from sightfield.systems.numerics.statistics.survival import restricted_mean
-from sightfield.systems.numerics.tracking.rollouts import Rollout
+from sightfield.systems.numerics.tracking.best_response.rollouts import Rollout
 from sightfield.systems.tracking import BestResponseEvaders
 from sightfield.systems.tracking.best_response_evaders import DEFAULT_ROLLOUT
 
 pytestmark = pytest.mark.benchmarks
 
-# Games a row: one against one by opponent, teams, settings of rollouts by team size, periods.
+# Games a row: one against one by opponent, teams, settings of rollouts by team size, periods,
+# pursuers that are fewer than their evaders.
 ALONE = {"adversarial": 1000, "best_response": 300}
 TEAMS, ROLLOUTS, PERIODS = 100, 200, 40
 
@@ -34,6 +35,21 @@ HOLDS = {
     "until_lost": ("hungarian", "until_lost"),
     "max_none": ("hungarian_max", "none"),
     "max_until_lost": ("hungarian_max", "until_lost"),
+}
+
+# The thesis's pursuers, the field of this project held steadily, and play by the solved game.
+SOLVED = {
+    "thesis": ("pursuers.field=table",),
+    "margin": (
+        "pursuers.field=margin",
+        "pursuers.assignment=hungarian_max",
+        "pursuers.hold=until_lost",
+    ),
+    "guarantee": (
+        "pursuers.field=guarantee",
+        "pursuers.assignment=guarantee",
+        "pursuers.hold=certificate",
+    ),
 }
 
 # Decisions between two of an evader, and plans that it tries beside the straight runs, about: the
@@ -121,6 +137,42 @@ def test_holding_an_assignment(size, tmp_path):
     )
 
 
+@pytest.mark.parametrize("size", ["1v1", "2v2", "3v3", "4v4", "4v3", "4v2", "1v2", "2v3", "3v4"])
+def test_playing_by_the_solved_game(size, tmp_path):
+    pursuers, evaders = map(int, size.split("v"))
+    runs = dict.fromkeys(("adversarial", "best_response", "optimal_distance"), games(TEAMS))
+    cells = [
+        match_cell(Match(pursuers, evaders, name, opponent), settings, runs)
+        for opponent in runs
+        for name, settings in SOLVED.items()
+    ]
+    study = Study(
+        name="solved",
+        base=thesis_base(seconds=120.0),
+        cells=tuple(cells),
+        runs=games(TEAMS),
+        # As in no other study.
+        seed=1,
+        starts_per_arena=10,
+    )
+    result = run_study(study, tmp_path / "solved", workers=1)
+    worst = dict.fromkeys(SOLVED, np.inf)
+    print(f"\n{size}, {study.runs} games against each, at most 120 s")
+    for opponent in runs:
+        found = {}
+        for name in SOLVED:
+            cell = cell_name(pursuers, evaders, name, opponent)
+            found[name] = result.times(cell)
+            mean = restricted_mean(found[name], result.lost(cell), result.horizon(cell))
+            worst[name] = min(worst[name], mean.value)
+            print(f"{name} against {opponent}: {mean.value:.1f} [{mean.low:.1f}, {mean.high:.1f}]")
+        print(f"guarantee over thesis: {ratio(found['guarantee'], found['thesis'])}")
+    print(
+        f"worst opponents: {worst['guarantee']:.1f} over {worst['thesis']:.1f} s, "
+        f"{worst['guarantee'] / worst['thesis']:.2f}; margin {worst['margin']:.1f} s"
+    )
+
+
 def evaders_with(game: TrackingGame, rollout: Rollout, decision_period: float):
     """`best_response` evaders of a game, with settings of one's own."""
     scenario = game.scenario
@@ -135,7 +187,7 @@ def evaders_with(game: TrackingGame, rollout: Rollout, decision_period: float):
         pursuit=scenario.pursuers.field,
         risk_vectors=scenario.pursuers.risk_vectors,
         assignment=scenario.pursuers.assignment,
-        hold=scenario.pursuers.hold,
+        hold=scenario.pursuers.switch,
         decision_period=decision_period,
         rollout=rollout,
     )
