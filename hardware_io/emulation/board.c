@@ -195,10 +195,10 @@ bool board_run(struct board *board, double until)
     return avr->state != cpu_Done && avr->state != cpu_Crashed;
 }
 
-bool board_receive(struct board *board, const uint8_t *bytes, int count)
+void board_receive(struct board *board, const uint8_t *bytes, int count)
 {
     if (board->to_robot.count + count > SERIAL_ROOM) {
-        return false;
+        return;
     }
     memcpy(board->to_robot.data + board->to_robot.count, bytes, (size_t)count);
     board->to_robot.count += count;
@@ -207,7 +207,6 @@ bool board_receive(struct board *board, const uint8_t *bytes, int count)
         board->last_byte = board->avr->cycle;
         avr_cycle_timer_register(board->avr, BYTE_CYCLES, next_byte, board);
     }
-    return true;
 }
 
 void board_set_voltages(struct board *board, const double volts[5])

@@ -48,8 +48,8 @@ struct board *board_start(elf_firmware_t *program, const struct body *body, uint
 /* Simulate up to a time [s] since the start; false once the processor has died. */
 bool board_run(struct board *board, double until);
 
-/* Bytes from the radio module; false where they do not fit. */
-bool board_receive(struct board *board, const uint8_t *bytes, int count);
+/* Bytes from the radio module, which drops what its full line has no room for, as a real one does. */
+void board_receive(struct board *board, const uint8_t *bytes, int count);
 
 /* Voltages [V] of the converter's inputs 0 to 4. */
 void board_set_voltages(struct board *board, const double volts[5]);

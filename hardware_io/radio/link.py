@@ -29,8 +29,9 @@ from .messages import (
 from .xbee_port import RadioError, XBeePort
 
 BAUD_RATE = 57600
-# Between one try of a stop or an arm and the next [s].
-_RETRY = 0.08
+# Between one try and the next [s]. A stop may lose several frames in a row and still be in time; an
+# arm is in no hurry.
+_RETRY = {Kind.STOP: 0.02, Kind.ARM: 0.08}
 
 
 @dataclass(frozen=True)
@@ -215,7 +216,7 @@ class RadioLink:
                 sequence = self._send(lambda **header: make(**header))
                 sent.append((self._session, sequence))
                 self._record.retried += len(sent) > 1
-                pause = max(min(_RETRY, end - time.monotonic()), 0.0)
+                pause = max(min(_RETRY[kind], end - time.monotonic()), 0.0)
                 done = self._changed.wait_for(
                     lambda: not goes_on() or len(self._who(kind, sent)) == len(self.robots), pause
                 )

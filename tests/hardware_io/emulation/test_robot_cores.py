@@ -127,6 +127,15 @@ def test_every_robot_stands_within_300_ms_of_silence_from_any_speed(phase):
         assert {team.last(k).state for k in range(4)} == {RobotState.LOST}
 
 
+def test_what_a_full_line_has_no_room_for_is_dropped_and_the_robot_lives():
+    with armed_team(1) as team:
+        entries = (Entry(1, 300, 0),)
+        for _ in range(300):
+            team.send(Command, form=Form.TWIST, age=0, entries=entries)
+        team.advance(1.5)
+        assert team.drive([[0.1, 0.0]], 0.5).wheel_speeds[0] == pytest.approx([0.1] * 2, rel=0.1)
+
+
 def test_a_robot_that_was_not_armed_does_not_move():
     with RobotCores([1], np.zeros((1, 3))) as cores:
         team = Team(cores)

@@ -89,6 +89,13 @@ def test_robots_that_do_not_answer_are_asked_again_and_then_reported(deaf_robots
         assert statistics.sent == statistics.retried + 1
 
 
+def test_a_stop_is_repeated_often_enough_to_lose_several_frames_and_be_in_time(deaf_robots):
+    with RadioLink(deaf_robots.port, [1, 2]) as link:
+        assert link.stop(timeout=0.4) == ()
+        # Every 0.02 s, on a busy machine less often; 0.1 s would be too late after two losses.
+        assert link.statistics().retried >= 8
+
+
 def test_a_stop_ends_an_arm_that_is_under_way(deaf_robots):
     with RadioLink(deaf_robots.port, [1, 2]) as link:
         answers = []
