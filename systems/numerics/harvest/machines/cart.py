@@ -18,6 +18,10 @@ class Cart:
 
     # On the way [m/s].
     speed: float = 6.0
+    # Largest along the way, speeding up and slowing down [m/s^2].
+    acceleration: float = 1.0
+    # Largest across it, which a loaded cart stands [m/s^2].
+    lateral_acceleration: float = 2.0
     # Least radius of the tractor's turns, at any speed [m].
     turning_radius: float = 5.0
     # From the hitch to the trailer's axle [m].
@@ -30,7 +34,14 @@ class Cart:
     capacity: float = math.inf
 
     def __post_init__(self) -> None:
-        for name in ("speed", "turning_radius", "length", "width"):
+        for name in (
+            "speed",
+            "acceleration",
+            "lateral_acceleration",
+            "turning_radius",
+            "length",
+            "width",
+        ):
             require_positive(name, getattr(self, name))
         require(self.capacity > 0, "capacity", "be positive", self.capacity)
         require(self.hitch_offset >= 0, "hitch_offset", "be zero or positive", self.hitch_offset)

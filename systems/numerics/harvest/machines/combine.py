@@ -20,8 +20,12 @@ class Combine:
 
     # Width of the header [m].
     header_width: float = 9.0
+    # Of the header, fore and aft [m].
+    header_depth: float = 2.0
     # Speed, forwards and backwards [m/s].
     speed: float = 1.5
+    # Largest, speeding up and slowing down [m/s^2].
+    acceleration: float = 0.5
     # Least radius of turns [m].
     turning_radius: float = 6.0
     # Tank [kg].
@@ -40,7 +44,9 @@ class Combine:
     def __post_init__(self) -> None:
         for name in (
             "header_width",
+            "header_depth",
             "speed",
+            "acceleration",
             "turning_radius",
             "capacity",
             "unload_rate",

@@ -1,0 +1,1 @@
+"""Where machines drive: poses by way and by time."""
