@@ -46,8 +46,9 @@ FOLLOWED = moves_within(20)
 # Mean length of the pursuer's moves at full speed, as the octagon has it [cells].
 PACE = 2.17
 
-# How far the pursuer of `lower` goes in a step, on nodes of half the grid [grids].
-LOWER_STEP = 0.5 * LONG.longest
+# Nodes of the pursuer of `lower` are so far apart [grids], and it goes so far in a step.
+LOWER_SPACING = 0.5
+LOWER_STEP = LOWER_SPACING * LONG.longest
 
 # More pairs of nodes than this are not even looked at.
 MOST_PAIRS = 20e9
@@ -124,7 +125,6 @@ class Setting(NamedTuple):
             self.step,
             slack,
             self.pace,
-            by_moves=True,
         )
         if self.evader_first:
             # Some of the nodes on which it is followed are no places for it.
@@ -170,16 +170,29 @@ class Setting(NamedTuple):
         )
 
 
-def _middle(
+def middle_setting(
     world: World,
     ratio: float,
     grid: float,
     pursuer_regions: Sequence[World],
     evader_regions: Sequence[World],
     sight_range: float,
+    *,
+    evader: Moves = MOVES,
+    evader_pace: float = PACE,
 ) -> Setting:
-    """Both players on nodes, the evader's grid finer by the ratio of the speeds."""
-    evader_spacing = ratio * grid
+    """Both players on nodes, the evader's grid finer by the ratio of the speeds.
+
+    Args:
+        world, ratio, grid, pursuer_regions, evader_regions, sight_range: See
+            `solve_visibility_game`; the ratio is that of the speeds.
+        evader: Moves of an evader.
+        evader_pace: Mean length of these at full speed [cells].
+
+    Raises:
+        InvalidInput: The grid is far too fine for the world.
+    """
+    evader_spacing = ratio * PACE * grid / evader_pace
     _require_few(world, grid, evader_spacing, sight_range, grid)
     pursuing, evading = build_edge_index(*pursuer_regions), build_edge_index(*evader_regions)
     pursuer_grid, evader_grid = cover(world.bounds, grid), cover(world.bounds, evader_spacing)
@@ -198,25 +211,38 @@ def _middle(
         corners=NO_CORNERS,
         spots=NO_SPOTS,
         ways=ways(pursuer_grid, free, pursuing, MOVES.offsets),
-        moves=MOVES,
-        walls=beside_walls(evader_grid, evader_nodes, evading, MOVES),
+        moves=evader,
+        walls=beside_walls(evader_grid, evader_nodes, evading, evader),
         by_rim=np.zeros_like(evader_nodes),
         evader_first=False,
     )
 
 
-def _lower(
+def lower_setting(
     world: World,
     ratio: float,
     grid: float,
     pursuer_regions: Sequence[World],
     evader_regions: Sequence[World],
     sight_range: float,
+    *,
+    offsets: np.ndarray = LONG_OFFSETS,
+    evader: Moves = FOLLOWED,
 ) -> Setting:
-    """The pursuer on nodes of half the grid; the evader followed."""
-    spacing, step = 0.5 * grid, LOWER_STEP * grid
+    """The pursuer on nodes of half the grid; the evader followed.
+
+    Args:
+        world, ratio, grid, pursuer_regions, evader_regions, sight_range: As of `middle_setting`.
+        offsets: Moves of the pursuer, shape (n, 2) [cells].
+        evader: Moves of an evader.
+
+    Raises:
+        InvalidInput: The grid is far too fine for the world.
+    """
+    spacing = LOWER_SPACING * grid
+    step = spacing * float(np.hypot(*offsets.T).max())
     pace = ratio * step
-    evader_spacing = pace / FOLLOWED.pace
+    evader_spacing = pace / evader.pace
     slack = SLACK * evader_spacing
     _require_few(world, spacing, evader_spacing, sight_range, grid)
     pursuing = build_edge_index(*pursuer_regions)
@@ -238,9 +264,9 @@ def _lower(
         sight=build_edge_index(*blocking),
         corners=np.concatenate([corner_table(part) for part in blocking]),
         spots=spots,
-        ways=ways(pursuer_grid, free, pursuing, LONG_OFFSETS),
-        moves=FOLLOWED,
-        walls=no_walls(evader_grid, FOLLOWED),
+        ways=ways(pursuer_grid, free, pursuing, offsets),
+        moves=evader,
+        walls=no_walls(evader_grid, evader),
         by_rim=nodes_by_rim(evader_grid, evader_regions, slack + pace),
         evader_first=False,
     )
@@ -287,7 +313,11 @@ def _upper(
 
 
 # The settings, by the name of the bound.
-BOUNDS: dict[str, Callable[..., Setting]] = {"lower": _lower, "middle": _middle, "upper": _upper}
+BOUNDS: dict[str, Callable[..., Setting]] = {
+    "lower": lower_setting,
+    "middle": middle_setting,
+    "upper": _upper,
+}
 
 
 def _require_few(

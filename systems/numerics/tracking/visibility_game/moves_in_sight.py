@@ -54,7 +54,7 @@ def moves_that_keep_sight(
         neighbour_starts, neighbours: Where it may go from each, as in `Rules`, shapes (n + 1,),
             (w,); at most 32 from each, as many as there are bits.
         lattice: The evader's.
-        runs, ends: What each place sees, from `see_runs` by moves, shapes (m, 3), (n,).
+        runs, ends: What each place sees, from `see_runs`, shapes (m, 3), (n,).
         by_rim: Nodes near which evaders cannot go everywhere, shape (rows, columns), bool.
         corners: From `corner_table`, shape (k, 6).
         step: How far the pursuer goes in a step [m].

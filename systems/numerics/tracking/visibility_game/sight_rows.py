@@ -12,8 +12,9 @@ within slack + s pace of n after the part s of the step, is in sight if
 
     bulge >= pace s (1 - s) (|K - p| - |K - p'|) / |K - p(s)|   for all s.
 
-Near K, and where K may hide nothing any more after the step, the whole step's pace is kept off; or,
-"by moves", no more than the slack, and each move is looked at by itself (`moves_in_sight`).
+Near K, and where K may hide nothing any more after the step, no more than the slack is kept off,
+and each move is looked at by itself; so it is where walls keep the evader from part of what
+surrounds its node (`moves_in_sight`).
 
 With a sight range R a node is kept that has |p - n| <= R - (slack + pace / 4), and the same at p',
 for all nodes to which n leads. Let the evader be at w after the part s of the step, within slack +
@@ -55,7 +56,6 @@ def see_runs(
     step: float,
     slack: float,
     pace: float,
-    by_moves: bool = False,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Runs of the nodes in sight from each place.
 
@@ -71,8 +71,6 @@ def see_runs(
         sight_range: How far the pursuer sees, or infinity [m].
         step: How far the pursuer goes in a step [m].
         slack, pace: How far an evader may be from its node, and goes in a step [m].
-        by_moves: Whether nodes keep off by no more than all moves need; `moves_in_sight` then
-            tells which moves keep sight.
 
     Returns:
         Windows as in `Planes`, but for the slots; row, first column and first one no more of each
@@ -107,7 +105,7 @@ def see_runs(
         if slack > 0.0 and sight_range < np.inf:
             _hide_far(px, py, lattice, sight_range - slack - 0.25 * pace, view, seen)
         reaches = step, slack, pace
-        _keep_off_corners(index, px, py, corners, lattice, reaches, by_moves, view, seen)
+        _keep_off_corners(index, px, py, corners, lattice, reaches, view, seen)
         most = (high_row + 1 - low_row) * ((high_column + 1 - low_column) // 2 + 1)
         if count + most > len(runs):
             more = np.empty((len(runs) + len(runs) // 2 + most, 3), dtype=np.int16)
@@ -287,7 +285,7 @@ def _sort(row, count):
 
 
 @kernel
-def _keep_off_corners(index, px, py, corners, lattice, reaches, by_moves, view, seen):
+def _keep_off_corners(index, px, py, corners, lattice, reaches, view, seen):
     """Take away the nodes that come too near to what corners hide, as the certified bound asks."""
     step, slack, pace = reaches
     for c in range(len(corners)):
@@ -295,43 +293,11 @@ def _keep_off_corners(index, px, py, corners, lattice, reaches, by_moves, view, 
         if distance == 0.0:
             continue
         cx, cy = corners[c, 0], corners[c, 1]
-        width, round_corner = _kept_off(distance, to_star, step, slack, pace), slack + pace
-        if by_moves:
-            width = slack
-            if distance > NEXT * step:
-                width += pace * _bulge(step / distance)
-            round_corner = width if is_close(distance, to_star, step) else width + pace
+        width = slack
+        if distance > NEXT * step:
+            width += pace * _bulge(step / distance)
+        round_corner = width if is_close(distance, to_star, step) else width + pace
         _hide_near_ray(px, py, cx, cy, lattice, width, round_corner, view, seen)
-
-
-@compiled
-def keeps_off_corners(
-    index: EdgeIndex,
-    px: float,
-    py: float,
-    ex: float,
-    ey: float,
-    corners: np.ndarray,
-    step: float,
-    pace: float,
-) -> bool:
-    """Whether an evader keeps off what corners hide as nodes do, from where it really is.
-
-    Args:
-        index: Edges that block sight.
-        px, py, ex, ey: The pursuer's place and the evader's [m].
-        corners: From `corner_table`, shape (k, 6).
-        step, pace: See `see_runs` [m].
-    """
-    for c in range(len(corners)):
-        distance, to_star, _ = star_distances(index, px, py, corners, c)
-        if distance > 0.0:
-            width = _kept_off(distance, to_star, step, 0.0, pace)
-            cx, cy = corners[c, 0], corners[c, 1]
-            ux, uy = (cx - px) / distance, (cy - py) / distance
-            if _is_near_ray(ex - cx, ey - cy, ux, uy, width, pace):
-                return False
-    return True
 
 
 @kernel
@@ -368,12 +334,6 @@ def is_close(distance: float, to_star: float, step: float) -> bool:
         distance, to_star, step: From `star_distances`; of the pursuer [m].
     """
     return to_star <= step or distance <= (NEXT + 1.0) * step
-
-
-@kernel
-def _kept_off(distance, to_star, step, slack, pace):
-    """How far nodes keep off what a corner hides, whatever the move [m]."""
-    return slack + pace if to_star <= step else slack + pace * _bulge(step / distance)
 
 
 @kernel

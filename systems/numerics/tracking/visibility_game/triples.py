@@ -4,10 +4,10 @@ The pursuer moves first, and both evaders know it:
 
     V(p, e1, e2) = 1 + max over p' of min over e1' and e2' of V(p', e1', e2')
 
-where p sees both evaders, else 0. The sweeps begin with "for ever" and come down to the greatest
-solution. What is kept is the minimum W(p, e1, e2), one byte a triple, of those triples alone where
-neither evader's moves lead out of sight of p: elsewhere W is zero. As V is symmetric in the
-evaders, half of them will do: e2 <= e1.
+where p sees both evaders, else 0, over the moves that keep sight of both on the way. The sweeps
+begin with "for ever" and come down to the greatest solution. What is kept is the minimum
+W(p, e1, e2), one byte a triple, of those triples alone where neither evader's moves lead out of
+sight of p: elsewhere W is zero. As V is symmetric in the evaders, half of them will do: e2 <= e1.
 
 The minimum over both evaders' moves is taken over one's, then over the other's. With a plane of
 V(p, ., .) as a square matrix the first is a minimum of whole rows; so is the second, once the
@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled, kernel
-from .sweeps import FOR_EVER, _lower_to, _raise_to
+from .sweeps import ALL, FOR_EVER, _lower_to, _raise_to
 
 # Side of the blocks in which matrices are transposed.
 BLOCK = 32
@@ -55,6 +55,9 @@ class Roads(NamedTuple):
         neighbour_starts, neighbours: Where the pursuer may go from each node: itself, and others;
             shapes (n + 1,), (w,).
         evader_starts, evader_ways: The same of the evaders, shapes (m + 1,), (u,).
+        care_starts, care_nodes, care_moves: Numbers of the evader nodes that each place sees and
+            from which some of its moves may lose sight on the way, rising; the k-th bit stands for
+            the k-th neighbour; shapes (n + 1,), (c,), (c,). For all others every move will do.
         horizon: What lasts longer counts as for ever, at most `sweeps.MOST_STEPS` [steps].
     """
 
@@ -62,6 +65,9 @@ class Roads(NamedTuple):
     neighbours: np.ndarray
     evader_starts: np.ndarray
     evader_ways: np.ndarray
+    care_starts: np.ndarray
+    care_nodes: np.ndarray
+    care_moves: np.ndarray
     horizon: int
 
 
@@ -145,7 +151,7 @@ def sweep_triples(triples: Triples, roads: Roads, order: np.ndarray, due: np.nda
         order: Places, shape (n,).
         due: Which depend on one that has changed, shape (n,), bool; kept up to date.
     """
-    row, squares, local = _make_room(triples)
+    room = _make_room(triples)
     count = 0
     for k in range(len(order)):
         p = order[k]
@@ -153,7 +159,7 @@ def sweep_triples(triples: Triples, roads: Roads, order: np.ndarray, due: np.nda
             continue
         due[p] = False
         count += 1
-        if _lower_plane(p, triples, roads, row, squares, local):
+        if _lower_plane(p, triples, roads, room):
             for n in range(roads.neighbour_starts[p], roads.neighbour_starts[p + 1]):
                 due[roads.neighbours[n]] = True
     return count
@@ -185,10 +191,27 @@ def steps_of_two(triples: Triples, roads: Roads, p: int) -> np.ndarray:
         roads: Of the game.
         p: Number of the place.
     """
-    row, squares, _ = _make_room(triples)
+    room = _make_room(triples)
     size = triples.seen_starts[p + 1] - triples.seen_starts[p]
-    _count_steps(p, triples, roads, row, squares[0])
-    return squares[0, : size * size].copy().reshape((size, size))
+    _count_steps(p, triples, roads, room)
+    return room[1][0, : size * size].copy().reshape((size, size))
+
+
+@compiled
+def keeps_two_by_table(roads: Roads, p: int, q: int, e1: int, e2: int) -> bool:
+    """Whether a pursuer's move is one of those over which V is the maximum.
+
+    Args:
+        roads: Of the game.
+        p, q: Numbers of the pursuer's nodes before its move and after.
+        e1, e2: Numbers of the evaders' nodes, which p sees.
+    """
+    moves = _moves_at(p, roads, e1) & _moves_at(p, roads, e2)
+    first = roads.neighbour_starts[p]
+    for n in range(first, roads.neighbour_starts[p + 1]):
+        if roads.neighbours[n] == q:
+            return (moves >> np.uint32(n - first)) & np.uint32(1) != 0
+    return False
 
 
 @compiled
@@ -199,43 +222,74 @@ def count_triples(triples: Triples, roads: Roads) -> np.ndarray:
         triples: Solved.
         roads: Of the game.
     """
-    row, squares, _ = _make_room(triples)
+    room = _make_room(triples)
     counts = np.zeros((len(triples.seen_starts) - 1, 2), dtype=np.int64)
     for p in range(len(counts)):
         size = triples.seen_starts[p + 1] - triples.seen_starts[p]
-        _count_steps(p, triples, roads, row, squares[0])
+        _count_steps(p, triples, roads, room)
         counts[p, 0] = size * size
         for k in range(size * size):
-            counts[p, 1] += squares[0, k] == FOR_EVER
+            counts[p, 1] += room[1][0, k] == FOR_EVER
     return counts
 
 
 @compiled
 def _make_room(triples):
-    """Room for two rows of all nodes, for three matrices, and for nodes' numbers in them."""
+    """Room for a plane: rows of all nodes, matrices, nodes' ranks in them, moves and care."""
     nodes, largest = triples.rank.shape[1], 1
     for p in range(len(triples.seen_starts) - 1):
         largest = max(largest, triples.seen_starts[p + 1] - triples.seen_starts[p])
     row = np.zeros((2, max(nodes, 1)), dtype=np.uint8)
     squares = np.zeros((3, largest * largest), dtype=np.uint8)
-    return row, squares, np.zeros(nodes, dtype=np.int32)
+    local = np.zeros(nodes, dtype=np.int32)
+    moves, careful = np.full(largest, ALL), np.zeros(largest, dtype=np.int32)
+    return row, squares, local, moves, careful
 
 
 @kernel
-def _count_steps(p, triples, roads, row, plane):
-    """V of one place for all pairs that it sees, as a square matrix."""
-    seen = triples.seen[triples.seen_starts[p] : triples.seen_starts[p + 1]]
-    n = len(seen)
+def _moves_at(p, roads, e):
+    """The moves from p that keep sight of an evader node on the way, as bits; ALL for all."""
+    low, high = roads.care_starts[p], roads.care_starts[p + 1]
+    while low < high:
+        middle = (low + high) // 2
+        if roads.care_nodes[middle] == e:
+            return roads.care_moves[middle]
+        if roads.care_nodes[middle] < e:
+            low = middle + 1
+        else:
+            high = middle
+    return ALL
+
+
+@kernel
+def _count_steps(p, triples, roads, room):
+    """V of one place for all pairs that it sees, as a square matrix, the first of the room's."""
+    row, squares, local, moves, careful = room
+    plane, seen = squares[0], triples.seen[triples.seen_starts[p] : triples.seen_starts[p + 1]]
+    n, around = len(seen), roads.neighbour_starts[p]
+    for i in range(n):
+        local[seen[i]], moves[i] = i, ALL
+    cares = roads.care_starts[p + 1] - roads.care_starts[p]
+    for c in range(cares):
+        careful[c] = local[roads.care_nodes[roads.care_starts[p] + c]]
+        moves[careful[c]] = roads.care_moves[roads.care_starts[p] + c]
     for i in range(n):
         e, low = seen[i], seen[0]
         row[0, low : e + 1] = 0
-        for k in range(roads.neighbour_starts[p], roads.neighbour_starts[p + 1]):
-            q = roads.neighbours[k]
+        for k in range(roads.neighbour_starts[p + 1] - around):
+            if not (moves[i] >> np.uint32(k)) & np.uint32(1):
+                continue
+            q = roads.neighbours[around + k]
             c = triples.rank[q, e]
             if c >= 0:
                 first = triples.core[triples.core_starts[q]]
                 begin, start = max(first, low), triples.row_starts[c] - first
                 _raise_to(row[0, begin : e + 1], triples.values[start + begin : start + e + 1])
+        for c in range(cares):
+            if careful[c] > i:
+                break
+            both = moves[i] & moves[careful[c]]
+            row[0, seen[careful[c]]] = _best_of_moves(p, triples, roads, e, seen[careful[c]], both)
         _one_more(row[1, low : e + 1], row[0, low : e + 1], roads.horizon)
         for j in range(i + 1):
             plane[i * n + j] = row[1, seen[j]]
@@ -247,16 +301,28 @@ def _count_steps(p, triples, roads, row, plane):
 
 
 @kernel
-def _lower_plane(p, triples, roads, row, squares, local):
+def _best_of_moves(p, triples, roads, e1, e2, moves):
+    """Largest W of a pair of evader nodes, e2 <= e1, over some of the pursuer's moves from p."""
+    best, around = np.uint8(0), roads.neighbour_starts[p]
+    for k in range(roads.neighbour_starts[p + 1] - around):
+        q = roads.neighbours[around + k]
+        c = triples.rank[q, e1]
+        if (moves >> np.uint32(k)) & np.uint32(1) and c >= 0 and triples.rank[q, e2] >= 0:
+            at = triples.row_starts[c] + e2 - triples.core[triples.core_starts[q]]
+            best = max(best, triples.values[at])
+    return best
+
+
+@kernel
+def _lower_plane(p, triples, roads, room):
     """Compute W of one place anew; whether it changed."""
-    start, first = triples.seen_starts[p], triples.core_starts[p]
-    n, m = triples.seen_starts[p + 1] - start, triples.core_starts[p + 1] - first
+    row, squares, local, _, _ = room
+    first = triples.core_starts[p]
+    n, m = triples.seen_starts[p + 1] - triples.seen_starts[p], triples.core_starts[p + 1] - first
     if m == 0:
         return False
     plane, eroded, turned = squares[0], squares[1], squares[2]
-    _count_steps(p, triples, roads, row, plane)
-    for j in range(n):
-        local[triples.seen[start + j]] = j
+    _count_steps(p, triples, roads, room)
     for c in range(m):
         _least_row(plane, n, n, triples.core[first + c], roads, local, eroded[c * n : c * n + n])
     for a in range(0, m, BLOCK):

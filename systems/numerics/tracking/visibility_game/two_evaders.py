@@ -2,8 +2,9 @@
 
 The game ends when the first of the two is lost. The bounds `middle` and `lower` of one evader are
 there, on coarser grids; `triples` solves it. The proof of the lower bound is that of one evader,
-taken for each: the pursuer commits first, both evaders are followed on nodes, and a node of either
-counts as seen only where all that it stands for is in sight, on the way to the next place as well.
+taken for each: the pursuer commits first, both evaders are followed on nodes, a node of either
+counts as seen only where all that it stands for is in sight, and a move has to keep sight of both
+on the way (`moves_in_sight`).
 
 That each of two evaders could be kept alone says little: what one of them does takes the pursuer
 from where it has to be for the other.
@@ -15,35 +16,25 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
 from ...errors import require, require_one_of, require_positive
-from ...geometry.edge_index import EdgeIndex, build_edge_index, point_is_free
+from ...geometry.edge_index import EdgeIndex, point_is_free
 from ...geometry.segment_sight import are_clear, segment_is_clear
 from ...geometry.world import World
-from ..corner_table import corner_table
-from .bounds import MOVES, NO_CORNERS, NO_SPOTS, PACE
-from .ground import nodes_to_follow, ways, without_thin_obstacles
-from .lattice import (
-    CLEAR,
-    NOWHERE,
-    SLACK,
-    Lattice,
-    clear_moves,
-    cover,
-    finite_point,
-    free_nodes,
-    moves_within,
-)
+from .bounds import MOVES, PACE, lower_setting, middle_setting
+from .lattice import CLEAR, NOWHERE, SLACK, Lattice, clear_moves, finite_point, moves_within
+from .moves_in_sight import keeps_sight
 from .settling import settle
-from .sight_rows import keeps_off_corners, see_runs
 from .sweeps import FOR_EVER, MOST_STEPS
 from .triples import (
     Roads,
     Triples,
     begin_for_ever,
     count_triples,
+    keeps_two_by_table,
     lay_out_triples,
     steps_of_two,
     sweep_triples,
@@ -170,16 +161,20 @@ class GuaranteedTimesOfTwo:
         evaders = [np.asarray(evader, dtype=float) for _, evader in named]
         if not all(segment_is_clear(self.sight, p[0], p[1], e[0], e[1]) for e in evaders):
             return p, 0.0
+        at_node = math.hypot(*(self.places[node] - p)) <= 1e-9 * self.pursuer_grid.spacing
         best, place = 0, p
-        for q, e1, e2 in self._choices(node, p, evaders, numbers):
+        for q, e1, e2 in self._choices(node, p, numbers):
             steps = worst_reply_of_two(self.triples, q, e1, e2)
-            if steps > best:
+            if steps > best and (
+                (at_node and self._keeps_by_table(node, q, e1, e2))
+                or self._keeps_sight(p, self.places[q], evaders)
+            ):
                 best, place = steps, self.places[q]
         # W counts from the end of the step.
         return place, float(self.seconds(np.array(best + float(best < FOR_EVER))))
 
     def _choices(
-        self, node: int, p: np.ndarray, evaders: list[np.ndarray], numbers: list[list[int]]
+        self, node: int, p: np.ndarray, numbers: list[list[int]]
     ) -> Iterator[tuple[int, int, int]]:
         """Where the pursuer may go, and the nodes on which it may follow the evaders."""
         if self.bound == "middle":
@@ -187,18 +182,26 @@ class GuaranteedTimesOfTwo:
             for q in self.roads.neighbours[first:last]:
                 yield int(q), numbers[0][0], numbers[1][0]
             return
-        reach, pace = self.pursuer_speed * self.step, self.evader_speed * self.step
-        corners = self.corners
-        for e in evaders:
-            if not keeps_off_corners(self.sight, p[0], p[1], e[0], e[1], corners, reach, pace):
-                return
         # The longest moves are as long as that, up to rounding.
-        near = np.flatnonzero(np.hypot(*(self.places - p).T) <= reach * (1.0 + 1e-9))
+        reach = self.pursuer_speed * self.step * (1.0 + 1e-9)
+        near = np.flatnonzero(np.hypot(*(self.places - p).T) <= reach)
         near = near[are_clear(self.pursuer_region, np.tile(p, (len(near), 1)), self.places[near])]
-        for e1 in numbers[0]:
-            for e2 in numbers[1]:
-                for q in near:
-                    yield int(q), e1, e2
+        for e1, e2 in product(*numbers):
+            for q in near:
+                yield int(q), e1, e2
+
+    def _keeps_by_table(self, node: int, q: int, e1: int, e2: int) -> bool:
+        """Whether the table takes a move from a node, which sees the nodes of both evaders."""
+        first, last = self.triples.seen_starts[node : node + 2]
+        seen = self.triples.seen[first:last]
+        return bool(np.isin([e1, e2], seen).all()) and bool(
+            keeps_two_by_table(self.roads, node, q, e1, e2)
+        )
+
+    def _keeps_sight(self, p: np.ndarray, to: np.ndarray, evaders: list[np.ndarray]) -> bool:
+        """Whether a step keeps sight of both on the way, from where they really are."""
+        pace = self.evader_speed * self.step
+        return all(keeps_sight(self.sight, p, to, e, self.corners, pace) for e in evaders)
 
     def seconds(self, steps: np.ndarray) -> np.ndarray:
         """Values in seconds: sight ends somewhere within the last step.
@@ -280,12 +283,16 @@ def solve_two_evaders(
     require_positive("memory", memory)
     ratio = evader_speed / pursuer_speed
     require(ratio < 1, "speed_ratio", "lie in (0, 1)", f"{ratio:.6g}")
-    certified, moves = bound == "lower", EVADER_MOVES[evader_moves]
-    spacing = 0.5 * grid if certified else grid
-    cells = MOVES.longest if certified else PACE
-    step = cells * spacing
-    evader_spacing = ratio * step / (moves.pace if certified else PACES[evader_moves])
-    slack = SLACK * evader_spacing if certified else 0.0
+    regions = pursuer_regions or (world,), evader_regions or (world,)
+    moves = EVADER_MOVES[evader_moves]
+    if bound == "lower":
+        setting = lower_setting(
+            world, ratio, grid, *regions, math.inf, offsets=MOVES.offsets, evader=moves
+        )
+    else:
+        setting = middle_setting(
+            world, ratio, grid, *regions, math.inf, evader=moves, evader_pace=PACES[evader_moves]
+        )
 
     def require_room(size: float) -> None:
         require(
@@ -295,69 +302,49 @@ def solve_two_evaders(
             f"{grid:.6g}, which takes {size / 1e9:.3g} GB",
         )
 
-    # The ranks alone, before any array is made.
-    area = float(np.prod(world.bounds[2:] - world.bounds[:2]))
-    require_room(4.0 * world.polygon.area * area / (spacing * evader_spacing) ** 2)
-    pursuing = build_edge_index(*(pursuer_regions or (world,)))
-    evading = evader_regions or (world,)
-    pursuer_grid = cover(world.bounds, spacing)
-    evader_grid = cover(world.bounds, evader_spacing, 2.0 * slack)
-    free = free_nodes(pursuer_grid, pursuing)
-    places = pursuer_grid.at(*np.nonzero(free))
+    places, evader_nodes = setting.places, setting.evader_nodes
     require(len(places) > 0, "grid", "leave the pursuer a place", f"{grid:.6g}")
-    starts, neighbours = ways(pursuer_grid, free, pursuing, MOVES.offsets)
-    region, pace = build_edge_index(*evading), 0.0
-    if certified:
-        pace = moves.pace * evader_spacing
-        blocking = without_thin_obstacles(world, max(step, 2.0 * (slack + pace)))
-        sight = build_edge_index(*blocking)
-        corners = np.concatenate([corner_table(part) for part in blocking])
-        evader_nodes, spots = nodes_to_follow(evader_grid, evading, slack)
-    else:
-        sight, corners = build_edge_index(world), NO_CORNERS
-        evader_nodes = free_nodes(evader_grid, region)
-        spots = NO_SPOTS
     require(bool(evader_nodes.any()), "grid", "leave the evader a place", f"{grid:.6g}")
+    # The ranks alone, before any array is made.
+    require_room(4.0 * len(places) * np.count_nonzero(evader_nodes))
     numbers = np.where(evader_nodes, np.cumsum(evader_nodes).reshape(evader_nodes.shape) - 1, -1)
     nodes = np.argwhere(evader_nodes)
-    found = clear_moves(evader_grid, evader_nodes, nodes, region, moves.offsets)
+    found = clear_moves(
+        setting.evader_grid, evader_nodes, nodes, setting.evader_region, moves.offsets
+    )
     # Nodes that are followed lie in walls as well: then no wall blocks a move between them.
-    left = found != NOWHERE if certified else found == CLEAR
+    left = found != NOWHERE if bound == "lower" else found == CLEAR
     evader_starts = np.append(0, np.cumsum(left.sum(axis=1)))
     evader_ways = numbers[tuple((nodes[:, None] + moves.offsets)[left].T)]
-    _, runs, ends, _ = see_runs(
-        sight,
-        places,
-        tuple(evader_grid),
-        evader_nodes,
-        *spots,
-        corners,
-        math.inf,
-        step,
-        slack,
-        pace,
-    )
+    _, runs, ends, _ = setting.see(places, math.inf)
+    care_starts, care_nodes, care_moves = setting.take_care(runs, ends)
+    care_nodes = numbers[care_nodes[:, 0], care_nodes[:, 1]]
     layout = lay_out_triples(runs, ends, numbers, evader_starts, evader_ways)
     require_room(float(layout[-1][-1]) + sum(array.nbytes for array in layout))
     triples = Triples(*layout, begin_for_ever(layout[2], layout[3], layout[5]))
-    last = min(math.ceil(horizon * pursuer_speed / step), MOST_STEPS)
-    roads = Roads(starts, neighbours, evader_starts, evader_ways, last)
-    due = np.ones(len(places), dtype=bool)
-    updates = settle(
-        np.nonzero(free), due, lambda order: sweep_triples(triples, roads, order, due), progress
+    roads = Roads(
+        *setting.ways,
+        evader_starts,
+        evader_ways,
+        care_starts,
+        care_nodes,
+        care_moves,
+        min(math.ceil(horizon * pursuer_speed / setting.step), MOST_STEPS),
     )
+    due, order = np.ones(len(places), dtype=bool), np.nonzero(setting.pursuer_nodes)
+    updates = settle(order, due, lambda order: sweep_triples(triples, roads, order, due), progress)
     return GuaranteedTimesOfTwo(
         bound=bound,
         pursuer_speed=pursuer_speed,
         evader_speed=evader_speed,
-        step=step / pursuer_speed,
-        pursuer_grid=pursuer_grid,
-        evader_grid=evader_grid,
+        step=setting.step / pursuer_speed,
+        pursuer_grid=setting.pursuer_grid,
+        evader_grid=setting.evader_grid,
         places=places,
         evader_numbers=numbers,
-        sight=sight,
-        pursuer_region=pursuing,
-        corners=corners,
+        sight=setting.sight,
+        pursuer_region=setting.pursuer_region,
+        corners=setting.corners,
         triples=triples,
         roads=roads,
         updates=updates,

@@ -16,8 +16,13 @@ from sightfield.systems.numerics.tracking.visibility_game.bounds import MOVES
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )
-from sightfield.systems.numerics.tracking.visibility_game.sweeps import FOR_EVER, steps_from
+from sightfield.systems.numerics.tracking.visibility_game.sweeps import (
+    ALL,
+    FOR_EVER,
+    steps_from,
+)
 from sightfield.systems.numerics.tracking.visibility_game.triples import (
+    keeps_two_by_table,
     steps_of_two,
     worst_reply_of_two,
 )
@@ -148,6 +153,33 @@ def test_a_world_without_corners_is_kept_for_ever(bound):
     assert np.isinf(table.times_from([1.0, 1.0], [3.9, 0.1])[table.evader_numbers >= 0]).all()
 
 
+@pytest.mark.parametrize("world", [BOX, THIN_WALL], ids=["triangle", "thin wall"])
+def test_the_certified_bound_is_the_best_over_moves_that_keep_sight_of_both(world):
+    # An evader so fast that its grid is coarse.
+    table = solve(world, 0.3, "lower", evader_speed=0.6)
+    triples, roads = table.triples, table.roads
+    barred, values = 0, set()
+    for p in range(0, len(table.places), 5):
+        seen = triples.seen[triples.seen_starts[p] : triples.seen_starts[p + 1]]
+        around = roads.neighbours[roads.neighbour_starts[p] : roads.neighbour_starts[p + 1]]
+        care = slice(roads.care_starts[p], roads.care_starts[p + 1])
+        moves = dict(zip(roads.care_nodes[care], roads.care_moves[care], strict=True))
+        steps = steps_of_two(triples, roads, p)
+        for (i, e1), (j, e2) in itertools.product(list(enumerate(seen))[::3], repeat=2):
+            left = int(moves.get(e1, ALL)) & int(moves.get(e2, ALL))
+            kept = [q for k, q in enumerate(around) if left >> k & 1]
+            best = max((worst_reply_of_two(triples, q, e1, e2) for q in kept), default=0)
+            assert steps[i, j] == (FOR_EVER if best >= roads.horizon else best + 1)
+            allowed = [keeps_two_by_table(roads, p, q, e1, e2) for q in around]
+            assert allowed == [q in kept for q in around]
+            barred += len(kept) < len(around)
+            values.add(steps[i, j])
+        for e in set(seen) - set(moves):
+            assert keeps_two_by_table(roads, p, p, e, e)
+    assert barred > 100
+    assert len(values) > 2
+
+
 @pytest.mark.parametrize("bound", ["middle", "lower"])
 @pytest.mark.parametrize("matrix", [[[-1, 0], [0, 1]], [[0, -1], [1, 0]], [[2, 0], [0, 2]]])
 def test_no_frame_is_special(bound, matrix):
@@ -238,7 +270,8 @@ def test_the_middle_bound_plays_from_places_between_nodes():
         ({"evader_speed": 1.0}, r"`speed_ratio` must lie in \(0, 1\); got 1"),
         ({"evader_speed": 0.0}, "`evader_speed` must be positive"),
         ({"grid": -0.2}, "`grid` must be positive"),
-        ({"grid": 1e-3}, "`grid` must be coarser, so that the table of two evaders takes at most"),
+        ({"grid": 1e-3}, "`grid` must be coarser for so large a world"),
+        ({"grid": 0.02}, "`grid` must be coarser, so that the table of two evaders takes at most"),
         ({"grid": 0.3, "memory": 1e6}, "`grid` must be coarser, so that the table of two"),
         ({"bound": "best"}, "`bound` must be one of middle, lower"),
         ({"evader_moves": 5}, "`evader_moves` must be one of 9, 21"),
