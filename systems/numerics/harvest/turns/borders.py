@@ -33,7 +33,7 @@ class Borders(NamedTuple):
     Attributes:
         distances: To the next edge, positive on the ground, negative off it, at most FARTHEST;
             shape (rows, columns) [m].
-        origin: x, y of the first node [m].
+        origin: x, y of the first node, shape (2,) [m].
         edges: Their ends, shape (n, 4) [m].
         starts: Where each bucket's list begins in `items`, row by row, shape (buckets + 1,).
         items: Numbers of the edges that come into each bucket, shape (m,).

@@ -312,7 +312,7 @@ def _shortened(site, motion, track, steps, bends, ways, gears):
 
 @compiled
 def _joined(found):
-    """Pieces from the last to the first, as arrays from the first to the last; alike ones as one."""
+    """Pieces told from the last to the first, in the order of driving; alike neighbours are one."""
     curvatures, lengths = np.zeros(len(found)), np.zeros(len(found))
     count = 0
     for k in range(len(found) - 1, -1, -1):

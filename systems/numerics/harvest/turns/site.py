@@ -14,7 +14,7 @@ class Site(NamedTuple):
     Attributes:
         borders: Of the ground.
         crop: Where crop stands, shape (rows, columns); no cells: nowhere.
-        crop_origin: Of its cells [m].
+        crop_origin: x, y of the corner of its first cell, shape (2,) [m].
         footprint: Of the machine.
     """
 

@@ -64,7 +64,13 @@ def stays_on_ground(site, pose, curvatures, lengths, count, room):
 
 @kernel
 def drive(x, y, theta, way, curvature):
-    """Pose after a way, backwards where it is negative."""
+    """Pose after an arc or a straight.
+
+    Args:
+        x, y, theta: Pose before [m], [m], [rad].
+        way: Negative backwards [m].
+        curvature: Positive to the left on the way forwards [1/m].
+    """
     half = curvature * way / 2
     chord = way * (math.sin(half) / half if half != 0.0 else 1.0)
     return (
@@ -169,6 +175,13 @@ def _right(hull, size, x, y):
 
 @compiled
 def path_stays(site, pose, curvatures, lengths):
-    """`stays_on_ground` of one path: pose (3,), curvatures and lengths (n,)."""
+    """Whether one path stays on the ground, see `stays_on_ground`.
+
+    Args:
+        site: Ground, standing crop and outline.
+        pose: x, y, theta of the start, shape (3,) [m], [m], [rad].
+        curvatures: Of the pieces, shape (n,) [1/m].
+        lengths: Of the pieces, negative backwards; shape (n,) [m].
+    """
     room = np.zeros((2, 20, 2))
     return stays_on_ground(site, pose, curvatures, lengths, len(lengths), room)

@@ -173,11 +173,11 @@ def word_times(
     acceleration: float,
     gears: tuple[int, int] = (1, 1),
 ) -> np.ndarray:
-    """Time of the quickest word of each pair of poses, shape (n,) [s].
+    """Time of the quickest word of each pair of poses, shape (...) [s].
 
     Args:
-        starts: x, y, theta, shape (n, 3) [m], [m], [rad].
-        goals: The same.
+        starts: x, y, theta, shape (..., 3) [m], [m], [rad].
+        goals: The same, shape (..., 3); the two are broadcast.
         radius: Of the arcs [m].
         speed: [m/s].
         acceleration: [m/s^2].
