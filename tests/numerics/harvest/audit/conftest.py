@@ -18,11 +18,11 @@ DENSITY = 0.7
 
 
 class HarvestByHand:
-    """A combine cuts a field of 200 m by 27 m in three rows, and a cart takes its grain away.
+    """A combine cuts a field of 200 m by 27 m in three rows, and a cart takes its grain.
 
     The combine drives along each row at 1.5 m/s, turning outside of the field at both ends on
-    half circles of radius 4.5 m; its header is 9 m wide, and its tank empties itself into the
-    cart, which drives 9 m beside it, at the end of every row.
+    half circles of radius 4.5 m; its header is 9 m wide. After the first row its tank is emptied
+    into the cart, which stands beyond the field, as if by wire.
 
     Attributes:
         log: Arrays by name, to be changed at will.
@@ -37,8 +37,8 @@ class HarvestByHand:
         inside = (pose[:, 0] > -1.5) & (pose[:, 0] < 201.5) & (np.cos(pose[:, 2]) ** 2 > 0.999)
         area = 9.0 * np.clip(station_in_rows(station), 0.0, None)
         grain = DENSITY * area
-        # It unloads while it turns.
-        tank = grain - np.where(station > 300, DENSITY * 1800, 0)
+        # It unloads between two rows, where it cuts nothing.
+        tank = grain - np.where(station > 262, DENSITY * 1800, 0)
         load = grain - tank
         cart = np.array([[250.0, 60.0, 0.3]] * len(time))
         self.log: dict[str, np.ndarray] = {
