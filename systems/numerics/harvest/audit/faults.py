@@ -18,8 +18,8 @@ class Fault(NamedTuple):
         begin: When it begins [s].
         end: When it ends [s].
         time: When it is worst [s].
-        amount: How much it is then, in the unit.
-        limit: What it may be, in the unit.
+        amount: How much it is then, in `unit` [-].
+        limit: What it may be, in `unit` [-].
         unit: Of amount and limit.
     """
 

@@ -140,7 +140,7 @@ def _read_log(path: Path, combines: int, carts: int) -> HarvestLog:
         raise
     except OSError as error:
         raise InvalidInput(f"`{LOG_FILE}` must be readable; got {path}: {error.strerror}") from None
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError) as error:
+    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError) as error:
         raise InvalidInput(f"`{LOG_FILE}` must be whole; got {path}: {error}") from None
     except (ValueError, TypeError, KeyError, AttributeError, SyntaxError, MemoryError):
         raise InvalidInput(f"`{LOG_FILE}` must hold arrays of numbers; got {path}") from None

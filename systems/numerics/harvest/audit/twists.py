@@ -34,7 +34,13 @@ def continuous(poses: np.ndarray) -> np.ndarray:
 
 
 def moving_outline(machine: str, points: np.ndarray, poses: np.ndarray) -> MovingOutline:
-    """An outline in the frame of a machine's poses, shape (m, 2) and (T, 3), from its middle."""
+    """An outline that moves with a machine, seen from its middle.
+
+    Args:
+        machine: Whose it is.
+        points: Corners in the frame of the machine's pose, shape (m, 2) [m].
+        poses: Of the machine at the samples, shape (T, 3).
+    """
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     x, y, theta = continuous(poses).T
     c, s = np.cos(theta), np.sin(theta)
@@ -82,7 +88,13 @@ def poses_between(poses: np.ndarray, number: np.ndarray, share: np.ndarray) -> n
 
 
 def polygons_at(outline: MovingOutline, number: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Shapely polygons of an outline between samples, as `poses_between`, shape (n,)."""
+    """Shapely polygons of an outline between samples, shape (n,).
+
+    Args:
+        outline: In motion.
+        number: Of the sample before, below T - 1, shape (n,).
+        share: Of the time to the next sample that has passed, in [0, 1], shape (n,).
+    """
     x, y, theta = poses_between(outline.poses, number, share).T
     c, s = np.cos(theta)[:, None], np.sin(theta)[:, None]
     px, py = outline.points.T
