@@ -7,10 +7,11 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
+from ...systems.numerics.harvest.audit.harvest_log import LOG_FILE, MACHINES_FILE
 from ..visuals.replay import write_replay
 from .colours import combine_colour
 from .run import HarvestRun
-from .summary import UNITS, log_arrays, planned_tanks
+from .summary import UNITS, log_arrays, machines, planned_tanks
 
 _TONNE = 1000.0
 
@@ -23,12 +24,13 @@ def write_report(run: HarvestRun, summary: dict[str, object], folder: Path) -> l
         summary: From `summarise`.
         folder: Exists.
     """
-    names = ["summary.json", "log.npz", "log_units.json", "loads.png", "field.png"]
+    names = ["summary.json", LOG_FILE, MACHINES_FILE, "log_units.json", "loads.png", "field.png"]
     (folder / names[0]).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     np.savez_compressed(folder / names[1], **log_arrays(run))  # type: ignore[arg-type]  # none is called allow_pickle
-    (folder / names[2]).write_text(json.dumps(UNITS, indent=2) + "\n", encoding="utf-8")
-    draw_loads(run).savefig(folder / names[3], dpi=120)
-    draw_field(run).savefig(folder / names[4], dpi=120)
+    (folder / names[2]).write_text(json.dumps(machines(run), indent=2) + "\n", encoding="utf-8")
+    (folder / names[3]).write_text(json.dumps(UNITS, indent=2) + "\n", encoding="utf-8")
+    draw_loads(run).savefig(folder / names[4], dpi=120)
+    draw_field(run).savefig(folder / names[5], dpi=120)
     if run.scene is not None:
         write_replay(run.scene, folder / "replay.html", title="Sightfield: harvest")
         names.append("replay.html")

@@ -25,12 +25,13 @@ LOGGED = {
     "mode": 0,
     "state": 4,
     "load": 0,
+    "delivered": 0,
     "alongside": 0,
     "task": 0,
     "doing": 0,
 }
 # Between two samples of the log, and between two looks whether all is done [s].
-LOG_PERIOD, STRIDE = 1.0, 10.0
+LOG_PERIOD, STRIDE = 0.5, 10.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,9 +10,11 @@ from ...systems.numerics.harvest.machines.filling import (
     CUT,
     LOST,
     OVERFLOW_TIME,
+    STANDING_MODES,
     STOP_TIME,
     TANK,
 )
+from ...systems.numerics.harvest.machines.outlines import cart_outline, combine_outline
 from ...systems.numerics.harvest.machines.watching import (
     CART_TO_CART,
     CART_TO_COMBINE,
@@ -28,13 +30,17 @@ SHORTEST = 2.0
 # Units of the arrays in the log; "1" for numbers without one.
 UNITS = {
     "time": "s",
-    "pose": "m, m, rad",
-    "station": "m",
+    "combine_pose": "m, m, rad",
+    "combine_speed": "m/s",
+    "tractor_pose": "m, m, rad",
+    "trailer_pose": "m, m, rad",
     "tank": "kg",
+    "cart_load": "kg",
+    "cutting": "1",
+    "delivered": "kg",
     "tank_planned": "kg",
+    "station": "m",
     "mode": "1",
-    "state": "m, m, rad, rad",
-    "load": "kg",
     "alongside": "1",
     "task": "1",
     "doing": "1",
@@ -118,5 +124,73 @@ def planned_tanks(run: HarvestRun) -> np.ndarray:
 
 
 def log_arrays(run: HarvestRun) -> dict[str, np.ndarray]:
-    """The run's samples by the names in UNITS, time first along every array's first axis."""
-    return {"time": run.times, **run.log, "tank_planned": planned_tanks(run)}
+    """The run's samples by the names in UNITS, time first along every array's first axis.
+
+    What an audit reads comes first: see `HarvestLog`.
+    """
+    log, team, cart = run.log, run.job.scenario.combines, run.job.scenario.carts
+    gears = np.stack(
+        [
+            path.gears[np.clip(np.searchsorted(path.stations, at, side="right") - 1, 0, last)]
+            for path, at in zip(run.job.coverage.paths, log["station"].T, strict=True)
+            for last in [len(path.gears) - 1]
+        ],
+        axis=1,
+    )
+    drives = ~np.isin(log["mode"], STANDING_MODES)
+    x, y, theta, beta = np.moveaxis(log["state"], -1, 0)
+    heading = theta - beta
+    return {
+        "time": run.times,
+        "combine_pose": log["pose"],
+        "combine_speed": np.where(drives, gears * team.speed, 0.0),
+        "tractor_pose": log["state"][..., :3],
+        "trailer_pose": np.stack(
+            [
+                x - cart.hitch_offset * np.cos(theta) - cart.length * np.cos(heading),
+                y - cart.hitch_offset * np.sin(theta) - cart.length * np.sin(heading),
+                heading,
+            ],
+            axis=-1,
+        ),
+        "tank": log["tank"],
+        "cart_load": log["load"],
+        # The header is down whenever a combine drives forwards.
+        "cutting": (drives & (gears > 0)).astype(float),
+        "delivered": log["delivered"].sum(axis=1),
+        "tank_planned": planned_tanks(run),
+        **{name: log[name] for name in ("station", "mode", "alongside", "task", "doing")},
+    }
+
+
+def machines(run: HarvestRun) -> dict[str, object]:
+    """The machines and the field of a run as an audit reads them, ready for JSON: see `Site`."""
+    scenario, field = run.job.scenario, run.job.coverage.field
+    team, cart = scenario.combines, scenario.carts
+    combine_shape, cart_shape = combine_outline(team), cart_outline(cart)
+    combine = {
+        "header": combine_shape.header.tolist(),
+        "body": combine_shape.body.tolist(),
+        "capacity": team.capacity,
+        "acceleration": team.acceleration,
+        "turning_radius": team.turning_radius,
+    }
+    trailer = {
+        "tractor": cart_shape.tractor.tolist(),
+        "trailer": cart_shape.trailer.tolist(),
+        "capacity": cart.capacity if math.isfinite(cart.capacity) else None,
+        "acceleration": cart.acceleration,
+        "lateral_acceleration": cart.lateral_acceleration,
+        "turning_radius": cart.turning_radius,
+    }
+    part = {
+        "boundary": field.world.boundary.tolist(),
+        "holes": [ring.tolist() for ring in field.world.obstacles],
+    }
+    return {
+        "combines": [combine] * len(run.job.coverage.paths),
+        "carts": [trailer] * cart.count,
+        "parts": [part],
+        "margin": field.margin,
+        "density": scenario.density,
+    }

@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -13,6 +14,7 @@ from sightfield.diagrams.harvest.scenario import HarvestScenario
 from sightfield.diagrams.harvest.summary import summarise
 from sightfield.diagrams.scenario_files import builtin_scenarios, find_scenario, load_scenario
 from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.harvest.audit.harvest_log import read_harvest
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +98,13 @@ def test_the_command_writes_its_report_and_prints_json(tmp_path, strategy):
     assert summary["makespan"] == pytest.approx(360.0)
     assert abs(summary["grain_error"]) <= 1e-9 * summary["grain_harvested"]
     names = {"summary.json", "log.npz", "log_units.json", "loads.png", "field.png", "replay.html"}
-    assert {path.name for path in out.iterdir()} == names
+    assert {path.name for path in out.iterdir()} == names | {"machines.json"}
+    log, site = read_harvest(out)
+    assert np.diff(log.time).max() <= 0.5
+    assert (len(site.combines), len(site.carts), site.margin) == (2, 1, 12.0)
+    assert site.parts[0].boundary.area == pytest.approx(120 * 90)
+    grain = log.tank[-1].sum() + log.cart_load[-1].sum() + log.delivered[-1]
+    assert grain == pytest.approx(summary["grain_harvested"], rel=1e-9)
 
 
 def test_a_header_wider_than_the_field_is_refused():

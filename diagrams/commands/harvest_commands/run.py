@@ -1,0 +1,115 @@
+"""`sightfield harvest run`, or without `run`: combines work a field, carts carry the grain away."""
+
+import json
+import sys
+from contextlib import nullcontext
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import Progress, TimeRemainingColumn
+from rich.table import Table
+
+from ....systems.numerics.errors import require_non_negative
+from ...harvest import scenarios
+from ...harvest.job import prepare_harvest
+from ...harvest.scenario import HarvestScenario
+from ...outputs import output_folder
+from ...scenario_files import builtin_scenarios, find_scenario, load_scenario
+
+
+def run(
+    scenario: Annotated[
+        str,
+        typer.Argument(help=f"YAML file, or one of: {', '.join(builtin_scenarios(scenarios))}."),
+    ] = "thesis_2",
+    field: Annotated[
+        Path | None,
+        typer.Option(help="Harvest this field: WKT or GeoJSON."),
+    ] = None,
+    coordinates: Annotated[
+        str | None,
+        typer.Option(help="Of the field's file: wgs84, in degrees [default], or metres."),
+    ] = None,
+    combines: Annotated[int | None, typer.Option(help="Number of combines.")] = None,
+    strategy: Annotated[str | None, typer.Option(help="sequential or on-demand.")] = None,
+    setting: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Set a key, as carts.speed=4."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for summary, log, plots and replay.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
+    meshcat: Annotated[
+        bool | None, typer.Option(help="Watch it live [default: in a terminal].")
+    ] = None,
+    replay: Annotated[bool, typer.Option(help="With --out: write replay.html.")] = True,
+    realtime: Annotated[
+        float, typer.Option(help="Simulated seconds per second, 0: as fast as possible.")
+    ] = 0.0,
+) -> None:
+    """Combines harvest a field from its edge inwards; carts unload them on the way."""
+    # They load Drake, which takes longer than the audit beside this command.
+    from ...harvest.report import write_report
+    from ...harvest.run import run_harvest
+    from ...harvest.summary import summarise
+    from ...tracking.live_page import open_live_page
+
+    require_non_negative("--realtime", realtime)
+    settings = list(setting or [])
+    if combines is not None:
+        settings.append(f"combines.count={combines}")
+    if coordinates is not None:
+        settings.append(f"field.coordinates={coordinates}")
+    if strategy is not None:
+        settings.append(f"strategy={strategy}")
+    path = find_scenario(scenario, scenarios)
+    asked = load_scenario(HarvestScenario, path, settings)
+    folder = path.parent
+    if field is not None:
+        asked, folder = replace(asked, field=replace(asked.field, file=str(field))), Path()
+    attended = sys.stdout.isatty() and sys.stdin.isatty() and not as_json
+    live = attended if meshcat is None else meshcat
+    console = Console(stderr=as_json)
+    # A folder that cannot be written is found out before the run, not after it.
+    with output_folder(out) if out is not None else nullcontext() as written_to:
+        recording = written_to is not None and replay
+        page = open_live_page() if live or recording else None
+        if live and page is not None:
+            console.print(f"Watch it at [bold]{page.web_url()}[/]")
+        with Progress(
+            *Progress.get_default_columns()[:-1],
+            TimeRemainingColumn(),
+            console=console,
+            transient=True,
+            disable=not sys.stdout.isatty() or as_json,
+        ) as bar:
+            task = bar.add_task("harvested", total=1.0)
+            job = prepare_harvest(asked, folder)
+            done = run_harvest(
+                job,
+                page,
+                recording=recording,
+                realtime_rate=realtime,
+                progress=lambda share: bar.update(task, completed=share),
+            )
+        name = Path(scenario).stem if field is None else f"{Path(scenario).stem} on {field.stem}"
+        summary = summarise(done, name)
+        written = write_report(done, summary, written_to) if written_to is not None else []
+    if as_json:
+        print(json.dumps(summary, indent=2))
+        return
+    table = Table(show_header=False, box=None, padding=(0, 2))
+    for key, value in summary.items():
+        text = f"{value:.5g}" if isinstance(value, float) else str(value)
+        table.add_row(key.replace("_", " "), text)
+    console.print(table)
+    for reason in (*job.coverage.reasons, *job.answer.reasons):
+        console.print(f"Note: {reason}.")
+    if out is not None:
+        console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
+    if live and attended and page is not None:
+        console.input("The page stays open until you press Enter.")

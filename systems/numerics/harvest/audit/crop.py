@@ -1,0 +1,288 @@
+"""What is cut, when, and what bodies stand on before it is.
+
+The crop is looked at in points of a square lattice, each of which stands for a square. A point is
+cut when a header that is down first covers it, and lost to a body that covers it before that. In
+the frame of a machine a point moves along an arc, which is taken in pieces that differ from their
+chords by less than SAGITTA; when a chord enters the outline is exact.
+
+The lattice lies at the golden angle to the longest edge of the field, so that no row, headland or
+gap between two of them runs along it: of a strip of any width along the field's edges, the part
+that is seen is its area, with an error of about half a square for each square root of the squares
+on its border. Squares are 0.25 m wide up to some 30 ha.
+
+Whether a header is down between two samples is not logged: it counts as down if it is at either.
+So at most one sample's way is cut too much where it is lifted or let down.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from ...compiled import compiled, kernel
+from .ground import edges_of
+from .harvest_log import HarvestLog, Site
+from .twists import continuous
+
+# Side of the squares [m], and how many points of crop and of the box round it there are at most.
+SIDE, CROP_POINTS, ALL_POINTS = 0.25, 5e6, 2.5e7
+
+# Between an arc and its chord [m].
+SAGITTA = 1e-3
+
+# Whatever is cut so much later than covered is cut in time [s].
+SAME = 1e-6
+
+# Of the lattice to the longest edge: its slope is the golden ratio, which is as far as can be from
+# the slopes of rows of points [rad].
+ANGLE = math.atan((math.sqrt(5) - 1) / 2)
+
+
+@dataclass(frozen=True, eq=False)
+class CropRecord:
+    """What became of the crop.
+
+    Attributes:
+        area: Of the crop [m^2].
+        cut: Area cut by each sample, never decreasing, shape (T,) [m^2].
+        crushed: Area that stood when a body first covered it, by machine and by the time between
+            two samples, each shape (T - 1,) [m^2].
+        side: Of the squares [m].
+    """
+
+    area: float
+    cut: np.ndarray
+    crushed: dict[str, np.ndarray]
+    side: float
+
+
+def crop_record(log: HarvestLog, site: Site, crop: BaseGeometry) -> CropRecord:
+    """Cut the crop by what the headers did, and look what bodies stood on.
+
+    Args:
+        log: Of the machines.
+        site: Their outlines.
+        crop: Where it grows.
+    """
+    edges = edges_of(crop)
+    long = edges[np.argmax(np.hypot(edges[:, 2] - edges[:, 0], edges[:, 3] - edges[:, 1]))]
+    back = -(math.atan2(long[3] - long[1], long[2] - long[0]) + ANGLE)
+    turned = np.hstack([_turned(edges[:, :2], back), _turned(edges[:, 2:], back)])
+    low = turned.reshape(-1, 2).min(axis=0)
+    extent = turned.reshape(-1, 2).max(axis=0) - low
+    side = max(SIDE, math.sqrt(crop.area / CROP_POINTS), math.sqrt(extent.prod() / ALL_POINTS))
+    columns, rows = (np.floor(extent / side).astype(int) + 1).tolist()
+    cut_at = _bare(turned, low, side, rows, columns)
+    points = np.count_nonzero(cut_at == np.inf)
+    area = float(crop.area)
+    square = area / points if points else 0.0
+
+    def frames(poses: np.ndarray) -> np.ndarray:
+        turned = np.column_stack([_turned(poses[:, :2], back), poses[:, 2] + back])
+        return np.ascontiguousarray(continuous(turned))
+
+    combines = [frames(log.combine_pose[:, n]) for n in range(len(site.combines))]
+    always = np.ones(len(log.time) - 1, dtype=bool)
+    for n, machine in enumerate(site.combines):
+        down = log.cutting[:, n] > 0
+        reach = _reach(machine.front, machine.rear)
+        for piece in _convex_pieces(machine.front):
+            _cut(piece, combines[n], down[:-1] | down[1:], log.time, reach, low, side, cut_at)
+    covered = np.zeros(cut_at.shape, dtype=bool)
+    crushed: dict[str, np.ndarray] = {}
+
+    def drive(name: str, outline: np.ndarray, poses: np.ndarray, reach: float) -> None:
+        count = crushed.setdefault(name, np.zeros(len(always)))
+        for piece in _convex_pieces(outline):
+            _crush(piece, poses, log.time, reach, low, side, cut_at, covered, count)
+
+    for n, machine in enumerate(site.combines):
+        # The same pieces of arcs for body and header: in front they are level.
+        reach = _reach(machine.front, machine.rear)
+        drive(f"combine {n}", machine.rear, combines[n], reach)
+    for k, machine in enumerate(site.carts):
+        tractor, trailer = frames(log.tractor_pose[:, k]), frames(log.trailer_pose[:, k])
+        drive(f"cart {k}", machine.front, tractor, _reach(machine.front))
+        drive(f"cart {k}", machine.rear, trailer, _reach(machine.rear))
+    times = np.sort(cut_at[np.isfinite(cut_at)])
+    cut = square * np.searchsorted(times, log.time, side="right")
+    return CropRecord(area, cut, {name: square * each for name, each in crushed.items()}, side)
+
+
+def _turned(points: np.ndarray, angle: float) -> np.ndarray:
+    c, s = math.cos(angle), math.sin(angle)
+    return points @ np.array([[c, s], [-s, c]])
+
+
+def _reach(*outlines: np.ndarray) -> float:
+    return max(float(np.hypot(*outline.T).max()) for outline in outlines)
+
+
+def _convex_pieces(outline: np.ndarray) -> list[np.ndarray]:
+    """Lines that bound each convex piece: a x + b y + c >= 0 inside; each shape (m, 3)."""
+    whole = shapely.Polygon(outline)
+    pieces = [whole]
+    if whole.convex_hull.area - whole.area > 1e-9 * whole.area:
+        pieces = list(shapely.constrained_delaunay_triangles(whole).geoms)
+    lines = []
+    for piece in pieces:
+        ring = shapely.get_coordinates(shapely.orient_polygons(piece))
+        begin, way = ring[:-1], np.diff(ring, axis=0)
+        normals = np.column_stack([-way[:, 1], way[:, 0]]) / np.hypot(*way.T)[:, None]
+        offsets = -np.einsum("ij,ij->i", normals, begin)
+        # A hair wider, so that rounding leaves no points between two rows that adjoin.
+        lines.append(np.column_stack([normals, offsets + 1e-9, begin]))
+    return lines
+
+
+@compiled
+def _bare(edges, low, side, rows, columns):
+    """When each point is cut: never, -infinity where no crop is; shape (rows, columns) [s]."""
+    cut_at = np.full((rows, columns), -np.inf)
+    crossings = np.empty(len(edges))
+    for row in range(rows):
+        y = low[1] + side * (row + 0.5)
+        count = 0
+        for e in range(len(edges)):
+            if (edges[e, 1] > y) != (edges[e, 3] > y):
+                share = (y - edges[e, 1]) / (edges[e, 3] - edges[e, 1])
+                crossings[count] = edges[e, 0] + share * (edges[e, 2] - edges[e, 0])
+                count += 1
+        ordered = np.sort(crossings[:count])
+        for pair in range(count // 2):
+            first = max(0, int(np.ceil((ordered[2 * pair] - low[0]) / side - 0.5)))
+            last = min(columns - 1, int(np.floor((ordered[2 * pair + 1] - low[0]) / side - 0.5)))
+            for column in range(first, last + 1):
+                cut_at[row, column] = np.inf
+    return cut_at
+
+
+@kernel
+def _enters(lines, x0, y0, x1, y1):
+    """Share of the way from one point to another at which a convex piece is entered; or 2."""
+    enter, leave = 0.0, 1.0
+    for i in range(len(lines)):
+        begin = lines[i, 0] * x0 + lines[i, 1] * y0 + lines[i, 2]
+        end = lines[i, 0] * x1 + lines[i, 1] * y1 + lines[i, 2]
+        if begin < 0.0:
+            if end < 0.0:
+                return 2.0
+            enter = max(enter, begin / (begin - end))
+        elif end < 0.0:
+            leave = min(leave, begin / (begin - end))
+        if enter > leave:
+            return 2.0
+    return enter
+
+
+@kernel
+def _between(poses, k, share):
+    dx, dy = poses[k + 1, 0] - poses[k, 0], poses[k + 1, 1] - poses[k, 1]
+    turn = poses[k + 1, 2] - poses[k, 2]
+    half, part = turn / 2, turn * share / 2
+    scale = share
+    if abs(half) > 1e-9:
+        scale = math.sin(part) / math.sin(half)
+    # The chord of the first part of the arc, turned back from that of the whole.
+    back = part - half
+    c, s = scale * math.cos(back), scale * math.sin(back)
+    x = poses[k, 0] + c * dx - s * dy
+    y = poses[k, 1] + s * dx + c * dy
+    return x, y, poses[k, 2] + turn * share
+
+
+@kernel
+def _pieces(poses, k, reach):
+    """In how many pieces the way of points within reach differs from chords by SAGITTA."""
+    dx, dy = poses[k + 1, 0] - poses[k, 0], poses[k + 1, 1] - poses[k, 1]
+    turn = abs(poses[k + 1, 2] - poses[k, 2])
+    # A point moves by the chord and with the turn; an arc of a chord bulges by chord turn / 8.
+    way = math.sqrt(dx * dx + dy * dy) * (1.0 + turn) + turn * reach
+    return 1 + int(math.sqrt(way * turn / (8.0 * SAGITTA)))
+
+
+@kernel
+def _box(lines, x0, y0, t0, x1, y1, t1, low, side, shape, box):
+    """Rows and columns of points that a piece may cover on its way; False if there are none."""
+    left, bottom, right, top = math.inf, math.inf, -math.inf, -math.inf
+    for end in range(2):
+        x, y, theta = (x0, y0, t0) if end == 0 else (x1, y1, t1)
+        c, s = math.cos(theta), math.sin(theta)
+        for i in range(len(lines)):
+            px = x + c * lines[i, 3] - s * lines[i, 4]
+            py = y + s * lines[i, 3] + c * lines[i, 4]
+            left, right = min(left, px), max(right, px)
+            bottom, top = min(bottom, py), max(top, py)
+    bulge = 2 * SAGITTA
+    box[0] = max(0, math.ceil((bottom - bulge - low[1]) / side - 0.5))
+    box[1] = min(shape[0] - 1, math.floor((top + bulge - low[1]) / side - 0.5))
+    box[2] = max(0, math.ceil((left - bulge - low[0]) / side - 0.5))
+    box[3] = min(shape[1] - 1, math.floor((right + bulge - low[0]) / side - 0.5))
+    return box[0] <= box[1] and box[2] <= box[3]
+
+
+@compiled
+def _cut(lines, poses, down, time, reach, low, side, cut_at):
+    box = np.empty(4, dtype=np.int64)
+    for k in range(len(poses) - 1):
+        if not down[k]:
+            continue
+        count = _pieces(poses, k, reach)
+        for piece in range(count):
+            x0, y0, t0 = _between(poses, k, piece / count)
+            x1, y1, t1 = _between(poses, k, (piece + 1) / count)
+            if not _box(lines, x0, y0, t0, x1, y1, t1, low, side, cut_at.shape, box):
+                continue
+            c0, s0, c1, s1 = math.cos(t0), math.sin(t0), math.cos(t1), math.sin(t1)
+            since = time[k] + piece / count * (time[k + 1] - time[k])
+            lasts = (time[k + 1] - time[k]) / count
+            for row in range(box[0], box[1] + 1):
+                y = low[1] + side * (row + 0.5)
+                for column in range(box[2], box[3] + 1):
+                    if cut_at[row, column] <= since:
+                        continue
+                    x = low[0] + side * (column + 0.5)
+                    ax, ay, bx, by = x - x0, y - y0, x - x1, y - y1
+                    share = _enters(
+                        lines,
+                        c0 * ax + s0 * ay,
+                        c0 * ay - s0 * ax,
+                        c1 * bx + s1 * by,
+                        c1 * by - s1 * bx,
+                    )
+                    if share <= 1.0:
+                        cut_at[row, column] = min(cut_at[row, column], since + share * lasts)
+
+
+@compiled
+def _crush(lines, poses, time, reach, low, side, cut_at, covered, crushed):
+    box = np.empty(4, dtype=np.int64)
+    for k in range(len(poses) - 1):
+        count = _pieces(poses, k, reach)
+        for piece in range(count):
+            x0, y0, t0 = _between(poses, k, piece / count)
+            x1, y1, t1 = _between(poses, k, (piece + 1) / count)
+            if not _box(lines, x0, y0, t0, x1, y1, t1, low, side, cut_at.shape, box):
+                continue
+            c0, s0, c1, s1 = math.cos(t0), math.sin(t0), math.cos(t1), math.sin(t1)
+            since = time[k] + piece / count * (time[k + 1] - time[k])
+            lasts = (time[k + 1] - time[k]) / count
+            for row in range(box[0], box[1] + 1):
+                y = low[1] + side * (row + 0.5)
+                for column in range(box[2], box[3] + 1):
+                    if cut_at[row, column] <= since + SAME or covered[row, column]:
+                        continue
+                    x = low[0] + side * (column + 0.5)
+                    ax, ay, bx, by = x - x0, y - y0, x - x1, y - y1
+                    share = _enters(
+                        lines,
+                        c0 * ax + s0 * ay,
+                        c0 * ay - s0 * ax,
+                        c1 * bx + s1 * by,
+                        c1 * by - s1 * bx,
+                    )
+                    if share <= 1.0 and since + share * lasts < cut_at[row, column] - SAME:
+                        covered[row, column] = True
+                        crushed[k] += 1.0
