@@ -42,6 +42,30 @@ def dubins_lengths(start: Sequence[float], ends: np.ndarray, radius: float) -> n
     return least_lengths(_words(relative_poses(start, ends, radius)), radius)
 
 
+def dubins_between(
+    starts: np.ndarray, ends: np.ndarray, radius: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Shortest Dubins paths of many pairs of poses.
+
+    Args:
+        starts, ends: x, y, theta, shape (n, 3) [m], [m], [rad].
+        radius: Least turning radius [m].
+
+    Returns:
+        turns: Of each piece: 1 left, 0 straight, -1 right; shape (n, 3).
+        lengths: Of each piece, shape (n, 3) [m].
+    """
+    require_positive("radius", radius)
+    dx, dy = (ends[:, :2] - starts[:, :2]).T / radius
+    c, s = np.cos(starts[:, 2]), np.sin(starts[:, 2])
+    poses = np.stack([c * dx + s * dy, c * dy - s * dx, ends[:, 2] - starts[:, 2]], axis=1)
+    turns, pieces = zip(*_words(poses), strict=True)
+    lengths = radius * np.stack(pieces)
+    totals = lengths.sum(axis=1)
+    best = np.argmin(np.where(np.isnan(totals), np.inf, totals), axis=0)
+    return np.array(turns)[best], lengths[best, :, np.arange(len(best))]
+
+
 def _words(poses: np.ndarray) -> Words:
     """The six words from the origin, radius 1; those that begin with R mirror the others."""
     x, y, theta = poses.T

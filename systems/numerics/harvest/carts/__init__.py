@@ -1,0 +1,1 @@
+"""Where and when grain carts drive: beside combines, over cut ground, to trucks."""

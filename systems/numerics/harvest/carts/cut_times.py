@@ -1,0 +1,228 @@
+"""When each place of the ground is cut, and from when on a cart may stand on it.
+
+Places are square cells, each told by its middle. What looks them up grows its outline by half the
+diagonal of a cell, so that no part of an outline is on a cell that was not looked at.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from scipy import ndimage
+
+from ...compiled import compiled, kernel
+from ..field.field import Field
+from ..machines.combine import Combine
+from ..paths.timed_path import TimedPath
+
+# Side of a cell [m].
+CELL = 0.5
+# How far a cell reaches from its middle [m].
+REACH = CELL / math.sqrt(2.0)
+# Distance of the places that are looked up under an outline: less than what stays uncut is wide, and
+# than an obstacle with the gap round it [m].
+LOOKS = 0.9
+# Poses of a header between which its strip is marked are as far apart at most [m].
+STEP = 0.5
+# Least distance from a cart to an obstacle [m].
+GAP = 0.5
+
+
+class CutTimes(NamedTuple):
+    """When the ground is cut, and by whom.
+
+    Attributes:
+        times: Of the first header over each cell, infinite where crop stays, minus infinity where
+            there is none; shape (rows, columns) [s].
+        cutter: Number of that combine, -1 for none; shape (rows, columns).
+        corner: x, y of the corner of the first cell, shape (2,) [m].
+    """
+
+    times: np.ndarray
+    cutter: np.ndarray
+    corner: np.ndarray
+
+
+class OpenGround(NamedTuple):
+    """From when on a cart may be on each cell.
+
+    Attributes:
+        times: When it was cut; minus infinity where there never was crop, infinite where crop
+            stays, in and near obstacles and beyond the margin; shape (rows, columns) [s].
+        corner: x, y of the corner of the first cell, shape (2,) [m].
+    """
+
+    times: np.ndarray
+    corner: np.ndarray
+
+
+def cut_times(field: Field, combine: Combine, plans: Sequence[TimedPath]) -> CutTimes:
+    """When each place of a field is cut.
+
+    Crop that stays in strips narrower than three cells counts as cut with what is beside it.
+
+    Args:
+        field: The field, whose margin is covered too.
+        combine: One of the equal combines.
+        plans: Of all combines.
+    """
+    low_x, low_y, high_x, high_y = field.ground.bounds
+    corner = np.array([low_x - 2 * CELL, low_y - 2 * CELL])
+    shape = (
+        math.ceil((high_y - corner[1]) / CELL) + 2,
+        math.ceil((high_x - corner[0]) / CELL) + 2,
+    )
+    crop = _cells_inside(field.polygon, corner, shape)
+    times = np.where(crop, np.inf, -np.inf)
+    cutter = np.full(shape, -1, dtype=np.int16)
+    for number, plan in enumerate(plans):
+        path = plan.path
+        for first, last in _runs(path.cutting):
+            begin, end = path.stations[first], path.stations[last]
+            count = max(1, math.ceil((end - begin) / STEP))
+            stations = np.linspace(begin, end, count + 1)
+            _mark_strip(
+                times,
+                cutter,
+                number,
+                path.pose_at(stations),
+                _passing_times(plan, stations),
+                corner,
+                combine.header_width / 2 + 1e-6,
+                combine.header_depth / 2,
+            )
+    left = crop & np.isinf(times)
+    slivers = left & ~ndimage.binary_opening(left, np.ones((3, 3), dtype=bool))
+    known = np.where(crop & ~left, times, -np.inf)
+    beside = ndimage.maximum_filter(known, size=5)
+    times[slivers] = np.where(np.isfinite(beside), beside, np.inf)[slivers]
+    return CutTimes(times, cutter, corner)
+
+
+def open_ground(field: Field, cut: CutTimes) -> OpenGround:
+    """From when on carts may be where, given when the ground is cut."""
+    free = field.ground
+    if field.obstacles:
+        free = free.difference(shapely.union_all([each.buffer(GAP) for each in field.obstacles]))
+    inside = _cells_inside(free, cut.corner, cut.times.shape)
+    return OpenGround(np.where(inside, cut.times, np.inf), cut.corner)
+
+
+def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
+    """First and one beyond the last of each row of true flags."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags.astype(bool), [False]])))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def _passing_times(plan: TimedPath, stations: np.ndarray) -> np.ndarray:
+    """When a machine gets to stations: the first moment at each, shape (n,) [s]."""
+    # Where speeds change the way is a parabola of time: fine enough samples make it straight.
+    fine = np.unique(np.concatenate([plan.times, np.arange(plan.times[0], plan.times[-1], 0.5)]))
+    ways = plan.station_at(fine)
+    first = np.concatenate([[True], np.diff(ways) > 1e-9])
+    return np.interp(stations, ways[first], fine[first])
+
+
+@kernel
+def _mark_strip(times, cutter, number, poses, passed, corner, half, depth):
+    """Mark the cells that a header covers, with the moment at which its front is over them."""
+    rows, columns = times.shape
+    far = half + depth + STEP
+    for k in range(len(poses) - 1):
+        x, y, theta = poses[k]
+        c, s = math.cos(theta), math.sin(theta)
+        after_x, after_y, after = poses[k + 1]
+        after_c, after_s = math.cos(after), math.sin(after)
+        wide = abs(s) * half + abs(c) * (depth + STEP) + STEP
+        high = abs(c) * half + abs(s) * (depth + STEP) + STEP
+        wide, high = min(wide, far), min(high, far)
+        for row in range(
+            max(0, int((y - high - corner[1]) / CELL)),
+            min(rows, int((y + high - corner[1]) / CELL) + 1),
+        ):
+            cell_y = corner[1] + (row + 0.5) * CELL
+            for column in range(
+                max(0, int((x - wide - corner[0]) / CELL)),
+                min(columns, int((x + wide - corner[0]) / CELL) + 1),
+            ):
+                if times[row, column] <= passed[k + 1]:
+                    continue
+                cell_x = corner[0] + (column + 0.5) * CELL
+                ahead = c * (cell_x - x) + s * (cell_y - y)
+                beyond = after_c * (cell_x - after_x) + after_s * (cell_y - after_y)
+                aside = c * (cell_y - y) - s * (cell_x - x)
+                if ahead >= -depth and beyond <= depth and abs(aside) <= half:
+                    times[row, column] = passed[k + 1]
+                    cutter[row, column] = number
+
+
+def _cells_inside(
+    polygon: shapely.Geometry, corner: np.ndarray, shape: tuple[int, int]
+) -> np.ndarray:
+    """Whether the middle of each cell is in a polygon, by crossings of its rows."""
+    rings = [
+        np.asarray(ring.coords)[:, :2]
+        for part in shapely.get_parts(polygon)
+        for ring in (part.exterior, *part.interiors)
+    ]
+    flips = np.zeros((shape[0], shape[1] + 1), dtype=np.int32)
+    for ring in rings:
+        _flip(flips, ring, corner)
+    return (np.cumsum(flips, axis=1)[:, :-1] % 2).astype(bool)
+
+
+@compiled
+def _flip(flips, ring, corner):
+    rows, columns = flips.shape
+    for k in range(len(ring) - 1):
+        (x0, y0), (x1, y1) = ring[k], ring[k + 1]
+        low, high = min(y0, y1), max(y0, y1)
+        first = max(0, int(math.ceil((low - corner[1]) / CELL - 0.5)))
+        for row in range(first, rows):
+            y = corner[1] + (row + 0.5) * CELL
+            if y >= high:
+                break
+            x = x0 + (x1 - x0) * (y - y0) / (y1 - y0)
+            column = int(math.ceil((x - corner[0]) / CELL - 0.5))
+            flips[row, min(max(column, 0), columns - 1)] += 1
+
+
+@kernel
+def opens(ground, box, x, y, theta):
+    """From when on a box may be where it is [s].
+
+    Args:
+        ground: OpenGround.
+        box: Rear, front and half width in the frame of its pose [m].
+        x, y, theta: Its pose [m], [m], [rad].
+    """
+    times, corner = ground
+    rows, columns = times.shape
+    c, s = math.cos(theta), math.sin(theta)
+    rear, front, half = box[0] - REACH, box[1] + REACH, box[2] + REACH
+    along = int(math.ceil((front - rear) / LOOKS))
+    across = int(math.ceil(2 * half / LOOKS))
+    latest = -np.inf
+    for i in range(along + 1):
+        ahead = rear + (front - rear) * i / along
+        for j in range(across + 1):
+            aside = half * (2 * j / across - 1)
+            column = int(math.floor((x + c * ahead - s * aside - corner[0]) / CELL))
+            row = int(math.floor((y + s * ahead + c * aside - corner[1]) / CELL))
+            if row < 0 or column < 0 or row >= rows or column >= columns:
+                return np.inf
+            latest = max(latest, times[row, column])
+            if latest == np.inf:
+                return latest
+    return latest
+
+
+@compiled
+def opens_along(ground, box, poses):
+    """From when on a box may be at each of some poses, shape (n, 3) -> (n,) [s]."""
+    found = np.empty(len(poses))
+    for k in range(len(poses)):
+        found[k] = opens(ground, box, poses[k, 0], poses[k, 1], poses[k, 2])
+    return found

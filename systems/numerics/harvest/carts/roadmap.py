@@ -1,0 +1,340 @@
+"""A roadmap for carts: poses on lines of the field, joined by arcs and straights.
+
+Lines are what carts may follow: round the field on the margin and on the headland, round holes, and
+along swaths. Nodes are poses on them, in both directions; edges are Dubins paths between near ones,
+which end straight, so that the trailer comes into line. When an edge opens is known beforehand: when
+all ground under tractor and trailer has been cut.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from scipy.spatial import KDTree
+
+from ...planning.arc_words.held_controls import half_angle_map, half_angles
+from ...planning.dubins import dubins_between
+from ..field.field import Field
+from ..machines.cart import Cart
+from ..machines.combine import Combine
+from .cart_motion import trailer_poses
+from .cut_times import OpenGround, opens_along
+from .traffic import cart_boxes
+
+# Radii of arcs, in least turning radii; the quickest word that can be driven counts.
+RADII = (4.0, 2.0, 1.3)
+# Straight end of each edge, on which the trailer comes into line, in trailer lengths.
+STRAIGHT = 1.2
+# Largest angle of the trailer on an edge, and at its end [rad].
+BENT, BENT_AT_END = 1.2, 0.35
+# Spacing of nodes on lines, at least, and how many there may be, both directions counted [m].
+SPACING, MOST = 14.0, 3600
+# How far edges reach straight on [m], and how many leave a node at most.
+FAR, CHOICES = 42.0, 9
+# How many words of those that compete are looked at.
+RIVALS = 3
+# Way between samples of an edge [m].
+SAMPLE_WAY = 2.0
+# From when on ground counts as open after it was cut [s].
+AFTER_CUT = 5.0
+
+
+class Edges(NamedTuple):
+    """Short paths, each of four pieces of constant curvature, and samples along them.
+
+    Attributes:
+        source, target: Numbers of nodes, shape (E,).
+        poses: Where pieces begin and end, shape (E, 5, 3) [m], [m], [rad].
+        lengths: Of the pieces, shape (E, 4) [m].
+        duration: At the speeds that curvatures allow, shape (E,) [s].
+        opens: From when on all ground under it is open, shape (E,) [s].
+        circle: Middle and radius of a circle round all outlines on it, shape (E, 3) [m].
+        first: Number of the first sample of each, and of all samples, shape (E + 1,).
+        tractor, trailer: Poses at the samples, shape (S, 3).
+        since: Time from the beginning of the edge to each sample, shape (S,) [s].
+    """
+
+    source: np.ndarray
+    target: np.ndarray
+    poses: np.ndarray
+    lengths: np.ndarray
+    duration: np.ndarray
+    opens: np.ndarray
+    circle: np.ndarray
+    first: np.ndarray
+    tractor: np.ndarray
+    trailer: np.ndarray
+    since: np.ndarray
+
+
+class Roadmap(NamedTuple):
+    """Poses and the edges between them.
+
+    Attributes:
+        nodes: Poses of the tractor, shape (n, 3) [m], [m], [rad].
+        opens: From when on the ground under a cart that stands in line at a node is open, (n,) [s].
+        edges: Between them.
+    """
+
+    nodes: np.ndarray
+    opens: np.ndarray
+    edges: Edges
+
+
+def field_lines(field: Field, combine: Combine, swaths: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Lines that carts may follow: on the margin, on the headland, round holes, along swaths.
+
+    Args:
+        field: The field.
+        combine: The width of its header is that of headland rounds.
+        swaths: Points of the middle line of each, shape (n, 2) [m].
+
+    Returns:
+        Points of each, shape (n, 2); a closed line ends where it begins.
+    """
+    wide = combine.header_width
+    outline = field.outline
+    regions = [outline.buffer(field.margin / 2, join_style="round")] if field.margin > 4.0 else []
+    regions += [outline.buffer(-(k + 0.5) * wide, join_style="mitre") for k in range(2)]
+    regions += [each.buffer(wide / 2 + 1.0) for each in field.obstacles]
+    lines = [np.asarray(line, dtype=float) for line in swaths]
+    for region in regions:
+        for part in shapely.get_parts(region):
+            if not part.is_empty and part.exterior.length > 4 * SPACING:
+                lines.append(np.asarray(part.exterior.coords)[:, :2])
+    return lines
+
+
+def make_roadmap(ground: OpenGround, cart: Cart, lines: Sequence[np.ndarray]) -> Roadmap:
+    """Nodes on lines and edges between them.
+
+    Args:
+        ground: From when on carts may be where.
+        cart: One of the equal carts.
+        lines: Points of each, shape (m, 2) [m].
+    """
+    total = sum(float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in lines)
+    spacing = max(SPACING, 2 * total / MOST)
+    places = [_poses_on(line, spacing) for line in lines]
+    nodes = np.concatenate([np.concatenate(places), _reversed(np.concatenate(places))])
+    line = np.concatenate([np.full(len(each), k) for k, each in enumerate(places)])
+    line = np.concatenate([line, line + len(places)])
+    opens = node_opens(ground, cart, nodes)
+    kept = opens < np.inf
+    nodes, opens, line = nodes[kept], opens[kept], line[kept]
+    far = max(FAR, 2.2 * spacing)
+    source, target = _near_pairs(nodes, far)
+    rivals = source * (line.max() + 1) + line[target]
+    straight = np.zeros(len(source))
+    edges = connect(ground, cart, nodes[source], straight, nodes[target], rivals)
+    # Of the edges from each node the quickest to each line, and of those the quickest few.
+    edges = _take(edges, _first_of_each(rivals[edges.source], edges.duration, 1))
+    edges = edges._replace(
+        source=source[edges.source].astype(np.int64), target=target[edges.target].astype(np.int64)
+    )
+    return Roadmap(
+        nodes, opens, _take(edges, _first_of_each(edges.source, edges.duration, CHOICES))
+    )
+
+
+def node_opens(ground: OpenGround, cart: Cart, nodes: np.ndarray) -> np.ndarray:
+    """From when on the ground under carts that stand in line is open, shape (n, 3) -> (n,) [s]."""
+    boxes = cart_boxes(cart)
+    behind = trailer_poses(nodes, np.zeros(len(nodes)), cart)
+    latest = np.maximum(opens_along(ground, boxes[0], nodes), opens_along(ground, boxes[1], behind))
+    return latest + AFTER_CUT
+
+
+def connect(
+    ground: OpenGround,
+    cart: Cart,
+    starts: np.ndarray,
+    betas: np.ndarray,
+    ends: np.ndarray,
+    rivals: np.ndarray | None = None,
+) -> Edges:
+    """Edges between pairs of poses, where there is one that a cart can drive.
+
+    Args:
+        ground: From when on carts may be where.
+        cart: One of the equal carts.
+        starts: Poses, shape (p, 3).
+        betas: Of the trailer at the starts, shape (p,) [rad].
+        ends: Poses, shape (p, 3).
+        rivals: Pairs of the same number compete: of them the quickest few are looked at; (p,).
+            Without it each pair competes with itself alone.
+
+    Returns:
+        The quickest for each pair that has any; source and target are the number of the pair.
+    """
+    count = len(starts)
+    lead = STRAIGHT * cart.length
+    before = ends.copy()
+    before[:, 0] -= lead * np.cos(ends[:, 2])
+    before[:, 1] -= lead * np.sin(ends[:, 2])
+    apart = np.hypot(*(ends - starts)[:, :2].T)
+    pairs, curvatures, lengths = [], [], []
+    for ratio in RADII:
+        radius = ratio * cart.turning_radius
+        turns, ways = dubins_between(starts, before, radius)
+        # A word that turns far more than it has to goes round in a circle.
+        most = apart * 1.3 + 0.9 * math.pi * radius * (ratio == RADII[-1]) + 1.0
+        sane = np.flatnonzero(ways.sum(axis=1) + lead < most)
+        pairs.append(sane)
+        curvatures.append(np.column_stack([turns[sane] / radius, np.zeros(len(sane))]))
+        lengths.append(np.column_stack([ways[sane], np.full(len(sane), lead)]))
+    pair, bends, ways = (np.concatenate(each) for each in (pairs, curvatures, lengths))
+    group = (np.arange(count) if rivals is None else rivals)[pair]
+    duration = (ways / _speeds(cart, bends)).sum(axis=1)
+    chosen = _first_of_each(group, duration, RIVALS)
+    edges = _sampled(cart, starts[pair[chosen]], betas[pair[chosen]], bends[chosen], ways[chosen])
+    edges, inside = _opened(ground, cart, edges)
+    edges = edges._replace(source=pair[chosen][inside], target=pair[chosen][inside])
+    return _take(edges, _first_of_each(edges.source, edges.duration, 1))
+
+
+def _speeds(cart: Cart, curvatures: np.ndarray) -> np.ndarray:
+    """Highest speeds that curvatures allow [m/s]."""
+    bent = np.maximum(np.abs(curvatures), 1e-6)
+    return np.minimum(cart.speed, np.sqrt(cart.lateral_acceleration / bent))
+
+
+def _first_of_each(group: np.ndarray, value: np.ndarray, most: int) -> np.ndarray:
+    """Numbers of those of least value in each group, no more than so many."""
+    order = np.lexsort([value, group])
+    begins = np.searchsorted(group[order], group[order])
+    return order[np.arange(len(order)) - begins < most]
+
+
+def joined_edges(parts: Sequence[Edges]) -> Edges:
+    """Edges of several kinds, one after the other."""
+    columns = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in Edges._fields
+        if name != "first"
+    }
+    counts = np.concatenate([np.diff(part.first) for part in parts])
+    return Edges(first=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64), **columns)
+
+
+def _take(edges: Edges, chosen: np.ndarray) -> Edges:
+    counts = np.diff(edges.first)[chosen]
+    first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    samples = np.arange(first[-1]) + np.repeat(edges.first[:-1][chosen] - first[:-1], counts)
+    columns = {
+        name: getattr(edges, name)[samples if name in ("tractor", "trailer", "since") else chosen]
+        for name in Edges._fields
+        if name != "first"
+    }
+    return Edges(first=first, **columns)
+
+
+def _poses_on(line: np.ndarray, spacing: float) -> np.ndarray:
+    """Poses along a line, at its ends too where it is open, shape (n, 3)."""
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+    count = max(1, round(way[-1] / spacing))
+    at = np.linspace(0.0, way[-1], count + 1)
+    closed = bool(np.allclose(line[0], line[-1]))
+    ahead, behind = at + 2.0, at - 2.0
+    if closed:
+        at, ahead, behind = at[:-1], ahead[:-1] % way[-1], behind[:-1] % way[-1]
+
+    def point(ways: np.ndarray) -> np.ndarray:
+        return np.column_stack([np.interp(ways, way, column) for column in line.T])
+
+    course = point(ahead) - point(behind)
+    return np.column_stack([point(at), np.arctan2(course[:, 1], course[:, 0])])
+
+
+def _reversed(poses: np.ndarray) -> np.ndarray:
+    return np.column_stack([poses[:, :2], poses[:, 2] + math.pi])
+
+
+def _near_pairs(nodes: np.ndarray, far: float) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of which the second is ahead of the first or beside it, and not behind its back."""
+    pairs = KDTree(nodes[:, :2]).query_pairs(far, output_type="ndarray")
+    source, target = np.concatenate([pairs, pairs[:, ::-1]]).T
+    dx, dy = (nodes[target, :2] - nodes[source, :2]).T
+    apart = np.hypot(dx, dy)
+    ahead = (dx * np.cos(nodes[source, 2]) + dy * np.sin(nodes[source, 2])) / (apart + 1e-9)
+    into = (dx * np.cos(nodes[target, 2]) + dy * np.sin(nodes[target, 2])) / (apart + 1e-9)
+    turned = np.abs(np.remainder(nodes[target, 2] - nodes[source, 2] + np.pi, 2 * np.pi) - np.pi)
+    # Straight on and gently aside; quarter turns; and turns back, to what is beside.
+    fits = (ahead > 0.3) & (into > 0.3) & (turned < 2.4)
+    fits |= (turned > 2.0) & (ahead > -0.3) & (ahead < 0.9) & (apart < 28.0)
+    fits &= apart > 4.0
+    return source[fits], target[fits]
+
+
+def _sampled(
+    cart: Cart, starts: np.ndarray, betas: np.ndarray, curvatures: np.ndarray, lengths: np.ndarray
+) -> Edges:
+    """Edges from their curvatures and lengths, with samples; nothing is known of the ground yet."""
+    count = len(starts)
+    poses = np.empty((count, 5, 3))
+    pairs = np.empty((count, 5, 2))
+    poses[:, 0], pairs[:, 0] = starts, half_angles(betas)
+    for k in range(4):
+        poses[:, k + 1] = _moved(poses[:, k], curvatures[:, k], lengths[:, k])
+        maps = half_angle_map(cart.trailer, 1.0, curvatures[:, k], lengths[:, k])
+        pairs[:, k + 1] = np.einsum("nij,nj->ni", maps, pairs[:, k])
+        pairs[:, k + 1] /= np.hypot(*pairs[:, k + 1].T)[:, None]
+    speeds = _speeds(cart, curvatures)
+    ends = np.concatenate([np.zeros((count, 1)), np.cumsum(lengths, axis=1)], axis=1)
+    clock = np.concatenate([np.zeros((count, 1)), np.cumsum(lengths / speeds, axis=1)], axis=1)
+    samples = np.ceil(ends[:, -1] / SAMPLE_WAY).astype(np.int64) + 1
+    first = np.concatenate([[0], np.cumsum(samples)]).astype(np.int64)
+    edge = np.repeat(np.arange(count), samples)
+    share = (np.arange(first[-1]) - first[edge]) / (samples[edge] - 1)
+    at = share * ends[edge, -1]
+    piece = np.clip((at[:, None] >= ends[edge, 1:-1]).sum(axis=1), 0, 3)
+    driven = at - ends[edge, piece]
+    bend = curvatures[edge, piece]
+    tractor = _moved(poses[edge, piece], bend, driven)
+    maps = half_angle_map(cart.trailer, 1.0, bend, driven)
+    pair = np.einsum("nij,nj->ni", maps, pairs[edge, piece])
+    beta = np.remainder(2 * np.arctan2(pair[:, 0], pair[:, 1]) + np.pi, 2 * np.pi) - np.pi
+    trailer = trailer_poses(tractor, beta, cart)
+    since = clock[edge, piece] + driven / speeds[edge, piece]
+    bent = np.zeros(count)
+    np.maximum.at(bent, edge, np.abs(beta))
+    last = np.abs(beta[first[1:] - 1]) if count else np.zeros(0)
+    bad = (bent > np.maximum(BENT, np.abs(betas) + 1e-9)) | (last > BENT_AT_END)
+    middle = np.column_stack(
+        [(tractor[:, 0] + trailer[:, 0]) / 2, (tractor[:, 1] + trailer[:, 1]) / 2]
+    )
+    low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
+    np.minimum.at(low, edge, middle)
+    np.maximum.at(high, edge, middle)
+    size = np.hypot(cart.length + cart.hitch_offset, cart.width) + 0.5
+    circle = np.column_stack([(low + high) / 2, np.hypot(*(high - low).T) / 2 + size])
+    number = np.arange(count)
+    duration = clock[:, -1]
+    opens = np.where(bad, np.inf, -np.inf)
+    return Edges(
+        number, number, poses, lengths, duration, opens, circle, first, tractor, trailer, since
+    )
+
+
+def _opened(ground: OpenGround, cart: Cart, edges: Edges) -> tuple[Edges, np.ndarray]:
+    """Those edges that open at some time, with the time, and which they were."""
+    good = np.flatnonzero(edges.opens < np.inf)
+    edges = _take(edges, good)
+    if len(good) == 0:
+        return edges, good
+    boxes = cart_boxes(cart)
+    latest = np.maximum(
+        opens_along(ground, boxes[0], edges.tractor), opens_along(ground, boxes[1], edges.trailer)
+    )
+    opens = np.maximum.reduceat(latest, edges.first[:-1]) + AFTER_CUT
+    inside = np.flatnonzero(opens < np.inf)
+    return _take(edges._replace(opens=opens), inside), good[inside]
+
+
+def _moved(poses: np.ndarray, curvatures: np.ndarray, ways: np.ndarray) -> np.ndarray:
+    bend = curvatures * ways
+    chord = ways * np.sinc(bend / (2 * np.pi))
+    middle = poses[:, 2] + bend / 2
+    return poses + np.column_stack([chord * np.cos(middle), chord * np.sin(middle), bend])

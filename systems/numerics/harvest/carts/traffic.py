@@ -1,0 +1,285 @@
+"""Moving machines as boxes sampled in time, and how near a box comes to them."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...compiled import compiled, kernel
+from ..machines.cart import Cart
+from ..machines.combine import Combine
+from ..machines.outlines import cart_outline, combine_outline
+from ..paths.timed_path import TimedPath
+from .cart_motion import CartMotion
+
+# Time between samples [s].
+SAMPLE = 0.25
+
+
+class Traffic(NamedTuple):
+    """Boxes that move, equally sampled in time; after the last sample they stand.
+
+    Attributes:
+        boxes: Rear, front and half width of each in the frame of its pose, shape (B, 3) [m].
+        poses: x, y, theta, shape (B, T, 3) [m], [m], [rad].
+        sway: Half of the longest way of a corner to a neighbouring sample, shape (B, T) [m].
+        quickest: Highest speed of the middle of each box, shape (B,) [m/s].
+        machine: Number of the machine that each belongs to: combines first, then carts; (B,).
+        begin: Time of the first sample [s].
+    """
+
+    boxes: np.ndarray
+    poses: np.ndarray
+    sway: np.ndarray
+    quickest: np.ndarray
+    machine: np.ndarray
+    begin: float
+
+
+def box_of(corners: np.ndarray) -> np.ndarray:
+    """Rear, front and half width of a box that is as wide to either side, shape (4, 2) -> (3,)."""
+    return np.array([corners[:, 0].min(), corners[:, 0].max(), corners[:, 1].max()])
+
+
+def cart_boxes(cart: Cart) -> np.ndarray:
+    """Boxes of the tractor and of the trailer, shape (2, 3) [m]."""
+    return np.array([box_of(corners) for corners in cart_outline(cart)])
+
+
+def combine_traffic(combine: Combine, plans: Sequence[TimedPath]) -> Traffic:
+    """The combines, header and body, from time 0 until the last stands."""
+    boxes = [box_of(corners) for corners in combine_outline(combine)]
+    end = max((plan.end for plan in plans), default=0.0)
+    times = np.arange(0.0, end + 2 * SAMPLE, SAMPLE)
+    poses = [plan.pose_at(times) for plan in plans]
+    return _traffic(
+        [box for _ in plans for box in boxes],
+        [each for each in poses for _ in boxes],
+        [number for number in range(len(plans)) for _ in boxes],
+    )
+
+
+def cart_traffic(cart: Cart, motions: Sequence[CartMotion], first: int) -> Traffic:
+    """Carts, tractor and trailer, from time 0 until the last stands.
+
+    Args:
+        cart: One of the equal carts.
+        motions: Of each.
+        first: Number of the first of them among all machines.
+    """
+    boxes = cart_boxes(cart)
+    end = max((motion.timed.end for motion in motions), default=0.0)
+    times = np.arange(0.0, end + 2 * SAMPLE, SAMPLE)
+    poses = [each for motion in motions for each in motion.poses_at(times)]
+    return _traffic(
+        [box for _ in motions for box in boxes],
+        poses,
+        [first + number for number in range(len(motions)) for _ in boxes],
+    )
+
+
+def joined(first: Traffic, second: Traffic) -> Traffic:
+    """Two traffics that begin together, as one."""
+    count = max(first.poses.shape[1], second.poses.shape[1])
+
+    def filled(values: np.ndarray, last: bool) -> np.ndarray:
+        missing = count - values.shape[1]
+        pad = [(0, 0), (0, missing)] + [(0, 0)] * (values.ndim - 2)
+        if last:
+            return np.pad(values, pad, mode="edge")
+        return np.pad(values, pad)
+
+    return Traffic(
+        np.concatenate([first.boxes, second.boxes]),
+        np.concatenate([filled(first.poses, True), filled(second.poses, True)]),
+        np.concatenate([filled(first.sway, False), filled(second.sway, False)]),
+        np.concatenate([first.quickest, second.quickest]),
+        np.concatenate([first.machine, second.machine]),
+        first.begin,
+    )
+
+
+def without(traffic: Traffic, machine: int) -> Traffic:
+    """A traffic without one machine."""
+    kept = traffic.machine != machine
+    return Traffic(
+        traffic.boxes[kept],
+        traffic.poses[kept],
+        traffic.sway[kept],
+        traffic.quickest[kept],
+        traffic.machine[kept],
+        traffic.begin,
+    )
+
+
+def _traffic(boxes: list, poses: list, machine: list) -> Traffic:
+    if not boxes:
+        return Traffic(
+            np.zeros((0, 3)),
+            np.zeros((0, 1, 3)),
+            np.zeros((0, 1)),
+            np.zeros(0),
+            np.zeros(0, dtype=np.int64),
+            0.0,
+        )
+    sizes, places = np.array(boxes, dtype=float), np.array(poses)
+    x, y, theta = np.moveaxis(places, -1, 0)
+    c, s = np.cos(theta), np.sin(theta)
+    longest = np.zeros(x.shape)
+    for end in (0, 1):
+        for side in (1.0, -1.0):
+            ahead, aside = sizes[:, end, None], side * sizes[:, 2, None]
+            moved = np.hypot(
+                np.diff(x + c * ahead - s * aside, axis=1),
+                np.diff(y + s * ahead + c * aside, axis=1),
+            )
+            longest[:, 1:] = np.maximum(longest[:, 1:], moved)
+            longest[:, :-1] = np.maximum(longest[:, :-1], moved)
+    middle = (sizes[:, 0] + sizes[:, 1])[:, None] / 2
+    moved = np.hypot(np.diff(x + c * middle, axis=1), np.diff(y + s * middle, axis=1))
+    quickest = moved.max(axis=1, initial=0.0) / SAMPLE
+    return Traffic(sizes, places, longest / 2, quickest, np.array(machine, dtype=np.int64), 0.0)
+
+
+@kernel
+def gap_between(first, x0, y0, theta0, second, x1, y1, theta1):
+    """Distance of two boxes; zero where they overlap [m].
+
+    Args:
+        first, second: Rear, front and half width of each, in the frame of its pose [m].
+        x0, y0, theta0, x1, y1, theta1: Their poses [m], [m], [rad].
+    """
+    c0, s0, c1, s1 = math.cos(theta0), math.sin(theta0), math.cos(theta1), math.sin(theta1)
+    near, apart = np.inf, False
+    for turn in range(2):
+        # Corners of the one in the frame of the other.
+        if turn == 0:
+            a, b, ca, sa, cb, sb, dx, dy = first, second, c0, s0, c1, s1, x1 - x0, y1 - y0
+        else:
+            a, b, ca, sa, cb, sb, dx, dy = second, first, c1, s1, c0, s0, x0 - x1, y0 - y1
+        px, py = ca * dx + sa * dy, ca * dy - sa * dx
+        cr, sr = ca * cb + sa * sb, ca * sb - sa * cb
+        low_x = low_y = np.inf
+        high_x = high_y = -np.inf
+        for k in range(4):
+            ahead = b[1] if k % 2 else b[0]
+            aside = b[2] if k // 2 else -b[2]
+            x, y = px + cr * ahead - sr * aside, py + sr * ahead + cr * aside
+            low_x, high_x = min(low_x, x), max(high_x, x)
+            low_y, high_y = min(low_y, y), max(high_y, y)
+            off_x = max(a[0] - x, x - a[1], 0.0)
+            off_y = max(abs(y) - a[2], 0.0)
+            near = min(near, math.sqrt(off_x * off_x + off_y * off_y))
+        if low_x > a[1] or high_x < a[0] or low_y > a[2] or high_y < -a[2]:
+            apart = True
+    return near if apart else 0.0
+
+
+@kernel
+def blocked_times(traffic, box, x, y, theta, gap, begin, step, blocked):
+    """Mark the moments at which a box that stands would be too near to the traffic.
+
+    Between two unmarked moments it is never too near.
+
+    Args:
+        traffic: The others.
+        box: Rear, front and half width [m].
+        x, y, theta: Its pose [m], [m], [rad].
+        gap: Least distance; half of what the others move between two samples is added [m].
+        begin: First moment [s].
+        step: Time between moments, a multiple of the traffic's [s].
+        blocked: Marks are set in it, shape (n,).
+    """
+    c, s = math.cos(theta), math.sin(theta)
+    half = (box[1] - box[0]) / 2
+    middle_x, middle_y = x + c * (box[0] + half), y + s * (box[0] + half)
+    reach = math.hypot(half, box[2]) + gap
+    last = traffic.poses.shape[1] - 1
+    stride = int(round(step / SAMPLE))
+    for b in range(len(traffic.boxes)):
+        other = traffic.boxes[b]
+        middle = (other[0] + other[1]) / 2
+        size = math.hypot((other[1] - other[0]) / 2, other[2]) + reach
+        k = 0
+        while k < len(blocked):
+            at = int(round((begin - traffic.begin) / SAMPLE)) + k * stride
+            held = min(max(at, 0), last)
+            pose = traffic.poses[b, held]
+            ox = pose[0] + math.cos(pose[2]) * middle
+            oy = pose[1] + math.sin(pose[2]) * middle
+            sway = traffic.sway[b, held] * stride
+            far = math.hypot(ox - middle_x, oy - middle_y) - size - sway
+            if far > 0.0:
+                if at >= last:
+                    break
+                k += max(1, int(far / (traffic.quickest[b] * step + 1e-9)))
+                continue
+            if not blocked[k] or at >= last:
+                near = gap_between(box, x, y, theta, other, pose[0], pose[1], pose[2])
+                if near < gap + sway:
+                    blocked[k] = True
+                    if at >= last:
+                        blocked[k:] = True
+            if at >= last:
+                break
+            k += 1
+
+
+@compiled
+def blocked_along(traffic, boxes, first, second, gap, begin, step, count):
+    """Moments at which a tractor or its trailer would be too near to the traffic.
+
+    Args:
+        traffic: The others.
+        boxes: Of the tractor and the trailer, shape (2, 3) [m].
+        first, second: Poses of the tractor and the trailer at some stations, shape (n, 3).
+        gap: See `blocked_times` [m].
+        begin: First moment [s].
+        step: Time between moments [s].
+        count: Number of moments.
+
+    Returns:
+        Shape (n, count).
+    """
+    blocked = np.zeros((len(first), count), dtype=np.bool_)
+    for k in range(len(first)):
+        x, y, theta = first[k]
+        blocked_times(traffic, boxes[0], x, y, theta, gap, begin, step, blocked[k])
+        x, y, theta = second[k]
+        blocked_times(traffic, boxes[1], x, y, theta, gap, begin, step, blocked[k])
+    return blocked
+
+
+@compiled
+def least_gaps(traffic, boxes, first, second, times):
+    """Least distance of a tractor and its trailer to the traffic at some moments, shape (n,) [m].
+
+    Args:
+        traffic: The others.
+        boxes: Of the tractor and the trailer, shape (2, 3) [m].
+        first, second: Poses of the tractor and the trailer at the moments, shape (n, 3).
+        times: The moments; the samples nearest to them count, shape (n,) [s].
+    """
+    found = np.full(len(times), np.inf)
+    last = traffic.poses.shape[1] - 1
+    for k in range(len(times)):
+        at = min(max(int(round((times[k] - traffic.begin) / SAMPLE)), 0), last)
+        for b in range(len(traffic.boxes)):
+            pose = traffic.poses[b, at]
+            if math.hypot(pose[0] - first[k, 0], pose[1] - first[k, 1]) > 60.0:
+                continue
+            for part in range(2):
+                own = first[k] if part == 0 else second[k]
+                near = gap_between(
+                    boxes[part],
+                    own[0],
+                    own[1],
+                    own[2],
+                    traffic.boxes[b],
+                    pose[0],
+                    pose[1],
+                    pose[2],
+                )
+                found[k] = min(found[k], near)
+    return found

@@ -1,0 +1,69 @@
+"""Routes of a cart: from a truck to a combine, beside it, and back; audited by outlines."""
+
+import numpy as np
+import pytest
+
+from sightfield.systems.numerics.harvest.carts.cart_motion import join_motions, standing_motion
+from sightfield.systems.numerics.harvest.carts.cut_times import cut_times, open_ground
+from sightfield.systems.numerics.harvest.carts.profile import Moving
+from sightfield.systems.numerics.harvest.carts.roadmap import field_lines, make_roadmap
+from sightfield.systems.numerics.harvest.carts.routes import RoutePlanner, Standing
+from sightfield.systems.numerics.harvest.carts.traffic import cart_traffic, combine_traffic
+from sightfield.systems.numerics.harvest.carts.windows import beside, drive_beside, find_windows
+from sightfield.systems.numerics.harvest.machines.cart import Cart
+
+TRUCK = np.array([100.0, -14.0, 0.3])
+
+
+@pytest.mark.parametrize("hitch", [0.0, 0.7])
+def test_a_cart_drives_from_its_truck_to_every_window_and_back(hand_made, audit, hitch):
+    made = hand_made(180.0, 150.0, 1)
+    cart = Cart(hitch_offset=hitch)
+    ground = open_ground(made.field, cut_times(made.field, made.combine, made.plans))
+    combines = combine_traffic(made.combine, made.plans)
+    roadmap = make_roadmap(ground, cart, field_lines(made.field, made.combine, made.swaths))
+    planner = RoutePlanner(ground, cart, roadmap, combines)
+    windows = find_windows(made.combine, cart, made.plans, ground, combines)
+    place, alone = beside(made.combine, cart), cart_traffic(cart, [], 1)
+    motions = [standing_motion(cart, TRUCK, 0.0)]
+    served = 0
+    for window in windows:
+        plan = made.plans[window.combine]
+        begin, end = window.begin + 12.0, window.end - 5.0
+        if begin < motions[-1].timed.end + 40.0:
+            continue
+        stands = Standing(motions[-1].last_pose, motions[-1].last_angle, motions[-1].timed.end)
+        goal = place.of(plan.pose_at(begin))
+        to = planner.route_to(stands, goal, Moving(begin, float(plan.speed_at(begin))), alone)
+        if to is None:
+            continue
+        assert to.timed.end == pytest.approx(begin)
+        along = drive_beside(plan, place, cart, begin, end, to.last_angle)
+        speed = float(plan.speed_at(end))
+        truck = TRUCK if served % 2 == 0 else None
+        off = planner.route_from(
+            along.last_pose, along.last_angle, Moving(end, speed), alone, truck
+        )
+        assert off is not None
+        motions += [to, along, off]
+        served += 1
+        # The auger pours into the middle of the box all along.
+        times = np.linspace(begin, end, 50)
+        poses = plan.pose_at(times)
+        _, trailer = along.poses_at(times)
+        middle = trailer[:, :2] + 0.15 * cart.length * np.stack(
+            [np.cos(trailer[:, 2]), np.sin(trailer[:, 2])], axis=1
+        )
+        away = middle - poses[:, :2]
+        c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+        reach = made.combine.header_width / 2 + made.combine.cart_gap + cart.width / 2
+        assert np.abs(c * away[:, 0] + s * away[:, 1]).max() < 0.5
+        assert np.abs(c * away[:, 1] - s * away[:, 0] - reach).max() < 0.5
+    assert served >= 6
+    found = audit(made.field, made.combine, cart, made.plans, [join_motions(motions)])
+    assert found.combine_gap >= 0.5
+    assert found.crop < 0.05
+    assert found.outside == 0.0
+    assert found.along <= cart.acceleration + 1e-6
+    assert found.across <= cart.lateral_acceleration + 1e-6
+    assert found.curvature <= 1 / cart.turning_radius + 1e-9
