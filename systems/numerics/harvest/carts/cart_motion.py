@@ -102,7 +102,9 @@ def join_motions(motions: Sequence[CartMotion]) -> CartMotion:
         motions: At least one.
     """
     parts = [motion.timed for motion in motions]
-    path = join_paths([part.path for part in parts])
+    # A single pose, where a cart stands for a while, adds no piece.
+    driven = [part.path for part in parts if len(part.path.lengths)]
+    path = join_paths(driven) if driven else parts[0].path
     offsets = np.concatenate([[0.0], np.cumsum([part.path.length for part in parts])])[:-1]
     timed = TimedPath(
         path,

@@ -1,0 +1,109 @@
+"""What tanks hold over time, as combines cut and carts take over."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..machines.combine import Combine
+from .cut_times import CELL, CutTimes
+
+# Time between moments at which loads are known; between them they are linear [s].
+TICK = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Pour:
+    """What an auger delivers in one visit.
+
+    Attributes:
+        begin, end: [s].
+        taken: [kg].
+    """
+
+    begin: float
+    end: float
+    taken: float
+
+
+class Tank:
+    """What one combine has cut by when, and what is in its tank.
+
+    Attributes:
+        times: Moments TICK apart from 0 on, shape (T,) [s].
+        cut: All that was cut until then, shape (T,) [kg].
+        load: In the tank, if nothing more is taken than was told, shape (T,) [kg].
+    """
+
+    def __init__(self, combine: Combine, cut: CutTimes, number: int, density: float, end: float):
+        self._combine = combine
+        self.times = np.arange(0.0, end + 2 * TICK, TICK)
+        moments = np.sort(cut.times[cut.cutter == number])
+        self.cut = density * CELL**2 * np.searchsorted(moments, self.times, side="right")
+        self.load = self.cut.copy()
+
+    @property
+    def capacity(self) -> float:
+        """Of the tank [kg]."""
+        return self._combine.capacity
+
+    def full_at(self) -> float:
+        """The first moment at which it is full; infinite if there is none [s]."""
+        over = np.flatnonzero(self.load >= self._combine.capacity)
+        return float(self.times[over[0]]) if len(over) else np.inf
+
+    def load_at(self, time: float) -> float:
+        """[kg]."""
+        return float(np.interp(time, self.times, self.load))
+
+    def pour(self, begin: float, latest: float, room: float) -> Pour:
+        """What a cart gets that comes at a moment and leaves when all is out, or it has to.
+
+        Args:
+            begin, latest: [s].
+            room: In the cart [kg].
+        """
+        load = self.load_at(begin)
+        before = float(np.interp(begin, self.times, self.cut))
+        lasting = np.append(np.arange(0.0, min(latest - begin, 3600.0), TICK / 2), latest - begin)
+        lasting = lasting[np.isfinite(lasting)]
+        gone = self._combine.unload_rate * lasting
+        there = load + np.interp(begin + lasting, self.times, self.cut) - before
+        done = np.flatnonzero((gone >= there) | (gone >= room))
+        if len(done):
+            k = int(done[0])
+            return Pour(begin, begin + float(lasting[k]), float(min(there[k], room)))
+        return Pour(begin, begin + float(lasting[-1]), float(gone[-1]))
+
+    def take(self, pour: Pour) -> None:
+        """Account for a visit."""
+        share = np.clip((self.times - pour.begin) / max(pour.end - pour.begin, 1e-9), 0.0, 1.0)
+        # The last moment stands for all that come after it.
+        share[-1] = 1.0
+        self.load = self.load - pour.taken * share
+
+    def give_up(self) -> float:
+        """Take what is left in the tank at the end out of account: nobody gets it [kg]."""
+        left = self.left
+        self.load[-1] = 0.0
+        return left
+
+    @property
+    def left(self) -> float:
+        """In the tank at the end [kg]."""
+        return float(self.load[-1])
+
+
+def make_tanks(
+    combine: Combine, cut: CutTimes, density: float, ends: Sequence[float]
+) -> list[Tank]:
+    """One for each combine.
+
+    Args:
+        combine: One of the equal combines.
+        cut: When and by whom the ground is cut.
+        density: Of the crop [kg/m^2].
+        ends: When each combine has done its work [s].
+    """
+    end = max(ends, default=0.0)
+    return [Tank(combine, cut, number, density, end) for number in range(len(ends))]
