@@ -37,8 +37,18 @@ TRIED, CANDIDATES = 15.0, 12
 LEAST = 0.2
 # When a cart leaves: as soon as all is out, or later if it cannot, or sooner [s].
 LEAVING = (0.0, 10.0, -10.0, 25.0, -25.0)
-# A stop of a combine lasts so long at first, and so much longer when that was too short [s].
-FIRST_STOP, LONGER, MOST_STOPS = 150.0, 90.0, 12
+# How long a cart takes to a combine that waits for it, about, and how much longer that waits when it
+# was too short [s]; and how often plans are timed anew.
+COMING, LONGER, MOST_STOPS = 100.0, 90.0, 12
+# Where the box may be beside a combine that stands, in usual distances to its left and ahead, and how
+# it is turned [rad]: the auger swings.
+PLACES = [
+    (left, ahead, turn)
+    for left in (1.0, 1.5)
+    for turn in (0.0, math.pi, math.pi / 2, -math.pi / 2)
+    for ahead in (0.0, 0.8, -0.8)
+    if math.hypot(left, ahead) < STANDING
+]
 # A tank of which less is left is empty [kg].
 EMPTY = 1.0
 
@@ -177,23 +187,23 @@ def plan_visits(
     """
     again = retime_alone(combine) if retime is None else retime
     stops: list[Stop] = []
-    while True:
+    for _ in range(MOST_STOPS):
         timed = again(plans, stops)
         service = _Service(ground, combine, cart, timed, swaths, supply)
         missed = service.run()
-        if missed is None or len(stops) >= MOST_STOPS:
-            return service.result(stops)
-        station = float(timed[missed[0]].station_at(missed[1]))
+        if missed is None:
+            break
         near = [
             k
             for k, stop in enumerate(stops)
-            if stop.combine == missed[0] and abs(stop.station - station) < 5.0
+            if stop.combine == missed.combine and abs(stop.station - missed.station) < 5.0
         ]
         if near:
             old = stops[near[0]]
             stops[near[0]] = old._replace(duration=old.duration + LONGER)
         else:
-            stops.append(Stop(missed[0], station, FIRST_STOP))
+            stops.append(missed)
+    return service.result(stops)
 
 
 class _Service:
@@ -225,8 +235,8 @@ class _Service:
             [0.0] * count,
         )
 
-    def run(self) -> tuple[int, float] | None:
-        """Serve until nothing is left; else a combine that has to stop, and when."""
+    def run(self) -> Stop | None:
+        """Serve until nothing is left; else what stop of a combine it takes."""
         while True:
             urgent = most_urgent(self.tanks, self.plans, len(self.crew.loads))
             if urgent is None:
@@ -239,19 +249,27 @@ class _Service:
                 # What is left after the end: nobody can come there.
                 self.lost += self.tanks[number].give_up()
                 continue
-            return number, self._stopping_time(number, full)
+            return self._stop_for(number, full)
         for number in range(len(self.crew.loads)):
             if self.crew.loads[number] > 0:
                 self._to_truck(number)
         return None
 
-    def _stopping_time(self, number: int, full: float) -> float:
-        """The last moment in a window before a tank is full; else shortly before it is full."""
-        own = [w for w in self.windows if w.combine == number and w.begin + 10.0 < full]
-        inside = [min(w.end - 10.0, full - 3.0) for w in own]
-        served = [v.end for v in self.crew.visits if v.combine == number]
-        after = [time for time in inside if time > max(served, default=0.0) + 60.0]
-        return max(after, default=full - 3.0)
+    def _stop_for(self, number: int, full: float) -> Stop:
+        """Where a combine waits: the last place before its tank is full that a cart gets to."""
+        served = max((v.end for v in self.crew.visits if v.combine == number), default=0.0)
+        times = np.arange(full - 3.0, served + 10.0, -4.0)
+        plan = self.plans[number]
+        others = self._others(-1)
+        chosen = full - 3.0
+        for time in times:
+            if len(self._standing_poses(plan.pose_at(time), float(time), others)):
+                chosen = float(time)
+                break
+        wait = min(self.crew.free) + COMING - chosen
+        pouring = self.combine.capacity / self.combine.unload_rate
+        duration = max(wait, COMING) + pouring
+        return Stop(number, float(plan.station_at(chosen)), duration)
 
     def _serve(self, number: int, due: float) -> bool:
         free = min(self.crew.free)
@@ -306,8 +324,8 @@ class _Service:
                 else:
                     stay = drive_beside(plan, self.place, self.cart, begin, end, to.last_angle)
                     leaves = float(plan.speed_at(end))
-                    if not self._keeps_off(stay, others):
-                        continue
+                if not self._keeps_off(stay, end, others):
+                    continue
                 load = self.crew.loads[cart] + taken.taken
                 empties = self.cart.capacity - load < self.combine.capacity
                 truck = self.supply.trucks[cart] if empties else None
@@ -362,44 +380,47 @@ class _Service:
                 self._empty(cart)
                 return
 
-    def _keeps_off(self, stay: CartMotion, others: Traffic) -> bool:
-        times = np.arange(stay.timed.times[0], stay.timed.end, 0.5)
+    def _keeps_off(self, stay: CartMotion, end: float, others: Traffic) -> bool:
+        times = np.arange(stay.timed.times[0], end, 0.5)
         tractor, trailer = stay.poses_at(times)
-        gaps = least_gaps(others, self.planner.boxes, tractor, trailer, times)
-        return bool((gaps >= GAP + BETWEEN).all())
+        return all(
+            (
+                least_gaps(traffic, self.planner.boxes, tractor, trailer, times) >= GAP + BETWEEN
+            ).all()
+            for traffic in (self.combines, others)
+        )
 
     def _poses_beside(self, candidate: Candidate, others: Traffic) -> list[np.ndarray]:
         """Poses of the tractor at the beginning of a visit, the best first.
 
         A combine that stands swings its auger: then all that it reaches will do.
         """
-        pose = self.plans[candidate.combine].pose_at(candidate.pour.begin)
-        usual = self.place.of(pose)
-        if not candidate.stands:
-            return [usual]
-        poses = [usual]
+        begin = candidate.pour.begin
+        pose = self.plans[candidate.combine].pose_at(begin)
+        if candidate.stands:
+            return list(self._standing_poses(pose, begin, others)[:5])
+        return [self.place.of(pose)]
+
+    def _standing_poses(self, pose: np.ndarray, time: float, others: Traffic) -> np.ndarray:
+        """Poses of the tractor in which the auger of a standing combine reaches, shape (n, 3)."""
+        poses = [self.place.of(pose)]
         reach = self.place.left
         forth = self.cart.hitch_offset + self.cart.length * (1.0 - MIDDLE)
-        for left in (1.0, 1.5):
-            for turn in (0.0, math.pi, math.pi / 2, -math.pi / 2):
-                for ahead in (0.0, 0.8, -0.8):
-                    if math.hypot(left, ahead) >= STANDING:
-                        continue
-                    c, s = math.cos(pose[2]), math.sin(pose[2])
-                    x = pose[0] + reach * (c * ahead - s * left)
-                    y = pose[1] + reach * (s * ahead + c * left)
-                    course = pose[2] + turn
-                    poses.append(
-                        np.array([x + forth * np.cos(course), y + forth * np.sin(course), course])
-                    )
+        c, s = math.cos(pose[2]), math.sin(pose[2])
+        for left, ahead, turn in PLACES:
+            x = pose[0] + reach * (c * ahead - s * left)
+            y = pose[1] + reach * (s * ahead + c * left)
+            course = pose[2] + turn
+            poses.append(np.array([x + forth * np.cos(course), y + forth * np.sin(course), course]))
         every = np.array(poses)
-        fits = node_opens(self.ground, self.cart, every) <= candidate.pour.begin
+        every = every[node_opens(self.ground, self.cart, every) <= time]
         behind = trailer_poses(every, np.zeros(len(every)), self.cart)
-        times = np.full(len(every), candidate.pour.begin)
+        times = np.full(len(every), time)
+        fits = np.ones(len(every), dtype=bool)
         for traffic in (self.combines, others):
             gaps = least_gaps(traffic, self.planner.boxes, every, behind, times)
             fits &= gaps >= GAP + BETWEEN
-        return [every[k] for k in np.flatnonzero(fits)[:5]]
+        return every[fits]
 
     def result(self, stops: list[Stop]) -> CartPlan:
         """What was planned."""
