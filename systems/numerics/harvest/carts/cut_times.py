@@ -117,12 +117,12 @@ def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _passing_times(plan: TimedPath, stations: np.ndarray) -> np.ndarray:
-    """When a machine gets to stations: the first moment at each, shape (n,) [s]."""
+    """The first moment at each station, infinite where a machine never gets; shape (n,) [s]."""
     # Where speeds change the way is a parabola of time: fine enough samples make it straight.
     fine = np.unique(np.concatenate([plan.times, np.arange(plan.times[0], plan.times[-1], 0.5)]))
     ways = plan.station_at(fine)
     first = np.concatenate([[True], np.diff(ways) > 1e-9])
-    return np.interp(stations, ways[first], fine[first])
+    return np.interp(stations - 1e-6, ways[first], fine[first], right=np.inf)
 
 
 @kernel

@@ -281,9 +281,7 @@ class _Service:
             begin = candidate.pour.begin
             pose = self.plans[number].pose_at(begin)
             carts = [k for k in range(len(self.crew.free)) if self.crew.free[k] + AHEAD <= begin]
-            carts.sort(
-                key=lambda k: float(np.hypot(*(self.crew.stands(k).pose - pose)[:2]))
-            )
+            carts.sort(key=lambda k: float(np.hypot(*(self.crew.stands(k).pose - pose)[:2])))
             for k in carts:
                 if self._visit(k, candidate):
                     return True
@@ -306,9 +304,7 @@ class _Service:
         pour = self.tanks[candidate.combine].pour(begin, candidate.latest, self._room(cart))
         speed = 0.0 if candidate.stands else float(plan.speed_at(begin))
         for pose in self._poses_beside(candidate, others):
-            to = self.planner.route_to(
-                self.crew.stands(cart), pose, Moving(begin, speed), others
-            )
+            to = self.planner.route_to(self.crew.stands(cart), pose, Moving(begin, speed), others)
             if to is None:
                 continue
             for later in LEAVING:

@@ -233,3 +233,15 @@ def audit_carts(field, combine, cart, plans, motions, spacing=0.25):
 def audit():
     """Audits carts among combines."""
     return audit_carts
+
+
+@pytest.fixture(scope="session")
+def integrated():
+    """Poses of a trailer behind its tractor by small steps of the hitch."""
+    return trailer_by_integration
+
+
+@pytest.fixture(scope="session")
+def outlines_at():
+    """Polygons of outlines at poses."""
+    return placed

@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.harvest.carts.cart_motion import join_motions, standing_motion
+from sightfield.systems.numerics.harvest.carts.cart_motion import (
+    CartMotion,
+    join_motions,
+    standing_motion,
+)
 from sightfield.systems.numerics.harvest.carts.cut_times import cut_times, open_ground
 from sightfield.systems.numerics.harvest.carts.profile import Moving
 from sightfield.systems.numerics.harvest.carts.roadmap import field_lines, make_roadmap
@@ -11,6 +15,8 @@ from sightfield.systems.numerics.harvest.carts.routes import RoutePlanner, Stand
 from sightfield.systems.numerics.harvest.carts.traffic import cart_traffic, combine_traffic
 from sightfield.systems.numerics.harvest.carts.windows import beside, drive_beside, find_windows
 from sightfield.systems.numerics.harvest.machines.cart import Cart
+from sightfield.systems.numerics.harvest.paths.machine_path import MachinePath
+from sightfield.systems.numerics.harvest.paths.timed_path import TimedPath
 
 TRUCK = np.array([100.0, -14.0, 0.3])
 
@@ -67,3 +73,21 @@ def test_a_cart_drives_from_its_truck_to_every_window_and_back(hand_made, audit,
     assert found.along <= cart.acceleration + 1e-6
     assert found.across <= cart.lateral_acceleration + 1e-6
     assert found.curvature <= 1 / cart.turning_radius + 1e-9
+
+
+def test_the_audit_sees_a_cart_that_drives_where_it_likes(hand_made, audit):
+    made = hand_made(120.0, 90.0, 1)
+    poses = np.array([[-40.0, 45.0, 0.0], [110.0, 45.0, 0.0]])
+    one = np.ones(1, dtype=int)
+    path = MachinePath(poses, one, one < 0, -one)
+    quick = TimedPath(path, np.array([0.0, 25.0]), np.array([0.0, 150.0]), np.array([6.0, 6.0]))
+    plan = made.plans[0]
+    meets = CartMotion(
+        TimedPath(plan.path, plan.times + 30.0, plan.stations, plan.speeds), Cart(), 0.1
+    )
+    found = audit(made.field, made.combine, Cart(), made.plans, [CartMotion(quick, Cart()), meets])
+    assert found.crop > 8.0
+    assert found.outside > 1.0
+    assert found.combine_gap == 0.0
+    assert found.along == pytest.approx(0.5, rel=0.1)
+    assert found.curvature == pytest.approx(1 / made.combine.turning_radius)

@@ -1,0 +1,67 @@
+"""Nodes and edges of a roadmap, against outlines of Shapely."""
+
+import numpy as np
+import shapely
+
+from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.harvest.carts.cart_motion import CartMotion
+from sightfield.systems.numerics.harvest.carts.cut_times import cut_times, open_ground
+from sightfield.systems.numerics.harvest.carts.roadmap import AFTER_CUT, field_lines, make_roadmap
+from sightfield.systems.numerics.harvest.field.field import Field
+from sightfield.systems.numerics.harvest.machines.cart import Cart
+from sightfield.systems.numerics.harvest.machines.combine import Combine
+from sightfield.systems.numerics.harvest.machines.outlines import cart_outline
+from sightfield.systems.numerics.harvest.paths.machine_path import TRANSIT, MachinePath
+from sightfield.systems.numerics.harvest.paths.timed_path import TimedPath
+
+POND = [(60.0, 50.0), (85.0, 55.0), (80.0, 75.0), (62.0, 70.0)]
+FIELD = Field(make_world([(0, 0), (150, 10), (140, 120), (5, 110)], [POND]), 12.0)
+CART = Cart(hitch_offset=0.5)
+
+
+def lonely(path):
+    at = path.stations_every(0.5)
+    return TimedPath(path, np.arange(len(at)) * 1.0, at, np.zeros(len(at)))
+
+
+def test_edges_keep_off_the_pond_and_on_the_ground(outlines_at, integrated):
+    cut = cut_times(FIELD, Combine(), [])
+    # The right half is cut at 100 s, the left at 700 s, the margin bears no crop.
+    columns = np.arange(cut.times.shape[1])
+    halves = np.where(columns * 0.5 + cut.corner[0] > 75.0, 100.0, 700.0)
+    cut = cut._replace(times=np.where(cut.times == np.inf, halves, cut.times))
+    ground = open_ground(FIELD, cut)
+    swaths = [np.array([[x, 20.0], [x, 105.0]]) for x in np.arange(15.0, 140.0, 9.0)]
+    roadmap = make_roadmap(ground, CART, field_lines(FIELD, Combine(), swaths))
+    edges = roadmap.edges
+    assert 200 < len(roadmap.nodes) < 4000
+    assert len(edges.source) > 3 * len(roadmap.nodes)
+    tractor, trailer = (np.array(part)[None] for part in cart_outline(CART))
+    left = shapely.box(-99, -99, 75.0, 299).intersection(FIELD.polygon)
+    free = FIELD.ground
+    rng = np.random.default_rng(5)
+    late = 0
+    for e in rng.choice(len(edges.source), 150, replace=False):
+        kept = np.concatenate([[True], edges.lengths[e] > 1e-9])
+        poses = edges.poses[e][kept]
+        count = len(poses) - 1
+        path = MachinePath(poses, np.ones(count), np.zeros(count, bool), np.full(count, TRANSIT))
+        assert np.abs(path.curvatures).max() <= 1 / CART.turning_radius
+        off = poses[[0, -1]] - roadmap.nodes[[edges.source[e], edges.target[e]]]
+        off[:, 2] = np.remainder(off[:, 2] + np.pi, 2 * np.pi) - np.pi
+        assert np.abs(off).max() < 1e-6
+        timed = lonely(path)
+        hulls = [
+            *outlines_at(tractor, timed.pose_at(timed.times))[:, 0],
+            *outlines_at(trailer, integrated(CartMotion(timed, CART), timed.times))[:, 0],
+        ]
+        under = shapely.union_all(hulls)
+        assert under.difference(free).area < 1e-9
+        assert under.distance(FIELD.obstacles[0]) > 0.4
+        # What it has to wait for is what lies under it.
+        if under.intersection(left).area > 0.5:
+            assert edges.opens[e] == 700.0 + AFTER_CUT
+            late += 1
+        else:
+            assert edges.opens[e] < 700.0 or under.distance(left) < 0.6
+    assert 20 < late < 130

@@ -1,0 +1,56 @@
+"""Tanks over time, against sums by hand; and a combine that stops."""
+
+import numpy as np
+import pytest
+
+from sightfield.systems.numerics.harvest.carts.cut_times import cut_times
+from sightfield.systems.numerics.harvest.carts.stops import Stop, with_stop
+from sightfield.systems.numerics.harvest.carts.tanks import make_tanks
+
+
+def test_grain_is_in_the_tank_the_cart_or_still_standing(hand_made):
+    made = hand_made(120.0, 90.0, 2)
+    cut = cut_times(made.field, made.combine, made.plans)
+    tanks = make_tanks(made.combine, cut, 2.2, [plan.end for plan in made.plans])
+    total = sum(tank.left for tank in tanks)
+    assert total == pytest.approx(2.2 * np.isfinite(cut.times).sum() * 0.25)
+    tank = tanks[0]
+    full = tank.full_at()
+    assert tank.load_at(full - 1.0) < made.combine.capacity <= tank.load_at(full + 1e-9)
+    # A straight of a full header fills it evenly.
+    rate = (tank.load_at(60.0) - tank.load_at(30.0)) / 30.0
+    assert rate == pytest.approx(2.2 * 9.0 * 1.5, rel=0.05)
+    before = tank.load_at(50.0)
+    short = tank.pour(50.0, 53.0, np.inf)
+    assert short.taken == pytest.approx(3 * made.combine.unload_rate)
+    whole = tank.pour(50.0, 300.0, np.inf)
+    gained = tank.load_at(whole.end) - before
+    assert whole.taken == pytest.approx(before + gained)
+    assert whole.end - 50.0 == pytest.approx(before / (made.combine.unload_rate - rate), abs=1.0)
+    assert tank.pour(50.0, 300.0, 111.0).taken == pytest.approx(111.0)
+    tank.take(whole)
+    assert tank.load_at(whole.end) == pytest.approx(0.0, abs=rate)
+    assert sum(each.left for each in tanks) == pytest.approx(total - whole.taken)
+    late = tank.pour(1e5, np.inf, np.inf)
+    tank.take(late)
+    assert tank.left == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("where", [0.02, 0.4, 0.999])
+def test_a_combine_that_stops_brakes_stands_and_is_later(hand_made, where):
+    made = hand_made(120.0, 90.0, 1)
+    plan = made.plans[0]
+    station = where * plan.path.length
+    after = with_stop(plan, Stop(0, station, 40.0), 0.5)
+    fine = np.arange(0.0, after.end + 1.0, 0.1)
+    standing = np.abs(after.station_at(fine) - station) < 1e-6
+    assert standing.sum() * 0.1 == pytest.approx(40.0, abs=1.0)
+    lasting = np.diff(after.times)
+    rates = np.diff(after.speeds)[lasting > 0] / lasting[lasting > 0]
+    assert np.abs(rates).max() < 0.55
+    ways = np.diff(after.stations) - (after.speeds[1:] + after.speeds[:-1]) / 2 * lasting
+    assert np.abs(ways).max() < 0.01
+    # Braking and speeding up from 1.5 m/s cost 3 s, less where it was slow already.
+    assert 40.0 <= after.end - plan.end <= 43.1
+    early = fine[after.station_at(fine) < station - 3.0]
+    assert after.station_at(early) == pytest.approx(plan.station_at(early))

@@ -1,0 +1,68 @@
+"""Whole plans of carts, audited by outlines, with grain counted."""
+
+import numpy as np
+import pytest
+
+from sightfield.systems.numerics.harvest.carts.cut_times import CELL, cut_times
+from sightfield.systems.numerics.harvest.carts.visits import Supply, plan_visits
+from sightfield.systems.numerics.harvest.machines.alongside import STANDING
+from sightfield.systems.numerics.harvest.machines.cart import Cart
+
+TRUCKS = np.array([[60.0, -13.0, 0.1], [120.0, -14.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("combines", "carts", "density", "capacity", "hitch", "stops"),
+    [
+        (1, 1, 0.9, np.inf, 0.0, 0),
+        (2, 1, 1.1, 20000.0, 0.6, 1),
+        (2, 2, 1.6, 25000.0, 0.0, 1),
+    ],
+)
+def test_all_grain_comes_to_the_trucks(
+    hand_made, audit, combines, carts, density, capacity, hitch, stops
+):
+    made = hand_made(198.0, 140.0, combines)
+    cart = Cart(capacity=capacity, hitch_offset=hitch)
+    supply = Supply(density=density, trucks=TRUCKS[:carts])
+    plan = plan_visits(made.field, made.combine, cart, made.plans, made.swaths, supply)
+    cut = cut_times(made.field, made.combine, plan.plans)
+    grain = density * CELL**2 * (cut.cutter >= 0).sum()
+    assert plan.left == pytest.approx(0.0, abs=2.0 * combines)
+    assert sum(trip.delivered for trip in plan.trips) == pytest.approx(grain, abs=2.0 * combines)
+    assert sum(visit.taken for visit in plan.visits) == pytest.approx(grain, abs=2.0 * combines)
+    assert len(plan.stops) <= stops
+    reach = made.combine.header_width / 2 + made.combine.cart_gap + cart.width / 2
+    for number, own in enumerate(plan.plans):
+        # No tank runs over: what was cut until then, less what was taken.
+        at = np.arange(0.0, own.end, 2.0)
+        moments = np.sort(cut.times[cut.cutter == number])
+        load = density * CELL**2 * np.searchsorted(moments, at)
+        for visit in plan.visits:
+            if visit.combine == number:
+                share = np.clip((at - visit.begin) / (visit.end - visit.begin), 0, 1)
+                load = load - share * visit.taken
+        assert load.max() <= made.combine.capacity + 60.0
+        assert load.min() >= -60.0
+    for visit in plan.visits:
+        times = np.linspace(visit.begin, visit.end, 9)
+        _, trailer = plan.motions[visit.cart].poses_at(times)
+        middle = trailer[:, :2] + 0.15 * cart.length * np.stack(
+            [np.cos(trailer[:, 2]), np.sin(trailer[:, 2])], axis=1
+        )
+        poses = plan.plans[visit.combine].pose_at(times)
+        moves = plan.plans[visit.combine].speed_at(times).max() > 0
+        away = np.hypot(*(middle - poses[:, :2]).T)
+        assert away.max() < (reach + 0.6 if moves else STANDING * reach)
+        assert (visit.taken / (visit.end - visit.begin)) < made.combine.unload_rate * 1.05 + 10.0
+    for trip in plan.trips:
+        pose = plan.motions[trip.cart].timed.pose_at(np.array([trip.begin, trip.end]))
+        assert np.abs(pose[:, :2] - TRUCKS[trip.cart, :2]).max() < 1e-6
+    found = audit(made.field, made.combine, cart, plan.plans, plan.motions)
+    assert found.combine_gap >= 0.5
+    assert found.cart_gap >= 0.5
+    assert found.crop < 0.05
+    assert found.outside == 0.0
+    assert found.along <= cart.acceleration + 1e-6
+    assert found.across <= cart.lateral_acceleration + 1e-6
+    assert found.curvature <= 1 / cart.turning_radius + 1e-9

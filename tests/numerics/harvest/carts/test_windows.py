@@ -1,0 +1,77 @@
+"""Windows beside combines, against the auger's reach, strips of headers and outlines."""
+
+import numpy as np
+import pytest
+import shapely
+
+from sightfield.systems.numerics.harvest.carts.cut_times import cut_times, open_ground
+from sightfield.systems.numerics.harvest.carts.traffic import combine_traffic
+from sightfield.systems.numerics.harvest.carts.windows import (
+    beside,
+    drive_beside,
+    find_windows,
+    straight_runs,
+)
+from sightfield.systems.numerics.harvest.machines.alongside import is_alongside
+from sightfield.systems.numerics.harvest.machines.cart import Cart
+from sightfield.systems.numerics.harvest.machines.outlines import cart_outline, combine_outline
+
+
+@pytest.mark.parametrize("hitch", [0.0, 0.9])
+def test_in_a_window_grain_flows_and_the_ground_was_cut_before(hand_made, outlines_at, hitch):
+    made = hand_made(160.0, 130.0, 2)
+    cart = Cart(hitch_offset=hitch, length=4.6)
+    ground = open_ground(made.field, cut_times(made.field, made.combine, made.plans))
+    traffic = combine_traffic(made.combine, made.plans)
+    windows = find_windows(made.combine, cart, made.plans, ground, traffic)
+    place = beside(made.combine, cart)
+    reach = made.combine.header_width / 2 + made.combine.cart_gap + cart.width / 2
+    assert {window.combine for window in windows} == {0, 1}
+    strips, times = [], []
+    for plan in made.plans:
+        at = np.arange(0.0, plan.end + 1.0, 1.0)
+        header = np.array(combine_outline(made.combine))[:1]
+        boxes = outlines_at(header, plan.pose_at(at))[:, 0]
+        hulls = shapely.convex_hull(
+            shapely.multipolygons(np.stack([boxes[:-1], boxes[1:]], axis=1))
+        )
+        down = plan.path.cutting[plan.path.piece_at(plan.station_at(at))]
+        strips.append(hulls[down[1:] & down[:-1]])
+        times.append(at[1:][down[1:] & down[:-1]])
+    strips, times = np.concatenate(strips), np.concatenate(times)
+    tree = shapely.STRtree(strips)
+    tractor, trailer = (np.array(part)[None] for part in cart_outline(cart))
+    for window in windows:
+        plan, other = made.plans[window.combine], made.plans[1 - window.combine]
+        assert plan.station_at(window.end) - plan.station_at(window.begin) >= 50.0
+        leg = drive_beside(plan, place, cart, window.begin, window.end, 0.0)
+        for moment in np.linspace(window.begin, window.end, 12):
+            pose = plan.pose_at(moment)
+            first, second = leg.poses_at(np.array([moment]))
+            state = np.array([*first[0], 0.0])
+            assert is_alongside(pose, state, cart.length, hitch, reach, False)
+            boxes = [outlines_at(tractor, first)[0, 0], outlines_at(trailer, second)[0, 0]]
+            away = outlines_at(np.array(combine_outline(made.combine)), other.pose_at([moment]))
+            own = outlines_at(np.array(combine_outline(made.combine)), pose[None])
+            for box in boxes:
+                assert min(box.distance(each) for each in away[0]) >= 0.5
+                assert min(box.distance(each) for each in own[0]) >= 0.5
+                assert made.field.ground.contains(box)
+                under = box.intersection(made.field.polygon)
+                known = tree.query(box, predicate="intersects")
+                done = strips[known[times[known] <= moment - 4.0]]
+                left = under.difference(shapely.union_all(done))
+                assert left.buffer(-0.25).area < 1e-3
+
+
+def test_straight_runs_end_where_the_path_turns(hand_made):
+    made = hand_made(160.0, 130.0, 1)
+    path = made.plans[0].path
+    runs = straight_runs(path)
+    assert len(runs) == path.cutting.sum()
+    for first, last in runs:
+        headings = path.pose_at(np.linspace(first + 1e-6, last - 1e-6, 9))[:, 2]
+        assert np.ptp(headings) < 1e-9
+    assert sum(last - first for first, last in runs) == pytest.approx(
+        path.lengths[path.cutting].sum()
+    )
