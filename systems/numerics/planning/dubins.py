@@ -54,6 +54,9 @@ def dubins_between(
     Returns:
         turns: Of each piece: 1 left, 0 straight, -1 right; shape (n, 3).
         lengths: Of each piece, shape (n, 3) [m].
+
+    Raises:
+        InvalidInput: The radius is not positive.
     """
     require_positive("radius", radius)
     dx, dy = (ends[:, :2] - starts[:, :2]).T / radius

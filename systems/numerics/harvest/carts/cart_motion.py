@@ -47,7 +47,8 @@ def trailer_poses(poses: np.ndarray, betas: np.ndarray, cart: Cart) -> np.ndarra
         betas: From the trailer's heading to the tractor's, shape (n,) [rad].
         cart: Its trailer counts.
     """
-    return np.stack(trailer_pose(*poses.T, betas, cart.trailer), axis=-1)
+    x, y, theta = poses.T
+    return np.stack(trailer_pose(x, y, theta, betas, cart.trailer), axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +117,14 @@ def join_motions(motions: Sequence[CartMotion]) -> CartMotion:
 
 
 def standing_motion(cart: Cart, pose: np.ndarray, time: float, beta: float = 0.0) -> CartMotion:
-    """A cart that stands at a pose from a time on."""
+    """A cart that stands.
+
+    Args:
+        cart: Its size.
+        pose: Of the tractor, shape (3,).
+        time: From when on [s].
+        beta: From the trailer's heading to the tractor's [rad].
+    """
     none = np.zeros(0, dtype=int)
     path = MachinePath(np.array([pose], dtype=float), none, none.astype(bool), none)
     at = np.array([0.0])

@@ -21,8 +21,8 @@ from ..paths.timed_path import TimedPath
 CELL = 0.5
 # How far a cell reaches from its middle [m].
 REACH = CELL / math.sqrt(2.0)
-# Distance of the places that are looked up under an outline: less than what stays uncut is wide, and
-# than an obstacle with the gap round it [m].
+# Distance of the places that are looked up under an outline: less than what stays uncut is wide,
+# and than an obstacle with the gap round it [m].
 LOOKS = 0.9
 # Poses of a header between which its strip is marked are as far apart at most [m].
 STEP = 0.5
@@ -94,7 +94,8 @@ def cut_times(field: Field, combine: Combine, plans: Sequence[TimedPath]) -> Cut
                 combine.header_depth / 2,
             )
     left = crop & np.isinf(times)
-    slivers = left & ~ndimage.binary_opening(left, np.ones((3, 3), dtype=bool))
+    wide = np.asarray(ndimage.binary_opening(left, np.ones((3, 3), dtype=bool)))
+    slivers = left & np.logical_not(wide)
     known = np.where(crop & ~left, times, -np.inf)
     beside = ndimage.maximum_filter(known, size=5)
     times[slivers] = np.where(np.isfinite(beside), beside, np.inf)[slivers]
@@ -179,13 +180,13 @@ def _flip(flips, ring, corner):
     for k in range(len(ring) - 1):
         (x0, y0), (x1, y1) = ring[k], ring[k + 1]
         low, high = min(y0, y1), max(y0, y1)
-        first = max(0, int(math.ceil((low - corner[1]) / CELL - 0.5)))
+        first = max(0, math.ceil((low - corner[1]) / CELL - 0.5))
         for row in range(first, rows):
             y = corner[1] + (row + 0.5) * CELL
             if y >= high:
                 break
             x = x0 + (x1 - x0) * (y - y0) / (y1 - y0)
-            column = int(math.ceil((x - corner[0]) / CELL - 0.5))
+            column = math.ceil((x - corner[0]) / CELL - 0.5)
             flips[row, min(max(column, 0), columns - 1)] += 1
 
 
@@ -202,15 +203,15 @@ def opens(ground, box, x, y, theta):
     rows, columns = times.shape
     c, s = math.cos(theta), math.sin(theta)
     rear, front, half = box[0] - REACH, box[1] + REACH, box[2] + REACH
-    along = int(math.ceil((front - rear) / LOOKS))
-    across = int(math.ceil(2 * half / LOOKS))
+    along = math.ceil((front - rear) / LOOKS)
+    across = math.ceil(2 * half / LOOKS)
     latest = -np.inf
     for i in range(along + 1):
         ahead = rear + (front - rear) * i / along
         for j in range(across + 1):
             aside = half * (2 * j / across - 1)
-            column = int(math.floor((x + c * ahead - s * aside - corner[0]) / CELL))
-            row = int(math.floor((y + s * ahead + c * aside - corner[1]) / CELL))
+            column = math.floor((x + c * ahead - s * aside - corner[0]) / CELL)
+            row = math.floor((y + s * ahead + c * aside - corner[1]) / CELL)
             if row < 0 or column < 0 or row >= rows or column >= columns:
                 return np.inf
             latest = max(latest, times[row, column])

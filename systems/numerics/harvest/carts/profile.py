@@ -6,7 +6,6 @@ constant, and both stations must be open for as long as that takes. Waiting is s
 station to station, the earliest time of each speed in each open interval is kept.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -90,8 +89,13 @@ def plan_profile_back(
     """The latest profile from standing at the first station to an end that is met exactly.
 
     Args:
-        stations, limits, opens, blocked, begin, acceleration: As for `plan_profile`.
+        stations: Equally spaced, shape (n,) [m].
+        limits: Highest speed at each, shape (n,) [m/s].
+        opens: From when on each may be stood on, shape (n,) [s].
+        blocked: Whether each is closed at moments MOMENT apart, shape (n, m).
+        begin: The first of these moments [s].
         end: At the last station.
+        acceleration: Largest [m/s^2].
         stands_from: The cart stands at the first station from then on [s].
 
     Returns:

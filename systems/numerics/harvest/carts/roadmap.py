@@ -2,8 +2,8 @@
 
 Lines are what carts may follow: round the field on the margin and on the headland, round holes, and
 along swaths. Nodes are poses on them, in both directions; edges are Dubins paths between near ones,
-which end straight, so that the trailer comes into line. When an edge opens is known beforehand: when
-all ground under tractor and trailer has been cut.
+which end straight, so that the trailer comes into line. When an edge opens is known beforehand:
+when all ground under tractor and trailer has been cut.
 """
 
 import math
@@ -140,7 +140,13 @@ def make_roadmap(ground: OpenGround, cart: Cart, lines: Sequence[np.ndarray]) ->
 
 
 def node_opens(ground: OpenGround, cart: Cart, nodes: np.ndarray) -> np.ndarray:
-    """From when on the ground under carts that stand in line is open, shape (n, 3) -> (n,) [s]."""
+    """From when on the ground under carts that stand in line is open, shape (n,) [s].
+
+    Args:
+        ground: From when on carts may be where.
+        cart: One of the equal carts.
+        nodes: Poses of the tractor, shape (n, 3).
+    """
     boxes = cart_boxes(cart)
     behind = trailer_poses(nodes, np.zeros(len(nodes)), cart)
     latest = np.maximum(opens_along(ground, boxes[0], nodes), opens_along(ground, boxes[1], behind))

@@ -1,8 +1,8 @@
 """Routes of carts in time: to a place beside a combine, and back to where nobody comes.
 
-A search over the roadmap finds the way and who is let by; then the trailer is followed exactly along
-that way, and times are planned for it that keep accelerations, gaps and what is not cut yet. Where
-no times are found, the place at which that failed is left out and the search goes on.
+A search over the roadmap finds the way and who is let by; then the trailer is followed exactly
+along that way, and times are planned for it that keep accelerations, gaps and off what is not cut.
+Where no times are found, the place at which that failed is left out and the search goes on.
 """
 
 import math
@@ -130,7 +130,7 @@ class RoutePlanner:
             beta: The trailer's angle there [rad].
             start: When and how fast the cart is there.
             others: Committed routes of other carts.
-            goal: Pose to stand at; None: wherever nobody comes.
+            goal: Pose to stand at, shape (3,); None: wherever nobody comes.
         """
 
         def plan(path: MachinePath) -> Profile:
@@ -163,7 +163,7 @@ class RoutePlanner:
         traffic = joined(self.combines, others)
         known = self._node_blocked
         first = int(begin / STEP)
-        moments = int(math.ceil((end - first * STEP) / STEP)) + 2
+        moments = math.ceil((end - first * STEP) / STEP) + 2
         last = max(moments, known.shape[1] - first, others.poses.shape[1] * MOMENT / STEP - first)
         last = int(last) + 1
         blocked = self._standing(nodes, others, first * STEP, last)
@@ -278,7 +278,7 @@ class RoutePlanner:
         )
         opens[np.abs(betas) > JACKKNIFE] = np.inf
         traffic = joined(self.combines, others)
-        count = int(math.ceil((end - begin) / MOMENT)) + 1
+        count = math.ceil((end - begin) / MOMENT) + 1
         gap = GAP + HALF_WAY
         blocked = blocked_along(traffic, self.boxes, tractor, trailer, gap, begin, MOMENT, count)
         return at, limits, opens, blocked

@@ -1,8 +1,9 @@
 """Safe-interval search: the earliest way through a roadmap among moving machines.
 
 At each node a cart may stand in intervals of time between which others pass. Of each interval the
-earliest arrival is kept; an edge is left at the first moment from then on at which nobody comes near
-on it. The same search runs backwards in time, from the end on: then it finds the latest departure.
+earliest arrival is kept; an edge is left at the first moment from then on at which nobody comes
+near on it. The same search runs backwards in time, from the end on: then it finds the latest
+departure.
 
 Source: Phillips and Likhachev 2011 (SIPP).
 """
@@ -71,7 +72,7 @@ class Found(NamedTuple):
     """A way through the roadmap.
 
     Attributes:
-        edges: Numbers, in the order of driving.
+        edges: Numbers, in the order of driving, shape (k,).
         departures: When each is left at its beginning, shape (k,) [s].
         arrival: At the end of the search, in the direction in which it ran [s].
     """
@@ -151,7 +152,7 @@ def _is_met(edges, e, departure, traffic, boxes, gap):
         box = traffic.boxes[b]
         middle = (box[0] + box[1]) / 2
         size = math.hypot((box[1] - box[0]) / 2, box[2]) + gap
-        at = min(max(int(round((middle_time - traffic.begin) / SAMPLE)), 0), last)
+        at = min(max(round((middle_time - traffic.begin) / SAMPLE), 0), last)
         pose = traffic.poses[b, at]
         ox = pose[0] + math.cos(pose[2]) * middle
         oy = pose[1] + math.sin(pose[2]) * middle
@@ -160,7 +161,7 @@ def _is_met(edges, e, departure, traffic, boxes, gap):
             continue
         for k in range(edges.first[e], edges.first[e + 1]):
             moment = departure + edges.since[k]
-            at = min(max(int(round((moment - traffic.begin) / SAMPLE)), 0), last)
+            at = min(max(round((moment - traffic.begin) / SAMPLE), 0), last)
             pose = traffic.poses[b, at]
             ox = pose[0] + math.cos(pose[2]) * middle
             oy = pose[1] + math.sin(pose[2]) * middle

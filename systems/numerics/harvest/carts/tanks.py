@@ -29,6 +29,13 @@ class Pour:
 class Tank:
     """What one combine has cut by when, and what is in its tank.
 
+    Args:
+        combine: One of the equal combines.
+        cut: When and by whom the ground is cut.
+        number: Of the combine.
+        density: Of the crop [kg/m^2].
+        end: When the last combine has done its work [s].
+
     Attributes:
         times: Moments TICK apart from 0 on, shape (T,) [s].
         cut: All that was cut until then, shape (T,) [kg].

@@ -38,7 +38,11 @@ class Traffic(NamedTuple):
 
 
 def box_of(corners: np.ndarray) -> np.ndarray:
-    """Rear, front and half width of a box that is as wide to either side, shape (4, 2) -> (3,)."""
+    """Rear, front and half width of a box that is as wide to either side, shape (3,) [m].
+
+    Args:
+        corners: Of it, shape (4, 2) [m].
+    """
     return np.array([corners[:, 0].min(), corners[:, 0].max(), corners[:, 1].max()])
 
 
@@ -196,14 +200,14 @@ def blocked_times(traffic, box, x, y, theta, gap, begin, step, blocked):
     middle_x, middle_y = x + c * (box[0] + half), y + s * (box[0] + half)
     reach = math.hypot(half, box[2]) + gap
     last = traffic.poses.shape[1] - 1
-    stride = int(round(step / SAMPLE))
+    stride = round(step / SAMPLE)
     for b in range(len(traffic.boxes)):
         other = traffic.boxes[b]
         middle = (other[0] + other[1]) / 2
         size = math.hypot((other[1] - other[0]) / 2, other[2]) + reach
         k = 0
         while k < len(blocked):
-            at = int(round((begin - traffic.begin) / SAMPLE)) + k * stride
+            at = round((begin - traffic.begin) / SAMPLE) + k * stride
             held = min(max(at, 0), last)
             pose = traffic.poses[b, held]
             ox = pose[0] + math.cos(pose[2]) * middle
@@ -264,7 +268,7 @@ def least_gaps(traffic, boxes, first, second, times):
     found = np.full(len(times), np.inf)
     last = traffic.poses.shape[1] - 1
     for k in range(len(times)):
-        at = min(max(int(round((times[k] - traffic.begin) / SAMPLE)), 0), last)
+        at = min(max(round((times[k] - traffic.begin) / SAMPLE), 0), last)
         for b in range(len(traffic.boxes)):
             pose = traffic.poses[b, at]
             if math.hypot(pose[0] - first[k, 0], pose[1] - first[k, 1]) > 60.0:

@@ -1,8 +1,8 @@
 """Which cart serves which combine, in which window, and when it drives to its truck.
 
-Combines fill together: so that one cart can serve them one after another, the first ones are emptied
-before they are full. Where no cart can come before a tank is full, the combine stops for a bounded
-time, its plan is timed again, and all visits are planned anew.
+Combines fill together: so that one cart can serve them one after another, the first ones are
+emptied before they are full. Where no cart can come before a tank is full, the combine stops for a
+bounded time, its plan is timed again, and all visits are planned anew.
 """
 
 import math
@@ -37,11 +37,11 @@ TRIED, CANDIDATES = 15.0, 12
 LEAST = 0.2
 # When a cart leaves: as soon as all is out, or later if it cannot, or sooner [s].
 LEAVING = (0.0, 10.0, -10.0, 25.0, -25.0)
-# How long a cart takes to a combine that waits for it, about, and how much longer that waits when it
-# was too short [s]; and how often plans are timed anew.
+# How long a cart takes to a combine that waits for it, about, and how much longer that waits when
+# it was too short [s]; and how often plans are timed anew.
 COMING, LONGER, MOST_STOPS = 100.0, 90.0, 12
-# Where the box may be beside a combine that stands, in usual distances to its left and ahead, and how
-# it is turned [rad]: the auger swings.
+# Where the box may be beside a combine that stands, in usual distances to its left and ahead, and
+# how it is turned [rad]: the auger swings.
 PLACES = [
     (left, ahead, turn)
     for left in (1.0, 1.5)
@@ -151,7 +151,6 @@ class _Crew:
 
 
 Retime = Callable[[Sequence[TimedPath], Sequence[Stop]], list[TimedPath]]
-Choice = Callable[[Sequence[Tank], Sequence[TimedPath], Sequence[Window], int, float], list]
 
 
 def retime_alone(combine: Combine) -> Retime:
@@ -187,12 +186,14 @@ def plan_visits(
     """
     again = retime_alone(combine) if retime is None else retime
     stops: list[Stop] = []
-    for _ in range(MOST_STOPS):
+    tried = 0
+    while True:
         timed = again(plans, stops)
         service = _Service(ground, combine, cart, timed, swaths, supply)
         missed = service.run()
-        if missed is None:
-            break
+        tried += 1
+        if missed is None or tried >= MOST_STOPS:
+            return service.result(stops)
         near = [
             k
             for k, stop in enumerate(stops)
@@ -203,7 +204,6 @@ def plan_visits(
             stops[near[0]] = old._replace(duration=old.duration + LONGER)
         else:
             stops.append(missed)
-    return service.result(stops)
 
 
 class _Service:

@@ -1,8 +1,8 @@
 """When a cart can drive beside a combine: windows of time.
 
-Beside means on a lane on the combine's left, where the auger pours into the middle of the trailer's
-box. A window lies on one straight piece of work. In it the ground under tractor and trailer has been
-cut for a while, nobody else is near, and before it there is a straight run-in.
+Beside means on a lane on the combine's left, where the auger pours into the middle of the
+trailer's box. A window lies on one straight piece of work. In it the ground under tractor and
+trailer has been cut for a while, nobody else is near, and before it there is a straight run-in.
 """
 
 import math

@@ -195,7 +195,7 @@ def audit_carts(field, combine, cart, plans, motions, spacing=0.25):
     strips, cut = np.concatenate(strips), np.concatenate(cut)
     tree = shapely.STRtree(strips)
     crop, outside = 0.0, 0.0
-    beyond = shapely.box(*np.array(field.ground.bounds) + [-99, -99, 99, 99]).difference(
+    beyond = shapely.box(*field.ground.buffer(99.0).bounds).difference(
         field.outline.buffer(field.margin, join_style="mitre", mitre_limit=2.0)
     )
     wrong = shapely.union_all([beyond, *field.obstacles])
