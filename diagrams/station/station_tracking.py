@@ -10,7 +10,7 @@ from ...systems.station.pose_parts import PoseParts
 from ..tracking.game import TrackingGame
 from ..tracking.make_tracking import AddTracking, ConnectTeams, OwnAssignment
 from ..tracking.scenario import Team
-from ..tracking.team_ports import AddAvoidance, AddDrive, TeamPorts, inputs_of
+from ..tracking.team_ports import AddAvoidance, AddDrive, TeamPorts, deflections_of, inputs_of
 from .ports import COMMANDS
 
 
@@ -79,5 +79,6 @@ def _add_team(
     safe = avoidance.GetOutputPort("safe_velocity")
     stop = AddDrive(builder, name, team, regions, period, other_radii, velocity=safe, pose=pose)
     others = inputs_of(avoidance) + inputs_of(stop)
-    ports = TeamPorts(avoidance.GetInputPort("velocity"), position, direction, others)
+    velocity, deflections = avoidance.GetInputPort("velocity"), deflections_of(avoidance, stop)
+    ports = TeamPorts(velocity, position, direction, others, deflections)
     return ports, stop.GetOutputPort("safe_command")

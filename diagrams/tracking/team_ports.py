@@ -26,12 +26,15 @@ class TeamPorts:
         direction: Output, vectors along the headings, size 2 N; zero for a point at rest.
         others: Inputs, positions of the robots of other teams, size 2 M each [m]; none where
             there are none to keep off.
+        deflections: Outputs, by how much parts of what drives the team change what was asked of
+            them, size N each [m/s].
     """
 
     velocity: InputPort
     position: OutputPort
     direction: OutputPort
     others: tuple[InputPort, ...] = ()
+    deflections: tuple[OutputPort, ...] = ()
 
 
 def AddTeam(
@@ -66,7 +69,8 @@ def AddTeam(
         plant = add(f"{name}_team", points)
         connect(safe_velocity, plant.GetInputPort("velocity"))
         connect(plant.GetOutputPort("position"), avoidance.GetInputPort("position"))
-        return TeamPorts(velocity, plant.GetOutputPort("position"), safe_velocity, others)
+        position = plant.GetOutputPort("position")
+        return TeamPorts(velocity, position, safe_velocity, others, deflections_of(avoidance))
     limits = {"top_speed": team.top_speed, "top_turn_rate": team.top_turn_rate}
     plant = add(f"{name}_team", DifferentialDriveTeam(starts, time_step=period, **limits))
     stop = AddDrive(
@@ -86,6 +90,7 @@ def AddTeam(
         plant.GetOutputPort("position"),
         plant.GetOutputPort("direction"),
         others + inputs_of(stop),
+        deflections_of(avoidance, stop),
     )
 
 
@@ -121,6 +126,15 @@ def inputs_of(system: System) -> tuple[InputPort, ...]:
     """
     name = "other_position"
     return (system.GetInputPort(name),) if system.HasInputPort(name) else ()
+
+
+def deflections_of(*systems: System) -> tuple[OutputPort, ...]:
+    """The outputs of systems that say by how much they change what was asked of them.
+
+    Args:
+        systems: From `AddAvoidance` or `AddDrive`.
+    """
+    return tuple(system.GetOutputPort("deflection") for system in systems)
 
 
 def AddDrive(

@@ -33,6 +33,7 @@ class CollisionAvoidance(LeafSystem):
         - other_position
         output_ports:
         - safe_velocity
+        - deflection
 
     ==============  ====  ====  =====
     port            size  unit  frame
@@ -41,9 +42,11 @@ class CollisionAvoidance(LeafSystem):
     velocity        2 N   m/s   world
     other_position  2 M   m     world
     safe_velocity   2 N   m/s   world
+    deflection      N     m/s   -
     ==============  ====  ====  =====
 
-    `other_position` is there where there are others.
+    `other_position` is there where there are others. `deflection` is the length of the difference
+    between each safe velocity and the one that was asked for.
 
     Source: the orange boundaries of Zhang 2014, 2.2.8, for walls; the rules are ours, see
     `numerics.tracking.collision_avoidance`.
@@ -90,7 +93,10 @@ class CollisionAvoidance(LeafSystem):
         self._takes_turns = count > 1 and self._radii.any()
         if self._takes_turns:
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._take_turns)
-        self.DeclareVectorOutputPort("safe_velocity", 2 * count, self._calc_safe_velocity)
+        self._safe = self.DeclareVectorOutputPort(
+            "safe_velocity", 2 * count, self._calc_safe_velocity
+        )
+        self.DeclareVectorOutputPort("deflection", count, self._calc_deflection)
 
     def _take_turns(self, context, discrete_state):
         count, state = self._count, context.get_discrete_state(self._state).value()
@@ -129,6 +135,10 @@ class CollisionAvoidance(LeafSystem):
             self._period,
         )
         output.set_value(velocity)
+
+    def _calc_deflection(self, context, output):
+        change = np.asarray(self._safe.Eval(context)) - read(self._velocity, context)
+        output.set_value(np.hypot(change[::2], change[1::2]))
 
 
 def body_radii(name: str, radii: float | Sequence[float], count: int) -> np.ndarray:

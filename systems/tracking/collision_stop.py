@@ -32,6 +32,7 @@ class CollisionStop(LeafSystem):
         - other_position
         output_ports:
         - safe_command
+        - deflection
 
     ==============  ====  ==========  =====
     port            size  unit        frame
@@ -40,9 +41,11 @@ class CollisionStop(LeafSystem):
     command         2 N   m/s, rad/s  robot
     other_position  2 M   m           world
     safe_command    2 N   m/s, rad/s  robot
+    deflection      N     m/s         -
     ==============  ====  ==========  =====
 
-    `other_position` is there where there are others.
+    `other_position` is there where there are others. `deflection` is by how much each robot's speed
+    differs from the one that was asked for.
 
     Source: the orange boundaries of Zhang 2014, 2.2.8, for walls; the rules are ours.
 
@@ -89,7 +92,10 @@ class CollisionStop(LeafSystem):
         self._command = self.DeclareVectorInputPort("command", 2 * count)
         if len(self._other_radii):
             self._others = self.DeclareVectorInputPort("other_position", 2 * len(other_radii))
-        self.DeclareVectorOutputPort("safe_command", 2 * count, self._calc_safe_command)
+        self._safe = self.DeclareVectorOutputPort(
+            "safe_command", 2 * count, self._calc_safe_command
+        )
+        self.DeclareVectorOutputPort("deflection", count, self._calc_deflection)
 
     def _calc_safe_command(self, context, output):
         others = read(self._others, context) if len(self._other_radii) else np.empty(0)
@@ -107,3 +113,7 @@ class CollisionStop(LeafSystem):
             self._other_radii,
         )
         output.set_value(command)
+
+    def _calc_deflection(self, context, output):
+        change = np.asarray(self._safe.Eval(context)) - read(self._command, context)
+        output.set_value(np.abs(change[::2]))
