@@ -230,6 +230,8 @@ def AddTracking(
         "loss": monitor.GetOutputPort("loss"),
     }
     if certified:
+        for port in pursuing.right_of_way:
+            builder.Connect(pursuit.GetOutputPort("committed"), port)
         standing = _add_standing_certificate(builder, game, senses, pursuing)
         outputs["guaranteed_time"] = senses["guaranteed_time"]
         outputs |= {name: standing.GetOutputPort(name) for name in ("certificate", "withdrawn")}
@@ -351,6 +353,8 @@ def _pursuit_of(game: TrackingGame) -> System:
             evaders=scenario.evaders.size,
             risk_vectors=pursuers.risk_vectors,
             period=scenario.period,
+            radii=scenario.pursuer_radii or 0.0,
+            evader_radii=scenario.evader_radii or 0.0,
         )
     return PursuitFieldController(
         game.world,
@@ -400,6 +404,8 @@ def AddTeams(builder: DiagramBuilder, game: TrackingGame) -> tuple[TeamPorts, Te
         Pursuers and evaders.
     """
     scenario, period = game.scenario, game.scenario.period
+    # Evaders yield to pursuers that keep promises.
+    rank = 1 if scenario.pursuers.field == CERTIFIED else 0
     pursuing = AddTeam(
         builder,
         "pursuer",
@@ -408,6 +414,7 @@ def AddTeams(builder: DiagramBuilder, game: TrackingGame) -> tuple[TeamPorts, Te
         game.pursuer_regions,
         period,
         scenario.evader_radii,
+        rank=rank,
     )
     evading = AddTeam(
         builder,
@@ -417,6 +424,8 @@ def AddTeams(builder: DiagramBuilder, game: TrackingGame) -> tuple[TeamPorts, Te
         game.evader_regions,
         period,
         scenario.pursuer_radii,
+        rank=-rank,
+        pace=scenario.pursuers.top_speed,
     )
     ConnectTeams(builder, pursuing, evading)
     return pursuing, evading

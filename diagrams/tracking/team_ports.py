@@ -28,6 +28,7 @@ class TeamPorts:
             there are none to keep off.
         deflections: Outputs, by how much parts of what drives the team change what was asked of
             them, size N each [m/s].
+        right_of_way: Inputs, 1 for robots that keep a promise, size N each; only with rank 1.
     """
 
     velocity: InputPort
@@ -35,6 +36,7 @@ class TeamPorts:
     direction: OutputPort
     others: tuple[InputPort, ...] = ()
     deflections: tuple[OutputPort, ...] = ()
+    right_of_way: tuple[InputPort, ...] = ()
 
 
 def AddTeam(
@@ -45,6 +47,9 @@ def AddTeam(
     regions: Sequence[World],
     period: float,
     other_radii: Sequence[float] | None = None,
+    *,
+    rank: int = 0,
+    pace: float | None = None,
 ) -> TeamPorts:
     """Add a team that stays in its regions, and what drives it, to a diagram.
 
@@ -57,10 +62,13 @@ def AddTeam(
         period: Time step [s].
         other_radii: Of the robots of other teams to keep off, shape (M,) [m]; None where robots
             have no bodies, and drive through one another.
+        rank, pace: Whether others yield to the team or it yields to them, and the top speed of who
+            is yielded to [m/s]; as of `CollisionAvoidance`.
     """
     starts = np.asarray(starts, dtype=float)
     add, connect, _count = builder.AddNamedSystem, builder.Connect, len(starts)
-    avoidance = AddAvoidance(builder, name, team, regions, period, other_radii)
+    yielding = {"rank": rank, "pace": pace}
+    avoidance = AddAvoidance(builder, name, team, regions, period, other_radii, **yielding)
     velocity = avoidance.GetInputPort("velocity")
     safe_velocity = avoidance.GetOutputPort("safe_velocity")
     others = inputs_of(avoidance)
@@ -70,7 +78,14 @@ def AddTeam(
         connect(safe_velocity, plant.GetInputPort("velocity"))
         connect(plant.GetOutputPort("position"), avoidance.GetInputPort("position"))
         position = plant.GetOutputPort("position")
-        return TeamPorts(velocity, position, safe_velocity, others, deflections_of(avoidance))
+        return TeamPorts(
+            velocity,
+            position,
+            safe_velocity,
+            others,
+            deflections_of(avoidance),
+            rights_of(avoidance),
+        )
     limits = {"top_speed": team.top_speed, "top_turn_rate": team.top_turn_rate}
     plant = add(f"{name}_team", DifferentialDriveTeam(starts, time_step=period, **limits))
     stop = AddDrive(
@@ -82,6 +97,7 @@ def AddTeam(
         other_radii,
         velocity=safe_velocity,
         pose=plant.GetOutputPort("pose"),
+        **yielding,
     )
     connect(plant.GetOutputPort("position"), avoidance.GetInputPort("position"))
     connect(stop.GetOutputPort("safe_command"), plant.GetInputPort("command"))
@@ -91,6 +107,7 @@ def AddTeam(
         plant.GetOutputPort("direction"),
         others + inputs_of(stop),
         deflections_of(avoidance, stop),
+        rights_of(avoidance) + rights_of(stop),
     )
 
 
@@ -101,11 +118,14 @@ def AddAvoidance(
     regions: Sequence[World],
     period: float,
     other_radii: Sequence[float] | None = None,
+    *,
+    rank: int = 0,
+    pace: float | None = None,
 ) -> System:
     """Add what keeps the velocities of a team off walls and robots.
 
     Args:
-        builder, name, team, regions, period, other_radii: As of `AddTeam`.
+        builder, name, team, regions, period, other_radii, rank, pace: As of `AddTeam`.
     """
     avoidance = CollisionAvoidance(
         regions,
@@ -114,6 +134,8 @@ def AddAvoidance(
         top_speed=team.top_speed,
         radii=0.0 if other_radii is None else (1.0 + CLEARANCE) * team.radius,
         other_radii=other_radii or (),
+        rank=rank,
+        pace=pace,
     )
     return builder.AddNamedSystem(f"{name}_avoidance", avoidance)
 
@@ -124,7 +146,19 @@ def inputs_of(system: System) -> tuple[InputPort, ...]:
     Args:
         system: From `AddAvoidance` or `AddDrive`.
     """
-    name = "other_position"
+    return _input(system, "other_position")
+
+
+def rights_of(system: System) -> tuple[InputPort, ...]:
+    """The inputs of a system for who has the right of way.
+
+    Args:
+        system: From `AddAvoidance` or `AddDrive`.
+    """
+    return _input(system, "right_of_way")
+
+
+def _input(system: System, name: str) -> tuple[InputPort, ...]:
     return (system.GetInputPort(name),) if system.HasInputPort(name) else ()
 
 
@@ -147,11 +181,13 @@ def AddDrive(
     *,
     velocity: OutputPort,
     pose: OutputPort,
+    rank: int = 0,
+    pace: float | None = None,
 ) -> System:
     """Add what turns velocities of points into commands of differential drives.
 
     Args:
-        builder, name, team, regions, period, other_radii: As of `AddTeam`.
+        builder, name, team, regions, period, other_radii, rank, pace: As of `AddTeam`.
         velocity: Velocities from `AddAvoidance`, size 2 N [m/s].
         pose: Poses of the robots, size 3 N [m], [m], [rad].
 
@@ -168,6 +204,8 @@ def AddDrive(
         period=period,
         radii=0.0 if other_radii is None else (1.0 + CLEARANCE) * team.radius,
         other_radii=other_radii or (),
+        rank=rank,
+        pace=pace,
         **limits,
     )
     add(f"{name}_stop", stop)

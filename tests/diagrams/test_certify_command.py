@@ -58,9 +58,10 @@ def test_every_evader_is_played_and_the_games_drawn(play, tmp_path):
 
 def test_a_broken_promise_names_its_game(play, monkeypatch):
     # Pursuers that stand and promise for ever.
-    def boast(self, p, evaders, evader):
+    def boast(self, i, pursuers, evaders, evader, commitments):
         found = np.zeros(certified_pursuit.COMMITMENT)
-        found[:2], found[certified_pursuit.LEFT] = p, 1.0
+        found[:2], found[certified_pursuit.LEFT] = pursuers[i], 1.0
+        found[certified_pursuit.FROM_X :] = pursuers[i]
         found[certified_pursuit.EVADER], found[certified_pursuit.PROMISE] = evader, np.inf
         return found
 

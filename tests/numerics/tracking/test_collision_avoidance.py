@@ -14,9 +14,8 @@ from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
 from sightfield.systems.numerics.geometry.grown_obstacles import shrink_world
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.tracking.collision_avoidance import (
-    avoid,
-)
+from sightfield.systems.numerics.tracking.collision_avoidance import YIELDING_TIME, avoid
+from sightfield.systems.numerics.tracking.collision_stop import NEAR
 from sightfield.systems.numerics.tracking.turn_taking import still_waiting, take_turns
 
 OPEN = [make_world([[-20, -20], [20, -20], [20, 20], [-20, 20]])]
@@ -28,7 +27,16 @@ def flat(values):
 
 
 def avoided(
-    regions, positions, velocities, radii, others=(), other_radii=(), period=PERIOD, turns=None
+    regions,
+    positions,
+    velocities,
+    radii,
+    others=(),
+    other_radii=(),
+    period=PERIOD,
+    turns=None,
+    first=None,
+    rank=0,
 ):
     return avoid(
         *build_edge_index(*regions),
@@ -38,6 +46,10 @@ def avoided(
         flat(others),
         flat(other_radii),
         np.zeros(len(radii)) if turns is None else flat(turns),
+        np.zeros(len(radii), dtype=bool) if first is None else np.array(first, dtype=bool),
+        rank,
+        NEAR * TOP_SPEED * period,
+        YIELDING_TIME * TOP_SPEED,
         TOP_SPEED,
         period,
     ).reshape(-1, 2)
@@ -247,6 +259,10 @@ def test_velocities_turn_mirror_move_rescale_and_renumber_with_the_game(
         carry(spots[others]).ravel(),
         scale * radii[others],
         turns[ours],
+        np.zeros(len(ours), dtype=bool),
+        0,
+        0.0,
+        0.0,
         scale * TOP_SPEED,
         PERIOD,
     ).reshape(-1, 2)

@@ -28,9 +28,17 @@ def flat(values):
     return np.ravel(np.array(values, dtype=float))
 
 
-def parts_of(positions, steps, radii, others=(), other_radii=()):
+def parts_of(positions, steps, radii, others=(), other_radii=(), first=None, rank=0, near=0.0):
+    first = np.zeros(len(radii), dtype=bool) if first is None else np.array(first, dtype=bool)
     return clear_parts(
-        flat(positions), flat(steps), flat(radii), flat(others), flat(other_radii)
+        flat(positions),
+        flat(steps),
+        flat(radii),
+        flat(others),
+        flat(other_radii),
+        first,
+        rank,
+        near,
     ).tolist()
 
 
@@ -90,6 +98,9 @@ def slowed(poses, commands, others=(), other_radii=(), radii=None):
         radii,
         flat(others),
         flat(other_radii),
+        np.zeros(len(poses), dtype=bool),
+        0,
+        0.0,
     ).reshape(-1, 2)
 
 
