@@ -13,6 +13,7 @@ from ...systems.tracking.collision_avoidance import CollisionAvoidance
 from ...systems.tracking.collision_stop import CollisionStop
 from ...systems.tracking.differential_drive_team import DifferentialDriveTeam
 from ...systems.tracking.heading_controller import HeadingController
+from ...systems.tracking.turn_first_controller import TurnFirstController
 from .scenario import CLEARANCE, Team
 
 
@@ -88,7 +89,7 @@ def AddTeam(
         )
     limits = {"top_speed": team.top_speed, "top_turn_rate": team.top_turn_rate}
     plant = add(f"{name}_team", DifferentialDriveTeam(starts, time_step=period, **limits))
-    stop = AddDrive(
+    heading, stop = AddDrive(
         builder,
         name,
         team,
@@ -97,6 +98,7 @@ def AddTeam(
         other_radii,
         velocity=safe_velocity,
         pose=plant.GetOutputPort("pose"),
+        deflection=avoidance.GetOutputPort("deflection") if rank == 1 else None,
         **yielding,
     )
     connect(plant.GetOutputPort("position"), avoidance.GetInputPort("position"))
@@ -107,7 +109,7 @@ def AddTeam(
         plant.GetOutputPort("direction"),
         others + inputs_of(stop),
         deflections_of(avoidance, stop),
-        rights_of(avoidance) + rights_of(stop),
+        rights_of(avoidance) + rights_of(heading) + rights_of(stop),
     )
 
 
@@ -153,7 +155,7 @@ def rights_of(system: System) -> tuple[InputPort, ...]:
     """The inputs of a system for who has the right of way.
 
     Args:
-        system: From `AddAvoidance` or `AddDrive`.
+        system: From `AddAvoidance`, or one of those from `AddDrive`.
     """
     return _input(system, "right_of_way")
 
@@ -181,23 +183,31 @@ def AddDrive(
     *,
     velocity: OutputPort,
     pose: OutputPort,
+    deflection: OutputPort | None = None,
     rank: int = 0,
     pace: float | None = None,
-) -> System:
+) -> tuple[System, System]:
     """Add what turns velocities of points into commands of differential drives.
 
     Args:
         builder, name, team, regions, period, other_radii, rank, pace: As of `AddTeam`.
         velocity: Velocities from `AddAvoidance`, size 2 N [m/s].
         pose: Poses of the robots, size 3 N [m], [m], [rad].
+        deflection: Of `AddAvoidance`, where robots keep promises: these turn before they drive.
 
     Returns:
-        The system whose output `safe_command` stops short of walls and robots, size 2 N [m/s],
-        [rad/s].
+        The system that turns velocities into commands, and the one whose output `safe_command`
+        stops short of walls and robots, size 2 N [m/s], [rad/s].
     """
     add, connect, count = builder.AddNamedSystem, builder.Connect, velocity.size() // 2
     limits = {"top_speed": team.top_speed, "top_turn_rate": team.top_turn_rate}
-    heading = add(f"{name}_heading", HeadingController(count, gain=team.heading_gain))
+    gain = team.heading_gain
+    if deflection is None:
+        heading = add(f"{name}_heading", HeadingController(count, gain=gain))
+    else:
+        law = TurnFirstController(count, gain=gain, top_speed=team.top_speed, period=period)
+        heading = add(f"{name}_heading", law)
+        connect(deflection, heading.GetInputPort("deflection"))
     stop = CollisionStop(
         regions,
         count=count,
@@ -213,4 +223,4 @@ def AddDrive(
     connect(velocity, heading.GetInputPort("velocity"))
     connect(pose, stop.GetInputPort("pose"))
     connect(heading.GetOutputPort("command"), stop.GetInputPort("command"))
-    return stop
+    return heading, stop

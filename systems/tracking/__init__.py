@@ -21,6 +21,7 @@ from .random_walk_evaders import RandomWalkEvaders
 from .sight_loss_monitor import SightLossMonitor
 from .standing_certificate import StandingCertificate
 from .team_guarantee_pursuit import TeamGuaranteePursuit
+from .turn_first_controller import TurnFirstController
 from .velocity_selector import VelocitySelector
 from .waypoint_evaders import WaypointEvaders
 
@@ -49,6 +50,7 @@ __all__ = [
     "SightLossMonitor",
     "StandingCertificate",
     "TeamGuaranteePursuit",
+    "TurnFirstController",
     "VelocitySelector",
     "WaypointEvaders",
 ]

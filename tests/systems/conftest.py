@@ -115,6 +115,7 @@ from sightfield.systems.tracking.random_walk_evaders import RandomWalkEvaders
 from sightfield.systems.tracking.sight_loss_monitor import SightLossMonitor
 from sightfield.systems.tracking.standing_certificate import StandingCertificate
 from sightfield.systems.tracking.team_guarantee_pursuit import TeamGuaranteePursuit
+from sightfield.systems.tracking.turn_first_controller import TurnFirstController
 from sightfield.systems.tracking.velocity_selector import VelocitySelector
 from sightfield.systems.tracking.waypoint_evaders import WaypointEvaders
 from sightfield.systems.vision.omni_camera import OmniCameraSensor
@@ -268,6 +269,7 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "EvaderLocator": lambda: EvaderLocator(thesis_maze(), speed=0.1, features="orb"),
         "ForwardCameras": lambda: ForwardCameras(thesis_maze(), 2),
         "HeadingController": lambda: HeadingController(2),
+        "TurnFirstController": lambda: TurnFirstController(2, top_speed=0.3, period=0.1),
         "ImageScanner": lambda: ImageScanner(MemoryNetwork(thesis_temperaments(), 0)),
         "ImperfectChannel": lambda: ImperfectChannel(Channel(), np.zeros((3, 2))),
         "InfraredSensors": lambda: InfraredSensors(world, count=3, radius=0.1, ring=ring),
