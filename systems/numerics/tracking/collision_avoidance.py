@@ -129,6 +129,7 @@ def avoid(
             other_radii,
             weights,
             first,
+            near,
             room if rank < 0 else 0.0,
             top_speed,
         )
@@ -288,6 +289,7 @@ def _yield_to_teammates(
     other_radii: np.ndarray,
     weights: np.ndarray,
     fixed: np.ndarray,
+    near: float,
     room: float,
     top_speed: float,
 ) -> None:
@@ -295,7 +297,8 @@ def _yield_to_teammates(
 
     n . (v_i - v_j) >= -(gap - room) / CLOSING_TIME between teammates, half of that towards others,
     and -distance / CLOSING_TIME towards the walls beside robots that are near somebody. Those of
-    `fixed` robots stay as they are. `room` is the one towards others, if it is more than usual.
+    `fixed` robots stay as they are; `near` is the room towards them, and `room` that towards
+    others, if these are more than usual.
     """
     count, strangers = len(radii), len(other_radii)
     most = count * (count - 1) // 2 + count * (strangers + WALLS)
@@ -313,8 +316,9 @@ def _yield_to_teammates(
         for j in range(i):
             dx, dy = x - positions[2 * j], y - positions[2 * j + 1]
             contact = radii[i] + radii[j]
-            both = fixed[i] and fixed[j]
-            if not both and _keep_gap(constraints, total, dx, dy, contact, reach, 0.0, i, j):
+            clear = near if fixed[i] or fixed[j] else 0.0
+            far, both = reach + clear, fixed[i] and fixed[j]
+            if not both and _keep_gap(constraints, total, dx, dy, contact, far, clear, i, j):
                 crowded[i] = crowded[j] = True
                 total += 1
         for j in range(strangers):
