@@ -19,7 +19,7 @@ pytestmark = pytest.mark.benchmarks
 GAMES = int(os.environ.get("GAMES", "4"))
 SHARED = 2
 
-SECONDS = float(os.environ.get("SECONDS", "20"))
+SECONDS = float(os.environ.get("GAME_SECONDS", "20"))
 GRID = float(os.environ.get("GRID", "0.15"))
 
 # Passages that robots of 0.1 m go through.
