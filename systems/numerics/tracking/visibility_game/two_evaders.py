@@ -167,7 +167,7 @@ class GuaranteedTimesOfTwo:
             steps = worst_reply_of_two(self.triples, q, e1, e2)
             if steps > best and (
                 (at_node and self._keeps_by_table(node, q, e1, e2))
-                or self._keeps_sight(p, self.places[q], evaders)
+                or self._keeps_sight(p, self.places[q], evaders, 0.0)
             ):
                 best, place = steps, self.places[q]
         # W counts from the end of the step.
