@@ -167,7 +167,7 @@ class GuaranteedTimesOfTwo:
             steps = worst_reply_of_two(self.triples, q, e1, e2)
             if steps > best and (
                 (at_node and self._keeps_by_table(node, q, e1, e2))
-                or self._keeps_sight(p, self.places[q], evaders, 0.0)
+                or self._keeps_sight(p, self.places[q], evaders)
             ):
                 best, place = steps, self.places[q]
         # W counts from the end of the step.
@@ -201,7 +201,7 @@ class GuaranteedTimesOfTwo:
     def _keeps_sight(self, p: np.ndarray, to: np.ndarray, evaders: list[np.ndarray]) -> bool:
         """Whether a step keeps sight of both on the way, from where they really are."""
         pace = self.evader_speed * self.step
-        return all(keeps_sight(self.sight, p, to, e, self.corners, pace) for e in evaders)
+        return all(keeps_sight(self.sight, p, to, e, self.corners, pace, 0.0) for e in evaders)
 
     def seconds(self, steps: np.ndarray) -> np.ndarray:
         """Values in seconds: sight ends somewhere within the last step.
