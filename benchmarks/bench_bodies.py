@@ -59,6 +59,10 @@ def alone(run: TrackingRun, i: int, k: int) -> float:
         run.log["evader_position"][k].ravel().copy(),
         np.array(scenario.evader_radii or []),
         np.zeros(1),
+        np.zeros(1, dtype=bool),
+        0,
+        0.0,
+        0.0,
         scenario.pursuers.top_speed,
         scenario.period,
     )

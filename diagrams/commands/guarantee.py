@@ -32,6 +32,7 @@ from ..tracking.game_cache import games_folder, recall_or_solve
 from ..tracking.guarantee_picture import save_guarantee_picture
 from ..tracking.scenario import Evaders, Pursuers, TrackingScenario
 from ..world_source import WorldSource
+from .certify import certify
 
 # Unit and meaning of each entry of a summary.
 ROWS = {
@@ -84,8 +85,12 @@ def guarantee(
         ),
     ] = None,
     grid: Annotated[
-        float, typer.Option(help="Between the pursuer's nodes; finer for `lower` and `upper` [m].")
-    ] = 0.1,
+        float | None,
+        typer.Option(
+            help="Between the pursuer's nodes; finer for `lower` and `upper` [m] [default: 0.1; "
+            "with --certify as in the scenario]."
+        ),
+    ] = None,
     bound: Annotated[
         str,
         typer.Option(
@@ -110,11 +115,25 @@ def guarantee(
         Path | None,
         typer.Option(help="Such a file instead of solving: its own grid, bound, speeds and range."),
     ] = None,
+    certify_games: Annotated[
+        bool,
+        typer.Option(
+            "--certify",
+            help="Play games instead: certified pursuers from drawn starts, in teams as large as "
+            "the scenario's, against every evader; exit code 1 if a promise is broken.",
+        ),
+    ] = False,
+    games: Annotated[int, typer.Option(help="With --certify: starts, against each evader.")] = 5,
+    seed: Annotated[int, typer.Option(help="With --certify: of the starts.")] = 0,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object and nothing else.")
     ] = False,
     out: Annotated[
-        Path | None, typer.Option(help="Folder to leave guarantee.png and summary.json in.")
+        Path | None,
+        typer.Option(
+            help="Folder to leave guarantee.png, or with --certify promises.png, and summary.json "
+            "in."
+        ),
     ] = None,
 ) -> None:
     """How long one pursuer can keep one evader in sight, whatever the evader does.
@@ -122,6 +141,14 @@ def guarantee(
     The game of the two is solved on a grid, with all corners of the map at once.
     """
     game = _game(scenario, setting or [], world)
+    if certify_games:
+        # What belongs to one place and one table says nothing of games.
+        for name, given in (("pursuer", pursuer), ("evader", evader), ("save", save)):
+            require(given is None, name, "be left out with certify", given)
+        require(load is None, "load", "be left out with certify", load)
+        require(math.isinf(sight_range), "sight_range", "be left out with certify", sight_range)
+        certify(_with(game, grid, speed_ratio), games=games, seed=seed, as_json=as_json, out=out)
+        return
     fast = game.scenario.pursuers.top_speed
     slow = game.scenario.evaders.top_speed
     if speed_ratio is not None:
@@ -146,7 +173,7 @@ def guarantee(
                     folder=games_folder() if cache else None,
                     pursuer_speed=fast,
                     evader_speed=slow,
-                    grid=grid,
+                    grid=0.1 if grid is None else grid,
                     bound=bound,
                     pursuer_regions=game.pursuer_regions,
                     evader_regions=game.evader_regions,
@@ -236,6 +263,18 @@ def _game(name: str, settings: list[str], world: Path | None) -> TrackingGame:
         evaders=Evaders(top_speed=0.09, count=1),
     )
     return set_up_game(scenario, loaded)
+
+
+def _with(game: TrackingGame, grid: float | None, speed_ratio: float | None) -> TrackingGame:
+    """A game with another grid and ratio of speeds, where they are given."""
+    scenario = game.scenario
+    pursuers, evaders = scenario.pursuers, scenario.evaders
+    if grid is not None:
+        pursuers = replace(pursuers, grid=grid)
+    if speed_ratio is not None:
+        require_positive("speed_ratio", speed_ratio)
+        evaders = replace(evaders, top_speed=speed_ratio * pursuers.top_speed)
+    return replace(game, scenario=replace(scenario, pursuers=pursuers, evaders=evaders))
 
 
 def _positions(

@@ -5,12 +5,13 @@ from collections.abc import Sequence
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import Multiplexer
 
+from ...systems.numerics.errors import require
 from ...systems.numerics.geometry.world import World
 from ...systems.station.pose_parts import PoseParts
 from ..tracking.game import TrackingGame
 from ..tracking.make_tracking import AddTracking, ConnectTeams, OwnAssignment
-from ..tracking.scenario import Team
-from ..tracking.team_ports import AddAvoidance, AddDrive, TeamPorts, inputs_of
+from ..tracking.scenario import CERTIFIED, Team
+from ..tracking.team_ports import AddAvoidance, AddDrive, TeamPorts, deflections_of, inputs_of
 from .ports import COMMANDS
 
 
@@ -34,9 +35,12 @@ def AddStationTracking(
         Outputs by name, as of `AddTracking`.
 
     Raises:
-        InvalidInput: What is of your own does not fit, as of `AddTracking`.
+        InvalidInput: What is of your own does not fit, as of `AddTracking`; or the pursuers are to
+            be certified, which robots that answer late cannot be.
     """
     scenario = game.scenario
+    field = scenario.pursuers.field
+    require(field != CERTIFIED, "pursuers.field", "be another one in the laboratory", field)
     teams = {
         "pursuer": (scenario.pursuers, game.pursuer_regions, scenario.evader_radii),
         "evader": (scenario.evaders, game.evader_regions, scenario.pursuer_radii),
@@ -77,7 +81,8 @@ def _add_team(
     position, direction = parts.GetOutputPort("position"), parts.GetOutputPort("direction")
     builder.Connect(position, avoidance.GetInputPort("position"))
     safe = avoidance.GetOutputPort("safe_velocity")
-    stop = AddDrive(builder, name, team, regions, period, other_radii, velocity=safe, pose=pose)
+    _, stop = AddDrive(builder, name, team, regions, period, other_radii, velocity=safe, pose=pose)
     others = inputs_of(avoidance) + inputs_of(stop)
-    ports = TeamPorts(avoidance.GetInputPort("velocity"), position, direction, others)
+    velocity, deflections = avoidance.GetInputPort("velocity"), deflections_of(avoidance, stop)
+    ports = TeamPorts(velocity, position, direction, others, deflections)
     return ports, stop.GetOutputPort("safe_command")

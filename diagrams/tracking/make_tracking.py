@@ -27,6 +27,7 @@ from ...systems.tracking.line_of_sight import LineOfSight
 from ...systems.tracking.lookahead_pursuit import LookaheadPursuit
 from ...systems.tracking.pursuit_field_controller import PursuitFieldController
 from ...systems.tracking.sight_loss_monitor import SightLossMonitor
+from ...systems.tracking.standing_certificate import StandingCertificate
 from ...systems.tracking.team_guarantee_pursuit import TeamGuaranteePursuit
 from .evasion import AddEvasion
 from .game import TrackingGame, set_up_game
@@ -66,7 +67,9 @@ def MakeTracking(
     evader is first seen by nobody [s], or infinity, and its number, or -1. Where the solved
     visibility game is looked up also `certificate` (1): for how long all evaders can be kept in
     sight from now on, whatever they do [s], or infinity; see `CertifiedPursuit` and
-    `GuaranteedTime`.
+    `GuaranteedTime`. Certified pursuers have `guaranteed_time` (Np) too, for how long each keeps
+    its own evader [s], and `withdrawn` (Np), 1 where that is void because it is deflected; see
+    `StandingCertificate`.
 
     Args:
         scenario: What is played, or a game already set up.
@@ -226,9 +229,37 @@ def AddTracking(
         "evader_direction": evading.direction,
         "loss": monitor.GetOutputPort("loss"),
     }
-    if "certificate" in senses:
+    if certified:
+        for port in pursuing.right_of_way:
+            builder.Connect(pursuit.GetOutputPort("committed"), port)
+        standing = _add_standing_certificate(builder, game, senses, pursuing)
+        outputs["guaranteed_time"] = senses["guaranteed_time"]
+        outputs |= {name: standing.GetOutputPort(name) for name in ("certificate", "withdrawn")}
+    elif "certificate" in senses:
         outputs["certificate"] = senses["certificate"]
     return outputs
+
+
+def _add_standing_certificate(
+    builder: DiagramBuilder,
+    game: TrackingGame,
+    senses: dict[str, OutputPort],
+    pursuing: TeamPorts,
+) -> System:
+    """Add what withdraws the promises of pursuers that are deflected."""
+    pursuers = game.scenario.pursuers
+    standing = StandingCertificate(
+        pursuers=pursuers.size,
+        evaders=game.scenario.evaders.size,
+        top_speed=pursuers.top_speed,
+        deflections=len(pursuing.deflections),
+    )
+    builder.AddNamedSystem("standing_certificate", standing)
+    for name in ("guaranteed_time", "assignment"):
+        builder.Connect(senses[name], standing.GetInputPort(name))
+    for k, deflection in enumerate(pursuing.deflections):
+        builder.Connect(deflection, standing.GetInputPort(f"deflection_{k}"))
+    return standing
 
 
 def _looks_up_the_game(game: TrackingGame) -> bool:
@@ -322,6 +353,8 @@ def _pursuit_of(game: TrackingGame) -> System:
             evaders=scenario.evaders.size,
             risk_vectors=pursuers.risk_vectors,
             period=scenario.period,
+            radii=scenario.pursuer_radii or 0.0,
+            evader_radii=scenario.evader_radii or 0.0,
         )
     return PursuitFieldController(
         game.world,
@@ -371,6 +404,8 @@ def AddTeams(builder: DiagramBuilder, game: TrackingGame) -> tuple[TeamPorts, Te
         Pursuers and evaders.
     """
     scenario, period = game.scenario, game.scenario.period
+    # Evaders yield to pursuers that keep promises.
+    rank = 1 if scenario.pursuers.field == CERTIFIED else 0
     pursuing = AddTeam(
         builder,
         "pursuer",
@@ -379,6 +414,7 @@ def AddTeams(builder: DiagramBuilder, game: TrackingGame) -> tuple[TeamPorts, Te
         game.pursuer_regions,
         period,
         scenario.evader_radii,
+        rank=rank,
     )
     evading = AddTeam(
         builder,
@@ -388,6 +424,8 @@ def AddTeams(builder: DiagramBuilder, game: TrackingGame) -> tuple[TeamPorts, Te
         game.evader_regions,
         period,
         scenario.pursuer_radii,
+        rank=-rank,
+        pace=scenario.pursuers.top_speed,
     )
     ConnectTeams(builder, pursuing, evading)
     return pursuing, evading
@@ -426,7 +464,7 @@ def _certificate_of(outputs: dict[str, OutputPort]) -> _Certificate | None:
     """Of the outputs of `AddTracking`; None where there is none."""
     if "certificate" not in outputs:
         return None
-    if isinstance(outputs["certificate"].get_system(), CertifiedPursuit):
+    if isinstance(outputs["certificate"].get_system(), StandingCertificate):
         return _Certificate("lower", "certified for")
     return _Certificate("middle", "could be kept for")
 

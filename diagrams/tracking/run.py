@@ -27,6 +27,9 @@ LOGGED = (
 )
 # Logged where the diagram has it: for how long all evaders can be kept from now on [s].
 CERTIFICATE = "certificate"
+# Logged of certified pursuers: for how long each keeps its own evader [s], and whether that is void
+# because it is deflected.
+GUARANTEED_TIME, WITHDRAWN = "guaranteed_time", "withdrawn"
 
 # Without a page, the run looks this often whether sight has been lost [s].
 _STRIDE = 1.0
@@ -41,7 +44,8 @@ class TrackingRun:
         times: Samples, shape (T,) [s]; after a loss two more, or one when it is at a sample.
         log: Samples of each port in LOGGED by name: positions and velocities shape (T, N, 2)
             [m], [m/s], visibility (T, Np, Ne) bool, assignment (T, Np) int; and of `certificate`
-            (T, 1) [s], infinite for ever, where the solved visibility game is looked up.
+            (T, 1) [s], infinite for ever, where the solved visibility game is looked up; of
+            certified pursuers also `guaranteed_time` (T, Np) [s] and `withdrawn` (T, Np) bool.
         tracking_time: Until some evader is seen by nobody; the end of the run if never [s].
         lost_evader: Its number, or None.
         wall_time: How long it took [s].
@@ -105,7 +109,7 @@ def run_tracking(
         )
     sinks = {
         name: LogVectorOutput(tracking.GetOutputPort(name), builder, scenario.period)
-        for name in (*LOGGED, CERTIFICATE)
+        for name in (*LOGGED, CERTIFICATE, GUARANTEED_TIME, WITHDRAWN)
         if tracking.HasOutputPort(name)
     }
     diagram = builder.Build()
@@ -169,9 +173,11 @@ def _scene_of(tracking: Diagram) -> TrackingScene:
 def _shaped(log: dict[str, np.ndarray], game: TrackingGame) -> dict[str, np.ndarray]:
     """Samples in the shapes and types that `TrackingRun` promises."""
     pursuers = game.scenario.pursuers.size
-    shaped = {name: each.reshape(len(each), -1, 2) for name, each in log.items() if "_" in name}
+    planar = [name for name in LOGGED if "_" in name]
+    shaped = {name: log[name].reshape(len(log[name]), -1, 2) for name in planar}
     shaped["visibility"] = log["visibility"].reshape(len(log["visibility"]), pursuers, -1) > 0.5
     shaped["assignment"] = np.rint(log["assignment"]).astype(int)
-    if CERTIFICATE in log:
-        shaped[CERTIFICATE] = log[CERTIFICATE]
+    shaped |= {name: log[name] for name in (CERTIFICATE, GUARANTEED_TIME) if name in log}
+    if WITHDRAWN in log:
+        shaped[WITHDRAWN] = log[WITHDRAWN] > 0.5
     return {name: shaped[name] for name in log}

@@ -128,8 +128,8 @@ class Pursuers(Team):
     risk_vectors: list[str] = field(default_factory=lambda: ["proportional"])
     # How pursuers run: by the pursuit field of the corners, "margin", "table" or "table_up", or by
     # a look at what each step would bring, "lookahead", or by the solved visibility game:
-    # "guarantee", or "certified", the lower bound's own policy, for points whose sight nothing but
-    # walls blocks. A certified pursuer's velocities are not smoothed.
+    # "guarantee", or "certified", the lower bound's own policy, where nothing but walls blocks
+    # sight. What certified pursuers want is not smoothed, and their drives turn before they drive.
     field: str = "margin"
     # Between the pursuers' nodes on which that game is solved, for "optimal" evaders too; a little
     # less for "certified", so that a step is a number of periods [m].
@@ -157,12 +157,6 @@ class Pursuers(Team):
             self.radio_range,
         )
         require_one_of("field", self.field, (*FIELDS, LOOKAHEAD, GUARANTEE, CERTIFIED))
-        require(
-            self.field != CERTIFIED or self.model == "point",
-            "model",
-            f"be point where the field is {CERTIFIED}: a certificate allows no time to turn",
-            self.model,
-        )
         require_positive("grid", self.grid)
         require_positive("grid_of_two", self.grid_of_two)
         require_non_negative("smoothing", self.smoothing)

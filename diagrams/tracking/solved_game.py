@@ -7,7 +7,7 @@ Once in a process; and that of one evader once on a machine where its cache is k
 from functools import lru_cache
 
 from ...systems.numerics.geometry.world import World
-from ...systems.numerics.tracking.visibility_game.certificates import certified_grid
+from ...systems.numerics.tracking.visibility_game.certificates import certified_grid, turning_time
 from ...systems.numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
 from ...systems.numerics.tracking.visibility_game.two_evaders import (
     GuaranteedTimesOfTwo,
@@ -20,7 +20,8 @@ from .game_cache import games_folder, recall_or_solve
 def solved_game(game: TrackingGame, bound: str = "middle") -> GuaranteedTimes:
     """One pursuer and one evader in a game's world, on the scenario's grid.
 
-    By the lower bound the grid is a little finer, so that a step is a number of periods.
+    By the lower bound the grid is a little finer, so that a step is a number of periods, and
+    differential drives have the time to turn in each step.
 
     Args:
         game: Whose world, robots and grid.
@@ -30,7 +31,9 @@ def solved_game(game: TrackingGame, bound: str = "middle") -> GuaranteedTimes:
         InvalidInput: See `solve_visibility_game`.
     """
     pursuers, evaders = game.scenario.pursuers, game.scenario.evaders
-    grid = pursuers.grid
+    grid, turning = pursuers.grid, 0.0
+    if bound == "lower" and pursuers.model == "differential_drive":
+        turning = turning_time(pursuers.top_turn_rate, game.scenario.period)
     if bound == "lower":
         grid = certified_grid(grid, pursuers.top_speed, game.scenario.period)
     return _solved(
@@ -41,6 +44,7 @@ def solved_game(game: TrackingGame, bound: str = "middle") -> GuaranteedTimes:
         evaders.top_speed,
         grid,
         bound,
+        turning,
     )
 
 
@@ -74,6 +78,7 @@ def _solved(
     evader_speed: float,
     grid: float,
     bound: str,
+    turning: float,
 ) -> GuaranteedTimes:
     table, _ = recall_or_solve(
         world,
@@ -84,6 +89,7 @@ def _solved(
         bound=bound,
         pursuer_regions=pursuer_regions,
         evader_regions=evader_regions,
+        turning_time=turning,
     )
     return table
 

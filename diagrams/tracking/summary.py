@@ -5,8 +5,8 @@ import numpy as np
 from ...systems.numerics.geometry.clearance import clearances
 from ...systems.numerics.geometry.edge_index import build_edge_index
 from ...systems.numerics.tracking.body_gaps import count_contacts, gaps_between_samples, pair_gaps
+from .promises import audit_promises
 from .run import TrackingRun
-from .scenario import CERTIFIED
 
 # Units of the arrays in the log; "1" for numbers without one.
 UNITS = {
@@ -19,6 +19,8 @@ UNITS = {
     "evader_velocity": "m/s",
     "body_gap": "m",
 }
+# Of what is logged where the solved visibility game is looked up.
+CERTIFICATE_UNITS = {"certificate": "s", "guaranteed_time": "s", "withdrawn": "1"}
 
 
 def summarise(run: TrackingRun, scenario: str) -> dict[str, object]:
@@ -41,8 +43,9 @@ def summarise(run: TrackingRun, scenario: str) -> dict[str, object]:
         wall_time [s], realtime_factor. Where the solved visibility game is looked up also
         certificate: for how long all evaders could be kept in sight at the start, None for ever
         [s]; certified, whether that was by the lower bound; and certificate_withdrawn: how often a
-        certified time ran down faster than time does, as where pursuers are pushed aside or
-        change their evaders, None where it was by the middle bound.
+        pursuer's promise was withdrawn because it was deflected; broken_promise: the first promise
+        that was not kept though it stood, in words, empty where all were. The latter two are None
+        where it was by the middle bound.
     """
     game, log = run.game, run.log
     centres = np.concatenate([log["pursuer_position"], log["evader_position"]], axis=1)
@@ -78,19 +81,19 @@ def _certificate_of(run: TrackingRun) -> dict[str, object]:
     """What the log says of the certificate; nothing where there is none."""
     if "certificate" not in run.log:
         return {}
-    times = run.log["certificate"][run.times <= run.tracking_time, 0]
-    certified = run.game.scenario.pursuers.field == CERTIFIED
-    gone = times[1:] < times[:-1] - np.diff(run.times[: len(times)]) - 1e-9
+    first = float(run.log["certificate"][0, 0])
+    promises = audit_promises(run) if "withdrawn" in run.log else None
     return {
-        "certificate": float(times[0]) if np.isfinite(times[0]) else None,
-        "certified": certified,
-        "certificate_withdrawn": int(gone.sum()) if certified else None,
+        "certificate": first if np.isfinite(first) else None,
+        "certified": promises is not None,
+        "certificate_withdrawn": None if promises is None else promises.withdrawn,
+        "broken_promise": None if promises is None else promises.breach,
     }
 
 
 def units_of(run: TrackingRun) -> dict[str, str]:
-    """Units of the arrays in a run's log: UNITS, and of `certificate` where that was logged."""
-    return UNITS | ({"certificate": "s"} if "certificate" in run.log else {})
+    """Units of the arrays in a run's log: UNITS, and of CERTIFICATE_UNITS what was logged."""
+    return UNITS | {name: unit for name, unit in CERTIFICATE_UNITS.items() if name in run.log}
 
 
 def log_arrays(run: TrackingRun) -> dict[str, np.ndarray]:

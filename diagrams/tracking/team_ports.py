@@ -13,6 +13,7 @@ from ...systems.tracking.collision_avoidance import CollisionAvoidance
 from ...systems.tracking.collision_stop import CollisionStop
 from ...systems.tracking.differential_drive_team import DifferentialDriveTeam
 from ...systems.tracking.heading_controller import HeadingController
+from ...systems.tracking.turn_first_controller import TurnFirstController
 from .scenario import CLEARANCE, Team
 
 
@@ -26,12 +27,17 @@ class TeamPorts:
         direction: Output, vectors along the headings, size 2 N; zero for a point at rest.
         others: Inputs, positions of the robots of other teams, size 2 M each [m]; none where
             there are none to keep off.
+        deflections: Outputs, by how much parts of what drives the team change what was asked of
+            them, size N each [m/s].
+        right_of_way: Inputs, 1 for robots that keep a promise, size N each; only with rank 1.
     """
 
     velocity: InputPort
     position: OutputPort
     direction: OutputPort
     others: tuple[InputPort, ...] = ()
+    deflections: tuple[OutputPort, ...] = ()
+    right_of_way: tuple[InputPort, ...] = ()
 
 
 def AddTeam(
@@ -42,6 +48,9 @@ def AddTeam(
     regions: Sequence[World],
     period: float,
     other_radii: Sequence[float] | None = None,
+    *,
+    rank: int = 0,
+    pace: float | None = None,
 ) -> TeamPorts:
     """Add a team that stays in its regions, and what drives it, to a diagram.
 
@@ -54,10 +63,13 @@ def AddTeam(
         period: Time step [s].
         other_radii: Of the robots of other teams to keep off, shape (M,) [m]; None where robots
             have no bodies, and drive through one another.
+        rank, pace: Whether others yield to the team or it yields to them, and the top speed of who
+            is yielded to [m/s]; as of `CollisionAvoidance`.
     """
     starts = np.asarray(starts, dtype=float)
     add, connect, _count = builder.AddNamedSystem, builder.Connect, len(starts)
-    avoidance = AddAvoidance(builder, name, team, regions, period, other_radii)
+    yielding = {"rank": rank, "pace": pace}
+    avoidance = AddAvoidance(builder, name, team, regions, period, other_radii, **yielding)
     velocity = avoidance.GetInputPort("velocity")
     safe_velocity = avoidance.GetOutputPort("safe_velocity")
     others = inputs_of(avoidance)
@@ -66,10 +78,18 @@ def AddTeam(
         plant = add(f"{name}_team", points)
         connect(safe_velocity, plant.GetInputPort("velocity"))
         connect(plant.GetOutputPort("position"), avoidance.GetInputPort("position"))
-        return TeamPorts(velocity, plant.GetOutputPort("position"), safe_velocity, others)
+        position = plant.GetOutputPort("position")
+        return TeamPorts(
+            velocity,
+            position,
+            safe_velocity,
+            others,
+            deflections_of(avoidance),
+            rights_of(avoidance),
+        )
     limits = {"top_speed": team.top_speed, "top_turn_rate": team.top_turn_rate}
     plant = add(f"{name}_team", DifferentialDriveTeam(starts, time_step=period, **limits))
-    stop = AddDrive(
+    heading, stop = AddDrive(
         builder,
         name,
         team,
@@ -78,6 +98,8 @@ def AddTeam(
         other_radii,
         velocity=safe_velocity,
         pose=plant.GetOutputPort("pose"),
+        deflection=avoidance.GetOutputPort("deflection") if rank == 1 else None,
+        **yielding,
     )
     connect(plant.GetOutputPort("position"), avoidance.GetInputPort("position"))
     connect(stop.GetOutputPort("safe_command"), plant.GetInputPort("command"))
@@ -86,6 +108,8 @@ def AddTeam(
         plant.GetOutputPort("position"),
         plant.GetOutputPort("direction"),
         others + inputs_of(stop),
+        deflections_of(avoidance, stop),
+        rights_of(avoidance) + rights_of(heading) + rights_of(stop),
     )
 
 
@@ -96,11 +120,14 @@ def AddAvoidance(
     regions: Sequence[World],
     period: float,
     other_radii: Sequence[float] | None = None,
+    *,
+    rank: int = 0,
+    pace: float | None = None,
 ) -> System:
     """Add what keeps the velocities of a team off walls and robots.
 
     Args:
-        builder, name, team, regions, period, other_radii: As of `AddTeam`.
+        builder, name, team, regions, period, other_radii, rank, pace: As of `AddTeam`.
     """
     avoidance = CollisionAvoidance(
         regions,
@@ -109,6 +136,8 @@ def AddAvoidance(
         top_speed=team.top_speed,
         radii=0.0 if other_radii is None else (1.0 + CLEARANCE) * team.radius,
         other_radii=other_radii or (),
+        rank=rank,
+        pace=pace,
     )
     return builder.AddNamedSystem(f"{name}_avoidance", avoidance)
 
@@ -119,8 +148,29 @@ def inputs_of(system: System) -> tuple[InputPort, ...]:
     Args:
         system: From `AddAvoidance` or `AddDrive`.
     """
-    name = "other_position"
+    return _input(system, "other_position")
+
+
+def rights_of(system: System) -> tuple[InputPort, ...]:
+    """The inputs of a system for who has the right of way.
+
+    Args:
+        system: From `AddAvoidance`, or one of those from `AddDrive`.
+    """
+    return _input(system, "right_of_way")
+
+
+def _input(system: System, name: str) -> tuple[InputPort, ...]:
     return (system.GetInputPort(name),) if system.HasInputPort(name) else ()
+
+
+def deflections_of(*systems: System) -> tuple[OutputPort, ...]:
+    """The outputs of systems that say by how much they change what was asked of them.
+
+    Args:
+        systems: From `AddAvoidance` or `AddDrive`.
+    """
+    return tuple(system.GetOutputPort("deflection") for system in systems)
 
 
 def AddDrive(
@@ -133,27 +183,39 @@ def AddDrive(
     *,
     velocity: OutputPort,
     pose: OutputPort,
-) -> System:
+    deflection: OutputPort | None = None,
+    rank: int = 0,
+    pace: float | None = None,
+) -> tuple[System, System]:
     """Add what turns velocities of points into commands of differential drives.
 
     Args:
-        builder, name, team, regions, period, other_radii: As of `AddTeam`.
+        builder, name, team, regions, period, other_radii, rank, pace: As of `AddTeam`.
         velocity: Velocities from `AddAvoidance`, size 2 N [m/s].
         pose: Poses of the robots, size 3 N [m], [m], [rad].
+        deflection: Of `AddAvoidance`, where robots keep promises: these turn before they drive.
 
     Returns:
-        The system whose output `safe_command` stops short of walls and robots, size 2 N [m/s],
-        [rad/s].
+        The system that turns velocities into commands, and the one whose output `safe_command`
+        stops short of walls and robots, size 2 N [m/s], [rad/s].
     """
     add, connect, count = builder.AddNamedSystem, builder.Connect, velocity.size() // 2
     limits = {"top_speed": team.top_speed, "top_turn_rate": team.top_turn_rate}
-    heading = add(f"{name}_heading", HeadingController(count, gain=team.heading_gain))
+    gain = team.heading_gain
+    if deflection is None:
+        heading = add(f"{name}_heading", HeadingController(count, gain=gain))
+    else:
+        law = TurnFirstController(count, gain=gain, top_speed=team.top_speed, period=period)
+        heading = add(f"{name}_heading", law)
+        connect(deflection, heading.GetInputPort("deflection"))
     stop = CollisionStop(
         regions,
         count=count,
         period=period,
         radii=0.0 if other_radii is None else (1.0 + CLEARANCE) * team.radius,
         other_radii=other_radii or (),
+        rank=rank,
+        pace=pace,
         **limits,
     )
     add(f"{name}_stop", stop)
@@ -161,4 +223,4 @@ def AddDrive(
     connect(velocity, heading.GetInputPort("velocity"))
     connect(pose, stop.GetInputPort("pose"))
     connect(heading.GetOutputPort("command"), stop.GetInputPort("command"))
-    return stop
+    return heading, stop

@@ -19,7 +19,9 @@ from .optimal_evaders import OptimalEvaders
 from .pursuit_field_controller import PursuitFieldController
 from .random_walk_evaders import RandomWalkEvaders
 from .sight_loss_monitor import SightLossMonitor
+from .standing_certificate import StandingCertificate
 from .team_guarantee_pursuit import TeamGuaranteePursuit
+from .turn_first_controller import TurnFirstController
 from .velocity_selector import VelocitySelector
 from .waypoint_evaders import WaypointEvaders
 
@@ -46,7 +48,9 @@ __all__ = [
     "PursuitFieldController",
     "RandomWalkEvaders",
     "SightLossMonitor",
+    "StandingCertificate",
     "TeamGuaranteePursuit",
+    "TurnFirstController",
     "VelocitySelector",
     "WaypointEvaders",
 ]

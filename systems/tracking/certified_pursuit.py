@@ -10,17 +10,28 @@ from ..numerics.errors import InvalidInput, require, require_positive
 from ..numerics.geometry.world import World
 from ..numerics.tracking.corner_fields import FIELDS
 from ..numerics.tracking.corner_table import corner_table
+from ..numerics.tracking.path_gaps import gap_to_paths, gap_to_runners
 from ..numerics.tracking.risk import RISK_VECTORS
 from ..numerics.tracking.sight_state import sight_size
 from ..numerics.tracking.team_pursuit import team_pursuit
 from ..numerics.tracking.visibility_game.certificates import team_certificate
 from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
 from .assignment import codes_of, require_assignment
+from .collision_avoidance import body_radii
 
 # Of each pursuer's commitment: where to, how many periods are left, after whom, how long the
-# evader will be kept from the end of these.
-COMMITMENT = 5
-X, Y, LEFT, EVADER, PROMISE = range(COMMITMENT)
+# evader will be kept from the end of these, and from where.
+COMMITMENT = 7
+X, Y, LEFT, EVADER, PROMISE, FROM_X, FROM_Y = range(COMMITMENT)
+
+# Who is this far off its way is off it, in parts of how far it goes in a step: above rounding.
+OFF_COURSE = 1e-5
+
+# Gap to teammates on their ways, and to evaders that stand, by which ways are chosen, in parts of
+# the distance at which bodies touch.
+ROOM = 0.05
+
+NOTHING = [0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0]
 
 
 class CertifiedPursuit(LeafSystem):
@@ -31,6 +42,13 @@ class CertifiedPursuit(LeafSystem):
     itself again. While it is not kept from that, its evader stays in sight for as long as
     `guaranteed_time` says. Where it is, and where its evader changes, the promise is void: it
     commits itself anew from where it is. Where nothing can be promised it follows the margin field.
+
+    Pursuers with bodies choose their places such that nobody is in the way: not where an evader
+    could be in it, nor a teammate on its own. Only if they can promise less so they go where
+    somebody may stop them.
+
+    Differential drives turn in place at the beginning of a step, and drive the rest of it: their
+    table is one with a turning time.
 
     .. pydrake_system::
 
@@ -45,6 +63,7 @@ class CertifiedPursuit(LeafSystem):
         - guaranteed_time
         - certificate
         - commitment
+        - committed
 
     ================  ===================  =============  =====
     port              size                 unit           frame
@@ -56,13 +75,15 @@ class CertifiedPursuit(LeafSystem):
     velocity          2 Np                 m/s            world
     guaranteed_time   Np                   s              -
     certificate       1                    s              -
-    commitment        5 Np                 m, m, -, -, s  world
+    commitment        7 Np                 see below      world
+    committed         Np                   -              -
     ================  ===================  =============  =====
 
     `guaranteed_time` is how long each pursuer will keep its evader from now on, infinite for ever,
-    and `certificate` how long the team keeps all evaders. A commitment is a place, the periods left
-    until then, the evader or -1, and the time that is guaranteed from then on. It is discrete
-    state: so much of it as is left after the period that has begun.
+    and `certificate` how long the team keeps all evaders. A commitment is a place [m], the periods
+    left until then, the evader or -1, the time that is guaranteed from then on [s], and where it
+    was made [m]. It is discrete state: so much of it as is left after the period that has begun.
+    `committed` is 1 for each pursuer that has one.
 
     Source: ours; see `numerics.tracking.visibility_game`.
 
@@ -74,6 +95,7 @@ class CertifiedPursuit(LeafSystem):
         evaders: Number of evaders Ne.
         risk_vectors: Names in `RISK_VECTORS`, one for all pursuers or one each, for the field.
         period: Between commands [s].
+        radii, evader_radii: Of the bodies, one for all or one each [m]; 0 for points.
 
     Raises:
         InvalidInput: The table is by another bound, or its step is no number of periods; a name is
@@ -89,6 +111,8 @@ class CertifiedPursuit(LeafSystem):
         evaders: int,
         risk_vectors: Sequence[str] = ("proportional",),
         period: float,
+        radii: float | Sequence[float] = 0.0,
+        evader_radii: float | Sequence[float] = 0.0,
     ):
         super().__init__()
         require(table.bound == "lower", "table", "be by the lower bound", table.bound)
@@ -97,6 +121,9 @@ class CertifiedPursuit(LeafSystem):
         whole = periods > 0 and abs(table.step - periods * period) <= 1e-6 * period
         require(whole, "period", f"go into the table's step of {table.step:.6g} s", period)
         self._table, self._periods, self._period = table, periods, float(period)
+        self._turning = round(table.turning_time / period)
+        self._radii = body_radii("radii", radii, pursuers)
+        self._evader_radii = body_radii("evader_radii", evader_radii, evaders)
         self._weightings = codes_of("risk_vectors", risk_vectors, RISK_VECTORS, pursuers)
         self._corners = corner_table(world)
         self._evader_count = evaders
@@ -106,7 +133,7 @@ class CertifiedPursuit(LeafSystem):
         size = sight_size(pursuers, evaders, len(self._corners))
         self._sight = self.DeclareVectorInputPort("sight", size)
         self._assignment = self.DeclareVectorInputPort("assignment", pursuers)
-        nothing = np.tile([0.0, 0.0, 0.0, -1.0, 0.0], pursuers)
+        nothing = np.tile(NOTHING, pursuers)
         self._kept = self.DeclareDiscreteState(state_vector(nothing))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._go_on)
         self.DeclareVectorOutputPort("velocity", 2 * pursuers, self._calc_velocity)
@@ -115,6 +142,7 @@ class CertifiedPursuit(LeafSystem):
         self._commitment = self.DeclareVectorOutputPort(
             "commitment", COMMITMENT * pursuers, self._calc_commitment
         )
+        self.DeclareVectorOutputPort("committed", pursuers, self._calc_committed)
 
     def _calc_commitment(self, context, output):
         """What holds now: what is kept, or where that is over or void, anew."""
@@ -123,26 +151,81 @@ class CertifiedPursuit(LeafSystem):
         evaders = read(self._evaders, context).reshape(-1, 2)
         assignment = read(self._assignment, context)
         require_assignment(assignment, self._evader_count)
-        for commitment, p, evader in zip(commitments, pursuers, assignment, strict=True):
-            reach = self._table.pursuer_speed * self._period * commitment[LEFT]
-            late = np.hypot(*(commitment[:2] - p)) > reach * (1.0 + 1e-6)
-            if commitment[LEFT] == 0 or commitment[EVADER] != evader or late:
-                commitment[:] = self._commit(p, evaders, int(evader))
+        void = [
+            commitment[LEFT] == 0
+            or commitment[EVADER] != evader
+            or not self._is_on_course(commitment, p)
+            for commitment, p, evader in zip(commitments, pursuers, assignment, strict=True)
+        ]
+        commitments[void, LEFT] = 0.0
+        for i in np.flatnonzero(void):
+            commitments[i] = self._commit(
+                int(i), pursuers, evaders, int(assignment[i]), commitments
+            )
         output.set_value(commitments.ravel())
 
-    def _commit(self, p, evaders, evader):
-        """A commitment for the next step; for no period where nothing is guaranteed."""
+    def _is_on_course(self, commitment, p):
+        """Whether a pursuer is on the straight way that it said, and not late."""
+        start, end = commitment[[FROM_X, FROM_Y]], commitment[[X, Y]]
+        way, rest = end - start, end - p
+        length, left = np.hypot(*way), np.hypot(*rest)
+        rounding = OFF_COURSE * self._table.pursuer_speed * self._table.step
+        due = length * min(commitment[LEFT] / (self._periods - self._turning), 1.0)
+        aside = abs(way[0] * rest[1] - way[1] * rest[0])
+        return left <= due + rounding and aside <= rounding * length + rounding**2
+
+    def _commit(self, i, pursuers, evaders, evader, commitments):
+        """A commitment of pursuer i for a step; for no period where nothing is guaranteed."""
         if evader < 0:
-            return [0.0, 0.0, 0.0, -1.0, 0.0]
+            return NOTHING
+        p = pursuers[i]
         try:
-            place, time = self._table.best_step(p, evaders[evader])
+            place, time = self._best_step(i, pursuers, evaders, evader, commitments)
         except InvalidInput:
             # Off the map, as a robot that was pushed.
             place, time = p, 0.0
         if time == 0.0:
-            return [0.0, 0.0, 0.0, float(evader), 0.0]
+            return [0.0, 0.0, 0.0, float(evader), 0.0, 0.0, 0.0]
         left = time - self._table.step
-        return [place[0], place[1], float(self._periods), float(evader), left]
+        return [place[0], place[1], float(self._periods), float(evader), left, p[0], p[1]]
+
+    def _best_step(self, i, pursuers, evaders, evader, commitments):
+        """Where pursuer i goes in the next step, and what it can guarantee so [s]."""
+        p, table = pursuers[i], self._table
+        place, time = table.best_step(p, evaders[evader])
+        ways = self._ways(i, pursuers, evaders, commitments)
+        if time == 0.0 or any(way(place) for way in ways[:1]) or not ways:
+            return place, time
+        # What was promised before is enough.
+        kept = commitments[i, EVADER] == evader and commitments[i, PROMISE] > 0.0
+        enough = min(time, commitments[i, PROMISE]) if kept else time
+        for is_clear in ways:
+            other, instead = table.best_step(p, evaders[evader], is_clear)
+            if instead >= enough:
+                return other, instead
+        return place, time
+
+    def _ways(self, i, pursuers, evaders, commitments):
+        """What says whether nobody is on the way of pursuer i to a place, strictest first."""
+        p, radius, table = pursuers[i], self._radii[i], self._table
+        strangers = radius + self._evader_radii
+        others = (commitments[:, LEFT] > 0) & (np.arange(len(pursuers)) != i)
+        mates = radius + self._radii[others]
+        if not (strangers.any() or mates.any()):
+            return []
+        paths = np.hstack([pursuers[others], commitments[others][:, [X, Y]]])
+        seconds = table.turning_time, table.step
+
+        def is_clear(place, contacts, top_speed):
+            return (
+                gap_to_paths(p, place, paths, (1.0 + ROOM) * mates) >= 0.0
+                and gap_to_runners(p, place, seconds, evaders, contacts, top_speed) >= 0.0
+            )
+
+        return (
+            lambda place: is_clear(place, strangers, table.evader_speed),
+            lambda place: is_clear(place, (1.0 + ROOM) * strangers, 0.0),
+        )
 
     def _now(self, context):
         """Commitments, shape (Np, COMMITMENT)."""
@@ -175,6 +258,9 @@ class CertifiedPursuit(LeafSystem):
         way = commitments[committed, :2] - pursuers.reshape(-1, 2)[committed]
         velocities[committed] = way / (self._period * commitments[committed, LEFT, None])
         output.set_value(velocities.ravel())
+
+    def _calc_committed(self, context, output):
+        output.set_value((self._now(context)[:, LEFT] > 0).astype(float))
 
     def _times(self, context):
         """How long each pursuer keeps its evader, shape (Np,) [s]."""

@@ -6,11 +6,15 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
-from ..numerics.errors import require, require_non_negative, require_positive
+from ..numerics.errors import require, require_non_negative, require_one_of, require_positive
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.world import World
-from ..numerics.tracking.collision_avoidance import avoid
+from ..numerics.tracking.collision_avoidance import YIELDING_TIME, avoid
+from ..numerics.tracking.collision_stop import NEAR
 from ..numerics.tracking.turn_taking import still_waiting, take_turns
+
+# Of a team: it yields, is among equals, or is yielded to.
+RANKS = (-1, 0, 1)
 
 
 class CollisionAvoidance(LeafSystem):
@@ -31,8 +35,10 @@ class CollisionAvoidance(LeafSystem):
         - position
         - velocity
         - other_position
+        - right_of_way
         output_ports:
         - safe_velocity
+        - deflection
 
     ==============  ====  ====  =====
     port            size  unit  frame
@@ -40,10 +46,15 @@ class CollisionAvoidance(LeafSystem):
     position        2 N   m     world
     velocity        2 N   m/s   world
     other_position  2 M   m     world
+    right_of_way    N     -     -
     safe_velocity   2 N   m/s   world
+    deflection      N     m/s   -
     ==============  ====  ====  =====
 
-    `other_position` is there where there are others.
+    `other_position` is there where there are others. `right_of_way` is there with rank 1, and may
+    be left open: 1 for robots that keep a promise. They go as they wish, and are stopped only where
+    a gap is used up; their teammates make room for them. `deflection` is the length of the
+    difference between each safe velocity and the one that was asked for.
 
     Source: the orange boundaries of Zhang 2014, 2.2.8, for walls; the rules are ours, see
     `numerics.tracking.collision_avoidance`.
@@ -55,6 +66,10 @@ class CollisionAvoidance(LeafSystem):
         top_speed: Of the agents, at which they turn aside and are pushed [m/s].
         radii: Of the bodies, one for all or one each [m]; 0 for points, which may meet.
         other_radii: Of the robots of other teams, shape (M,) [m].
+        rank: 1 for a team to which the others yield, -1 for one that yields to them: it keeps away
+            from them, and leaves the whole of a small gap to them; 0 among equals. Both teams have
+            to be told.
+        pace: Top speed of the team that is yielded to, the same for both; None: this one's [m/s].
 
     Raises:
         InvalidInput: A number is out of its range.
@@ -69,11 +84,17 @@ class CollisionAvoidance(LeafSystem):
         top_speed: float,
         radii: float | Sequence[float] = 0.0,
         other_radii: Sequence[float] = (),
+        rank: int = 0,
+        pace: float | None = None,
     ):
         super().__init__()
         require(count > 0, "count", "be positive", count)
         require_positive("period", period)
         require_positive("top_speed", top_speed)
+        require_one_of("rank", rank, RANKS)
+        pace = float(top_speed if pace is None else pace)
+        require_positive("pace", pace)
+        self._rank, self._near, self._room = rank, NEAR * pace * period, YIELDING_TIME * pace
         self._region = build_edge_index(*regions)
         self._period, self._top_speed = float(period), float(top_speed)
         self._radii = body_radii("radii", radii, count)
@@ -82,6 +103,8 @@ class CollisionAvoidance(LeafSystem):
         self._velocity = self.DeclareVectorInputPort("velocity", 2 * count)
         if len(self._other_radii):
             self._others = self.DeclareVectorInputPort("other_position", 2 * len(other_radii))
+        if rank == 1:
+            self._first = self.DeclareVectorInputPort("right_of_way", count)
         # For how long each has waited and its turn lasts [s], then where each was last [m]: one
         # vector is read and written faster than three.
         state = np.concatenate([np.zeros(2 * count), np.full(2 * count, np.nan)])
@@ -90,7 +113,10 @@ class CollisionAvoidance(LeafSystem):
         self._takes_turns = count > 1 and self._radii.any()
         if self._takes_turns:
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._take_turns)
-        self.DeclareVectorOutputPort("safe_velocity", 2 * count, self._calc_safe_velocity)
+        self._safe = self.DeclareVectorOutputPort(
+            "safe_velocity", 2 * count, self._calc_safe_velocity
+        )
+        self.DeclareVectorOutputPort("deflection", count, self._calc_deflection)
 
     def _take_turns(self, context, discrete_state):
         count, state = self._count, context.get_discrete_state(self._state).value()
@@ -116,6 +142,11 @@ class CollisionAvoidance(LeafSystem):
     def _other_positions(self, context):
         return read(self._others, context) if len(self._other_radii) else np.empty(0)
 
+    def _who_goes_first(self, context):
+        if self._rank == 1 and self._first.HasValue(context):
+            return read(self._first, context) > 0.5
+        return np.zeros(self._count, dtype=bool)
+
     def _calc_safe_velocity(self, context, output):
         velocity = avoid(
             *self._region,
@@ -125,10 +156,18 @@ class CollisionAvoidance(LeafSystem):
             self._other_positions(context),
             self._other_radii,
             context.get_discrete_state(self._state).value()[self._count : 2 * self._count],
+            self._who_goes_first(context),
+            self._rank,
+            self._near,
+            self._room,
             self._top_speed,
             self._period,
         )
         output.set_value(velocity)
+
+    def _calc_deflection(self, context, output):
+        change = np.asarray(self._safe.Eval(context)) - read(self._velocity, context)
+        output.set_value(np.hypot(change[::2], change[1::2]))
 
 
 def body_radii(name: str, radii: float | Sequence[float], count: int) -> np.ndarray:

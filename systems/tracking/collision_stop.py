@@ -6,11 +6,11 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
-from ..numerics.errors import require, require_positive
+from ..numerics.errors import require, require_one_of, require_positive
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.world import World
-from ..numerics.tracking.collision_stop import stop_at_robots, stop_at_walls
-from .collision_avoidance import body_radii
+from ..numerics.tracking.collision_stop import NEAR, stop_at_robots, stop_at_walls
+from .collision_avoidance import RANKS, body_radii
 
 
 class CollisionStop(LeafSystem):
@@ -30,8 +30,10 @@ class CollisionStop(LeafSystem):
         - pose
         - command
         - other_position
+        - right_of_way
         output_ports:
         - safe_command
+        - deflection
 
     ==============  ====  ==========  =====
     port            size  unit        frame
@@ -39,10 +41,14 @@ class CollisionStop(LeafSystem):
     pose            3 N   m, m, rad   world
     command         2 N   m/s, rad/s  robot
     other_position  2 M   m           world
+    right_of_way    N     -           -
     safe_command    2 N   m/s, rad/s  robot
+    deflection      N     m/s         -
     ==============  ====  ==========  =====
 
-    `other_position` is there where there are others.
+    `other_position` is there where there are others. `right_of_way` is there with rank 1, and may
+    be left open: 1 for robots to which teammates leave the whole of a small gap. `deflection` is by
+    how much each robot's speed differs from the one that was asked for.
 
     Source: the orange boundaries of Zhang 2014, 2.2.8, for walls; the rules are ours.
 
@@ -56,6 +62,7 @@ class CollisionStop(LeafSystem):
             used up in no less. None: the period, as in a simulation without delay.
         radii: Of the bodies, one for all or one each [m]; 0 for points, which may meet.
         other_radii: Of the robots of other teams, shape (M,) [m].
+        rank, pace: As of `CollisionAvoidance`.
 
     Raises:
         InvalidInput: A number is out of its range.
@@ -72,6 +79,8 @@ class CollisionStop(LeafSystem):
         horizon: float | None = None,
         radii: float | Sequence[float] = 0.0,
         other_radii: Sequence[float] = (),
+        rank: int = 0,
+        pace: float | None = None,
     ):
         super().__init__()
         require(count > 0, "count", "be positive", count)
@@ -80,6 +89,10 @@ class CollisionStop(LeafSystem):
         require_positive("period", period)
         horizon = period if horizon is None else horizon
         require(horizon >= period, "horizon", f"be at least the period of {period} s", horizon)
+        require_one_of("rank", rank, RANKS)
+        pace = float(top_speed if pace is None else pace)
+        require_positive("pace", pace)
+        self._rank, self._near = rank, NEAR * pace * horizon
         self._regions = [build_edge_index(*regions)] if regions else []
         self._limits = np.array([top_speed, top_turn_rate], dtype=float)
         self._period, self._horizon = float(period), float(horizon)
@@ -89,7 +102,12 @@ class CollisionStop(LeafSystem):
         self._command = self.DeclareVectorInputPort("command", 2 * count)
         if len(self._other_radii):
             self._others = self.DeclareVectorInputPort("other_position", 2 * len(other_radii))
-        self.DeclareVectorOutputPort("safe_command", 2 * count, self._calc_safe_command)
+        if rank == 1:
+            self._first = self.DeclareVectorInputPort("right_of_way", count)
+        self._safe = self.DeclareVectorOutputPort(
+            "safe_command", 2 * count, self._calc_safe_command
+        )
+        self.DeclareVectorOutputPort("deflection", count, self._calc_deflection)
 
     def _calc_safe_command(self, context, output):
         others = read(self._others, context) if len(self._other_radii) else np.empty(0)
@@ -105,5 +123,17 @@ class CollisionStop(LeafSystem):
             self._radii,
             others,
             self._other_radii,
+            self._who_goes_first(context),
+            self._rank,
+            self._near,
         )
         output.set_value(command)
+
+    def _who_goes_first(self, context):
+        if self._rank == 1 and self._first.HasValue(context):
+            return read(self._first, context) > 0.5
+        return np.zeros(len(self._radii), dtype=bool)
+
+    def _calc_deflection(self, context, output):
+        change = np.asarray(self._safe.Eval(context)) - read(self._command, context)
+        output.set_value(np.abs(change[::2]))

@@ -113,7 +113,9 @@ from sightfield.systems.tracking.optimal_evaders import OptimalEvaders
 from sightfield.systems.tracking.pursuit_field_controller import PursuitFieldController
 from sightfield.systems.tracking.random_walk_evaders import RandomWalkEvaders
 from sightfield.systems.tracking.sight_loss_monitor import SightLossMonitor
+from sightfield.systems.tracking.standing_certificate import StandingCertificate
 from sightfield.systems.tracking.team_guarantee_pursuit import TeamGuaranteePursuit
+from sightfield.systems.tracking.turn_first_controller import TurnFirstController
 from sightfield.systems.tracking.velocity_selector import VelocitySelector
 from sightfield.systems.tracking.waypoint_evaders import WaypointEvaders
 from sightfield.systems.vision.omni_camera import OmniCameraSensor
@@ -213,6 +215,7 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
             **teams,
             period=0.1,
         ),
+        "StandingCertificate": lambda: StandingCertificate(**teams, top_speed=0.3, deflections=2),
         "TeamGuaranteePursuit": lambda: TeamGuaranteePursuit(
             solve_visibility_game(world, pursuer_speed=0.3, evader_speed=0.1, grid=0.4),
             solve_two_evaders(world, pursuer_speed=0.3, evader_speed=0.1, grid=0.6),
@@ -266,6 +269,7 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "EvaderLocator": lambda: EvaderLocator(thesis_maze(), speed=0.1, features="orb"),
         "ForwardCameras": lambda: ForwardCameras(thesis_maze(), 2),
         "HeadingController": lambda: HeadingController(2),
+        "TurnFirstController": lambda: TurnFirstController(2, top_speed=0.3, period=0.1),
         "ImageScanner": lambda: ImageScanner(MemoryNetwork(thesis_temperaments(), 0)),
         "ImperfectChannel": lambda: ImperfectChannel(Channel(), np.zeros((3, 2))),
         "InfraredSensors": lambda: InfraredSensors(world, count=3, radius=0.1, ring=ring),

@@ -8,8 +8,10 @@ their gap allows. A robot that stands is then pushed along by one that wants to 
 hold each other up take turns, see `turn_taking`: the one whose turn it is turns aside for the other
 team only, as if its teammates were not there, and counts for more than they do when they yield.
 Otherwise one that stands between a teammate and another team's robot would see no way out on either
-side. Everything is a function of relative positions alone, so it turns, mirrors and renumbers with
-the team. Walls are kept off by `wall_sliding`.
+side. Robots that keep a promise have the right of way: they go as they wish, and stop only where a
+gap is used up; their teammates, and the other team where it yields, make room for them. Everything
+is a function of relative positions alone, so it turns, mirrors and renumbers with the team. Walls
+are kept off by `wall_sliding`.
 """
 
 import math
@@ -44,6 +46,12 @@ ROOM = 0.03
 # By how much a robot counts for more when it is its turn.
 PRECEDENCE = 30.0
 
+# By how much a robot with the right of way counts for more.
+RIGHT_OF_WAY = 1e6
+
+# A team that yields keeps as far from the other as that goes in this time, where it can [s].
+YIELDING_TIME = 0.5
+
 # Walls that a robot heeds when it yields; `slide` heeds all.
 WALLS = 8
 
@@ -61,6 +69,10 @@ def avoid(
     others: np.ndarray,
     other_radii: np.ndarray,
     turns: np.ndarray,
+    first: np.ndarray,
+    rank: int,
+    near: float,
+    room: float,
     top_speed: float,
     period: float,
 ) -> np.ndarray:
@@ -76,6 +88,8 @@ def avoid(
             (2 m,) [m].
         other_radii: Theirs, shape (m,) [m].
         turns: How much longer it is the turn of each, from `take_turns`, shape (n,) [s].
+        first, rank, near: Who has the right of way, as in `clear_parts`.
+        room: Gap that a team that yields would rather keep to the other robots [m].
         top_speed: Of the team [m/s].
         period: For how long velocities are held [s].
 
@@ -85,33 +99,45 @@ def avoid(
     region = EdgeIndex(edges, frame, starts, items, probes)
     count = len(radii)
     chosen = velocities.copy()
-    if _someone_is_near(positions, radii, others, other_radii, top_speed):
+    if _someone_is_near(positions, radii, others, other_radii, top_speed, room):
         wished = np.empty_like(velocities)
         for i in range(count):
             vx, vy = velocities[2 * i], velocities[2 * i + 1]
             speed = math.sqrt(vx * vx + vy * vy)
             scale = top_speed / speed if speed > top_speed else 1.0
             wished[2 * i], wished[2 * i + 1] = scale * vx, scale * vy
-        turn = turns > 0.0
-        weights = np.where(turn, PRECEDENCE, 1.0)
+        turn = (turns > 0.0) & ~first
+        weights = np.where(first, RIGHT_OF_WAY, np.where(turn, PRECEDENCE, 1.0))
         # First those whose turn it is; the others then see where these go.
-        for first in (True, False):
+        for now in (True, False):
             for i in range(count):
-                if turn[i] == first:
+                if first[i]:
+                    chosen[2 * i], chosen[2 * i + 1] = wished[2 * i], wished[2 * i + 1]
+                elif turn[i] == now:
                     chosen[2 * i], chosen[2 * i + 1] = _turned_aside(
-                        region, i, positions, wished, turn, radii, others, other_radii
+                        region, i, positions, wished, turn, first, radii, others, other_radii
                     )
             for i in range(count):
                 if turn[i]:
                     wished[2 * i], wished[2 * i + 1] = chosen[2 * i], chosen[2 * i + 1]
         _yield_to_teammates(
-            region, positions, chosen, radii, others, other_radii, weights, top_speed
+            region,
+            positions,
+            chosen,
+            radii,
+            others,
+            other_radii,
+            weights,
+            first,
+            near,
+            room if rank < 0 else 0.0,
+            top_speed,
         )
     steps = np.empty_like(velocities)
     for k in range(0, len(velocities), 2):
         x, y = positions[k], positions[k + 1]
         steps[k], steps[k + 1] = slide(region, x, y, period * chosen[k], period * chosen[k + 1])
-    parts = clear_parts(positions, steps, radii, others, other_radii)
+    parts = clear_parts(positions, steps, radii, others, other_radii, first, rank, near)
     safe = np.empty_like(velocities)
     for i in range(count):
         safe[2 * i] = parts[i] * steps[2 * i] / period
@@ -126,6 +152,7 @@ def _someone_is_near(
     others: np.ndarray,
     other_radii: np.ndarray,
     top_speed: float,
+    room: float,
 ) -> bool:
     """Whether foresight can matter to anybody."""
     count = len(radii)
@@ -139,7 +166,7 @@ def _someone_is_near(
                 return True
         for j in range(len(other_radii)):
             contact = radii[i] + other_radii[j]
-            reach = contact + top_speed * FORESIGHT
+            reach = contact + max(top_speed * FORESIGHT, room)
             dx = positions[2 * i] - others[2 * j]
             dy = positions[2 * i + 1] - others[2 * j + 1]
             if contact > 0.0 and dx * dx + dy * dy < reach * reach:
@@ -171,6 +198,7 @@ def _first_meeting(
     positions: np.ndarray,
     wished: np.ndarray,
     turn: np.ndarray,
+    first: np.ndarray,
     radii: np.ndarray,
     others: np.ndarray,
     other_radii: np.ndarray,
@@ -178,23 +206,23 @@ def _first_meeting(
     """When robot i, at velocity v, meets somebody first [s], and where that one is from it [m].
 
     Teammates are taken to move as they wish, the others to stand; whose turn it is heeds no
-    teammate but those whose turn it is too.
+    teammate but those whose turn it is too, and those with the right of way.
     """
-    first, first_x, first_y = np.inf, 0.0, 0.0
+    soonest, soonest_x, soonest_y = np.inf, 0.0, 0.0
     x, y = positions[2 * i], positions[2 * i + 1]
     for j in range(len(radii)):
-        if j != i and turn[j] >= turn[i]:
+        if j != i and (turn[j] >= turn[i] or first[j]):
             rx, ry = positions[2 * j] - x, positions[2 * j + 1] - y
             wx, wy = vx - wished[2 * j], vy - wished[2 * j + 1]
             time = _meeting_time(rx, ry, wx, wy, radii[i] + radii[j])
-            if time < first:
-                first, first_x, first_y = time, rx, ry
+            if time < soonest:
+                soonest, soonest_x, soonest_y = time, rx, ry
     for j in range(len(other_radii)):
         rx, ry = others[2 * j] - x, others[2 * j + 1] - y
         time = _meeting_time(rx, ry, vx, vy, radii[i] + other_radii[j])
-        if time < first:
-            first, first_x, first_y = time, rx, ry
-    return first, first_x, first_y
+        if time < soonest:
+            soonest, soonest_x, soonest_y = time, rx, ry
+    return soonest, soonest_x, soonest_y
 
 
 @kernel
@@ -204,6 +232,7 @@ def _turned_aside(
     positions: np.ndarray,
     wished: np.ndarray,
     turn: np.ndarray,
+    first: np.ndarray,
     radii: np.ndarray,
     others: np.ndarray,
     other_radii: np.ndarray,
@@ -212,7 +241,9 @@ def _turned_aside(
     vx, vy = wished[2 * i], wished[2 * i + 1]
     if vx == 0.0 and vy == 0.0:
         return 0.0, 0.0
-    time, rx, ry = _first_meeting(i, vx, vy, positions, wished, turn, radii, others, other_radii)
+    time, rx, ry = _first_meeting(
+        i, vx, vy, positions, wished, turn, first, radii, others, other_radii
+    )
     if time >= FORESIGHT:
         return vx, vy
     # First to the side on which the other is not.
@@ -222,7 +253,7 @@ def _turned_aside(
         for sign in (side, -side):
             ux, uy = cosine * vx - sign * sine * vy, sign * sine * vx + cosine * vy
             time, _, _ = _first_meeting(
-                i, ux, uy, positions, wished, turn, radii, others, other_radii
+                i, ux, uy, positions, wished, turn, first, radii, others, other_radii
             )
             if time < FORESIGHT:
                 continue
@@ -257,12 +288,17 @@ def _yield_to_teammates(
     others: np.ndarray,
     other_radii: np.ndarray,
     weights: np.ndarray,
+    fixed: np.ndarray,
+    near: float,
+    room: float,
     top_speed: float,
 ) -> None:
     """Move velocities, by the least weighted square, to where gaps close no faster than they may.
 
     n . (v_i - v_j) >= -(gap - room) / CLOSING_TIME between teammates, half of that towards others,
-    and -distance / CLOSING_TIME towards the walls beside robots that are near somebody.
+    and -distance / CLOSING_TIME towards the walls beside robots that are near somebody. Those of
+    `fixed` robots stay as they are; `near` is the room towards them, and `room` that towards
+    others, if these are more than usual.
     """
     count, strangers = len(radii), len(other_radii)
     most = count * (count - 1) // 2 + count * (strangers + WALLS)
@@ -279,21 +315,32 @@ def _yield_to_teammates(
         x, y = positions[2 * i], positions[2 * i + 1]
         for j in range(i):
             dx, dy = x - positions[2 * j], y - positions[2 * j + 1]
-            if _keep_gap(constraints, total, dx, dy, radii[i] + radii[j], reach, i, j):
+            contact = radii[i] + radii[j]
+            clear = near if fixed[i] or fixed[j] else 0.0
+            far, both = reach + clear, fixed[i] and fixed[j]
+            if not both and _keep_gap(constraints, total, dx, dy, contact, far, clear, i, j):
                 crowded[i] = crowded[j] = True
                 total += 1
         for j in range(strangers):
             dx, dy = x - others[2 * j], y - others[2 * j + 1]
-            if _keep_gap(constraints, total, dx, dy, radii[i] + other_radii[j], reach, i, -1):
+            contact, far = radii[i] + other_radii[j], max(reach, room)
+            if not fixed[i] and _keep_gap(constraints, total, dx, dy, contact, far, room, i, -1):
                 crowded[i] = True
                 total += 1
     if total == 0:
         return
     for i in range(count):
-        if crowded[i] and point_is_free(region, positions[2 * i], positions[2 * i + 1]):
+        if (
+            crowded[i]
+            and not fixed[i]
+            and point_is_free(region, positions[2 * i], positions[2 * i + 1])
+        ):
             total = _keep_walls(constraints, total, region, positions, i, 0.5 * reach)
+    before = velocities.copy()
     _project(velocities, weights, constraints, total)
     for i in range(count):
+        if fixed[i]:
+            velocities[2 * i], velocities[2 * i + 1] = before[2 * i], before[2 * i + 1]
         vx, vy = velocities[2 * i], velocities[2 * i + 1]
         speed = math.sqrt(vx * vx + vy * vy)
         if speed > top_speed:
@@ -309,6 +356,7 @@ def _keep_gap(
     dy: float,
     contact: float,
     reach: float,
+    room: float,
     i: int,
     j: int,
 ) -> bool:
@@ -319,7 +367,7 @@ def _keep_gap(
         return False
     share = 1.0 if j >= 0 else 0.5
     constraints.normals[at, 0], constraints.normals[at, 1] = dx / distance, dy / distance
-    constraints.rates[at] = -share * (max(gap, 0.0) - ROOM * contact) / CLOSING_TIME
+    constraints.rates[at] = -share * (max(gap, 0.0) - max(ROOM * contact, room)) / CLOSING_TIME
     constraints.first[at], constraints.second[at] = i, j
     return True
 

@@ -6,6 +6,9 @@ however they are numbered, whatever the other does: along the line between their
 closer by at most half of the gap, and the distance along that line is never more than their true
 distance. `collision_avoidance` chooses velocities with foresight, and ends with this rule.
 
+Halves may be shared out otherwise, if both know it: near to each other, one that has the right of
+way may use up all of a gap, and one that yields nothing of it.
+
 Source: the half of a gap is the reciprocity of van den Berg, Guy, Lin and Manocha, "Reciprocal
 n-body collision avoidance" (ISRR 2009), on a fixed line instead of a chosen one; the rest is ours.
 """
@@ -19,21 +22,38 @@ from ..geometry.edge_index import EdgeIndex
 from ..geometry.wall_sliding import first_contact, stop_team
 from .mobile_agents import clip_symmetric, drive_step
 
+# Gaps in which a right of way counts, in steps: in half of a wider one two robots at top speed have
+# room for a step each.
+NEAR = 4.0
+
 # Two bodies stay this far apart, in parts of the sum of their radii: well above rounding.
 MARGIN = 1e-6
 
 
 @kernel
 def half_gap_part(
-    x: float, y: float, dx: float, dy: float, ox: float, oy: float, contact: float
+    x: float,
+    y: float,
+    dx: float,
+    dy: float,
+    ox: float,
+    oy: float,
+    contact: float,
+    rank: int = 0,
+    near: float = 0.0,
 ) -> float:
-    """The part in [0, 1] of a step (dx, dy) that uses up half of the gap to a robot (kernel).
+    """The part in [0, 1] of a step (dx, dy) that uses up its share of the gap to a robot (kernel).
+
+    The share is one half. In gaps below `near` it is all of the gap for one that has the right of
+    way, and nothing for one that yields.
 
     Args:
         x, y: Where the step begins [m].
         dx, dy: The step [m].
         ox, oy: The other robot [m].
         contact: Distance of the centres at which the bodies touch [m]; 0: no bodies.
+        rank: 1 with the right of way, -1 for one that yields, else 0.
+        near: Where that counts; for both the same, and at least four steps [m].
 
     Returns:
         1 for a step that leads away. Two on one spot have no direction: they are free.
@@ -43,7 +63,8 @@ def half_gap_part(
     if contact <= 0.0 or distance == 0.0:
         return 1.0
     towards = (rx * dx + ry * dy) / distance
-    allowed = 0.5 * max(distance - contact * (1.0 + MARGIN), 0.0)
+    gap = max(distance - contact * (1.0 + MARGIN), 0.0)
+    allowed = gap * (0.5 * (1 + rank) if gap < near else 0.5)
     return allowed / towards if towards > allowed else 1.0
 
 
@@ -54,8 +75,11 @@ def clear_parts(
     radii: np.ndarray,
     others: np.ndarray,
     other_radii: np.ndarray,
+    first: np.ndarray,
+    rank: int,
+    near: float,
 ) -> np.ndarray:
-    """The part of each robot's straight step after which no gap is used up by more than half.
+    """The part of each robot's straight step after which no gap is used up by more than its share.
 
     Robots that all take their parts at the same time, each at constant speed, do not touch one
     another on the way. Robots that overlap come apart or stay where they are.
@@ -66,6 +90,10 @@ def clear_parts(
         radii: Of the team, shape (n,) [m]. Two robots whose radii sum to zero have no bodies.
         others: Positions of robots that keep the same rule, or stand, shape (2 m,) [m].
         other_radii: Theirs, shape (m,) [m].
+        first: Who has the right of way over the others of its team, shape (n,), bool.
+        rank: 1 for a team that has the right of way over the other robots, -1 for one that yields
+            to them, 0 among equals.
+        near: Gaps in which that counts, for all the same [m]; see `half_gap_part`.
 
     Returns:
         Shape (n,), each in [0, 1].
@@ -77,11 +105,12 @@ def clear_parts(
         for j in range(count):
             if j != i:
                 ox, oy = positions[2 * j], positions[2 * j + 1]
-                part = half_gap_part(x, y, dx, dy, ox, oy, radii[i] + radii[j])
+                mine = int(first[i]) - int(first[j])
+                part = half_gap_part(x, y, dx, dy, ox, oy, radii[i] + radii[j], mine, near)
                 parts[i] = min(parts[i], part)
         for j in range(len(other_radii)):
             ox, oy = others[2 * j], others[2 * j + 1]
-            part = half_gap_part(x, y, dx, dy, ox, oy, radii[i] + other_radii[j])
+            part = half_gap_part(x, y, dx, dy, ox, oy, radii[i] + other_radii[j], rank, near)
             parts[i] = min(parts[i], part)
     return parts
 
@@ -96,8 +125,11 @@ def stop_at_robots(
     radii: np.ndarray,
     others: np.ndarray,
     other_radii: np.ndarray,
+    first: np.ndarray,
+    rank: int,
+    near: float,
 ) -> np.ndarray:
-    """Commands of unicycles, slowed so that no gap is used up by more than half.
+    """Commands of unicycles, slowed so that no gap is used up by more than its share.
 
     Args:
         poses: Shape (3 n,) [m], [m], [rad].
@@ -105,7 +137,7 @@ def stop_at_robots(
         limits: Top speed and top turn rate, shape (2,) [m/s], [rad/s].
         period: For how long commands are held [s].
         horizon: In which half of a gap may be used up [s], the period or longer.
-        radii, others, other_radii: As in `clear_parts`.
+        radii, others, other_radii, first, rank, near: As in `clear_parts`.
 
     Returns:
         Shape (2 n,), within the limits; turn rates are kept.
@@ -114,7 +146,7 @@ def stop_at_robots(
     steps = (drive_step(poses, commands, limits, period) - poses) * (horizon / period)
     flat = steps.reshape((-1, 3))[:, :2].copy().reshape((-1,))
     positions = poses.reshape((-1, 3))[:, :2].copy().reshape((-1,))
-    parts = clear_parts(positions, flat, radii, others, other_radii)
+    parts = clear_parts(positions, flat, radii, others, other_radii, first, rank, near)
     for i in range(len(parts)):
         safe[i, 0] *= parts[i]
     return safe.reshape((-1,))

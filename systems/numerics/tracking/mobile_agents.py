@@ -10,6 +10,9 @@ differential-drive robots (2.2.8).
 import numpy as np
 from numba.extending import register_jitable
 
+# A robot whose heading is off by less drives straight [rad].
+STRAIGHT = 1e-7
+
 
 @register_jitable
 def clip_symmetric(value, limit):
@@ -129,3 +132,27 @@ def heading_commands(poses, velocities, gain: float):
     """Commands of robots, shapes (3 n,), (2 n,) -> (2 n,); see `heading_command`."""
     headings = poses.reshape((-1, 3))[:, 2]
     return heading_command(headings, velocities.reshape((-1, 2)), gain).reshape((-1,))
+
+
+@register_jitable
+def turn_first_command(headings, velocities, period: float):
+    """Speed and turn rate of a unicycle that turns in place before it drives, straight.
+
+    It turns to the nearer end of its axis, so by a right angle at most. What is left to turn after
+    `STRAIGHT` it corrects while it drives.
+
+    Args:
+        headings: Shape (n,) [rad].
+        velocities: Shape (n, 2) [m/s].
+        period: For how long commands are held [s].
+
+    Returns:
+        Shape (n, 2) [m/s], [rad/s]; turn rates as they would be without a limit.
+    """
+    c, s = np.cos(headings), np.sin(headings)
+    ahead = c * velocities[:, 0] + s * velocities[:, 1]
+    left = c * velocities[:, 1] - s * velocities[:, 0]
+    backwards = np.where(ahead < 0.0, -1.0, 1.0)
+    error = np.arctan2(backwards * left, backwards * ahead)
+    drives = np.abs(error) <= STRAIGHT
+    return np.stack((np.where(drives, ahead, 0.0), error / period), axis=1)

@@ -10,13 +10,21 @@ from pydrake.systems.analysis import Simulator
 
 from sightfield.diagrams.tracking.game import set_up_game
 from sightfield.diagrams.tracking.make_tracking import MakeTracking
+from sightfield.diagrams.tracking.promises import audit_promises
 from sightfield.diagrams.tracking.report import write_report
 from sightfield.diagrams.tracking.run import run_tracking
 from sightfield.diagrams.tracking.scenario import Evaders, Pursuers, TrackingScenario
+from sightfield.diagrams.tracking.solved_game import solved_game
 from sightfield.diagrams.tracking.summary import summarise
 from sightfield.diagrams.world_source import WorldSource
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
+from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.tracking.visibility_game.certificates import (
+    turning_margin,
+    turning_time,
+)
+from sightfield.systems.tracking.certified_pursuit import CertifiedPursuit
 
 EVADERS = ("adversarial", "best_response", "optimal", "optimal_distance", "random_walk")
 
@@ -107,21 +115,75 @@ def test_a_run_says_what_was_certified_and_when_that_was_withdrawn(arenas, tmp_p
     assert "certificate" not in summarise(run_tracking(set_up_game(scenario)), "margin")
 
 
-def test_bodies_in_the_way_withdraw_the_certificate_for_that_moment(arenas):
-    # Of a few dozen starts one where a pursuer has to make way in the midst of a commitment.
-    scenario = make_scenario(arenas[0], "adversarial", 26, 2, 10.0, radius=0.15)
-    scenario = replace(scenario, evaders=replace(scenario.evaders, radius=0.15))
-    run = run_tracking(set_up_game(scenario, arenas[0]))
-    summary = summarise(run, "bodies")
+CORNER = make_world([(0, 0), (3, 0), (3, 3), (1.53, 3), (1.53, 1.53), (0, 1.53)])
+
+
+def make_crowd(model, seed, size, radius=0.15):
+    """Large robots in two arms of 1.5 m."""
+    options = {"radius": radius, "grid": 0.3, "model": model, "top_turn_rate": 6.0}
+    scenario = make_scenario(
+        CORNER, "adversarial", seed, size, 8.0, assignment="guarantee", **options
+    )
+    return replace(scenario, evaders=replace(scenario.evaders, radius=radius, model=model))
+
+
+@pytest.mark.parametrize("model", ["point", "differential_drive"])
+def test_robots_with_bodies_keep_their_promises_and_nobody_touches(model):
+    promised = 0
+    for seed in range(3):
+        run = run_tracking(set_up_game(make_crowd(model, seed, 2), CORNER))
+        found = audit_promises(run)
+        assert found.breach == ""
+        assert summarise(run, "crowd")["contacts"] == 0
+        promised += (run.log["certificate"] > 0).mean() > 0.5
+    assert promised >= 2
+
+
+def test_drives_turn_in_place_and_drive_straight_from_place_to_place():
+    scenario = make_crowd("differential_drive", 1, 1, radius=0.0)
+    game = set_up_game(scenario, CORNER)
+    table = solved_game(game, "lower")
+    assert table.turning_time == turning_time(6.0, scenario.period)
+    # The margin: what an evader is faster by, measured by how far pursuers come in a step.
+    reach = table.pursuer_speed * (table.step - table.turning_time)
+    margin = turning_margin(table.pursuer_grid.spacing * 2, 0.3, table.turning_time)
+    assert table.evader_speed * table.step / reach == pytest.approx(0.3 * margin)
+    assert margin > 1.1
+    run = run_tracking(game)
+    kept = run.log["certificate"][:, 0] > 0
+    assert kept.mean() > 0.5
+    moves = np.diff(run.log["pursuer_position"][:, 0], axis=0)[kept[:-1]]
+    lengths = np.hypot(*moves.T)
+    drives = lengths > 1e-9
+    # It stands while it turns, and some of its ways are longer than a period.
+    assert 0 < drives.sum() < len(drives)
+    both = drives[1:] & drives[:-1]
+    turned = moves[:-1, 0] * moves[1:, 1] - moves[:-1, 1] * moves[1:, 0]
+    assert np.abs(turned[both]).max() <= 1e-6 * lengths.max() ** 2 + 1e-12
+
+
+def test_who_is_stopped_by_a_body_has_its_promise_withdrawn_for_that_moment(monkeypatch):
+    # A pursuer that drives at its evader, and promises 5 s at the beginning of each step.
+    def drive_at(self, i, pursuers, evaders, evader, commitments):
+        way = evaders[evader] - pursuers[i]
+        reach = self._table.pursuer_speed * self._table.step
+        return pursuers[i] + min(reach / np.hypot(*way), 1.0) * way, 5.0
+
+    monkeypatch.setattr(CertifiedPursuit, "_best_step", drive_at)
+    run = run_tracking(set_up_game(make_crowd("point", 0, 1), CORNER))
+    found, summary = audit_promises(run), summarise(run, "crowd")
     assert summary["contacts"] == 0
-    assert summary["assignment_changes"] == 0
-    assert summary["certificate_withdrawn"] == 1
-    # It goes on with less.
-    kept = run.log["certificate"][:, 0]
-    (at,) = np.flatnonzero(kept[1:] < kept[:-1] - 0.05 - 1e-9)
-    assert 0.0 < kept[at + 1] < kept[at]
+    assert summary["certificate_withdrawn"] == found.withdrawn > 0
+    withdrawn = run.log["withdrawn"][:, 0]
+    assert (run.log["guaranteed_time"][withdrawn] > 0.0).all()
+    np.testing.assert_array_equal(run.log["certificate"][:, 0] == 0.0, withdrawn)
+    # It is withdrawn in those periods in which it does not go as it wants.
+    steps = np.diff(run.log["pursuer_position"][:, 0], axis=0)
+    short = steps - 0.05 * run.log["pursuer_velocity"][:-1, 0]
+    np.testing.assert_array_equal(np.hypot(*short.T) > 1e-6, withdrawn[:-1])
 
 
 def test_what_cannot_be_certified_is_refused(arenas):
-    with pytest.raises(InvalidInput, match="`model` must be point where the field is certified"):
-        make_scenario(arenas[0], model="differential_drive")
+    scenario = make_scenario(arenas[0], radius=0.1)
+    with pytest.raises(InvalidInput, match="`bodies_block_sight` must be false where the field"):
+        replace(scenario, bodies_block_sight=True)

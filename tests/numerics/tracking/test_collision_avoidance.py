@@ -14,9 +14,8 @@ from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
 from sightfield.systems.numerics.geometry.grown_obstacles import shrink_world
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.tracking.collision_avoidance import (
-    avoid,
-)
+from sightfield.systems.numerics.tracking.collision_avoidance import YIELDING_TIME, avoid
+from sightfield.systems.numerics.tracking.collision_stop import NEAR
 from sightfield.systems.numerics.tracking.turn_taking import still_waiting, take_turns
 
 OPEN = [make_world([[-20, -20], [20, -20], [20, 20], [-20, 20]])]
@@ -28,7 +27,16 @@ def flat(values):
 
 
 def avoided(
-    regions, positions, velocities, radii, others=(), other_radii=(), period=PERIOD, turns=None
+    regions,
+    positions,
+    velocities,
+    radii,
+    others=(),
+    other_radii=(),
+    period=PERIOD,
+    turns=None,
+    first=None,
+    rank=0,
 ):
     return avoid(
         *build_edge_index(*regions),
@@ -38,6 +46,10 @@ def avoided(
         flat(others),
         flat(other_radii),
         np.zeros(len(radii)) if turns is None else flat(turns),
+        np.zeros(len(radii), dtype=bool) if first is None else np.array(first, dtype=bool),
+        rank,
+        NEAR * TOP_SPEED * period,
+        YIELDING_TIME * TOP_SPEED,
         TOP_SPEED,
         period,
     ).reshape(-1, 2)
@@ -161,8 +173,11 @@ def crowds(draw):
     return Crowd(regions, spots, speed * rng.normal(size=spots.shape), radii, turns, sizes[0])
 
 
-def two_teams(crowd, period):
-    """What both teams do, each with the other as the others, shape (n, 2) [m/s]."""
+def two_teams(crowd, period, first=None):
+    """What both teams do, each with the other as the others, shape (n, 2) [m/s].
+
+    With `first`, those of the first team that have the right of way, the others yield to it.
+    """
     regions, spots, wished, radii, turns, size = crowd
     velocities = np.empty_like(wished)
     ours = np.arange(len(spots)) < size
@@ -177,16 +192,24 @@ def two_teams(crowd, period):
                 radii[~team],
                 period,
                 turns[team],
+                first[team] if first is not None and team[0] else None,
+                0 if first is None else 1 if team[0] else -1,
             )
     return velocities
 
 
-@given(crowd=crowds(), period=st.sampled_from([0.01, 0.05, 1.0]))
+@given(
+    crowd=crowds(),
+    period=st.sampled_from([0.01, 0.05, 1.0]),
+    ranked=st.booleans(),
+    order=st.randoms(use_true_random=False),
+)
 def test_no_two_bodies_touch_and_no_centre_leaves_its_region_at_any_moment_of_a_step(
-    least_distances, crowd, period
+    least_distances, crowd, period, ranked, order
 ):
     regions, spots, _, radii, _, _ = crowd
-    steps = period * two_teams(crowd, period)
+    first = np.array([order.random() < 0.5 for _ in spots]) if ranked else None
+    steps = period * two_teams(crowd, period, first)
     for (i, j), distance in least_distances(spots, steps).items():
         # Those that overlap at the start come no nearer.
         begun = math.dist(spots[i], spots[j])
@@ -247,6 +270,10 @@ def test_velocities_turn_mirror_move_rescale_and_renumber_with_the_game(
         carry(spots[others]).ravel(),
         scale * radii[others],
         turns[ours],
+        np.zeros(len(ours), dtype=bool),
+        0,
+        0.0,
+        0.0,
         scale * TOP_SPEED,
         PERIOD,
     ).reshape(-1, 2)
@@ -264,6 +291,32 @@ def test_velocities_turn_mirror_move_rescale_and_renumber_with_the_game(
 
 def _carried_rings(region, carry):
     return carry(region.boundary), [carry(ring) for ring in region.obstacles]
+
+
+class TestRightOfWay:
+    def test_it_goes_straight_through_between_teammates_that_make_room(self):
+        spots = np.array([[0.0, 0.0], [0.5, 0.03], [0.9, -0.05]])
+        radii, goal = [0.12, 0.12, 0.12], np.array([1.6, 0.0])
+        for _ in range(150):
+            way = goal - spots[0]
+            wish = TOP_SPEED * way / max(np.hypot(*way), TOP_SPEED * PERIOD)
+            moves = avoided(
+                OPEN, spots, [wish, [0, 0], [0, 0]], radii, first=[True, False, False], rank=1
+            )
+            assert moves[0] == pytest.approx(wish, abs=1e-9)
+            spots = spots + PERIOD * moves
+        assert spots[0] == pytest.approx(goal, abs=1e-6)
+
+    def test_who_yields_to_another_team_keeps_away_from_it(self):
+        stranger, radii = [[0.3, 0.0]], [0.12]
+        yielding = avoided(OPEN, [[0.0, 0.02]], [[0.0, 0.0]], radii, stranger, radii, rank=-1)
+        # Straight away from it.
+        assert yielding[0] == pytest.approx(
+            np.hypot(*yielding[0]) * np.array([-0.3, 0.02]) / np.hypot(0.3, 0.02)
+        )
+        assert 0.1 < np.hypot(*yielding[0]) <= TOP_SPEED + 1e-9
+        among_equals = avoided(OPEN, [[0.0, 0.02]], [[0.0, 0.0]], radii, stranger, radii)
+        assert among_equals[0] == pytest.approx([0, 0], abs=1e-12)
 
 
 def go_to(regions, starts, goals, radii, seconds, others=(), other_radii=()):

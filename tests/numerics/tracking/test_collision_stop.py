@@ -28,9 +28,17 @@ def flat(values):
     return np.ravel(np.array(values, dtype=float))
 
 
-def parts_of(positions, steps, radii, others=(), other_radii=()):
+def parts_of(positions, steps, radii, others=(), other_radii=(), first=None, rank=0, near=0.0):
+    first = np.zeros(len(radii), dtype=bool) if first is None else np.array(first, dtype=bool)
     return clear_parts(
-        flat(positions), flat(steps), flat(radii), flat(others), flat(other_radii)
+        flat(positions),
+        flat(steps),
+        flat(radii),
+        flat(others),
+        flat(other_radii),
+        first,
+        rank,
+        near,
     ).tolist()
 
 
@@ -64,6 +72,21 @@ class TestHalfOfAGap:
     def test_two_on_one_spot_are_free(self):
         assert parts_of([[1, 1], [1, 1]], [[0.3, 0], [0.1, 0.1]], [0.2, 0.2]) == [1.0, 1.0]
 
+    def test_in_a_small_gap_who_has_the_right_of_way_uses_all_of_it_and_who_yields_none(self):
+        # Gaps of 0.2 m.
+        spots, steps, radii = [[0, 0], [1.2, 0]], [[0.5, 0], [-0.5, 0]], [0.5, 0.5]
+        ranked = {"first": [True, False], "near": 0.3}
+        assert parts_of(spots, steps, radii, **ranked) == pytest.approx([0.4, 0.0], abs=1e-5)
+        assert parts_of(spots, steps, radii, first=[True, False], near=0.1) == pytest.approx(
+            [0.2, 0.2], abs=1e-5
+        )
+        assert parts_of(spots, steps, radii, first=[True, True], near=0.3) == pytest.approx(
+            [0.2, 0.2], abs=1e-5
+        )
+        alone = spots[:1], steps[:1], radii[:1], spots[1:], radii[1:]
+        for rank, part in ((1, 0.4), (0, 0.2), (-1, 0.0)):
+            assert parts_of(*alone, rank=rank, near=0.3) == pytest.approx([part], abs=1e-5)
+
     def test_points_without_bodies_are_free(self):
         assert parts_of([[0, 0], [0.1, 0]], [[1, 0], [-1, 0]], [0.0, 0.0]) == [1.0, 1.0]
         assert half_gap_part(0.0, 0.0, 1.0, 0.0, 0.1, 0.0, 0.0) == 1.0
@@ -90,6 +113,9 @@ def slowed(poses, commands, others=(), other_radii=(), radii=None):
         radii,
         flat(others),
         flat(other_radii),
+        np.zeros(len(poses), dtype=bool),
+        0,
+        0.0,
     ).reshape(-1, 2)
 
 

@@ -24,11 +24,11 @@ def make_stop(count=2, **options):
 
 
 def output_of(system, **inputs):
-    """What the only output is while inputs stay."""
+    """What the first output is while inputs stay."""
     context = system.CreateDefaultContext()
     for name, value in inputs.items():
         system.GetInputPort(name).FixValue(context, np.ravel(value).astype(float))
-    return np.asarray(system.get_output_port().Eval(context)).reshape(-1, 2)
+    return np.asarray(system.get_output_port(0).Eval(context)).reshape(-1, 2)
 
 
 @pytest.mark.parametrize("make", [make_avoidance, make_stop])
@@ -117,3 +117,52 @@ def test_points_keep_off_strangers_by_the_strangers_radii():
                 system, position=at, velocity=velocity, other_position=strangers
             )
         assert contact < np.hypot(*(at[0] - [2.0 * direction, 0.0])) < 1.15 * contact
+
+
+@pytest.mark.parametrize("make", [make_avoidance, make_stop])
+def test_only_a_team_that_is_yielded_to_is_told_who_has_the_right_of_way(make):
+    assert not make(radii=0.1).HasInputPort("right_of_way")
+    assert not make(radii=0.1, rank=-1).HasInputPort("right_of_way")
+    assert make(radii=0.1, rank=1).GetInputPort("right_of_way").size() == 2
+    with pytest.raises(InvalidInput, match="`rank` must be one of -1, 0, 1; got 2"):
+        make(rank=2)
+    with pytest.raises(InvalidInput, match="`pace` must be positive"):
+        make(rank=-1, pace=0.0)
+
+
+def deflection_of(system, **inputs):
+    context = system.CreateDefaultContext()
+    for name, value in inputs.items():
+        system.GetInputPort(name).FixValue(context, np.ravel(value).astype(float))
+    return np.asarray(system.GetOutputPort("deflection").Eval(context))
+
+
+def test_deflection_is_how_far_a_velocity_is_from_what_was_asked():
+    # The first is stopped half of the gap of 0.1 m from the second, which goes away.
+    system = make_avoidance(radii=[0.1, 0.1])
+    positions, wishes = [[0.0, 0.0], [0.3, 0.0]], [[0.28, 0.0], [0.0, 0.2]]
+    safe = output_of(system, position=positions, velocity=wishes)
+    found = deflection_of(system, position=positions, velocity=wishes)
+    assert found == pytest.approx(np.hypot(*(safe - wishes).T))
+    assert found[0] > 0.05
+    far = [[0.0, 0.0], [3.0, 0.0]]
+    assert deflection_of(system, position=far, velocity=wishes) == pytest.approx([0, 0], abs=1e-12)
+
+
+def test_who_has_the_right_of_way_is_not_deflected_by_a_teammate_in_its_path():
+    system = make_avoidance(radii=[0.1, 0.1], rank=1)
+    inputs = {"position": [[0.0, 0.0], [0.35, 0.01]], "velocity": [[0.3, 0.0], [0.0, 0.0]]}
+    assert deflection_of(system, **inputs, right_of_way=[0, 0])[0] > 0.01
+    first = output_of(system, **inputs, right_of_way=[1, 0])
+    assert first[0] == pytest.approx([0.3, 0.0])
+    # The other is pushed along.
+    assert first[1, 0] > 0.2
+
+
+def test_a_drive_is_slowed_by_how_much_it_says():
+    system = make_stop(radii=[0.1, 0.1])
+    poses, commands = [[0.0, 0.0, 0.0], [0.3, 0.0, 0.0]], [[0.28, 0.1], [0.2, 0.0]]
+    safe = output_of(system, pose=poses, command=commands)
+    found = deflection_of(system, pose=poses, command=commands)
+    assert found == pytest.approx([0.28 - safe[0, 0], 0.0])
+    assert found[0] > 0.1

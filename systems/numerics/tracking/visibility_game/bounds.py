@@ -67,6 +67,7 @@ class Setting(NamedTuple):
         step: How far the pursuer goes in a step [m].
         slack: How far a player that is followed may be from its node [m].
         pace: How far an evader that is followed goes in a step [m].
+        hold: How far it goes while the pursuer still turns [m].
         pursuer_grid, evader_grid: Of the players.
         pursuer_nodes, evader_nodes: Where they can be, or be followed, shape (rows, columns), bool.
         pursuer_region, evader_region: Edges of where the players can be.
@@ -98,6 +99,7 @@ class Setting(NamedTuple):
     walls: tuple[np.ndarray, np.ndarray, np.ndarray]
     by_rim: np.ndarray
     evader_first: bool
+    hold: float = 0.0
 
     @property
     def places(self) -> np.ndarray:
@@ -113,7 +115,7 @@ class Setting(NamedTuple):
             places: Shape (n, 2) [m].
             sight_range: How far, or infinity [m].
         """
-        slack = 0.0 if self.evader_first else self.slack
+        slack = 0.0 if self.evader_first else self.slack + self.hold
         windows, runs, ends, sighted = see_runs(
             self.sight,
             places,
@@ -124,7 +126,7 @@ class Setting(NamedTuple):
             sight_range,
             self.step,
             slack,
-            self.pace,
+            self.pace - self.hold,
         )
         if self.evader_first:
             # Some of the nodes on which it is followed are no places for it.
@@ -152,8 +154,8 @@ class Setting(NamedTuple):
             self.by_rim,
             self.corners,
             self.step,
-            self.slack,
-            self.pace,
+            self.slack + self.hold,
+            self.pace - self.hold,
         )
 
     def see_from_near(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -228,6 +230,7 @@ def lower_setting(
     *,
     offsets: np.ndarray = LONG_OFFSETS,
     evader: Moves = FOLLOWED,
+    wait: float = 0.0,
 ) -> Setting:
     """The pursuer on nodes of half the grid; the evader followed.
 
@@ -235,13 +238,14 @@ def lower_setting(
         world, ratio, grid, pursuer_regions, evader_regions, sight_range: As of `middle_setting`.
         offsets: Moves of the pursuer, shape (n, 2) [cells].
         evader: Moves of an evader.
+        wait: How far the pursuer could go in the time for which it turns before each step [m].
 
     Raises:
         InvalidInput: The grid is far too fine for the world.
     """
     spacing = LOWER_SPACING * grid
     step = spacing * float(np.hypot(*offsets.T).max())
-    pace = ratio * step
+    pace, hold = ratio * (step + wait), ratio * wait
     evader_spacing = pace / evader.pace
     slack = SLACK * evader_spacing
     _require_few(world, spacing, evader_spacing, sight_range, grid)
@@ -269,6 +273,7 @@ def lower_setting(
         walls=no_walls(evader_grid, evader),
         by_rim=nodes_by_rim(evader_grid, evader_regions, slack + pace),
         evader_first=False,
+        hold=hold,
     )
 
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ...errors import require_positive
+from ...errors import require_non_negative, require_positive
 from .bounds import LOWER_STEP
 
 
@@ -26,6 +26,45 @@ def certified_grid(grid: float, pursuer_speed: float, period: float) -> float:
         require_positive(name, value)
     periods = max(math.floor(LOWER_STEP * grid / (pursuer_speed * period) + 1e-9), 1)
     return periods * pursuer_speed * period / LOWER_STEP
+
+
+def turning_time(top_turn_rate: float, period: float) -> float:
+    """How long a differential drive turns in place at most, before it drives straight [s].
+
+    It drives backwards too, so that it has to turn by a right angle at most. It turns for whole
+    periods.
+
+    Args:
+        top_turn_rate: [rad/s].
+        period: Between commands [s].
+
+    Raises:
+        InvalidInput: A number is not positive.
+    """
+    require_positive("top_turn_rate", top_turn_rate)
+    require_positive("period", period)
+    return math.ceil(0.5 * math.pi / (top_turn_rate * period) - 1e-9) * period
+
+
+def turning_margin(grid: float, pursuer_speed: float, turning_time: float) -> float:
+    """By how much turning makes an evader faster, no unit.
+
+    In a step a pursuer turns for `turning_time` and then drives, and the evader runs all the time.
+    Measured by how far the pursuer comes, the evader's speed is multiplied by all of the step over
+    the part in which the pursuer drives.
+
+    Args:
+        grid: As of `solve_visibility_game`, for the lower bound [m].
+        pursuer_speed: Top speed [m/s].
+        turning_time: [s].
+
+    Raises:
+        InvalidInput: A number is out of its range.
+    """
+    require_positive("grid", grid)
+    require_positive("pursuer_speed", pursuer_speed)
+    require_non_negative("turning_time", turning_time)
+    return 1.0 + pursuer_speed * turning_time / (LOWER_STEP * grid)
 
 
 def team_certificate(times: np.ndarray, assignment: np.ndarray, evaders: int) -> float:

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import require, require_one_of, require_positive
+from ...errors import require, require_non_negative, require_one_of, require_positive
 from ...geometry.edge_index import EdgeIndex, point_is_free
 from ...geometry.segment_sight import are_clear, segment_is_clear
 from ...geometry.world import World
@@ -66,7 +66,8 @@ class GuaranteedTimes:
         bound: "lower", "middle" or "upper".
         pursuer_speed, evader_speed: Top speeds [m/s].
         sight_range: How far the pursuer sees, or infinity [m].
-        step: What a step lasts [s].
+        step: What a step lasts, with the turning [s].
+        turning_time: For how long of each step the pursuer may turn before it drives [s].
         pursuer_grid, evader_grid: Where they can be.
         slack: How far the player that is followed may be from its node [m].
         places: Nodes of the pursuer, where it can be or be followed, shape (n, 2) [m].
@@ -85,6 +86,7 @@ class GuaranteedTimes:
     evader_speed: float
     sight_range: float
     step: float
+    turning_time: float
     pursuer_grid: Lattice
     evader_grid: Lattice
     slack: float
@@ -165,7 +167,12 @@ class GuaranteedTimes:
         best = self.hiding_step if self.bound == "upper" else self.best_step
         return best(pursuer, evader)[1]
 
-    def best_step(self, pursuer: object, evader: object) -> tuple[np.ndarray, float]:
+    def best_step(
+        self,
+        pursuer: object,
+        evader: object,
+        allowed: Callable[[np.ndarray], bool] | None = None,
+    ) -> tuple[np.ndarray, float]:
         """Where the pursuer should be a step from now, and the time that it can then guarantee.
 
         For "middle" and "lower"; `hiding_step` is the evader's. Of places with the same time the
@@ -173,6 +180,7 @@ class GuaranteedTimes:
 
         Args:
             pursuer, evader: Shape (2,) [m].
+            allowed: Says whether the pursuer may go to a place, shape (2,) [m]; None: to all.
 
         Returns:
             The place, shape (2,) [m]; the time from now [s], infinite for ever. Where nothing is
@@ -183,7 +191,8 @@ class GuaranteedTimes:
         """
         node = self.nearest_place(pursuer)
         p, e = np.asarray(pursuer, dtype=float), np.asarray(evader, dtype=float)
-        reach, pace = self.pursuer_speed * self.step, self.evader_speed * self.step
+        reach = self.pursuer_speed * (self.step - self.turning_time)
+        pace, hold = self.evader_speed * self.step, self.evader_speed * self.turning_time
         row, column = self._evader_node(e)
         apart = math.hypot(*(e - p))
         if apart > self.sight_range or not segment_is_clear(self.sight, p[0], p[1], e[0], e[1]):
@@ -191,7 +200,7 @@ class GuaranteedTimes:
         if self.bound == "middle":
             first, last = self.rules.neighbour_starts[node : node + 2]
             choices = [(int(q), row, column) for q in self.rules.neighbours[first:last]]
-        elif apart > self.sight_range - 0.25 * pace:
+        elif apart > self.sight_range - hold - 0.25 * (pace - hold):
             choices = []
         else:
             # The longest moves are as long as that, up to rounding.
@@ -205,9 +214,10 @@ class GuaranteedTimes:
         for q, j, i in choices:
             steps = worst_reply(self.planes, q, j, i)
             # At a node a move may do that the table takes. Without corners, for "middle", all do.
-            if steps > best and (
-                (at_node and keeps_by_table(self.planes, self.rules, node, q, j, i))
-                or keeps_sight(self.sight, p, self.places[q], e, self.corners, pace)
+            if steps <= best or not (allowed is None or allowed(self.places[q])):
+                continue
+            if (at_node and keeps_by_table(self.planes, self.rules, node, q, j, i)) or keeps_sight(
+                self.sight, p, self.places[q], e, self.corners, pace, hold
             ):
                 best, place = steps, self.places[q]
         # W counts from the end of the step.
@@ -318,6 +328,7 @@ def solve_visibility_game(
     evader_regions: Sequence[World] | None = None,
     horizon: float = 120.0,
     sight_range: float = math.inf,
+    turning_time: float = 0.0,
     memory: float = 4e9,
     progress: Callable[[float], None] | None = None,
 ) -> GuaranteedTimes:
@@ -332,6 +343,8 @@ def solve_visibility_game(
             world where they are points.
         horizon: What lasts longer counts as for ever [s]; at most MOST_STEPS steps.
         sight_range: How far the pursuer sees [m]; infinite for "upper".
+        turning_time: For how long the pursuer may have to turn before it drives, in each step [s];
+            for "lower" alone.
         memory: What the table may take [bytes].
         progress: Called now and then with the part of the planes that are settled.
 
@@ -347,12 +360,18 @@ def solve_visibility_game(
     require(sight_range > 0, "sight_range", "be positive", sight_range)
     whole = bound != "upper" or math.isinf(sight_range)
     require(whole, "sight_range", "be infinite for the upper bound", sight_range)
+    require_non_negative("turning_time", turning_time)
+    timely = bound == "lower" or turning_time == 0.0
+    require(timely, "turning_time", "be zero but for the lower bound", turning_time)
     require_positive("memory", memory)
     require_positive("evader_speed", evader_speed)
     ratio = evader_speed / pursuer_speed
     require(ratio < 1, "speed_ratio", "lie in (0, 1)", f"{ratio:.6g}")
     regions = pursuer_regions or (world,)
-    setting = BOUNDS[bound](world, ratio, grid, regions, evader_regions or (world,), sight_range)
+    waiting = {"wait": pursuer_speed * turning_time} if turning_time else {}
+    setting = BOUNDS[bound](
+        world, ratio, grid, regions, evader_regions or (world,), sight_range, **waiting
+    )
     places, evader_nodes = setting.places, setting.evader_nodes
     require(len(places) > 0, "grid", "leave the pursuer a place", f"{grid:.6g}")
     if not setting.evader_first:
@@ -389,7 +408,8 @@ def solve_visibility_game(
     planes = Planes(windows, slots, np.zeros((tiles, TILE * TILE), dtype=np.uint8))
     fill_tiles(windows, slots, runs, ends, planes.tiles, FOR_EVER)
     del runs, ends
-    last = min(math.ceil(horizon * pursuer_speed / setting.step), MOST_STEPS)
+    step = setting.step / pursuer_speed + turning_time
+    last = min(math.ceil(horizon / step), MOST_STEPS)
     rules = Rules(
         padded(evader_nodes, setting.moves),
         setting.moves.halves,
@@ -412,7 +432,8 @@ def solve_visibility_game(
         pursuer_speed=pursuer_speed,
         evader_speed=evader_speed,
         sight_range=sight_range,
-        step=setting.step / pursuer_speed,
+        step=step,
+        turning_time=turning_time,
         pursuer_grid=setting.pursuer_grid,
         evader_grid=setting.evader_grid,
         slack=setting.slack,

@@ -15,6 +15,9 @@ crosses R. While the pursuer goes from p straight to p', R turns one way.
 The left side times |K - p(s)| is linear in s, or the distance to K itself; |K - p(s)| is convex,
   so that its chords are above it. Between some values of s the condition is one on a quadratic.
 
+Where the pursuer turns before it drives, an evader that goes `hold` meanwhile is within
+slack + hold + s (pace - hold) of its node at p(s): callers pass slack + hold and pace - hold.
+
 Far from K and its star region the keep-off of `sight_rows` already stands for that, if all of the
 disc round n into which the evader can go is where evaders can be. Moves are looked at for the other
 nodes that are near R.
@@ -132,6 +135,7 @@ def keeps_sight(
     evader: np.ndarray,
     corners: np.ndarray,
     pace: float,
+    hold: float,
 ) -> bool:
     """Whether a step of the pursuer keeps sight on the way, wherever the evader goes meanwhile.
 
@@ -143,6 +147,7 @@ def keeps_sight(
         evader: In sight of the pursuer, shape (2,) [m].
         corners: From `corner_table`, shape (k, 6).
         pace: How far the evader goes meanwhile [m].
+        hold: How far of that while the pursuer still stands [m].
     """
     px, py, qx, qy, ex, ey = pursuer[0], pursuer[1], to[0], to[1], evader[0], evader[1]
     for c in range(len(corners)):
@@ -152,7 +157,7 @@ def keeps_sight(
         dx, dy = corners[c, 0] - px, corners[c, 1] - py
         if _is_far_from_ray(ex - px - dx, ey - py - dy, dx / distance, dy / distance, pace):
             continue
-        if not _keeps_off(px, py, qx, qy, ex, ey, corners[c], mirrored, 0.0, pace):
+        if not _keeps_off(px, py, qx, qy, ex, ey, corners[c], mirrored, hold, pace - hold):
             return False
     return True
 

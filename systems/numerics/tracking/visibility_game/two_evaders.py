@@ -201,7 +201,7 @@ class GuaranteedTimesOfTwo:
     def _keeps_sight(self, p: np.ndarray, to: np.ndarray, evaders: list[np.ndarray]) -> bool:
         """Whether a step keeps sight of both on the way, from where they really are."""
         pace = self.evader_speed * self.step
-        return all(keeps_sight(self.sight, p, to, e, self.corners, pace) for e in evaders)
+        return all(keeps_sight(self.sight, p, to, e, self.corners, pace, 0.0) for e in evaders)
 
     def seconds(self, steps: np.ndarray) -> np.ndarray:
         """Values in seconds: sight ends somewhere within the last step.

@@ -18,6 +18,7 @@ from sightfield.systems.numerics.tracking.corner_frame import to_corner_frame
 from sightfield.systems.numerics.tracking.corner_game import escape_time, margins
 from sightfield.systems.numerics.tracking.corner_table import corner_table
 from sightfield.systems.numerics.tracking.visibility_game.bounds import BOUNDS, MOVES
+from sightfield.systems.numerics.tracking.visibility_game.certificates import turning_margin
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )
@@ -255,18 +256,23 @@ def play(table, world, pursuer, evader, rng, seconds):
         to = ends[int(np.argmin(worth))]
         if (to != e).any():
             heading = math.atan2(*(to - e)[::-1])
-        lost, _ = first_loss(index, p, place, e, to)
-        assert not np.isfinite(lost), f"lost after {now:.2f} s of {promised:.2f} s"
-        ways = np.linspace(p, place, 30) - np.linspace(e, to, 30)
-        assert np.hypot(*ways.T).max() <= table.sight_range
+        # While the pursuer turns, and while it drives.
+        met = e + table.turning_time / table.step * (to - e)
+        for start, end, away, near in ((p, p, e, met), (p, place, met, to)):
+            lost, _ = first_loss(index, start, end, away, near)
+            assert not np.isfinite(lost), f"lost after {now:.2f} s of {promised:.2f} s"
+            ways = np.linspace(start, end, 30) - np.linspace(away, near, 30)
+            assert np.hypot(*ways.T).max() <= table.sight_range
         p, e, now = place, to, now + table.step
     return now
 
 
+@pytest.mark.parametrize("turning_time", [0.0, 0.1])
 @pytest.mark.parametrize("sight_range", [math.inf, 1.3])
-def test_the_certified_pursuer_keeps_its_word(sight_range):
+def test_the_certified_pursuer_keeps_its_word(sight_range, turning_time):
     world = draw_arena(Arena(obstacles=3, shortest=0.8, longest=1.2), 7)
-    table = solve(world, 0.12, "lower", sight_range=sight_range)
+    table = solve(world, 0.12, "lower", sight_range=sight_range, turning_time=turning_time)
+    assert table.step == pytest.approx(0.06 * math.sqrt(10) + turning_time)
     rng = np.random.default_rng(5)
     index = build_edge_index(world)
     games = 0
@@ -277,6 +283,20 @@ def test_the_certified_pursuer_keeps_its_word(sight_range):
         if table.time(p, e) > 1.0:
             play(table, world, p, e, rng, 12.0)
             games += 1
+
+
+def test_who_has_to_turn_promises_less():
+    tables = [solve(CORNER, 0.4, "lower", turning_time=time) for time in (0.0, 0.2, 0.6)]
+    shares = [table.share_for_ever for table in tables]
+    assert shares[0] > shares[1] > shares[2] > 0.5
+    # In sight of each other 2 s away from the corner: less than the game without turning.
+    times = [table.time([1.0, 1.9], [2.6, 1.6]) for table in tables]
+    assert times[0] >= times[1] >= times[2]
+    # From the corner game's side: an evader that is faster by the margin wins no later.
+    margin = turning_margin(0.4, 1.0, 0.2)
+    assert margin == pytest.approx(tables[1].step / tables[0].step)
+    faster = solve(CORNER, 0.4, "lower", evader_speed=RATIO * margin)
+    assert tables[1].share_for_ever <= faster.share_for_ever
 
 
 def test_lower_is_at_most_middle_but_for_steps():
@@ -361,6 +381,8 @@ def test_robots_with_bodies_stay_in_their_regions():
         # Many nodes for one of the players alone.
         ({"evader_speed": 1e-4}, "`grid` must be coarser for so large a world"),
         ({"bound": "upper", "sight_range": 2.0}, "`sight_range` must be infinite for the upper"),
+        ({"bound": "lower", "turning_time": -0.1}, "`turning_time` must be zero or positive"),
+        ({"turning_time": 0.1}, "`turning_time` must be zero but for the lower bound; got 0.1"),
         ({"bound": "best"}, "`bound` must be one of lower, middle, upper"),
     ],
 )
