@@ -11,6 +11,7 @@ from ..field.field import Field
 from ..paths.machine_path import MachinePath
 from .borders import Borders, border_distance, make_borders, without_region
 from .footprint import Footprint
+from .site import Site
 from .standing_crop import StandingCrop
 from .sweep import path_stays
 
@@ -125,11 +126,15 @@ class Ground:
             footprint: Of the machine.
             crop: Where its body must not be.
         """
-        start = np.array(pose, dtype=float)
-        stands = crop_arrays(crop)
-        return bool(path_stays(self.borders, *stands, footprint, start, curvatures, lengths))
+        site = self.site(footprint, crop)
+        return bool(path_stays(site, np.array(pose, dtype=float), curvatures, lengths))
 
+    def site(self, footprint: Footprint, crop: StandingCrop | None = None) -> Site:
+        """The ground for a machine, for kernels.
 
-def crop_arrays(crop: StandingCrop | None) -> tuple[np.ndarray, np.ndarray]:
-    """Cells and origin of standing crop, for kernels; of none there are no cells."""
-    return _NO_CROP if crop is None else (crop.cells, crop.origin)
+        Args:
+            footprint: Of the machine.
+            crop: Where its body must not be.
+        """
+        cells, origin = _NO_CROP if crop is None else (crop.cells, crop.origin)
+        return Site(self.borders, cells, origin, footprint)

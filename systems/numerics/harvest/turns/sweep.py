@@ -25,27 +25,25 @@ _FIRST_LOOK = 2.5
 
 
 @kernel
-def stays_on_ground(borders, crop, crop_origin, footprint, pose, curvatures, lengths, count, room):
+def stays_on_ground(site, pose, curvatures, lengths, count, room):
     """Whether the outline stays on the ground, and the body off standing crop, all along a path.
 
     Nothing of the outline is farther than TOUCH + 0.005 m beyond a border where the answer is yes.
 
     Args:
-        borders: Of the ground.
-        crop, crop_origin: Cells and origin of the standing crop.
-        footprint: Of the machine.
+        site: Ground, standing crop and outline.
         pose: x, y, theta of the start, shape (3,) [m], [m], [rad].
         curvatures: Of the pieces, shape (at least count,) [1/m].
         lengths: Of the pieces, negative backwards; shape (at least count,) [m].
         count: How many pieces there are.
-        room: Space to work in, shape (3, 16, 2).
+        room: Space to work in, shape (2, 20, 2).
     """
-    if border_distance(borders, pose[0], pose[1]) < -RASTER_ERROR:
+    if border_distance(site.borders, pose[0], pose[1]) < -RASTER_ERROR:
         return False
-    if not _may_stay(borders, footprint, pose, curvatures, lengths, count):
+    if not _may_stay(site.borders, site.footprint, pose, curvatures, lengths, count):
         return False
     x, y, theta = pose[0], pose[1], pose[2]
-    if not _clear(borders, crop, crop_origin, footprint, x, y, theta, 0.0, 0.0, room):
+    if not _clear(site, x, y, theta, 0.0, 0.0, room):
         return False
     for piece in range(count):
         length, curvature = lengths[piece], curvatures[piece]
@@ -53,14 +51,12 @@ def stays_on_ground(borders, crop, crop_origin, footprint, pose, curvatures, len
             continue
         longest = _STRAIGHT_STEP
         if curvature != 0.0:
-            farthest = footprint.reach + 1 / abs(curvature)
+            farthest = site.footprint.reach + 1 / abs(curvature)
             longest = min(longest, math.sqrt(8 * _ARC_HEIGHT / farthest) / abs(curvature))
         steps = math.ceil(abs(length) / longest)
         step = length / steps
         for _ in range(steps):
-            if not _clear(
-                borders, crop, crop_origin, footprint, x, y, theta, step, curvature, room
-            ):
+            if not _clear(site, x, y, theta, step, curvature, room):
                 return False
             x, y, theta = drive(x, y, theta, step, curvature)
     return True
@@ -99,8 +95,9 @@ def _may_stay(borders, footprint, pose, curvatures, lengths, count):
 
 
 @kernel
-def _clear(borders, crop, crop_origin, footprint, x, y, theta, step, curvature, room):
+def _clear(site, x, y, theta, step, curvature, room):
     """Whether one step from a pose is clear, and where it leads to as well."""
+    borders, footprint, crop = site.borders, site.footprint, site.crop
     nx, ny, heading = drive(x, y, theta, step, curvature)
     c, s = math.cos(heading), math.sin(heading)
     for part in range(len(footprint.corners)):
@@ -117,8 +114,8 @@ def _clear(borders, crop, crop_origin, footprint, x, y, theta, step, curvature, 
     rows, columns = crop.shape
     for point in range(len(footprint.body)):
         ahead, left = footprint.body[point, 0], footprint.body[point, 1]
-        i = math.floor((nx + c * ahead - s * left - crop_origin[0]) / CELL)
-        j = math.floor((ny + s * ahead + c * left - crop_origin[1]) / CELL)
+        i = math.floor((nx + c * ahead - s * left - site.crop_origin[0]) / CELL)
+        j = math.floor((ny + s * ahead + c * left - site.crop_origin[1]) / CELL)
         if 0 <= i < columns and 0 <= j < rows and crop[j, i]:
             return False
     return True
@@ -171,9 +168,7 @@ def _right(hull, size, x, y):
 
 
 @compiled
-def path_stays(borders, crop, crop_origin, footprint, pose, curvatures, lengths):
+def path_stays(site, pose, curvatures, lengths):
     """`stays_on_ground` of one path: pose (3,), curvatures and lengths (n,)."""
-    room = np.zeros((3, 20, 2))
-    return stays_on_ground(
-        borders, crop, crop_origin, footprint, pose, curvatures, lengths, len(lengths), room
-    )
+    room = np.zeros((2, 20, 2))
+    return stays_on_ground(site, pose, curvatures, lengths, len(lengths), room)
