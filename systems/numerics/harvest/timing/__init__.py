@@ -1,0 +1,1 @@
+"""Who goes first where machines' paths meet, when each is where, and the rule by which they drive."""
