@@ -1,21 +1,26 @@
 """Who goes first at each encounter: machines drive by nominal times, first come, first served.
 
 A machine enters its next cell as soon as the `rule` allows it, no other machine is on a cell in
-conflict with it, and the state after it is *safe*: running machines on, one after another, from one
-free cell to another, brings all to their ends. A cell is free if it is in conflict with no cell
-that another machine is on or will come to. That is Dijkstra's banker (EWD 623), whose loans are
+conflict with it, and the state after it is *safe*: running machines on, one after another, without
+harm to the others, brings all to their ends. That is Dijkstra's banker (EWD 623), whose loans are
 cells in conflict with what is left of others' ways.
 
-**Safe states suffice.** Running a machine on to a free cell takes nothing from the others: there it
-is in nobody's way, and what others need of its progress is met the more. So whatever the others
-could do before, they can do after, and the order in which machines are run on does not matter: the
-test finds a way for all to their ends by such steps if there is any.
+**Steps without harm.** What a machine is in the way of, on a cell, are those cells in conflict with
+it which others are on or will come to. There is no harm in running a machine on
+
+- to a *free* cell, where it is in the way of nothing, if the way there is clear, or
+- to its next cell, if it is in the way of nothing there that it was not in the way of before.
+
+For whatever way to the ends there was before, there is one after: the others move as they did, and
+the machine stays ahead on the cell it was run on to until it would have got there anyway. What it
+is in the way of meanwhile it was in the way of before, and what others need of its progress is met
+the more. So the order of such steps does not matter: the test finds a way by them if there is any.
 
 **There is always one that may enter its next cell.** In a safe state with a machine that has not
-arrived, the banker's first step runs some machine m from its cell to a free cell. From each cell on
-that way the rest of the step leads to the same state, from which the banker goes on: all of them
-are safe, and the rule and the conflicts allow them, or the step would not have been possible. So m
-may enter its next cell. All machines move one cell at a time and cells are finite, hence all
+arrived, the banker's first step runs some machine m on without harm. From each cell on that way the
+rest of the step leads to the same state, from which the banker goes on: all of them are safe, and
+the rule and the conflicts allow them, or the step would not have been possible. So m may enter its
+next cell. All machines move one cell at a time and cells are finite, hence all
 arrive. The events in this order are those that the proof of the `rule` asks for.
 """
 
@@ -90,6 +95,25 @@ def is_free(meetings, m, k, progress):
 
 
 @kernel
+def gets_in_the_way(meetings, m, k, progress):
+    """Whether machine m is in the way of more on cell k than on the cell before."""
+    for n in range(len(progress)):
+        if n == m:
+            continue
+        other = occupied(meetings, n, progress)
+        at = meetings.rows_at[m, n] + k
+        before, stop = meetings.rows[at - 1], meetings.rows[at]
+        for q in range(meetings.rows[at], meetings.rows[at + 1]):
+            if meetings.ends[q] <= other:
+                continue
+            while before < stop and meetings.ends[before] < meetings.ends[q]:
+                before += 1
+            if before == stop or meetings.begins[before] > max(other, meetings.begins[q]):
+                return True
+    return False
+
+
+@kernel
 def reach_of(meetings, rule, m, progress):
     """The last cell to which machine m can drive while all others stand."""
     own = occupied(meetings, m, progress)
@@ -106,7 +130,7 @@ def reach_of(meetings, rule, m, progress):
 
 @kernel
 def bring_on(meetings, rule, progress):
-    """Run machines on from free cell to free cell until none can; whether all arrive.
+    """Run machines on without harm until none can be; whether all arrive.
 
     Args:
         meetings: Conflicts.
@@ -125,6 +149,11 @@ def bring_on(meetings, rule, progress):
                 progress[m] = last + 1
                 moved = True
                 continue
+            while progress[m] < reach and not gets_in_the_way(
+                meetings, m, progress[m] + 1, progress
+            ):
+                progress[m] += 1
+                moved = True
             for k in range(reach, progress[m], -1):
                 if is_free(meetings, m, k, progress):
                     progress[m] = k + 1 if k == last else k
@@ -145,8 +174,10 @@ def _may_enter(meetings, rule, m, progress, trial):
     for n in range(len(progress)):
         if n != m and in_conflict(meetings, m, k, n, occupied(meetings, n, progress)):
             return False
-    # The state is safe if the machine can go on from there to a free cell by itself, as it could
-    # have been run on to it from the state before.
+    # The state is safe if the step is without harm, or leads on to a free cell, as the machine could
+    # have been run on to that from the state before.
+    if not gets_in_the_way(meetings, m, k, progress):
+        return True
     progress[m] = k
     reach = reach_of(meetings, rule, m, progress)
     safe = False
@@ -155,7 +186,8 @@ def _may_enter(meetings, rule, m, progress, trial):
             safe = True
             break
     if not safe:
-        trial[:] = progress
+        for n in range(len(progress)):
+            trial[n] = progress[n]
         safe = bring_on(meetings, rule, trial)
     progress[m] = k - 1
     return safe
