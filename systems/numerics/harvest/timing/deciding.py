@@ -39,8 +39,8 @@ class Course(NamedTuple):
         entered: Number of the event at which each machine had each progress, the numbers of one
             machine after those of another, shape (sum of cells + N,); -1 if it never had it.
         progress: Of each machine in the end, shape (N,).
-        arrived: Whether all have arrived; if not, the state at the beginning was not safe, and
-            `progress` is how far the banker could bring them.
+        arrived: Whether all have arrived; if not, no way was found from the beginning, and
+            `progress` is how far they could be brought without harm.
     """
 
     entered: np.ndarray
@@ -129,6 +129,29 @@ def reach_of(meetings, rule, m, progress):
 
 
 @kernel
+def run_on(meetings, rule, m, progress):
+    """Run a machine on without harm as far as it can be; whether it has moved.
+
+    Args:
+        meetings: Conflicts.
+        rule: What cells need.
+        m: Number of the machine.
+        progress: Of all machines; that of m is written, shape (N,).
+    """
+    begun, last = progress[m], meetings.cells[m] - 1
+    reach = reach_of(meetings, rule, m, progress)
+    while progress[m] < reach and not gets_in_the_way(meetings, m, progress[m] + 1, progress):
+        progress[m] += 1
+    for k in range(reach, progress[m], -1):
+        if is_free(meetings, m, k, progress):
+            progress[m] = k
+            break
+    if progress[m] == last:
+        progress[m] = last + 1
+    return progress[m] > begun
+
+
+@kernel
 def bring_on(meetings, rule, progress):
     """Run machines on without harm until none can be; whether all arrive.
 
@@ -141,24 +164,8 @@ def bring_on(meetings, rule, progress):
     while moved:
         moved = False
         for m in range(len(progress)):
-            last = meetings.cells[m] - 1
-            if progress[m] > last:
-                continue
-            reach = reach_of(meetings, rule, m, progress)
-            if progress[m] == last:
-                progress[m] = last + 1
+            if progress[m] < meetings.cells[m] and run_on(meetings, rule, m, progress):
                 moved = True
-                continue
-            while progress[m] < reach and not gets_in_the_way(
-                meetings, m, progress[m] + 1, progress
-            ):
-                progress[m] += 1
-                moved = True
-            for k in range(reach, progress[m], -1):
-                if is_free(meetings, m, k, progress):
-                    progress[m] = k + 1 if k == last else k
-                    moved = True
-                    break
     for m in range(len(progress)):
         if progress[m] < meetings.cells[m]:
             return False

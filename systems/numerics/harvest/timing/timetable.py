@@ -1,10 +1,10 @@
 """The plan of all machines' times: who goes first at each encounter, and when each is where.
 
 `drive_first_come` gives orders without deadlock; `drive_by_rule` gives the times of orders. First
-come, first served is not always best. So the search goes on from the best timetable so far: of the
-encounters at which most time is lost, it tells the other machine to go first at one, lets the
-banker decide the rest anew, and keeps what is quicker. What is told may leave no way for all to
-their ends: the banker says so at once, and another encounter is tried.
+come, first served is not always best. So the search goes on from the best timetable so far: at one
+of the encounters where most time is lost it lets the other machine go first, with the rest as it is
+or decided anew, and keeps what is quicker. That may leave no way for all to their ends: then the
+machines do not arrive, or the banker says so at once, and another encounter is tried.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,6 +17,7 @@ from ..paths.timed_path import TimedPath
 from .conflicts import GAP, find_conflicts
 from .deciding import Course, drive_first_come, orders_of
 from .rule import UNDECIDED, Meetings, Rule, free_rule, gather_meetings, set_orders, set_precedence
+from .searching import search_course
 from .standstill import Standstill, explain_standstill
 from .sweep import SAME
 from .timed_drive import (
@@ -141,8 +142,12 @@ def time_meetings(
     nobody = np.full(len(meetings.pairs), UNDECIDED)
     course = search.decide(nobody, search.durations)
     if not course.arrived:
+        course = search_course(meetings, rule)
+    if not course.arrived:
         return explain_standstill(meetings, rule, course.progress, [j.sweep for j in journeys])
-    best = search.improve(search.try_orders(nobody, course), trials, np.random.default_rng(seed))
+    first = search.try_orders(nobody, orders_of(meetings, course))
+    assert first is not None, "an order that machines came by leads them to their ends"
+    best = search.improve(first, trials, np.random.default_rng(seed))
     search.tell(rule, best.first)
     return Timetable(
         tuple(timed_paths(journeys, best.drive, search.paces)),
@@ -188,12 +193,13 @@ class _Search:
         ends = np.add.reduceat(durations, np.cumsum(self.told.cells) - self.told.cells)
         return drive_first_come(self.meetings, self.told, durations, np.argsort(-ends))
 
-    def try_orders(self, told: np.ndarray, course: Course) -> _Trial:
-        """Drive in the order that was found."""
-        first = orders_of(self.meetings, course)
+    def try_orders(self, told: np.ndarray, first: np.ndarray) -> _Trial | None:
+        """Drive in an order; None if not all arrive."""
         self.tell(self.decided, first)
         drive = drive_by_rule(self.decided, self.meetings, first, self.paces)
         ends = drive.arrivals[self.ends]
+        if (drive.progress < self.decided.cells).any():
+            return None
         return _Trial(told, first, drive, float(ends.max() + MEAN_WEIGHT * ends.mean()))
 
     def improve(self, best: _Trial, trials: int, rng: np.random.Generator) -> _Trial:
@@ -202,28 +208,40 @@ class _Search:
         for trial in range(trials):
             lost = best.drive.by_encounter
             candidates = [e for e in np.flatnonzero(lost > 0) if e not in tried]
-            told, durations = best.told, self.durations
+            found = []
             if candidates and trial % 4 != 3:
                 weights = lost[candidates] / lost[candidates].sum()
                 chosen = int(rng.choice(candidates, p=weights))
                 tried.add(chosen)
-                told = told.copy()
-                told[chosen] = self.meetings.pairs[chosen].sum() - best.first[chosen]
+                other = self.meetings.pairs[chosen].sum() - best.first[chosen]
+                found = [
+                    self.try_orders(best.told, _with(best.first, chosen, other)),
+                    self.decide_anew(_with(best.told, chosen, other), self.durations),
+                ]
             elif not lost.any():
                 break
             else:
                 # Durations that vary from place to place bring others first.
-                places = np.arange(len(durations)) // 50
+                places = np.arange(len(self.durations)) // 50
                 factors = rng.uniform(1 - VARIATION, 1 + VARIATION, places[-1] + 1)
-                durations = durations * factors[places]
-            course = self.decide(told, durations)
-            if not course.arrived:
-                continue
-            found = self.try_orders(told, course)
-            if found.cost < best.cost - 1e-9:
-                best = found
-                tried.clear()
+                found = [self.decide_anew(best.told, self.durations * factors[places])]
+            for one in found:
+                if one is not None and one.cost < best.cost - 1e-9:
+                    best = one
+                    tried.clear()
         return best
+
+    def decide_anew(self, told: np.ndarray, durations: np.ndarray) -> _Trial | None:
+        """Decide what is not told, and drive; None if what is told leaves no way."""
+        course = self.decide(told, durations)
+        return self.try_orders(told, orders_of(self.meetings, course)) if course.arrived else None
+
+
+def _with(values: np.ndarray, number: int, value: int) -> np.ndarray:
+    """A copy with one entry changed."""
+    changed = values.copy()
+    changed[number] = value
+    return changed
 
 
 def _own_orders(rule: Rule) -> Rule:
