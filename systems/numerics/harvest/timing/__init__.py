@@ -1,1 +1,1 @@
-"""Who goes first where machines' paths meet, when each is where, and the rule by which they drive."""
+"""Who goes first where paths meet, when each machine is where, and the rule of driving."""

@@ -5,9 +5,8 @@ nearer than the gap: their polygons are nearer than the gap and the margins of b
 machines whose cells are not in conflict are never nearer than the gap, wherever on their cells they
 are.
 
-For each cell i the cells j that could be near are found by striding along the other path: discs
-that are d too far apart stay apart for the next d / s cells, where s is the longest step from one
-disc's centre to the next. That is about as quick as a tree, and gives the cells in order.
+Which cells may be near is found by discs round runs of cells of both paths, then by discs round
+cells and polygons; only then are polygons compared.
 """
 
 from typing import NamedTuple
@@ -20,6 +19,9 @@ from .sweep import Sweep
 
 # Distance between outlines that plans keep [m].
 GAP = 0.5
+
+# Cells of a path that are looked at together first.
+RUN = 32
 
 
 class CellIntervals(NamedTuple):
@@ -88,9 +90,7 @@ def find_conflicts(a: Sweep, b: Sweep, gap: float = GAP) -> ConflictSet:
     return conflict_set(rows, begins, ends, b.cells)
 
 
-def conflict_set(
-    rows: np.ndarray, begins: np.ndarray, ends: np.ndarray, cells: int
-) -> ConflictSet:
+def conflict_set(rows: np.ndarray, begins: np.ndarray, ends: np.ndarray, cells: int) -> ConflictSet:
     """Conflicts and their encounters, of intervals for each cell of the first machine.
 
     Args:
@@ -105,39 +105,57 @@ def conflict_set(
 
 @compiled
 def _near_cells(a, b, gap):
-    step, widest = 0.0, 0.0
-    for j in range(len(b.discs)):
-        widest = max(widest, b.discs[j, 2] + b.margins[j])
-        if j > 0:
-            across = b.discs[j, 0] - b.discs[j - 1, 0]
-            step = max(step, np.hypot(across, b.discs[j, 1] - b.discs[j - 1, 1]))
+    runs_of_a, runs_of_b = _runs(a), _runs(b)
+    near = np.empty(len(runs_of_b), dtype=np.int64)
+    found = 0
     count = 0
     rows = np.zeros(len(a.discs) + 1, dtype=np.int64)
     begins = np.empty(len(a.discs) + 16, dtype=np.int64)
     ends = np.empty(len(a.discs) + 16, dtype=np.int64)
     for i in range(len(a.discs)):
-        j, before = 0, -2
-        while j < len(b.discs):
-            off = np.hypot(a.discs[i, 0] - b.discs[j, 0], a.discs[i, 1] - b.discs[j, 1])
-            free = off - a.discs[i, 2] - a.margins[i] - widest - gap
-            if free > 0:
-                # Not less than one cell on; discs that never move are never reached.
-                j += max(1, int(min(free / step, len(b.discs)))) if step > 0 else len(b.discs)
-                continue
-            if off < a.discs[i, 2] + b.discs[j, 2] + a.margins[i] + b.margins[j] + gap:
-                if _cells_are_near(a, b, i, j, gap + a.margins[i] + b.margins[j]):
-                    if before == j - 1:
-                        ends[count - 1] = j + 1
-                    else:
-                        if count == len(begins):
-                            begins = np.concatenate((begins, np.empty_like(begins)))
-                            ends = np.concatenate((ends, np.empty_like(ends)))
-                        begins[count], ends[count] = j, j + 1
-                        count += 1
-                    before = j
-            j += 1
+        if i % RUN == 0:
+            x, y, radius = runs_of_a[i // RUN]
+            found = 0
+            for r in range(len(runs_of_b)):
+                off = np.hypot(x - runs_of_b[r, 0], y - runs_of_b[r, 1])
+                if off < radius + runs_of_b[r, 2] + gap:
+                    near[found] = r
+                    found += 1
+        before = -2
+        for r in near[:found]:
+            for j in range(r * RUN, min((r + 1) * RUN, len(b.discs))):
+                distance = gap + a.margins[i] + b.margins[j]
+                off = np.hypot(a.discs[i, 0] - b.discs[j, 0], a.discs[i, 1] - b.discs[j, 1])
+                if off >= a.discs[i, 2] + b.discs[j, 2] + distance:
+                    continue
+                if not _cells_are_near(a, b, i, j, distance):
+                    continue
+                if before == j - 1:
+                    ends[count - 1] = j + 1
+                else:
+                    if count == len(begins):
+                        begins = np.concatenate((begins, np.empty_like(begins)))
+                        ends = np.concatenate((ends, np.empty_like(ends)))
+                    begins[count], ends[count] = j, j + 1
+                    count += 1
+                before = j
         rows[i + 1] = count
     return rows, begins[:count].copy(), ends[:count].copy()
+
+
+@compiled
+def _runs(sweep):
+    """Discs round all that a machine covers on runs of cells, margins included, shape (r, 3)."""
+    cells = len(sweep.discs)
+    runs = np.empty((-(-cells // RUN), 3))
+    for r in range(len(runs)):
+        own = sweep.discs[r * RUN : (r + 1) * RUN]
+        x, y = own[:, 0].mean(), own[:, 1].mean()
+        runs[r, 0], runs[r, 1], runs[r, 2] = x, y, 0.0
+        for k in range(len(own)):
+            beyond = own[k, 2] + sweep.margins[r * RUN + k]
+            runs[r, 2] = max(runs[r, 2], np.hypot(own[k, 0] - x, own[k, 1] - y) + beyond)
+    return runs
 
 
 @kernel
@@ -148,12 +166,16 @@ def _cells_are_near(a, b, i, j, distance):
                 a.polygon_discs[p, 0] - b.polygon_discs[q, 0],
                 a.polygon_discs[p, 1] - b.polygon_discs[q, 1],
             )
-            if off < a.polygon_discs[p, 2] + b.polygon_discs[q, 2] + distance:
-                if polygons_are_near(
-                    a.points, a.starts[p], a.starts[p + 1], b.points, b.starts[q], b.starts[q + 1],
-                    distance,
-                ):  # fmt: skip  # two polygons read best side by side
-                    return True
+            if off < a.polygon_discs[p, 2] + b.polygon_discs[q, 2] + distance and polygons_are_near(
+                a.points,
+                a.starts[p],
+                a.starts[p + 1],
+                b.points,
+                b.starts[q],
+                b.starts[q + 1],
+                distance,
+            ):
+                return True
     return False
 
 

@@ -65,13 +65,13 @@ def drive_first_come(
 
 
 @kernel
-def occupied(meetings, n, progress):
+def occupied(meetings: Meetings, n, progress):
     """The cell that machine n is on."""
     return min(progress[n], meetings.cells[n] - 1)
 
 
 @kernel
-def in_conflict(meetings, m, k, n, j):
+def in_conflict(meetings: Meetings, m, k, n, j):
     """Whether cell k of machine m is in conflict with cell j of machine n."""
     at = meetings.rows_at[m, n] + k
     for q in range(meetings.rows[at], meetings.rows[at + 1]):
@@ -83,7 +83,7 @@ def in_conflict(meetings, m, k, n, j):
 
 
 @kernel
-def is_free(meetings, m, k, progress):
+def is_free(meetings: Meetings, m, k, progress):
     """Whether cell k of machine m is in conflict with no cell where others are or will come to."""
     for n in range(len(progress)):
         if n != m:
@@ -95,7 +95,7 @@ def is_free(meetings, m, k, progress):
 
 
 @kernel
-def gets_in_the_way(meetings, m, k, progress):
+def gets_in_the_way(meetings: Meetings, m, k, progress):
     """Whether machine m is in the way of more on cell k than on the cell before."""
     for n in range(len(progress)):
         if n == m:
@@ -114,7 +114,7 @@ def gets_in_the_way(meetings, m, k, progress):
 
 
 @kernel
-def reach_of(meetings, rule, m, progress):
+def reach_of(meetings: Meetings, rule: Rule, m, progress):
     """The last cell to which machine m can drive while all others stand."""
     own = occupied(meetings, m, progress)
     reach = max(own, hold_of(rule, m, progress))
@@ -166,10 +166,10 @@ def bring_on(meetings, rule, progress):
         for m in range(len(progress)):
             if progress[m] < meetings.cells[m] and run_on(meetings, rule, m, progress):
                 moved = True
+    arrived = True
     for m in range(len(progress)):
-        if progress[m] < meetings.cells[m]:
-            return False
-    return True
+        arrived = arrived and progress[m] == meetings.cells[m]
+    return arrived
 
 
 @kernel
@@ -181,7 +181,7 @@ def _may_enter(meetings, rule, m, progress, trial):
     for n in range(len(progress)):
         if n != m and in_conflict(meetings, m, k, n, occupied(meetings, n, progress)):
             return False
-    # The state is safe if the step is without harm, or leads on to a free cell, as the machine could
+    # The state is safe if the step is without harm, or leads on to a free cell: the machine could
     # have been run on to that from the state before.
     if not gets_in_the_way(meetings, m, k, progress):
         return True

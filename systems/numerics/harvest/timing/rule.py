@@ -75,9 +75,7 @@ class Rule(NamedTuple):
     by_order: np.ndarray
 
 
-def gather_meetings(
-    cells: np.ndarray, conflicts: dict[tuple[int, int], ConflictSet]
-) -> Meetings:
+def gather_meetings(cells: np.ndarray, conflicts: dict[tuple[int, int], ConflictSet]) -> Meetings:
     """All conflicts in one piece.
 
     Args:

@@ -1,11 +1,11 @@
 """The ground that a machine covers on its way, cell by cell of a grid of stations.
 
 Cell k is the way from station k to station k + 1. The first and the last cell have no length: on
-them the machine stands where it begins and where it ends. What a part of the machine (a header, a body, a
-trailer) covers on it lies within the cell's margin of a convex polygon: the hull of the part's
-corners at a few poses on the way. Between two of these poses, phi apart in heading, a corner drives
-along an arc over a chord d, which it leaves by no more than d / 2 tan(phi / 4); every other point
-of the part is a mean of its corners, and the hull is convex, so that the margin is enough for all.
+them the machine stands where it begins and where it ends. What a part of the machine (a header, a
+body, a trailer) covers on a cell lies within the cell's margin of a convex polygon: the hull of the
+part's corners at a few poses on the way. Between two of these poses, phi apart in heading, a corner
+drives along an arc over a chord d, which it leaves by no more than d / 2 tan(phi / 4); every other
+point of the part is a mean of its corners, and the hull is convex, so the margin is enough for all.
 """
 
 from collections.abc import Sequence
@@ -123,7 +123,9 @@ def cart_sweep(
     )
     at, first = _fine(path, stations)
     trailer = poses_between(path, trailer_poses, at)
-    return _sweep(stations, first, [(outline.tractor, path.pose_at(at)), (outline.trailer, trailer)])
+    return _sweep(
+        stations, first, [(outline.tractor, path.pose_at(at)), (outline.trailer, trailer)]
+    )
 
 
 def poses_between(path: MachinePath, poses: np.ndarray, stations: np.ndarray) -> np.ndarray:

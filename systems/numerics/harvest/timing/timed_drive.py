@@ -61,15 +61,16 @@ class Journey:
 class Paces(NamedTuple):
     """How fast machines may be, in one piece for compiled functions.
 
-    What belongs to cells stands machine by machine, shape (c,); what belongs to the stations between
-    them likewise, shape (c + N,).
+    Cells and stations stand machine by machine.
 
     Attributes:
-        lengths: Of cells [m].
-        limits: Largest speed on each cell [m/s].
-        squares: Largest squared speed at each station if nothing is in the way [m^2/s^2].
-        dwells: How long the machine stands at each station for a reason of its own [s].
-        stations: [m].
+        lengths: Of cells, shape (c,) [m].
+        limits: Largest speed on each cell, shape (c,) [m/s].
+        squares: Largest squared speed at each station if nothing is in the way, shape (c + N,)
+            [m^2/s^2].
+        dwells: How long the machine stands at each station for a reason of its own, shape
+            (c + N,) [s].
+        stations: Shape (c + N,) [m].
         accelerations: Of the machines, shape (N,) [m/s^2].
     """
 

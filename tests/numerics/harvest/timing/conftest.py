@@ -12,6 +12,7 @@ from sightfield.systems.numerics.harvest.paths.machine_path import MachinePath
 from sightfield.systems.numerics.harvest.timing.keep_order import holds_now
 from sightfield.systems.numerics.harvest.timing.sweep import grid_stations, sweep_of
 from sightfield.systems.numerics.harvest.timing.timed_drive import Journey
+from sightfield.systems.numerics.harvest.timing.timetable import Timetable, time_machines
 
 COMBINE = Combine(header_width=7.5, length=7.0, width=3.4, turning_radius=6.5, speed=1.7)
 OUTLINE = combine_outline(COMBINE)
@@ -143,6 +144,14 @@ def journeys_of(paths, rng):
     return [journey(path, speed) for path, speed in zip(paths, speeds, strict=True)]
 
 
+def fleet_that_can_arrive(kind, rng, count):
+    """Journeys of the first made-up paths of a kind that can all be driven."""
+    while True:
+        journeys = journeys_of(KINDS[kind](rng, count), rng)
+        if isinstance(time_machines(journeys, trials=0), Timetable):
+            return journeys
+
+
 def drive_disturbed(journeys, timetable, rng, patience=20_000.0):
     """Speeds off by up to 20% and stops of up to 120 s; stations at all times, shape (T, N) [m]."""
     count = len(journeys)
@@ -196,9 +205,7 @@ def outlines_at(path, outline, stations):
 
 def least_distance(journeys, log, outline=OUTLINE):
     """Least distance of any two machines at any of the times [m]."""
-    shapes = [
-        outlines_at(journey.path, outline, log[:, m]) for m, journey in enumerate(journeys)
-    ]
+    shapes = [outlines_at(journey.path, outline, log[:, m]) for m, journey in enumerate(journeys)]
     reach = max(np.hypot(*part.T).max() for part in outline)
     places = [journey.path.pose_at(log[:, m])[:, :2] for m, journey in enumerate(journeys)]
     least = np.inf
@@ -221,6 +228,7 @@ def fleets():
         drive=drive,
         journey=journey,
         journeys_of=journeys_of,
+        fleet_that_can_arrive=fleet_that_can_arrive,
         drive_disturbed=drive_disturbed,
         outlines_at=outlines_at,
         least_distance=least_distance,

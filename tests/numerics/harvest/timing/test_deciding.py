@@ -13,6 +13,7 @@ from sightfield.systems.numerics.harvest.timing.rule import (
     set_orders,
     set_precedence,
 )
+from sightfield.systems.numerics.harvest.timing.searching import search_course
 
 
 def conflicts_of(matrix):
@@ -100,24 +101,27 @@ class Case:
         return False
 
 
-def test_machines_arrive_where_the_banker_says_so_and_then_only():
-    arrived = possible = 0
+def test_a_way_is_found_where_there_is_one():
+    by_banker = possible = 0
     for seed in range(150):
         case = Case(seed)
         course = case.decide()
         truth = case.can_all_arrive()
-        assert truth or not course.arrived
-        arrived, possible = arrived + course.arrived, possible + truth
+        by_banker, possible = by_banker + course.arrived, possible + truth
+        if not course.arrived:
+            course = search_course(case.meetings, case.rule)
+        assert course.arrived == truth
         if course.arrived:
             assert (course.progress == case.cells).all()
-    # The banker's steps are not all that there are: it misses a few of these.
-    assert 100 < 0.95 * possible <= arrived < possible + 1
+    # Steps without harm are not all that there are, so that the search is needed for a few.
+    assert 0.9 * possible < by_banker < possible < 140
 
 
 def test_who_keeps_the_orders_never_meets_nor_waits_for_ever():
     for seed in range(400):
         case = Case([17, seed], machines=2 + seed % 4)
-        course = case.decide()
+        # Every other order comes from the search.
+        course = case.decide() if seed % 8 < 4 else search_course(case.meetings, case.rule)
         if not course.arrived:
             continue
         case.tell(orders_of(case.meetings, course))
@@ -156,7 +160,6 @@ def test_who_comes_first_goes_first_and_who_is_told_to_goes_first():
     meetings = gather_meetings(np.array([12, 15]), {(0, 1): conflicts_of(marks)})
     rule = free_rule(meetings.cells)
     for slow, expected in ((0, 1), (1, 0)):
-        durations = np.concatenate([np.full(12, 1.0 + slow == 0), np.full(15, 1.0)])
         durations = np.repeat([4.0 if slow == 0 else 1.0, 1.0 if slow == 0 else 4.0], [12, 15])
         course = drive_first_come(meetings, rule, durations, np.array([0, 1]))
         assert orders_of(meetings, course).tolist() == [expected]

@@ -23,7 +23,9 @@ def cart_way(drive, moves, bend):
     path = drive((3.0, -2.0, 0.4), *moves)
     fine = path.pose_at(np.linspace(0, path.length, 200 * len(path.poses) + 1))
     heading = fine[0, 2] - bend
-    hitch = fine[:, :2] - CART.hitch_offset * np.column_stack([np.cos(fine[:, 2]), np.sin(fine[:, 2])])
+    hitch = fine[:, :2] - CART.hitch_offset * np.column_stack(
+        [np.cos(fine[:, 2]), np.sin(fine[:, 2])]
+    )
     headings = [heading]
     for step in np.diff(hitch, axis=0):
         heading += (-np.sin(heading) * step[0] + np.cos(heading) * step[1]) / CART.length
