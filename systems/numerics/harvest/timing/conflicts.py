@@ -52,12 +52,12 @@ class ConflictSet(NamedTuple):
     Attributes:
         of_a: For each cell of a the cells of b.
         of_b: For each cell of b the cells of a.
-        count: Number of encounters.
+        parts: Number of encounters.
     """
 
     of_a: CellIntervals
     of_b: CellIntervals
-    count: int
+    parts: int
 
     def contains(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
         """Whether cells i of a and j of b are in conflict, arrays of equal shape (...)."""

@@ -97,7 +97,7 @@ def gather_meetings(cells: np.ndarray, conflicts: dict[tuple[int, int], Conflict
                 zeros = np.zeros(int(cells[m]) + 1, dtype=np.int64)
                 part, number = CellIntervals(zeros, none, none, none), 0
             else:
-                part, number = (found.of_a if m < n else found.of_b), found.count
+                part, number = (found.of_a if m < n else found.of_b), found.parts
             rows_at[m, n] = row_count
             rows.append(part.rows + interval_count)
             begins.append(part.begins)

@@ -76,7 +76,7 @@ def test_conflicts_of_both_machines_are_the_same(fleets):
     for ours, theirs in ((found.of_a, turned.of_b), (found.of_b, turned.of_a)):
         for name in ("rows", "begins", "ends"):
             assert (getattr(ours, name) == getattr(theirs, name)).all()
-    assert found.count == turned.count
+    assert found.parts == turned.parts
 
 
 def test_encounters_are_the_connected_parts_corners_included():
@@ -85,7 +85,7 @@ def test_encounters_are_the_connected_parts_corners_included():
         matrix = rng.random((rng.integers(1, 15), rng.integers(1, 15))) < rng.uniform(0.05, 0.6)
         found = conflict_set(*intervals_of(matrix), matrix.shape[1])
         labels, count = ndimage.label(matrix, np.ones((3, 3)))
-        assert found.count == count
+        assert found.parts == count
         assert (found.matrix() == matrix).all()
         for part, marks in ((found.of_a, labels), (found.of_b, labels.T)):
             numbers = np.full(marks.shape, -1)
