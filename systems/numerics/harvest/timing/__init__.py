@@ -1,0 +1,1 @@
+"""Who goes first where paths meet, when each machine is where, and the rule of driving."""

@@ -1,0 +1,264 @@
+"""Who goes first at each encounter: machines drive by nominal times, first come, first served.
+
+A machine enters its next cell as soon as the `rule` allows it, no other machine is on a cell in
+conflict with it, and the state after it is *safe*: running machines on, one after another, without
+harm to the others, brings all to their ends. That is Dijkstra's banker (EWD 623), whose loans are
+cells in conflict with what is left of others' ways.
+
+**Steps without harm.** What a machine is in the way of, on a cell, are those cells in conflict with
+it which others are on or will come to. There is no harm in running a machine on
+
+- to a *free* cell, where it is in the way of nothing, if the way there is clear, or
+- to its next cell, if it is in the way of nothing there that it was not in the way of before.
+
+For whatever way to the ends there was before, there is one after: the others move as they did, and
+the machine stays ahead on the cell it was run on to until it would have got there anyway. What it
+is in the way of meanwhile it was in the way of before, and what others need of its progress is met
+the more. So the order of such steps does not matter: the test finds a way by them if there is any.
+
+**There is always one that may enter its next cell.** In a safe state with a machine that has not
+arrived, the banker's first step runs some machine m on without harm. From each cell on that way the
+rest of the step leads to the same state, from which the banker goes on: all of them are safe, and
+the rule and the conflicts allow them, or the step would not have been possible. So m may enter its
+next cell. All machines move one cell at a time and cells are finite, hence all
+arrive. The events in this order are those that the proof of the `rule` asks for.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...compiled import compiled, kernel
+from .rule import Meetings, Rule, hold_of
+
+
+class Course(NamedTuple):
+    """In which order machines entered cells.
+
+    Attributes:
+        entered: Number of the event at which each machine had each progress, the numbers of one
+            machine after those of another, shape (sum of cells + N,); -1 if it never had it.
+        progress: Of each machine in the end, shape (N,).
+        arrived: Whether all have arrived; if not, no way was found from the beginning, and
+            `progress` is how far they could be brought without harm.
+    """
+
+    entered: np.ndarray
+    progress: np.ndarray
+    arrived: bool
+
+
+def drive_first_come(
+    meetings: Meetings, rule: Rule, durations: np.ndarray, priority: np.ndarray
+) -> Course:
+    """Let all machines drive from the beginnings of their paths, and see who goes first.
+
+    Args:
+        meetings: Conflicts.
+        rule: Crop precedence, and orders that are told beforehand.
+        durations: Of each cell if nothing is in the way, those of one machine after those of
+            another, shape (sum of cells,) [s].
+        priority: Machines in the order in which those that wait are asked, shape (N,).
+    """
+    entered, progress, arrived = _drive(meetings, rule, durations, priority)
+    return Course(entered, progress, bool(arrived))
+
+
+@kernel
+def occupied(meetings: Meetings, n, progress):
+    """The cell that machine n is on."""
+    return min(progress[n], meetings.cells[n] - 1)
+
+
+@kernel
+def in_conflict(meetings: Meetings, m, k, n, j):
+    """Whether cell k of machine m is in conflict with cell j of machine n."""
+    at = meetings.rows_at[m, n] + k
+    for q in range(meetings.rows[at], meetings.rows[at + 1]):
+        if meetings.begins[q] > j:
+            return False
+        if meetings.ends[q] > j:
+            return True
+    return False
+
+
+@kernel
+def is_free(meetings: Meetings, m, k, progress):
+    """Whether cell k of machine m is in conflict with no cell where others are or will come to."""
+    for n in range(len(progress)):
+        if n != m:
+            at = meetings.rows_at[m, n] + k
+            last = meetings.rows[at + 1] - 1
+            if last >= meetings.rows[at] and meetings.ends[last] > occupied(meetings, n, progress):
+                return False
+    return True
+
+
+@kernel
+def gets_in_the_way(meetings: Meetings, m, k, progress):
+    """Whether machine m is in the way of more on cell k than on the cell before."""
+    for n in range(len(progress)):
+        if n == m:
+            continue
+        other = occupied(meetings, n, progress)
+        at = meetings.rows_at[m, n] + k
+        before, stop = meetings.rows[at - 1], meetings.rows[at]
+        for q in range(meetings.rows[at], meetings.rows[at + 1]):
+            if meetings.ends[q] <= other:
+                continue
+            while before < stop and meetings.ends[before] < meetings.ends[q]:
+                before += 1
+            if before == stop or meetings.begins[before] > max(other, meetings.begins[q]):
+                return True
+    return False
+
+
+@kernel
+def reach_of(meetings: Meetings, rule: Rule, m, progress):
+    """The last cell to which machine m can drive while all others stand."""
+    own = occupied(meetings, m, progress)
+    reach = max(own, hold_of(rule, m, progress))
+    for n in range(len(progress)):
+        if n != m:
+            at = meetings.rows_at[n, m] + occupied(meetings, n, progress)
+            for q in range(meetings.rows[at], meetings.rows[at + 1]):
+                if meetings.ends[q] > own:
+                    reach = min(reach, max(own, meetings.begins[q] - 1))
+                    break
+    return reach
+
+
+@kernel
+def run_on(meetings, rule, m, progress):
+    """Run a machine on without harm as far as it can be; whether it has moved.
+
+    Args:
+        meetings: Conflicts.
+        rule: What cells need.
+        m: Number of the machine.
+        progress: Of all machines; that of m is written, shape (N,).
+    """
+    begun, last = progress[m], meetings.cells[m] - 1
+    reach = reach_of(meetings, rule, m, progress)
+    while progress[m] < reach and not gets_in_the_way(meetings, m, progress[m] + 1, progress):
+        progress[m] += 1
+    for k in range(reach, progress[m], -1):
+        if is_free(meetings, m, k, progress):
+            progress[m] = k
+            break
+    if progress[m] == last:
+        progress[m] = last + 1
+    return progress[m] > begun
+
+
+@kernel
+def bring_on(meetings, rule, progress):
+    """Run machines on without harm until none can be; whether all arrive.
+
+    Args:
+        meetings: Conflicts.
+        rule: What cells need.
+        progress: Of all machines; it is written, shape (N,).
+    """
+    moved = True
+    while moved:
+        moved = False
+        for m in range(len(progress)):
+            if progress[m] < meetings.cells[m] and run_on(meetings, rule, m, progress):
+                moved = True
+    arrived = True
+    for m in range(len(progress)):
+        arrived = arrived and progress[m] == meetings.cells[m]
+    return arrived
+
+
+@kernel
+def _may_enter(meetings, rule, m, progress, trial):
+    """Whether machine m may enter its next cell; the state before is safe."""
+    k = progress[m] + 1
+    if hold_of(rule, m, progress) < k:
+        return False
+    for n in range(len(progress)):
+        if n != m and in_conflict(meetings, m, k, n, occupied(meetings, n, progress)):
+            return False
+    # The state is safe if the step is without harm, or leads on to a free cell: the machine could
+    # have been run on to that from the state before.
+    if not gets_in_the_way(meetings, m, k, progress):
+        return True
+    progress[m] = k
+    reach = reach_of(meetings, rule, m, progress)
+    safe = False
+    for ahead in range(k, reach + 1):
+        if is_free(meetings, m, ahead, progress):
+            safe = True
+            break
+    if not safe:
+        for n in range(len(progress)):
+            trial[n] = progress[n]
+        safe = bring_on(meetings, rule, trial)
+    progress[m] = k - 1
+    return safe
+
+
+@compiled
+def _drive(meetings, rule, durations, priority):
+    count = len(meetings.cells)
+    nodes = np.zeros(count, dtype=np.int64)
+    for m in range(1, count):
+        nodes[m] = nodes[m - 1] + meetings.cells[m - 1] + 1
+    entered = np.full(meetings.cells.sum() + count, -1)
+    progress = np.zeros(count, dtype=np.int64)
+    trial = progress.copy()
+    if not bring_on(meetings, rule, trial):
+        return entered, trial, False
+    event = 0
+    # When each machine is at the end of its cell; those that wait there have no time.
+    due = np.empty(count)
+    for m in range(count):
+        entered[nodes[m]] = event
+        due[m] = durations[nodes[m] - m]
+    waits = np.zeros(count, dtype=np.bool_)
+    while True:
+        m, now = -1, np.inf
+        for n in range(count):
+            if not waits[n] and progress[n] < meetings.cells[n] and due[n] < now:
+                m, now = n, due[n]
+        if m < 0:
+            break
+        waits[m] = True
+        moved = True
+        while moved:
+            moved = False
+            for n in priority:
+                if not waits[n]:
+                    continue
+                arrives = progress[n] + 1 == meetings.cells[n]
+                if arrives or _may_enter(meetings, rule, n, progress, trial):
+                    progress[n] += 1
+                    event += 1
+                    entered[nodes[n] + progress[n]] = event
+                    waits[n] = False
+                    moved = True
+                    if not arrives:
+                        due[n] = now + durations[nodes[n] - n + progress[n]]
+    arrived = True
+    for m in range(count):
+        arrived = arrived and progress[m] == meetings.cells[m]
+    return entered, progress, arrived
+
+
+def orders_of(meetings: Meetings, course: Course) -> np.ndarray:
+    """The machine that went first at each encounter, shape (E,).
+
+    Args:
+        meetings: Conflicts.
+        course: In which all arrived.
+    """
+    cells = meetings.cells
+    nodes = np.cumsum(cells + 1) - (cells + 1)
+    a, b = meetings.pairs.T
+    i, j = meetings.examples.T
+    left = course.entered[nodes[a] + i + 1]
+    # A machine stays on the last cell of its path, so the other one went first.
+    a_first = (left < course.entered[nodes[b] + j]) & (i + 1 < cells[a])
+    return np.where(a_first, a, b)

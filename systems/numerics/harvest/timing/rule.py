@@ -1,0 +1,229 @@
+"""The one rule by which machines drive, in plans and on the field.
+
+A machine is on a cell of its path, whole cells up to which it has got being its *progress*: cell k
+while it drives on it and while it stands at its end; the number of cells once it has arrived at the
+end of its path, where it stays on the last cell. Each cell of machine m may need progress of
+machine n: of crop precedence, so that the ground is cut before a body is on it, and of the order of
+an encounter at which n goes first, so that n has left all cells in conflict with it.
+
+**Rule.** A machine drives on to the last cell of its path up to which every cell has what it needs,
+its hold, and stands at the end of that until more is met.
+
+**No two machines are nearer than the gap.** Let cells i of a and j of b be in conflict. They belong
+to one encounter, at which one goes first, say a. Then j needs the progress i + 1 of a, and b is not
+on j before a has left i. This does not depend on speeds.
+
+**No deadlock.** Orders come with the plan's own events: in order of time, each machine enters each
+of its cells once, and never before what the cell needs has happened. On the field, let some machine
+not have arrived, and take of all cells that have not been entered the one that the plan enters
+first, cell k of machine m. What k needs happened earlier in the plan, so on the field it has
+happened as well; so have the cells of m before k. Hence m may drive on to k. So while any machine
+has not arrived, one may drive on, in whatever way the others are late.
+
+What progress each cell needs is kept the other way round, as the hold of m for every progress of n:
+the rule is then one look at a table for each of the other machines.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...compiled import compiled, kernel
+from .conflicts import CellIntervals, ConflictSet
+
+# Of an encounter at which nobody has been told to go first.
+UNDECIDED = -1
+
+
+class Meetings(NamedTuple):
+    """Conflicts of all pairs of machines, in one piece for compiled functions.
+
+    Attributes:
+        cells: Of each machine's path, shape (N,).
+        rows_at: Where the rows of machine m with regard to machine n begin, shape (N, N).
+        rows: Where the intervals of each row begin; that of the next row is their end, shape (r,).
+        begins, ends: As in `CellIntervals`, shape (k,).
+        encounters: Number of the encounter of each interval, among all pairs, shape (k,).
+        pairs: The two machines of each encounter, shape (E, 2).
+        examples: A pair of cells of each encounter, shape (E, 2).
+    """
+
+    cells: np.ndarray
+    rows_at: np.ndarray
+    rows: np.ndarray
+    begins: np.ndarray
+    ends: np.ndarray
+    encounters: np.ndarray
+    pairs: np.ndarray
+    examples: np.ndarray
+
+
+class Rule(NamedTuple):
+    """Holds of all machines for every progress of every other one.
+
+    Attributes:
+        cells: Of each machine's path, shape (N,).
+        places: Where the table of machine m with regard to machine n begins, shape (N, N); it has
+            an entry for each progress of n, from 0 to its number of cells.
+        by_crop: Last cell that m may enter for crop precedence, shape (t,).
+        by_order: Last cell that m may enter for the orders of encounters, shape (t,).
+    """
+
+    cells: np.ndarray
+    places: np.ndarray
+    by_crop: np.ndarray
+    by_order: np.ndarray
+
+
+def gather_meetings(cells: np.ndarray, conflicts: dict[tuple[int, int], ConflictSet]) -> Meetings:
+    """All conflicts in one piece.
+
+    Args:
+        cells: Of each machine's path, shape (N,).
+        conflicts: Of machines a < b; a pair that is missing has none.
+    """
+    count = len(cells)
+    rows_at = np.zeros((count, count), dtype=np.int64)
+    none = np.zeros(0, dtype=np.int64)
+    rows, begins, ends, encounters = [], [none], [none], [none]
+    pairs, examples = [np.zeros((0, 2), dtype=np.int64)], [np.zeros((0, 2), dtype=np.int64)]
+    row_count, interval_count, encounter_count = 0, 0, 0
+    for m in range(count):
+        for n in range(count):
+            if m == n:
+                continue
+            found = conflicts.get((min(m, n), max(m, n)))
+            if found is None:
+                zeros = np.zeros(int(cells[m]) + 1, dtype=np.int64)
+                part, number = CellIntervals(zeros, none, none, none), 0
+            else:
+                part, number = (found.of_a if m < n else found.of_b), found.parts
+            rows_at[m, n] = row_count
+            rows.append(part.rows + interval_count)
+            begins.append(part.begins)
+            ends.append(part.ends)
+            row_count += len(part.rows)
+            interval_count += len(part.begins)
+            if m < n:
+                encounters.append(part.encounters + encounter_count)
+                first = np.unique(part.encounters, return_index=True)[1]
+                row = np.searchsorted(part.rows, first, side="right") - 1
+                pairs.append(np.broadcast_to([m, n], (number, 2)))
+                examples.append(np.column_stack([row, part.begins[first]]))
+                encounter_count += number
+            else:
+                # The pair (n, m) came before, with the same numbers.
+                before = sum(len(each) for each in pairs[: _number_of(n, m, count)])
+                encounters.append(part.encounters + before)
+    return Meetings(
+        np.asarray(cells, dtype=np.int64),
+        rows_at,
+        np.concatenate([*rows, none]),
+        np.concatenate(begins),
+        np.concatenate(ends),
+        np.concatenate(encounters),
+        np.concatenate(pairs),
+        np.concatenate(examples).astype(np.int64),
+    )
+
+
+def _number_of(a: int, b: int, count: int) -> int:
+    """How many entries of the list of pairs come before that of a < b, the empty first one too."""
+    return 1 + a * count - a * (a + 1) // 2 + b - a - 1
+
+
+def free_rule(cells: np.ndarray) -> Rule:
+    """The rule of machines that need nothing of one another.
+
+    Args:
+        cells: Of each machine's path, shape (N,).
+    """
+    count = len(cells)
+    sizes = np.broadcast_to(np.asarray(cells) + 1, (count, count)).copy()
+    np.fill_diagonal(sizes, 0)
+    places = (np.cumsum(sizes.ravel()) - sizes.ravel()).reshape(count, count)
+    last = np.repeat(np.repeat(np.asarray(cells) - 1, count), sizes.ravel())
+    return Rule(np.asarray(cells, dtype=np.int64), places, last.copy(), last.copy())
+
+
+@compiled
+def set_precedence(rule, m, n, needed):
+    """Tell the rule what progress of machine n each cell of machine m needs for its crop.
+
+    Args:
+        rule: Whose table of crop precedence is written.
+        m, n: Numbers of machines.
+        needed: Shape (cells of m,); the first cell is not asked, as the machine stands there.
+    """
+    needed = needed.copy()
+    needed[0] = 0
+    _write_holds(needed, rule.by_crop, rule.places[m, n], rule.cells[n])
+
+
+@compiled
+def set_orders(rule, meetings, first, m, n):
+    """Tell the rule who goes first at the encounters of machines m and n; undecided ones are free.
+
+    Args:
+        rule: Whose table of orders is written.
+        meetings: Conflicts of all machines.
+        first: The machine that goes first at each encounter, or UNDECIDED, shape (E,).
+        m, n: Numbers of machines.
+    """
+    for one, other in ((m, n), (n, m)):
+        needed = np.zeros(rule.cells[one], dtype=np.int64)
+        at = meetings.rows_at[one, other]
+        for k in range(rule.cells[one]):
+            for q in range(meetings.rows[at + k], meetings.rows[at + k + 1]):
+                if first[meetings.encounters[q]] == other:
+                    # A machine never leaves the last cell of its path.
+                    never = meetings.ends[q] == rule.cells[other]
+                    needed[k] = max(needed[k], meetings.ends[q] + (1 if never else 0))
+        _write_holds(needed, rule.by_order, rule.places[one, other], rule.cells[other])
+
+
+@kernel
+def _write_holds(needed, table, place, progress_of_other):
+    """Turn the progress that cells need into the last cell that may be entered, by progress."""
+    k = 0
+    for progress in range(progress_of_other + 1):
+        while k < len(needed) and needed[k] <= progress:
+            k += 1
+        table[place + progress] = k - 1
+
+
+@kernel
+def hold_of(rule, m, progress):
+    """The rule: the last cell that a machine may enter.
+
+    Args:
+        rule: Tables.
+        m: Number of the machine.
+        progress: Of all machines, shape (N,).
+    """
+    hold = rule.cells[m] - 1
+    for n in range(len(progress)):
+        if n != m:
+            at = rule.places[m, n] + progress[n]
+            hold = min(hold, rule.by_crop[at], rule.by_order[at])
+    return hold
+
+
+@kernel
+def cause_of(rule, m, progress):
+    """Which other machine sets the hold of machine m, or -1, and whether for its crop.
+
+    Args:
+        rule: Tables.
+        m: Number of the machine.
+        progress: Of all machines, shape (N,).
+    """
+    hold, by, crop = rule.cells[m] - 1, -1, False
+    for n in range(len(progress)):
+        if n != m:
+            at = rule.places[m, n] + progress[n]
+            if rule.by_crop[at] < hold:
+                hold, by, crop = rule.by_crop[at], n, True
+            if rule.by_order[at] < hold:
+                hold, by, crop = rule.by_order[at], n, False
+    return by, crop

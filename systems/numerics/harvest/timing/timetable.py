@@ -1,0 +1,249 @@
+"""The plan of all machines' times: who goes first at each encounter, and when each is where.
+
+`drive_first_come` gives orders without deadlock; `drive_by_rule` gives the times of orders. First
+come, first served is not always best. So the search goes on from the best timetable so far: at one
+of the encounters where most time is lost it lets the other machine go first, with the rest as it is
+or decided anew, and keeps what is quicker. That may leave no way for all to their ends: then the
+machines do not arrive, or the banker says so at once, and another encounter is tried.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import require
+from ..paths.timed_path import TimedPath
+from .conflicts import GAP, find_conflicts
+from .deciding import Course, drive_first_come, orders_of
+from .rule import UNDECIDED, Meetings, Rule, free_rule, gather_meetings, set_orders, set_precedence
+from .searching import search_course
+from .standstill import Standstill, explain_standstill
+from .sweep import SAME
+from .timed_drive import (
+    Drive,
+    Journey,
+    Paces,
+    drive_by_rule,
+    nominal_durations,
+    paces_of,
+    timed_paths,
+)
+
+# Of the mean end of all machines, beside the last one's: others should not lose time for nothing.
+MEAN_WEIGHT = 0.02
+
+# How much durations are varied to find other orders, at most.
+VARIATION = 0.15
+
+
+@dataclass(frozen=True, eq=False)
+class Timetable:
+    """When each machine is where, and who goes first.
+
+    Attributes:
+        paths: Of the machines in time, N of them.
+        rule: By which machines drive, with the orders told.
+        meetings: Conflicts of all machines, with their encounters.
+        first: The machine that goes first at each encounter, shape (E,).
+        waiting: Time lost by each machine to each other one, for encounters and for its crop, shape
+            (N, N, 2) [s].
+        stations: Of each machine's grid, N arrays of shape (n + 1,) [m].
+    """
+
+    paths: tuple[TimedPath, ...]
+    rule: Rule
+    meetings: Meetings
+    first: np.ndarray
+    waiting: np.ndarray
+    stations: tuple[np.ndarray, ...]
+
+    @property
+    def makespan(self) -> float:
+        """When the last machine arrives [s]."""
+        return max(path.end for path in self.paths)
+
+
+def time_machines(
+    journeys: Sequence[Journey],
+    needs: Mapping[tuple[int, int], np.ndarray] | None = None,
+    *,
+    gap: float = GAP,
+    trials: int = 60,
+    seed: int = 0,
+) -> Timetable | Standstill:
+    """Decide who goes first wherever paths meet, and when each machine is where.
+
+    All machines are at the beginnings of their paths at time zero.
+
+    Args:
+        journeys: Of all machines.
+        needs: Crop precedence: needs[m, n] is, for each station of the grid of machine m, the
+            station of machine n that n must have passed before m is there, -inf for none, shape
+            (cells of m + 1,) [m].
+        gap: Distance that machines keep [m].
+        trials: How many orders to try after the first.
+        seed: Of what is varied.
+
+    Returns:
+        The timetable, or why there is none.
+
+    Raises:
+        InvalidInput: There is no machine, or needs have a wrong shape or name no station.
+    """
+    require(len(journeys) > 0, "journeys", "be at least one", len(journeys))
+    cells = np.array([journey.sweep.cells for journey in journeys])
+    pairs = [(a, b) for a in range(len(cells)) for b in range(a + 1, len(cells))]
+    found = {(a, b): find_conflicts(journeys[a].sweep, journeys[b].sweep, gap) for a, b in pairs}
+    meetings = gather_meetings(cells, found)
+    rule = free_rule(cells)
+    stations = tuple(journey.sweep.stations for journey in journeys)
+    for (m, n), passed in (needs or {}).items():
+        set_precedence(rule, m, n, needed_progress(stations[m], stations[n], passed))
+    return time_meetings(list(journeys), meetings, rule, trials=trials, seed=seed)
+
+
+def needed_progress(stations: np.ndarray, others: np.ndarray, passed: np.ndarray) -> np.ndarray:
+    """Progress of another machine that each cell of a machine needs.
+
+    Args:
+        stations: Of the machine's grid, shape (n + 1,) [m].
+        others: Of the other machine's grid, shape (k + 1,) [m].
+        passed: For each station of the machine, what station the other one must have passed, -inf
+            for none, shape (n + 1,) [m].
+
+    Returns:
+        Shape (n,).
+
+    Raises:
+        InvalidInput: The shapes do not fit, or a station is beyond the other's path.
+    """
+    require(passed.shape == stations.shape, "needs", f"have shape {stations.shape}", passed.shape)
+    farthest = passed.max(initial=-np.inf)
+    within = bool(farthest <= others[-1] + SAME)
+    require(within, "needs", f"be stations up to {others[-1]:.6g} m", farthest)
+    both = np.maximum(passed[:-1], passed[1:])
+    return np.searchsorted(others, both - SAME)
+
+
+def time_meetings(
+    journeys: list[Journey], meetings: Meetings, rule: Rule, *, trials: int, seed: int
+) -> Timetable | Standstill:
+    """As `time_machines`, of conflicts and crop precedence in their compiled form.
+
+    Args:
+        journeys: Of all machines.
+        meetings: Their conflicts.
+        rule: With the crop precedence told.
+        trials: How many orders to try after the first.
+        seed: Of what is varied.
+    """
+    search = _Search(meetings, rule, paces_of(journeys))
+    nobody = np.full(len(meetings.pairs), UNDECIDED)
+    course = search.decide(nobody, search.durations)
+    if not course.arrived:
+        course = search_course(meetings, rule)
+    if not course.arrived:
+        return explain_standstill(meetings, rule, course.progress, [j.sweep for j in journeys])
+    first = search.try_orders(nobody, orders_of(meetings, course))
+    assert first is not None, "an order that machines came by leads them to their ends"
+    best = search.improve(first, trials, np.random.default_rng(seed))
+    search.tell(rule, best.first)
+    return Timetable(
+        tuple(timed_paths(journeys, best.drive, search.paces)),
+        rule,
+        meetings,
+        best.first,
+        best.drive.waiting,
+        tuple(journey.sweep.stations for journey in journeys),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """Orders, those of them that were told, and what came of them."""
+
+    told: np.ndarray
+    first: np.ndarray
+    drive: Drive
+    cost: float
+
+
+class _Search:
+    """Tries orders, and keeps the best."""
+
+    def __init__(self, meetings: Meetings, rule: Rule, paces: Paces) -> None:
+        self.meetings, self.paces = meetings, paces
+        # One rule has the orders that are told beforehand, one those of a trial.
+        self.told = _own_orders(rule)
+        self.decided = _own_orders(rule)
+        self.durations = nominal_durations(rule.cells, paces)
+        self.ends = np.cumsum(rule.cells + 1) - 1
+
+    def tell(self, rule: Rule, first: np.ndarray) -> None:
+        """Tell a rule the orders of all encounters."""
+        for m in range(len(rule.cells)):
+            for n in range(m + 1, len(rule.cells)):
+                set_orders(rule, self.meetings, first, m, n)
+
+    def decide(self, told: np.ndarray, durations: np.ndarray) -> Course:
+        """First come, first served, where nothing is told."""
+        self.tell(self.told, told)
+        # Who has the longest way is asked first.
+        ends = np.add.reduceat(durations, np.cumsum(self.told.cells) - self.told.cells)
+        return drive_first_come(self.meetings, self.told, durations, np.argsort(-ends))
+
+    def try_orders(self, told: np.ndarray, first: np.ndarray) -> _Trial | None:
+        """Drive in an order; None if not all arrive."""
+        self.tell(self.decided, first)
+        drive = drive_by_rule(self.decided, self.meetings, first, self.paces)
+        ends = drive.arrivals[self.ends]
+        if (drive.progress < self.decided.cells).any():
+            return None
+        return _Trial(told, first, drive, float(ends.max() + MEAN_WEIGHT * ends.mean()))
+
+    def improve(self, best: _Trial, trials: int, rng: np.random.Generator) -> _Trial:
+        """Look for better orders, from the best so far."""
+        tried: set[int] = set()
+        for trial in range(trials):
+            lost = best.drive.by_encounter
+            candidates = [e for e in np.flatnonzero(lost > 0) if e not in tried]
+            found = []
+            if candidates and trial % 4 != 3:
+                weights = lost[candidates] / lost[candidates].sum()
+                chosen = int(rng.choice(candidates, p=weights))
+                tried.add(chosen)
+                other = self.meetings.pairs[chosen].sum() - best.first[chosen]
+                found = [
+                    self.try_orders(best.told, _with(best.first, chosen, other)),
+                    self.decide_anew(_with(best.told, chosen, other), self.durations),
+                ]
+            elif not lost.any():
+                break
+            else:
+                # Durations that vary from place to place bring others first.
+                places = np.arange(len(self.durations)) // 50
+                factors = rng.uniform(1 - VARIATION, 1 + VARIATION, places[-1] + 1)
+                found = [self.decide_anew(best.told, self.durations * factors[places])]
+            for one in found:
+                if one is not None and one.cost < best.cost - 1e-9:
+                    best = one
+                    tried.clear()
+        return best
+
+    def decide_anew(self, told: np.ndarray, durations: np.ndarray) -> _Trial | None:
+        """Decide what is not told, and drive; None if what is told leaves no way."""
+        course = self.decide(told, durations)
+        return self.try_orders(told, orders_of(self.meetings, course)) if course.arrived else None
+
+
+def _with(values: np.ndarray, number: int, value: int) -> np.ndarray:
+    """A copy with one entry changed."""
+    changed = values.copy()
+    changed[number] = value
+    return changed
+
+
+def _own_orders(rule: Rule) -> Rule:
+    """The same rule with a table of orders of its own."""
+    return rule._replace(by_order=rule.by_order.copy())
