@@ -21,6 +21,7 @@ from .scene_store import SceneStore
 # The thesis's colours: black sight lines, purple chases, green obstacles, orange limits.
 FLOOR, OBSTACLE, LIMIT = 0xFBFBFA, 0x4CA85E, 0xF28C21
 PURSUER, EVADER, UNSEEN = 0x215FCC, 0xD92E33, 0x9AA1AB
+# A robot's nose is darker than its body.
 NOSES = {PURSUER: 0x0F3380, EVADER: 0x850F17, UNSEEN: 0x6B727C}
 SIGHT, CHASE, NUMBER = 0x0F0F14, 0x9438D6, 0xFFFFFF
 
