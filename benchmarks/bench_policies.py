@@ -87,27 +87,27 @@ def ratio(first: np.ndarray, second: np.ndarray) -> str:
     return f"{first.mean() / second.mean():.2f} [{low:.2f}, {high:.2f}]"
 
 
-def test_fields_and_lookahead_one_against_one(tmp_path):
-    runs = {opponent: games(number) for opponent, number in ALONE.items()}
-    fields = ("table", "margin", "lookahead")
+@pytest.mark.parametrize("opponent", ALONE)
+@pytest.mark.parametrize("field", ["margin", "lookahead"])
+def test_fields_and_lookahead_one_against_one(field, opponent, tmp_path):
+    runs = {opponent: games(ALONE[opponent])}
+    fields = ("table", field)
     cells = [
-        match_cell(Match(1, 1, field, opponent), (f"pursuers.field={field}",), runs)
-        for opponent in runs
-        for field in fields
+        match_cell(Match(1, 1, each, opponent), (f"pursuers.field={each}",), runs)
+        for each in fields
     ]
-    study = Study(name="fields", base=thesis_base(), cells=tuple(cells), runs=max(runs.values()))
+    study = Study(name="fields", base=thesis_base(), cells=tuple(cells), runs=runs[opponent])
     result = run_study(study, tmp_path / "fields", workers=1)
-    for opponent, number in runs.items():
-        print(f"\n1 against 1, {number} games against {opponent}")
-        table = result.times(cell_name(1, 1, "table", opponent))
-        for field in fields:
-            name = cell_name(1, 1, field, opponent)
-            times = result.times(name)
-            mean = restricted_mean(times, result.lost(name), result.horizon(name))
-            print(
-                f"{field}: {mean.value:.1f} [{mean.low:.1f}, {mean.high:.1f}] s; less table "
-                f"{difference(times, table)}"
-            )
+    print(f"\n1 against 1, {study.runs} games against {opponent}")
+    table = result.times(cell_name(1, 1, "table", opponent))
+    for each in fields:
+        name = cell_name(1, 1, each, opponent)
+        times = result.times(name)
+        mean = restricted_mean(times, result.lost(name), result.horizon(name))
+        print(
+            f"{each}: {mean.value:.1f} [{mean.low:.1f}, {mean.high:.1f}] s; less table "
+            f"{difference(times, table)}"
+        )
 
 
 @pytest.mark.parametrize("size", ["2v2", "3v3", "3v4", "4v4"])

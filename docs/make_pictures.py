@@ -110,6 +110,8 @@ def show_view(page: Page, command: list[str], moment: float, picture: Path) -> N
             page.goto(address)
             break
         except Error:
+            if run.poll() is not None:
+                sys.exit(f"the station ended with {run.returncode} and shows nothing")
             page.wait_for_timeout(200)
     page.wait_for_function(
         f"parseFloat(document.querySelector('#status').textContent) > {moment}", timeout=60_000

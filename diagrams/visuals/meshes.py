@@ -6,6 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+# Where a nose begins, in radii from the centre.
+_NOSE_BASE = 0.58
+
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
@@ -156,6 +159,21 @@ def disc_mesh(radius: float, hole: float = 0.0) -> Mesh:
     """
     shape = shapely.Point(0, 0).buffer(radius, quad_segs=12)
     return flat_mesh(shape.difference(shapely.Point(0, 0).buffer(hole, quad_segs=12)))
+
+
+def nose_mesh(radius: float, top: float) -> Mesh:
+    """A wedge that says where a round robot at the origin looks, along the x axis.
+
+    It ends at the rim, so that nothing is drawn where the body is not, and begins beyond a number
+    in the middle.
+
+    Args:
+        radius: Of the robot [m].
+        top: Height [m].
+    """
+    half = np.sqrt(1.0 - _NOSE_BASE**2)
+    wedge = radius * np.array([[_NOSE_BASE, -half], [1.0, 0.0], [_NOSE_BASE, half]])
+    return extruded_mesh(shapely.Polygon(wedge), 0.0, top)
 
 
 def _quad_faces(count: int) -> np.ndarray:

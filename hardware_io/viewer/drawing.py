@@ -6,7 +6,14 @@ import numpy as np
 import shapely
 from meshcat.geometry import MeshBasicMaterial, MeshLambertMaterial, TriangularMeshGeometry
 
-from ...diagrams.visuals.meshes import Mesh, bar_mesh, extruded_mesh, flat_mesh, line_mesh
+from ...diagrams.visuals.meshes import (
+    Mesh,
+    bar_mesh,
+    extruded_mesh,
+    flat_mesh,
+    line_mesh,
+    nose_mesh,
+)
 from ...diagrams.visuals.text import text_mesh
 from .messages import Scene, State
 from .scene_store import SceneStore
@@ -14,6 +21,8 @@ from .scene_store import SceneStore
 # The thesis's colours: black sight lines, purple chases, green obstacles, orange limits.
 FLOOR, OBSTACLE, LIMIT = 0xFBFBFA, 0x4CA85E, 0xF28C21
 PURSUER, EVADER, UNSEEN = 0x215FCC, 0xD92E33, 0x9AA1AB
+# A robot's nose is darker than its body.
+NOSES = {PURSUER: 0x0F3380, EVADER: 0x850F17, UNSEEN: 0x6B727C}
 SIGHT, CHASE, NUMBER = 0x0F0F14, 0x9438D6, 0xFFFFFF
 
 _OBSTACLE_HEIGHT, _ROBOT_HEIGHT = 0.12, 0.18
@@ -71,7 +80,7 @@ class Drawing:
             if self._colours[k : k + 1] != [colours[k]]:
                 body, nose = _robot(scene.radius)
                 self._put(f"{path}/body", body, _solid(colours[k]))
-                self._put(f"{path}/nose", nose, _solid(colours[k]))
+                self._put(f"{path}/nose", nose, _solid(NOSES[colours[k]]))
                 number = text_mesh(
                     str(k if k < pursuers else k - pursuers),
                     0.85 * scene.radius,
@@ -107,9 +116,7 @@ class Drawing:
 def _robot(radius: float) -> tuple[Mesh, Mesh]:
     """A robot at the origin that looks east: its body, and its nose."""
     body = extruded_mesh(shapely.Point(0, 0).buffer(radius), 0.0, _ROBOT_HEIGHT)
-    tip, root = 1.5 * radius, 0.7 * radius
-    nose = shapely.Polygon([(tip, 0), (root, root), (root, -root)])
-    return body, extruded_mesh(nose, 0.0, _ROBOT_HEIGHT)
+    return body, nose_mesh(radius, 1.01 * _ROBOT_HEIGHT)
 
 
 def _solid(colour: int) -> MeshLambertMaterial:

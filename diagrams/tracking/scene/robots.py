@@ -5,18 +5,14 @@ from math import atan2
 import numpy as np
 import shapely
 from pydrake.geometry import Rgba
-from shapely.geometry.base import BaseGeometry
 
-from ...visuals.meshes import Mesh, disc_mesh, extruded_mesh
+from ...visuals.meshes import Mesh, disc_mesh, extruded_mesh, nose_mesh
 from ...visuals.stage import Stage
 from ...visuals.text import text_mesh
 from .layout import Layout
 from .palette import CHOSEN, EVADER, EVADER_NOSE, PAPER, PURSUER, PURSUER_NOSE
 
 _COLOURS = {"pursuers": (PURSUER, PURSUER_NOSE), "evaders": (EVADER, EVADER_NOSE)}
-# Where the nose begins, in radii from the centre: beyond the number. It ends at the rim, so that
-# nothing is drawn where the body is not.
-_NOSE_BASE = 0.58
 
 
 class Team:
@@ -41,7 +37,7 @@ class Team:
         radius = layout.robot_radius
         top = layout.robot_height
         body = extruded_mesh(shapely.Point(0, 0).buffer(radius, quad_segs=12), 0.0, top)
-        nose = extruded_mesh(_nose(radius), 0.0, 1.01 * top)
+        nose = nose_mesh(radius, 1.01 * top)
         ring = disc_mesh(1.62 * radius, hole=1.30 * radius)
         for k in range(count):
             node = f"{name}/{k}"
@@ -103,9 +99,3 @@ def numeral(number: int, radius: float) -> Mesh:
     """The number of a robot, to fit on a disc of a radius [m]."""
     height = (0.95 if number < 10 else 0.72) * radius
     return text_mesh(str(number), height, bold=True, align="centre")
-
-
-def _nose(radius: float) -> BaseGeometry:
-    """A wedge within the disc, its tip on the x axis."""
-    half = np.sqrt(1.0 - _NOSE_BASE**2)
-    return shapely.Polygon(radius * np.array([[_NOSE_BASE, -half], [1.0, 0.0], [_NOSE_BASE, half]]))

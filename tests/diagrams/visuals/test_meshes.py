@@ -15,6 +15,7 @@ from sightfield.diagrams.visuals.meshes import (
     fan_mesh,
     flat_mesh,
     line_mesh,
+    nose_mesh,
     unit_bar_mesh,
 )
 
@@ -88,3 +89,14 @@ def test_the_longest_arrow_has_the_length_asked_for_and_the_others_are_in_propor
 def test_a_disc_may_have_a_hole():
     assert disc_mesh(2.0).area == pytest.approx(4 * np.pi, rel=0.01)
     assert disc_mesh(2.0, hole=1.0).area == pytest.approx(3 * np.pi, rel=0.01)
+
+
+def test_a_nose_points_ahead_and_ends_where_the_body_does():
+    places = nose_mesh(0.16, 0.2).vertices
+    reach = np.hypot(places[0], places[1])
+    assert reach.max() == pytest.approx(0.16)
+    assert places[:, reach.argmax()][0] > 0.0
+    assert places[0].max() == pytest.approx(0.16)
+    # The middle is left to a number.
+    assert places[0].min() > 0.5 * 0.16
+    assert places[2].max() == pytest.approx(0.2)
