@@ -110,6 +110,7 @@ def test_the_summary_is_also_on_disk(report):
         ("figure-2.19", "one evader is never lost", DIFFERS),
         ("beyond-radio", "A centre less no radio at all, against adversarial", SHOWN),
         ("beyond-radio", "A centre less no radio at all, against best_response", SHOWN),
+        ("beyond-solved-game", "Regret, one against one", SHOWN),
     ],
 )
 def test_what_does_not_hang_on_the_number_of_runs_is_as_known(report, exhibit, subject, verdict):
