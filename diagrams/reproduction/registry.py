@@ -63,7 +63,7 @@ def chosen_exhibits(wanted: Sequence[str]) -> tuple[Exhibit, ...]:
     Raises:
         InvalidInput: There is no such exhibit.
     """
-    known = {each.id: (each.id,) for each in EXHIBITS}
+    known: dict[str, tuple[str, ...]] = {each.id: (each.id,) for each in EXHIBITS}
     known |= {slug(label): (each.id,) for each in EXHIBITS for label in each.covers}
     known[BEYOND] = tuple(each.id for each in EXHIBITS if not each.covers)
     for name in wanted:

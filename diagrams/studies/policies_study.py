@@ -78,7 +78,7 @@ def policies_study(
         starts_per_arena=starts,
         cells=tuple(
             match_cell(
-                Match(*team, name, opponent),
+                Match(n, m, name, opponent),
                 tuple(
                     f"pursuers.{key}={value}"
                     for key, value in zip(
@@ -89,7 +89,7 @@ def policies_study(
             )
             for opponent in opponents
             for name in pursuers
-            for team in teams
+            for n, m in teams
         ),
     )
 
