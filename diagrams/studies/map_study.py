@@ -57,7 +57,7 @@ class MapStudy:
     arena: Arena = field(default_factory=Arena)
     # A world of one's own instead, in which the ratio alone is varied.
     world: World | None = None
-    # Evader's speed over the pursuer's where nothing is varied.
+    # Evader's speed over the pursuer's where nothing is varied [-].
     speed_ratio: float = 0.3
     # By factor, its values.
     values: dict[str, tuple[float, ...]] = field(default_factory=lambda: dict(VALUES))

@@ -129,12 +129,19 @@ class WorstGames:
         return np.arange(count) // self.result.study.starts_per_arena
 
     def over_reference(self, size: str, name: str) -> Estimate:
-        """Mean over the mean of the thesis's pursuers, worst against worst."""
+        """Mean over the mean of the thesis's pursuers, worst against worst.
+
+        Args:
+            size, name: As of `opponent`.
+        """
         times = self.times(size, name)
         return ratio_of_means(times, self.times(size, REFERENCE), self.arenas(len(times)))
 
     def regret(self, size: str, name: str) -> tuple[float, int, int]:
         """What was guaranteed at the start and not kept.
+
+        Args:
+            size, name: As of `opponent`.
 
         Returns:
             Its mean, of times up to the horizon [s]; in how many runs all evaders were kept to the
