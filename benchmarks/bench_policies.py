@@ -3,12 +3,14 @@
 As many games as given below, or as GAMES says: `GAMES=20 make bench ARGS="-k policies"`.
 """
 
+import math
 import os
 import time
 
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import EventStatus
 
 from sightfield.diagrams.studies.engine import run_study
 from sightfield.diagrams.studies.opponents import Match, cell_name, match_cell
@@ -25,9 +27,9 @@ from sightfield.systems.tracking.best_response_evaders import DEFAULT_ROLLOUT
 pytestmark = pytest.mark.benchmarks
 
 # Games a row: one against one by opponent, teams, settings of rollouts by team size, periods,
-# pursuers that are fewer than their evaders.
+# pursuers that are fewer than their evaders; games in which changes are counted.
 ALONE = {"adversarial": 1000, "best_response": 300}
-TEAMS, ROLLOUTS, PERIODS = 100, 200, 40
+TEAMS, ROLLOUTS, PERIODS, REASSIGNED = 100, 200, 40, 20
 
 # Rule and hold of the assignment; the first is what the others are compared with.
 HOLDS = {
@@ -171,6 +173,61 @@ def test_playing_by_the_solved_game(size, tmp_path):
         f"worst opponents: {worst['guarantee']:.1f} over {worst['thesis']:.1f} s, "
         f"{worst['guarantee'] / worst['thesis']:.2f}; margin {worst['margin']:.1f} s"
     )
+
+
+@pytest.mark.parametrize("size", ["2v2", "3v3", "4v4", "4v3", "4v2", "3v4"])
+def test_reassignments(size):
+    """How often the team changes who watches whom, up to the loss: of an evader to another pursuer,
+    where pursuers are fewer."""
+    pursuers, evaders = map(int, size.split("v"))
+    runs = {"optimal_distance": games(REASSIGNED)}
+    match = Match(pursuers, evaders, "guarantee", "optimal_distance")
+    cell = match_cell(match, SOLVED["guarantee"], runs)
+    study = Study(
+        name="reassigned",
+        base=thesis_base(seconds=120.0),
+        cells=(cell,),
+        runs=games(REASSIGNED),
+        seed=1,
+        starts_per_arena=2,
+    )
+    changes, seconds = 0, 0.0
+    for run in range(study.runs):
+        game = set_up_game(study.scenario(cell, run))
+        found = changes_in(game)
+        changes, seconds = changes + found[0], seconds + found[1]
+    print(
+        f"\n{size}, {study.runs} games against optimal_distance: {changes} changes in "
+        f"{seconds:.0f} s, {60.0 * changes / seconds:.2f} a minute, {changes / study.runs:.2f} a "
+        "game"
+    )
+
+
+def changes_in(game: TrackingGame) -> tuple[int, float]:
+    """How often who watches whom changes up to the first loss, and when that is [s]."""
+    diagram = MakeTracking(game)
+    simulator = Simulator(diagram)
+    loss, context = diagram.GetOutputPort("loss"), simulator.get_context()
+    port, owner = diagram.GetOutputPort("assignment"), diagram
+    for system in diagram.GetSystems():
+        if system.HasOutputPort("responsible"):
+            port, owner = system.GetOutputPort("responsible"), system
+    times, before = [], []
+
+    def watch(root):
+        now = port.Eval(owner.GetMyContextFromRoot(root)).tolist()
+        if before and now != before[-1]:
+            times.append(root.get_time())
+        before[:] = [now]
+        return EventStatus.DidNothing()
+
+    simulator.set_monitor(watch)
+    horizon, lost_at = game.scenario.seconds, math.inf
+    while context.get_time() < horizon and lost_at > horizon:
+        simulator.AdvanceTo(min(context.get_time() + 1.0, horizon))
+        lost_at = float(np.asarray(loss.Eval(context))[0])
+    end = min(lost_at, horizon)
+    return sum(time <= end for time in times), end
 
 
 def evaders_with(game: TrackingGame, rollout: Rollout, decision_period: float):

@@ -80,3 +80,18 @@ def test_four_that_look_ahead_against_four():
     )
     diagram = MakeTracking(with_random_starts(scenario))
     print(f"\n4 against 4, lookahead: {said(rate(diagram, 5.0, 9))}")
+
+
+def test_four_that_play_by_the_solved_game_against_four():
+    settings = [f"{team}.model=point" for team in ("pursuers", "evaders")]
+    settings += ["pursuers.field=guarantee", "pursuers.assignment=guarantee"]
+    scenario = load_scenario(TrackingScenario, find_scenario("thesis_4v3"), settings)
+    scenario = replace(
+        scenario,
+        pursuers=replace(scenario.pursuers, hold="certificate"),
+        evaders=replace(scenario.evaders, positions=[], headings=[], count=4),
+    )
+    for policy in ("adversarial", "optimal_distance"):
+        evaders = replace(scenario.evaders, policies=[policy])
+        diagram = MakeTracking(with_random_starts(replace(scenario, evaders=evaders)))
+        print(f"\n4 against 4 {policy}, guarantee: {said(rate(diagram, 10.0, 9))}")

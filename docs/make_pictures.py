@@ -47,6 +47,7 @@ DRAWINGS = [
         ["study", "tracking", "--runs", "100", "--opponent-runs", "best_response=40"],
         "means.png",
     ),
+    ("map", ["study", "map"], "map.png"),
 ]
 
 # Picture, run of a station that shows it in the operator's view, moment of that [s].

@@ -20,7 +20,7 @@ from ..reproduction.make_exhibits import FAILED, Made, make_exhibits
 from ..reproduction.page.make_page import make_page
 from ..reproduction.registry import chosen_exhibits
 from ..reproduction.summary import summarise
-from ..studies.opponents import OPPONENTS, read_opponent_runs
+from ..studies.opponents import POLICIES, read_opponent_runs
 from ..world_source import WorldSource
 
 
@@ -28,7 +28,8 @@ def reproduce(
     only: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="ID", help="Of a figure or table, as figure-2.19, table-2.1; again for more."
+            metavar="ID",
+            help="Of a figure or table, as figure-2.19, table-2.1, or beyond; again for more.",
         ),
     ] = None,
     quick: Annotated[
@@ -73,7 +74,7 @@ def reproduce(
     require(runs is None or runs > 1, "runs", "be two at least", runs)
     numbers = read_opponent_runs(opponent_runs or [])
     for opponent, number in numbers.items():
-        require_one_of("opponent-runs", opponent, OPPONENTS)
+        require_one_of("opponent-runs", opponent, POLICIES)
         require(number > 1, "opponent-runs", "be two at least", number)
     if world is not None:
         WorldSource(file=str(world)).load()

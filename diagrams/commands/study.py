@@ -32,8 +32,14 @@ from ..studies.opponents import (
     fewer_runs,
     read_opponent_runs,
 )
+from ..studies.policies_study import PURSUERS as PURSUIT
 from ..studies.policies_study import RUNS as POLICY_RUNS
-from ..studies.policies_study import SIZES, policies_grid, policies_study
+from ..studies.policies_study import (
+    SIZES,
+    USUAL,
+    policies_grid,
+    policies_study,
+)
 from ..studies.records import recorded_study
 from ..studies.report import write_scenario, write_study_report
 from ..studies.study import Study
@@ -47,8 +53,10 @@ from ..tracking.run import run_tracking
 from ..tracking.scenario import TrackingScenario
 from ..tracking.summary import summarise as summarise_run
 from ..world_source import WorldSource
+from .study_map import study_map
 
 study = typer.Typer(help="Play a grid of games many times over, with statistics.")
+study.command("map")(study_map)
 
 
 def _runs_option(runs: int) -> Any:
@@ -120,6 +128,7 @@ class Wanted:
         world: A map in which all is played.
         sizes: Of the teams, "3v4".
         starts: Runs that share an arena.
+        pursuers: Names in the study of policies.
     """
 
     runs: int | None
@@ -131,6 +140,7 @@ class Wanted:
     world: Path | None
     sizes: list[str] | None = None
     starts: int | None = None
+    pursuers: list[str] | None = None
 
 
 @study.command()
@@ -213,6 +223,13 @@ def policies(
         list[str] | None,
         typer.Option(metavar="NvM", help=f"Teams; again for more [default: {', '.join(SIZES)}]."),
     ] = None,
+    pursuers: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help=f"Of {', '.join(PURSUIT)}; again for more [default: {', '.join(USUAL)}].",
+        ),
+    ] = None,
     starts: Annotated[
         int | None, typer.Option(help="Runs that share a random arena [default: 1].")
     ] = None,
@@ -242,6 +259,7 @@ def policies(
         world=world,
         sizes=size,
         starts=starts,
+        pursuers=pursuers,
     )
     chosen = _choose(policies_study, "policies", wanted, resume, POLICIES, POLICY_RUNS)
     _do(chosen, policies_grid, workers, cluster, resume, only, out, as_json)
@@ -289,6 +307,7 @@ def _choose(
         arena=build(Arena, with_settings(asdict(Arena()), arena)) if world is None else None,
         **({} if wanted.sizes is None else {"sizes": wanted.sizes}),
         **({} if wanted.starts is None else {"starts": wanted.starts}),
+        **({} if wanted.pursuers is None else {"pursuers": wanted.pursuers}),
     )
     # What every cell sets itself would be lost without a word.
     varied = {key.partition("=")[0] for cell in chosen.cells for key in cell.settings}

@@ -6,6 +6,7 @@ from ...systems.numerics.errors import require
 from .beyond.aggregations import RANK_AGGREGATIONS
 from .beyond.radio import RADIO
 from .beyond.risk_vectors import RISK_VECTOR_GAPS
+from .beyond.solved_game import SOLVED_GAME
 from .evidence import Exhibit
 from .exhibits.allocations import ALLOCATIONS
 from .exhibits.camera_errors import CAMERA_ERRORS
@@ -37,7 +38,11 @@ EXHIBITS = (
     RISK_VECTOR_GAPS,
     RANK_AGGREGATIONS,
     RADIO,
+    SOLVED_GAME,
 )
+
+# Asks for all that the thesis has not.
+BEYOND = "beyond"
 
 
 def slug(label: str) -> str:
@@ -53,14 +58,15 @@ def chosen_exhibits(wanted: Sequence[str]) -> tuple[Exhibit, ...]:
     """The exhibits that are asked for, in the order of the page; none asked for: all.
 
     Args:
-        wanted: Ids of exhibits, or of figures and tables that they cover.
+        wanted: Ids of exhibits, or of figures and tables that they cover, or BEYOND.
 
     Raises:
         InvalidInput: There is no such exhibit.
     """
-    known = {each.id: each for each in EXHIBITS}
-    known |= {slug(label): each for each in EXHIBITS for label in each.covers}
+    known: dict[str, tuple[str, ...]] = {each.id: (each.id,) for each in EXHIBITS}
+    known |= {slug(label): (each.id,) for each in EXHIBITS for label in each.covers}
+    known[BEYOND] = tuple(each.id for each in EXHIBITS if not each.covers)
     for name in wanted:
         require(name in known, "only", f"be one of {', '.join(known)}", name)
-    chosen = {known[name].id for name in wanted} or {each.id for each in EXHIBITS}
+    chosen = {found for name in wanted or known for found in known[name]}
     return tuple(each for each in EXHIBITS if each.id in chosen)

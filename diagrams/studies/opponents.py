@@ -16,7 +16,7 @@ from .study import Cell, Study
 # solved visibility game, without and with the distance to where an evader is lost.
 POLICIES = ("adversarial", "best_response", "random_walk", *OPTIMAL_POLICIES)
 
-# Those that claims are judged against.
+# Those that studies and variants of claims are played against, unless told otherwise.
 OPPONENTS = ("adversarial", "best_response")
 
 # Runs of each cell of a study, unless told otherwise: those of `best_response` take some four times

@@ -1,14 +1,15 @@
 """Pursuers against evaders: what each way to pursue is worth against each way to escape.
 
-The thesis's pursuers and five others: who keeps an assignment until its evader is lost, who runs
-along the field of this project's margins, who tries its steps, who plays by the solved visibility
-game. A strategy is as good as it is against the evaders that are worst for it.
+The thesis's pursuers and others: who keeps an assignment until its evader is lost, who runs along
+the field of this project's margins, who tries its steps, who plays by the solved visibility game,
+who keeps what its lower bound certifies. A strategy is as good as it is against the evaders that
+are worst for it.
 """
 
 import re
 from collections.abc import Mapping, Sequence
 
-from ...systems.numerics.errors import require
+from ...systems.numerics.errors import require, require_one_of
 from ...systems.numerics.geometry.arenas.random_arena import Arena
 from ..tracking.scenario import TrackingScenario
 from .grid import Grid, Panel, matrix_of
@@ -24,8 +25,12 @@ PURSUERS = {
     "margin_held": ("margin", "hungarian", "until_lost"),
     "lookahead_held": ("lookahead", "hungarian", "until_lost"),
     "guarantee": ("guarantee", "guarantee", "certificate"),
+    "certified": ("certified", "guarantee", "certificate"),
 }
 REFERENCE = "thesis"
+
+# Played unless others are chosen: the lower bound takes half a minute an arena.
+USUAL = tuple(name for name in PURSUERS if name != "certified")
 
 SIZES = ("1v1", "2v2", "3v3", "3v4", "4v4")
 
@@ -43,6 +48,7 @@ def policies_study(
     opponents: Sequence[str] = POLICIES,
     opponent_runs: Mapping[str, int] | None = None,
     starts: int = 1,
+    pursuers: Sequence[str] = USUAL,
 ) -> Study:
     """The study of policies: "1v1-thesis-adversarial" to "4v4-guarantee-optimal_distance".
 
@@ -51,10 +57,13 @@ def policies_study(
         sizes: Of the teams, "3v4" being three pursuers against four evaders.
         opponents, opponent_runs: As of `tracking_study`.
         starts: Runs that share an arena, for which its visibility game is solved once.
+        pursuers: Names in PURSUERS.
 
     Raises:
-        InvalidInput: A size is none; see `Study` and `runs_against`.
+        InvalidInput: A size is none, or a name; see `Study` and `runs_against`.
     """
+    for name in pursuers:
+        require_one_of("pursuers", name, PURSUERS)
     for size in sizes:
         fine = re.fullmatch("[1-9][0-9]*v[1-9][0-9]*", size)
         require(fine is not None, "size", "have the form 3v4, pursuers first", size)
@@ -69,17 +78,18 @@ def policies_study(
         starts_per_arena=starts,
         cells=tuple(
             match_cell(
-                Match(pursuers, evaders, name, opponent),
-                (
-                    f"pursuers.field={field}",
-                    f"pursuers.assignment={rule}",
-                    f"pursuers.hold={hold}",
+                Match(n, m, name, opponent),
+                tuple(
+                    f"pursuers.{key}={value}"
+                    for key, value in zip(
+                        ("field", "assignment", "hold"), PURSUERS[name], strict=True
+                    )
                 ),
                 numbers,
             )
             for opponent in opponents
-            for name, (field, rule, hold) in PURSUERS.items()
-            for pursuers, evaders in teams
+            for name in pursuers
+            for n, m in teams
         ),
     )
 
@@ -89,11 +99,13 @@ def policies_grid(study: Study) -> Grid:
     matches = [match_of(cell.name) for cell in study.cells]
     teams = list(dict.fromkeys((match.pursuers, match.evaders) for match in matches))
     opponents = list(dict.fromkeys(match.opponent for match in matches))
+    pursuers = list(dict.fromkeys(match.variant for match in matches))
+    compared = [each for each in pursuers if each != REFERENCE] if REFERENCE in pursuers else []
     return Grid(
         curves=tuple(
             Panel(
                 title=f"{n} against {m} {opponent}",
-                series={each: {m: cell_name(n, m, each, opponent)} for each in PURSUERS},
+                series={each: {m: cell_name(n, m, each, opponent)} for each in pursuers},
             )
             for n, m in teams
             for opponent in opponents
@@ -101,8 +113,7 @@ def policies_grid(study: Study) -> Grid:
         pairs=tuple(
             (cell_name(n, m, each, opponent), cell_name(n, m, REFERENCE, opponent))
             for opponent in opponents
-            for each in PURSUERS
-            if each != REFERENCE
+            for each in compared
             for n, m in teams
         ),
         matrix=matrix_of(study),

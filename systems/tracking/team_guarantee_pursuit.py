@@ -60,8 +60,9 @@ class TeamGuaranteePursuit(LeafSystem):
     ================  ===================  ====  =====
 
     `certificate` is for how long all evaders can be kept, by the middle bounds, infinite for ever.
-    `responsible` is the pursuer of each evader, or -1; `assignment` the evader of each pursuer's
-    that it can keep for the shortest time, or -1. Who is responsible is discrete state.
+    `responsible` is the pursuer of each evader, or -1; one that nobody sees any more stays with its
+    own. `assignment` is the evader of each pursuer's that it sees and can keep for the shortest
+    time, or -1. Who is responsible is discrete state.
 
     Source: ours; see `numerics.tracking.visibility_game`.
 
@@ -136,7 +137,11 @@ class TeamGuaranteePursuit(LeafSystem):
         output.set_value(responsibilities(one, two, visible, held, step))
 
     def _owners(self, context):
-        return np.asarray(self._responsible.Eval(context)).astype(int)
+        """The pursuer of each evader that it sees, else NOBODY, shape (Ne,)."""
+        owners = np.asarray(self._responsible.Eval(context)).astype(int)
+        visible = self._prospects(context)[2]
+        seen = (owners != NOBODY) & visible[owners, np.arange(len(owners))]
+        return np.where(seen, owners, NOBODY)
 
     def _keep(self, context, discrete_state):
         discrete_state.set_value(self._held, self._responsible.Eval(context))

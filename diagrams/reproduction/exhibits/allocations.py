@@ -8,9 +8,9 @@ from ..evidence import Evidence, Exhibit, Picture, Workshop
 from ..played import fewest, findings_of, played, verdicts_by_assumption
 
 # As of Figures 2.16 to 2.18; the claims are about one evader, some, and more than pursuers.
-RUNS = {"adversarial": 1000, "best_response": 100}
+RUNS = {"adversarial": 1000, "best_response": 100, "optimal": 100, "optimal_distance": 100}
 VARIED, SIZES = {"adversarial": 60, "best_response": 20, "random_walk": 60}, (1, 2, 3, 4)
-QUICK_RUNS = {"adversarial": 8, "best_response": 2}
+QUICK_RUNS = {"adversarial": 8, "best_response": 2, "optimal": 2, "optimal_distance": 2}
 QUICK_VARIED, QUICK_SIZES = {"adversarial": 2, "best_response": 2, "random_walk": 2}, (1, 3, 4)
 
 

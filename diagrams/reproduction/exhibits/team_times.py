@@ -8,9 +8,9 @@ from ..evidence import Evidence, Exhibit, Picture, Workshop
 from ..played import fewest, findings_of, played, verdicts_by_assumption
 
 # Runs of each cell, runs of each cell of each variant, and sizes of the teams there.
-RUNS = {"adversarial": 1000, "best_response": 100}
+RUNS = {"adversarial": 1000, "best_response": 100, "optimal": 100, "optimal_distance": 100}
 VARIED, SIZES = {"adversarial": 60, "best_response": 20, "random_walk": 60}, (1, 2, 3, 4)
-QUICK_RUNS = {"adversarial": 8, "best_response": 3}
+QUICK_RUNS = {"adversarial": 8, "best_response": 3, "optimal": 2, "optimal_distance": 2}
 QUICK_VARIED, QUICK_SIZES = {"adversarial": 4, "best_response": 2, "random_walk": 4}, (1, 3)
 
 
@@ -53,8 +53,8 @@ TEAM_TIMES = Exhibit(
     states="Average tracking times t1, t2, t3 of 1000 runs for one to four pursuers and evaders, "
     "a = 0.3, v_p = 300 mm per time unit, random starts at which every evader is seen. Obstacles, "
     "the evaders' policy and the longest time counted are not stated: ours are five random "
-    "rectangles, evaders that play the corner game and evaders that know the pursuers' rule, and "
-    "120 s. A claim holds if it does against the stronger.",
+    "rectangles, evaders that play the corner game, that know the pursuers' rule or that know the "
+    "solved visibility game, and 120 s. A claim holds if it does against the strongest.",
     command="sightfield study tracking --runs 1000 --opponent-runs best_response=100 --workers 2 "
     "--out out/tracking",
     make=_make,

@@ -12,6 +12,7 @@ from sightfield.diagrams.reproduction.evidence import AGREES, DIFFERS, SHOWN, VE
 from sightfield.diagrams.reproduction.make_exhibits import FAILED
 from sightfield.diagrams.reproduction.registry import EXHIBITS
 from sightfield.diagrams.studies.opponents import OPPONENTS
+from sightfield.diagrams.tracking.scenario import OPTIMAL_POLICIES
 
 FIGURES = {
     2: (5, 6, 10, 11, 12, 16, 17, 18, 19, 20, 34),
@@ -110,6 +111,7 @@ def test_the_summary_is_also_on_disk(report):
         ("figure-2.19", "one evader is never lost", DIFFERS),
         ("beyond-radio", "A centre less no radio at all, against adversarial", SHOWN),
         ("beyond-radio", "A centre less no radio at all, against best_response", SHOWN),
+        ("beyond-solved-game", "Regret, one against one", SHOWN),
     ],
 )
 def test_what_does_not_hang_on_the_number_of_runs_is_as_known(report, exhibit, subject, verdict):
@@ -120,8 +122,8 @@ def test_what_does_not_hang_on_the_number_of_runs_is_as_known(report, exhibit, s
 def test_every_claim_names_all_its_opponents(report, exhibit):
     (found,) = [each for each in report.summary["exhibits"] if each["id"] == exhibit]
     for finding in found["findings"]:
-        assert ", the strongest of 2 (mean " in finding["ours"]
-        for opponent in OPPONENTS:
+        assert ", the strongest of 4 (mean " in finding["ours"]
+        for opponent in (*OPPONENTS, *OPTIMAL_POLICIES):
             assert f"against {opponent}" in finding["ours"]
 
 
@@ -136,8 +138,10 @@ def test_each_claim_is_judged_with_other_assumptions_too(report):
     section = report.page.split('<section id="figure-2.16">')[1].split("</section>")[0]
     table = section.split('<table class="numbers">')[1]
     head = re.findall(r"<th>([^<]*)</th>", table)
-    assumptions = ("120 s", "60 s", "30 s", "2 obstacles", "8 obstacles", "robots of the testbed")
+    horizons = ("120 s", "60 s", "30 s")
+    assumptions = (*horizons, "2 obstacles", "8 obstacles", "robots of the testbed")
     wanted = {f"{each}, {opponent}" for each in assumptions for opponent in OPPONENTS}
+    wanted |= {f"{each}, {opponent}" for each in horizons for opponent in OPTIMAL_POLICIES}
     assert set(head) == {"claim", "evaders that wander, random_walk"} | wanted
     # One opponent is the strongest wherever there are two.
     for row in table.split("<tr>")[2:]:

@@ -124,6 +124,9 @@ def test_exhibits_are_asked_for_by_any_figure_that_they_cover():
         "figure-3.9",
     ]
     assert chosen_exhibits([]) == EXHIBITS
+    beyond = chosen_exhibits(["beyond"])
+    assert "beyond-solved-game" in {each.id for each in beyond}
+    assert beyond == tuple(each for each in EXHIBITS if each.id.startswith("beyond-"))
 
 
 @pytest.mark.parametrize(

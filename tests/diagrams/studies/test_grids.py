@@ -101,6 +101,18 @@ def test_the_thesis_and_five_others_pursue_in_the_study_of_policies():
     }
 
 
+def test_pursuers_may_be_chosen_and_are_compared_with_the_thesis_where_it_plays():
+    options = {"runs": 1, "sizes": ("2v2",), "opponents": ("optimal",)}
+    study = policies_study(pursuers=("certified", "thesis"), **options)
+    certified = study.scenario(study.cells[0], 0).pursuers
+    chosen = certified.field, certified.assignment, certified.switch
+    assert chosen == ("certified", "guarantee", "certificate")
+    assert policies_grid(study).pairs == (("2v2-certified-optimal", "2v2-thesis-optimal"),)
+    assert policies_grid(policies_study(pursuers=("certified",), **options)).pairs == ()
+    with pytest.raises(InvalidInput, match="`pursuers` must be one of thesis, table_held"):
+        policies_study(pursuers=("nobody",), **options)
+
+
 @pytest.mark.parametrize(
     ("options", "complaint"),
     [

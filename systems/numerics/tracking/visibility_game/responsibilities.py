@@ -5,7 +5,8 @@ pursuer can do for its evaders is known from the solved games for one (`guarante
 two (`two_evaders`); for more it is taken as the least over pairs of them, which is too much. Of
 all ways to share the evaders out the team takes one whose least time is the largest, and of
 several the one whose second least is, and so on. It changes its mind when an evader is lost from
-its pursuer's sight, or when that gains a tenth of the least time and a step.
+its pursuer's sight to another's, or when that makes the least time longer by a tenth and a step. An
+evader that nobody sees stays with the pursuer that had it: nobody else can do more for it.
 
 Source: ours.
 """
@@ -161,22 +162,22 @@ def responsibilities(
         step: Of the game of two [s].
 
     Returns:
-        Shape (m,), int; NOBODY for an evader that nobody sees.
+        Shape (m,), int; what was held, or NOBODY, for an evader that nobody sees.
     """
     n, m = visible.shape
     broken = False
+    owners, best = held.copy(), _share_out(one, two, visible)
     for j in range(m):
-        seen = False
-        for i in range(n):
-            seen = seen or visible[i, j]
-        broken = broken or (seen and (held[j] < 0 or not visible[held[j], j]))
-    best = _share_out(one, two, visible)
-    if broken:
-        return best
+        if best[j] == NOBODY:
+            # Of those that can be seen alone it is told how long they are kept.
+            owners[j] = NOBODY
+        else:
+            broken = broken or held[j] < 0 or not visible[held[j], j]
     before, after = np.empty(n), np.empty(n)
-    _times(one, two, held, before)
+    _times(one, two, owners, before)
     _times(one, two, best, after)
-    return best if after[0] > before[0] + max(step, GAIN * before[0]) else held.copy()
+    longer = after[0] > (1.0 + GAIN) * before[0] + step
+    return np.where(best == NOBODY, held, best) if broken or longer else held.copy()
 
 
 @compiled

@@ -95,21 +95,35 @@ def test_the_team_changes_its_mind_for_a_gain_or_a_loss_alone():
     one = np.full((2, 3), AGES)
     two = np.full((2, 3, 3), 10.0)
     held = np.array([0, 0, 1])
-    # Little to gain: with evaders 1 and 2 a pursuer keeps them a step longer.
+    # Little to gain: with evaders 1 and 2 a pursuer keeps them a step longer, or a tenth.
     two[:, 1, 2] = two[:, 2, 1] = 10.0 + STEP
     assert responsibilities(one, two, visible, held, STEP).tolist() == held.tolist()
-    two[:, 1, 2] = two[:, 2, 1] = 10.0 + 1.1 * STEP
+    two[:, 1, 2] = two[:, 2, 1] = 11.0 + 0.9 * STEP
+    assert responsibilities(one, two, visible, held, STEP).tolist() == held.tolist()
+    two[:, 1, 2] = two[:, 2, 1] = 11.0 + 1.1 * STEP
     chosen = responsibilities(one, two, visible, held, STEP)
     assert chosen[1] == chosen[2] != chosen[0]
     # Lost from sight of its own pursuer, not of the other.
     two[:] = 10.0
     visible[0, 1], one[0, 1], two[0, 1], two[0, :, 1] = False, 0.0, 0.0, 0.0
     assert responsibilities(one, two, visible, held, STEP)[1] == 1
-    # Lost from everybody's: the other two are worth a pursuer each.
-    visible[1, 1], two[1, 1], two[1, :, 1] = False, 0.0, 0.0
-    chosen = responsibilities(one, two, visible, held, STEP)
-    assert chosen[1] == NOBODY
+
+
+def test_an_evader_that_nobody_sees_stays_with_its_own_and_changes_nothing():
+    visible = np.ones((2, 3), dtype=bool)
+    one, two = np.full((2, 3), AGES), np.full((2, 3, 3), 10.0)
+    two[:, 0, 2] = two[:, 2, 0] = 12.5
+    visible[:, 1], one[:, 1], two[:, 1], two[:, :, 1] = False, 0.0, 0.0, 0.0
+    for held in ([0, 0, 1], [1, 0, 0]):
+        held = np.array(held)
+        # Each of the other two has a pursuer to itself.
+        assert responsibilities(one, two, visible, held, STEP).tolist() == held.tolist()
+    # Both of the others have the same, and the other pursuer has nobody that it sees.
+    chosen = responsibilities(one, two, visible, np.array([0, 1, 0]), STEP)
+    assert chosen[1] == 1
     assert chosen[0] != chosen[2]
+    # Nobody's before, nobody's now.
+    assert responsibilities(one, two, visible, np.array([0, NOBODY, 1]), STEP)[1] == NOBODY
 
 
 def draw_free(rng, count):

@@ -1,0 +1,127 @@
+"""`sightfield study map`: how much of what is seen can be kept in sight, on which maps."""
+
+import json
+import os
+import sys
+from contextlib import nullcontext
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import MofNCompleteColumn, Progress
+from rich.table import Table
+from rich.text import Text
+
+from ...systems.numerics.errors import require, require_one_of
+from ...systems.numerics.geometry.arenas.random_arena import Arena
+from ...systems.numerics.geometry.world_files import load_world
+from ..outputs import output_folder
+from ..scenario_files import build, with_settings
+from ..studies.map_report import map_tables, summarise_maps, write_map_report
+from ..studies.map_study import FACTORS, VALUES, MapResult, MapStudy, run_map_study
+
+
+def study_map(
+    factor: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME", help=f"What to vary, of {', '.join(FACTORS)}; again for more [all]."
+        ),
+    ] = None,
+    arenas: Annotated[int, typer.Option(help="Random arenas of each value.")] = 10,
+    speed_ratio: Annotated[
+        float, typer.Option(help="Evader's speed over the pursuer's, where it is not varied.")
+    ] = 0.3,
+    grid: Annotated[float, typer.Option(help="Between the pursuer's nodes [m].")] = 0.1,
+    bound: Annotated[
+        str, typer.Option(help="Of the visibility game: lower, middle or upper.")
+    ] = "middle",
+    seed: Annotated[int, typer.Option(help="Root of all seeds.")] = 0,
+    setting: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="Of the random arenas, as arena.obstacles=8."
+        ),
+    ] = None,
+    world: Annotated[
+        Path | None,
+        typer.Option(help="Vary the ratio alone, in this world (WKT, GeoJSON or ROS map)."),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes; 0: solve in this one [default: one a core].")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for table, summary and picture.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
+) -> None:
+    """What the map decides: which part of what a pursuer sees can be kept in sight for ever.
+
+    The visibility game is solved in random arenas, over number, size and spacing of their obstacles
+    and over the speed ratio; no games are played.
+    """
+    chosen = _choose(factor, arenas, speed_ratio, grid, bound, seed, setting or [], world)
+    count = (os.cpu_count() or 1) if workers is None else workers
+    console = Console(stderr=as_json)
+    with output_folder(out) if out is not None else nullcontext() as folder:
+        result = _solve(chosen, count, console, shown=sys.stdout.isatty() and not as_json)
+        summary = summarise_maps(result)
+        written = [] if folder is None else write_map_report(result, summary, folder)
+    if as_json:
+        typer.echo(json.dumps(summary, indent=2))
+        return
+    for each in map_tables(summary):
+        # Text: Rich would take [m] for markup.
+        table = Table(title=Text(each.title), title_justify="left", box=None)
+        for head in each.head:
+            table.add_column(head, justify="right")
+        for row in each.rows:
+            table.add_row(*row)
+        console.print(table)
+    if out is not None:
+        console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
+
+
+def _choose(
+    factors: list[str] | None,
+    arenas: int,
+    speed_ratio: float,
+    grid: float,
+    bound: str,
+    seed: int,
+    settings: list[str],
+    world: Path | None,
+) -> MapStudy:
+    """The study that the options describe."""
+    known = [f"arena.{each.name}" for each in fields(Arena)]
+    for each in settings:
+        require_one_of("--set", each.partition("=")[0], known)
+    require(not (settings and world), "--set", "not set the arena with --world", settings)
+    keys = [each.removeprefix("arena.") for each in settings]
+    own = None if world is None else load_world(world).world
+    for name in factors or []:
+        require_one_of("factor", name, FACTORS)
+        fits = own is None or name == "speed_ratio"
+        require(fits, "factor", "be speed_ratio in a world of your own", name)
+    return MapStudy(
+        arena=build(Arena, with_settings(asdict(Arena()), keys)),
+        world=own,
+        speed_ratio=speed_ratio,
+        values={name: VALUES[name] for name in dict.fromkeys(factors or FACTORS)},
+        arenas=arenas,
+        seed=seed,
+        grid=grid,
+        bound=bound,
+    )
+
+
+def _solve(chosen: MapStudy, workers: int, console: Console, *, shown: bool) -> MapResult:
+    """Solve all maps below a bar."""
+    columns = (*Progress.get_default_columns(), MofNCompleteColumn())
+    with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
+        task = bar.add_task("maps", total=None)
+        return run_map_study(
+            chosen,
+            workers=workers,
+            progress=lambda done, total: bar.update(task, completed=done, total=total),
+        )

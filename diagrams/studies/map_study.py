@@ -1,0 +1,255 @@
+"""What the map decides: how much of what a pursuer sees it can keep in sight for ever.
+
+No games are played. In random arenas, and at several ratios of the speeds, the visibility game of
+one pursuer and one evader is solved, and the pairs of places are counted: those in sight of each
+other, and those of them that are kept so for ever, whatever the evader does. One thing is varied
+at a time: the number of obstacles, of the same size or of the same area in all; their size; the
+least gap between them; the ratio.
+"""
+
+import multiprocessing
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ...systems.numerics.errors import InvalidInput, require, require_one_of, require_positive
+from ...systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
+from ...systems.numerics.geometry.world import World
+from ...systems.numerics.statistics.estimate import Estimate
+from ...systems.numerics.statistics.paired import paired_difference
+from ...systems.numerics.statistics.run_seeds import run_seed
+from ...systems.numerics.tracking.visibility_game.bounds import BOUNDS
+from ...systems.numerics.tracking.visibility_game.guaranteed_times import solve_visibility_game
+
+# The thesis's top speed of pursuers [m/s]; what is kept for ever hangs on the ratio alone.
+PURSUER_SPEED = 0.3
+
+# What is varied, in the words of tables and axes.
+FACTORS = {
+    "obstacles": "number of obstacles",
+    "pieces": "number of obstacles, of the same area in all",
+    "size": "mean side of the obstacles [m]",
+    "gap": "least gap between obstacles [m]",
+    "speed_ratio": "speed ratio a",
+}
+
+VALUES = {
+    "obstacles": (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0),
+    "pieces": (1.0, 2.0, 3.0, 5.0, 8.0, 12.0),
+    "size": (0.15, 0.3, 0.45, 0.65, 0.8),
+    "gap": (0.15, 0.2, 0.3, 0.4, 0.5),
+    "speed_ratio": (0.1, 0.2, 0.3, 0.45, 0.6, 0.8),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapStudy:
+    """Which maps are solved, and how finely.
+
+    Raises:
+        InvalidInput: A number is out of its range, or a name is none.
+    """
+
+    # What arenas are like where nothing is varied.
+    arena: Arena = field(default_factory=Arena)
+    # A world of one's own instead, in which the ratio alone is varied.
+    world: World | None = None
+    # Evader's speed over the pursuer's where nothing is varied [-].
+    speed_ratio: float = 0.3
+    # By factor, its values.
+    values: dict[str, tuple[float, ...]] = field(default_factory=lambda: dict(VALUES))
+    # Arenas of each value.
+    arenas: int = 10
+    # Root of all seeds.
+    seed: int = 0
+    # Between the pursuer's nodes [m].
+    grid: float = 0.1
+    # Of the visibility game.
+    bound: str = "middle"
+
+    def __post_init__(self) -> None:
+        require(self.arenas >= 2, "arenas", "be two at least", self.arenas)
+        require(self.seed >= 0, "seed", "be zero or positive", self.seed)
+        require_positive("grid", self.grid)
+        require_one_of("bound", self.bound, BOUNDS)
+        require(0 < self.speed_ratio < 1, "speed_ratio", "lie between 0 and 1", self.speed_ratio)
+        for name in self.values:
+            require_one_of("factor", name, FACTORS)
+        for ratio in self.values.get("speed_ratio", ()):
+            require(0 < ratio < 1, "speed_ratio", "lie between 0 and 1", ratio)
+        if self.world is None:
+            # Else there are passages without a node, which evaders alone can take.
+            least = min(self.arena.gap, *self.values.get("gap", (self.arena.gap,)))
+            said = f"be below the least gap between obstacles, {least:g} m"
+            require(self.grid < least, "grid", said, self.grid)
+
+    @property
+    def factors(self) -> dict[str, tuple[float, ...]]:
+        """What is varied, and its values: in a world of one's own the ratio alone."""
+        if self.world is None:
+            return self.values
+        return {name: each for name, each in self.values.items() if name == "speed_ratio"}
+
+    def setting(self, factor: str, value: float) -> tuple[Arena, float]:
+        """What arenas are like, and the ratio, at a value of a factor.
+
+        Args:
+            factor: A name in FACTORS.
+            value: Of the factor.
+
+        Raises:
+            InvalidInput: There are no such arenas.
+        """
+        arena = self.arena
+        mean = 0.5 * (arena.shortest + arena.longest)
+        if factor == "speed_ratio":
+            return arena, value
+        if factor == "obstacles":
+            return replace(arena, obstacles=round(value)), self.speed_ratio
+        if factor == "gap":
+            return replace(arena, gap=value), self.speed_ratio
+        if factor == "pieces":
+            scale = (arena.obstacles / value) ** 0.5
+            arena = replace(arena, obstacles=round(value))
+        else:
+            scale = value / mean
+        # The shapes stay as they are.
+        sides = {"shortest": scale * arena.shortest, "longest": scale * arena.longest}
+        return replace(arena, **sides), self.speed_ratio
+
+
+class Kept(NamedTuple):
+    """What came out of one map at one ratio.
+
+    Attributes:
+        kept: Part of the pairs in sight that are kept so for ever, no unit.
+        sighted: Part of all pairs of places that are in sight of each other, no unit.
+    """
+
+    kept: float
+    sighted: float
+
+
+@dataclass(frozen=True, eq=False)
+class MapResult:
+    """A finished study.
+
+    Attributes:
+        study: What was studied.
+        found: By factor and value, one entry for each arena.
+    """
+
+    study: MapStudy
+    found: dict[str, dict[float, tuple[Kept, ...]]]
+
+    def kept(self, factor: str, value: float) -> np.ndarray:
+        """Parts that are kept, shape (arenas,).
+
+        Args:
+            factor: A name in FACTORS.
+            value: Of the factor.
+        """
+        return np.array([each.kept for each in self.found[factor][value]])
+
+    def sighted(self, factor: str, value: float) -> np.ndarray:
+        """Parts in sight, shape (arenas,).
+
+        Args:
+            factor, value: As of `kept`.
+        """
+        return np.array([each.sighted for each in self.found[factor][value]])
+
+
+# A map and a ratio to be solved: arena and seed, or a world of one's own.
+Task = tuple[Arena | World, int, float]
+
+
+def run_map_study(
+    study: MapStudy,
+    *,
+    workers: int = 1,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> MapResult:
+    """Solve all maps; arena r of a setting has the r-th child of the root seed.
+
+    Args:
+        study: Which maps.
+        workers: Number of processes; 0 solves in this one.
+        progress: Told the number of games solved and the number in all.
+
+    Raises:
+        InvalidInput: An arena has no room for its obstacles; see `solve_visibility_game`.
+    """
+    require(workers >= 0, "workers", "be zero or positive", workers)
+    tasks = _tasks(study)
+    # The setting from which the others differ belongs to several factors.
+    wanted = list(dict.fromkeys(task for each in tasks.values() for task in each))
+    solved: dict[Task, Kept] = {}
+
+    def keep(results: Iterable[Kept]) -> None:
+        progress(0, len(wanted))
+        for task, kept in zip(wanted, results, strict=True):
+            solved[task] = kept
+            progress(len(solved), len(wanted))
+
+    jobs = [(task, study.grid, study.bound) for task in wanted]
+    if workers == 0:
+        keep(map(_solve, jobs))
+    else:
+        context = multiprocessing.get_context("forkserver")
+        with ProcessPoolExecutor(min(workers, len(jobs)), context) as pool:
+            keep(pool.map(_solve, jobs))
+    found: dict[str, dict[float, tuple[Kept, ...]]] = {name: {} for name in study.factors}
+    for (factor, value), each in tasks.items():
+        found[factor][value] = tuple(solved[task] for task in each)
+    return MapResult(study, found)
+
+
+def _tasks(study: MapStudy) -> dict[tuple[str, float], list[Task]]:
+    """The maps of each value of each factor."""
+    tasks: dict[tuple[str, float], list[Task]] = {}
+    for factor, values in study.factors.items():
+        for value in values:
+            arena, ratio = study.setting(factor, value)
+            if study.world is not None:
+                tasks[factor, value] = [(study.world, 0, ratio)]
+            else:
+                seeds = [run_seed(study.seed, run) for run in range(study.arenas)]
+                tasks[factor, value] = [(arena, seed, ratio) for seed in seeds]
+    return tasks
+
+
+def _solve(job: tuple[Task, float, str]) -> Kept:
+    """Solve the game on one map."""
+    (place, seed, ratio), grid, bound = job
+    world = place if isinstance(place, World) else draw_arena(place, seed)
+    try:
+        table = solve_visibility_game(
+            world,
+            pursuer_speed=PURSUER_SPEED,
+            evader_speed=ratio * PURSUER_SPEED,
+            grid=grid,
+            bound=bound,
+        )
+    except InvalidInput as error:
+        raise InvalidInput(f"{error} (at a speed ratio of {ratio:g}, in {place})") from None
+    places = int((table.sighted > 0).sum())
+    return Kept(table.share_for_ever, table.pairs / (places * int(table.evader_nodes.sum())))
+
+
+def mean_share(shares: np.ndarray, confidence: float = 0.95) -> Estimate:
+    """Mean over arenas with Student's interval, cut to [0, 1]; of one world without one.
+
+    Args:
+        shares: Shape (arenas,).
+        confidence: Of the interval, between 0 and 1.
+    """
+    if len(shares) == 1:
+        return Estimate(float(shares[0]), float(shares[0]), float(shares[0]), 0.0, 1)
+    found = paired_difference(shares, np.zeros_like(shares), confidence)
+    error = float(shares.std(ddof=1)) / len(shares) ** 0.5
+    low, high = max(found.low, 0.0), min(found.high, 1.0)
+    return Estimate(found.mean, low, high, error, len(shares))
