@@ -1,0 +1,183 @@
+"""Headland rounds and rings round holes: closed lines, split at convex corners."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import shapely
+from shapely.ops import substring
+
+from ..field.field import Field
+from ..machines.combine import Combine
+from ..paths.machine_path import MachinePath
+from .cut_ground import GAP
+from .header_curves import cutting_radius, drive_line, smooth_line
+
+# Corners that turn by more are driven straight on and turned outside of the crop [rad].
+SPLIT_TURN = math.radians(50.0)
+
+# How far a header's middle drives on past the crop, besides half the header's depth [m].
+CLEAR = 0.2
+
+# Lines are simplified by this much [m].
+TOLERANCE = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """A closed line that the header's middle follows, its outside on the left.
+
+    Attributes:
+        line: Closed; clockwise along the boundary, counterclockwise round a hole.
+        corners: Stations at which it is split, ascending, shape (c,) [m].
+        turns: At the corners, absolute, shape (c,) [rad].
+        number: Of the round: 0 along the boundary, from there inwards.
+        hole: Whether it goes round holes.
+    """
+
+    line: shapely.LineString
+    corners: np.ndarray
+    turns: np.ndarray
+    number: int
+    hole: bool
+
+    @cached_property
+    def length(self) -> float:
+        """Of the line [m]."""
+        return float(self.line.length)
+
+    def pose(self, station: float) -> np.ndarray:
+        """x, y, theta on the line [m], [m], [rad]."""
+        begin, end = (
+            np.array(self.line.interpolate((station + d) % self.length).coords[0])
+            for d in (-0.25, 0.25)
+        )
+        middle = np.array(self.line.interpolate(station % self.length).coords[0])
+        return np.array([*middle, math.atan2(end[1] - begin[1], end[0] - begin[0])])
+
+    def station(self, point: np.ndarray) -> float:
+        """Of the point of the line that is nearest to a point [m]."""
+        return float(self.line.project(shapely.Point(point[:2])))
+
+    def corners_within(self, begin: float, end: float) -> np.ndarray:
+        """Stations of corners above begin and below end, unwrapped, ascending [m]."""
+        turns = np.arange(math.floor(begin / self.length), math.floor(end / self.length) + 1)
+        every = (self.corners[None, :] + self.length * turns[:, None]).ravel()
+        return every[(every > begin + 1e-6) & (every < end - 1e-6)]
+
+    def part(self, begin: float, end: float) -> np.ndarray:
+        """The line's points between stations, which may lie beyond its ends, shape (n, 2)."""
+        pieces = []
+        at = begin
+        while at < end - 1e-9:
+            turn = math.floor(at / self.length + 1e-12)
+            upto = min(end, (turn + 1) * self.length)
+            piece = substring(self.line, at - turn * self.length, upto - turn * self.length)
+            pieces.append(np.array(piece.coords))
+            at = upto
+        return np.concatenate(pieces)
+
+
+def crop_to_offset(field: Field, combine: Combine) -> shapely.Polygon | shapely.MultiPolygon:
+    """The region whose inward offsets are rounds that a combine can drive.
+
+    Reflex corners of the boundary are rounded outside of the field, and holes are grown, so that
+    no round is narrower than what the header cuts cleanly.
+    """
+    half = combine.header_width / 2
+    fillet = max(0.0, cutting_radius(combine) - half)
+    outline = field.outline
+    if fillet > 0:
+        grown = outline.buffer(fillet, join_style="mitre", mitre_limit=10.0)
+        outline = grown.buffer(-fillet, quad_segs=24).union(field.outline)
+    around = max(GAP, combine.turning_radius - half) + TOLERANCE
+    holes = [hole.buffer(around, quad_segs=16) for hole in field.obstacles]
+    return outline.difference(shapely.union_all(holes)) if holes else outline
+
+
+def lay_out_loops(region: shapely.Geometry, combine: Combine, number: int) -> list[Loop]:
+    """The loops of one round, those along the boundary first, then those round holes."""
+    depth = (number + 0.5) * combine.header_width
+    inner = region.buffer(-depth, quad_segs=24)
+    loops = []
+    for part in shapely.get_parts(inner):
+        if part.is_empty or part.geom_type != "Polygon":
+            continue
+        for place, ring in enumerate((part.exterior, *part.interiors)):
+            hole = place > 0
+            shape = shapely.Polygon(ring)
+            if shape.area < 1.0:
+                continue
+            loop = _make_loop(shape, number, hole=hole, radius=combine.turning_radius)
+            if loop is not None:
+                loops.append(loop)
+    return sorted(loops, key=lambda loop: loop.hole)
+
+
+def _make_loop(
+    shape: shapely.Polygon, number: int, *, hole: bool, radius: float
+) -> Loop | None:
+    ring = shape.exterior.simplify(TOLERANCE)
+    points = np.array(shapely.Polygon(ring).exterior.coords)[:-1]
+    if len(points) < 3:
+        return None
+    if shapely.LinearRing(points).is_ccw != hole:
+        points = points[::-1]
+    steps = np.roll(points, -1, axis=0) - points
+    before = np.roll(steps, 1, axis=0)
+    # To the right positive, which is convex where the crop is on the right.
+    turns = -np.arctan2(
+        before[:, 0] * steps[:, 1] - before[:, 1] * steps[:, 0],
+        np.einsum("ij,ij->i", before, steps),
+    )
+    sharp = np.flatnonzero(turns > SPLIT_TURN)
+    if len(sharp):
+        points = np.roll(points, -sharp[0], axis=0)
+        turns = np.roll(turns, -sharp[0])
+        sharp -= sharp[0]
+    elif not hole:
+        opened = shape.buffer(-radius, quad_segs=24).buffer(radius, quad_segs=24)
+        if opened.geom_type != "Polygon" or opened.is_empty:
+            return None
+        points = np.array(opened.exterior.simplify(0.02).coords)[:-1]
+        if shapely.LinearRing(points).is_ccw:
+            points = points[::-1]
+    line = shapely.LineString([*points, points[0]])
+    stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line.coords, axis=0).T))])
+    return Loop(line, stations[sharp], turns[sharp], number, hole)
+
+
+def drive_on(turn: float, combine: Combine) -> float:
+    """How far past a corner of a loop the header's middle drives straight on [m].
+
+    Args:
+        turn: Of the loop at the corner, absolute [rad].
+        combine: The combine.
+    """
+    half = combine.header_width / 2
+    corner = half * math.tan(min(turn, math.radians(150.0)) / 2)
+    return corner + combine.header_depth / 2 + CLEAR
+
+
+def drive_edge(
+    loop: Loop,
+    begin: float,
+    end: float,
+    extensions: tuple[float, float],
+    combine: Combine,
+    work: int,
+) -> MachinePath:
+    """The path along a part of a loop without split corners, with straights at its ends."""
+    points = loop.part(begin, end)
+    points = points[np.concatenate([[True], np.hypot(*np.diff(points, axis=0).T) > 1e-6])]
+    first, last = points[0] - points[1], points[-1] - points[-2]
+    ahead = points[-1] + last / np.hypot(*last) * extensions[1]
+    behind = points[0] + first / np.hypot(*first) * extensions[0]
+    lines = [points]
+    if extensions[0] > 0:
+        lines.insert(0, behind[None])
+    if extensions[1] > 0:
+        lines.append(ahead[None])
+    line = smooth_line(shapely.LineString(np.concatenate(lines)), combine.turning_radius)
+    return drive_line(np.array(line.simplify(0.01).coords), cutting=True, work=work)

@@ -1,0 +1,331 @@
+"""Coverage: paths of combines that cut a whole field."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.optimize import linear_sum_assignment
+
+from ...errors import InvalidInput, require
+from ..field.field import Field
+from ..machines.combine import Combine
+from ..paths.machine_path import MachinePath
+from ..turns.turn import turn_times
+from .arcs import Arc, drive_arc, first_round_shift, split_loops
+from .candidates import TURN_TIME, Candidate, find_candidates
+from .cut_ground import GAP, CutGround
+from .driver import Driver, NoWay, lay_out_roads, stop_time
+from .header_curves import cutting_radius
+from .lands import chain_swaths, split_chain
+from .loops import Loop, crop_to_offset
+from .precedence import CropPrecedence, find_precedence
+from .swath_order import SwathTimes, order_swaths
+from .swaths import Swath
+
+# Patterns of coverage.
+PATTERNS = ("lands",)
+
+# How many candidates are built.
+BUILT = 3
+
+# Least share of the crop that a plan cuts, and the same with three holes and more [-].
+LEAST_COVERAGE = 0.995
+LEAST_COVERAGE_HOLES = 0.985
+
+# What it costs to get from loop to loop of the headland, in estimates [s].
+OTHER_LOOP = 300.0
+
+
+@dataclass(frozen=True, eq=False)
+class CoveragePaths:
+    """Paths of all combines that together cut a field.
+
+    Attributes:
+        paths: Of the combines.
+        precedence: What must be cut before.
+        area: Of the crop [m^2].
+        covered_area: Of the crop that is cut [m^2].
+        times: Estimates of when each combine has driven its path, without waiting, shape (N,) [s].
+        works: Number of pieces of work, over all combines.
+    """
+
+    paths: tuple[MachinePath, ...]
+    precedence: CropPrecedence
+    area: float
+    covered_area: float
+    times: np.ndarray
+    works: int
+
+    @property
+    def coverage(self) -> float:
+        """Share of the crop that is cut, in [0, 1]."""
+        return self.covered_area / self.area
+
+    @property
+    def length(self) -> float:
+        """Way of all combines [m]."""
+        return sum(path.length for path in self.paths)
+
+
+def plan_coverage(
+    field: Field, combine: Combine, count: int, *, pattern: str = "lands"
+) -> CoveragePaths:
+    """Paths of combines that cut a whole field, found among several ways to do so.
+
+    Args:
+        field: The field.
+        combine: One of equal combines.
+        count: Of combines.
+        pattern: "lands": rounds in arcs, then a land of swaths for each combine.
+
+    Raises:
+        InvalidInput: The field cannot be cut by such combines.
+    """
+    require(count >= 1, "count", "be at least 1", count)
+    require(pattern in PATTERNS, "pattern", f"be one of {', '.join(PATTERNS)}", pattern)
+    require(
+        combine.header_width > combine.width,
+        "header_width",
+        f"be larger than the body's width of {combine.width:g} m",
+        combine.header_width,
+    )
+    region = crop_to_offset(field, combine)
+    candidates = find_candidates(field, region, combine)
+    ground = CutGround.of(field, combine)
+    least = LEAST_COVERAGE_HOLES if len(field.obstacles) >= 3 else LEAST_COVERAGE
+    best: CoveragePaths | None = None
+    faults: list[str] = []
+    built = 0
+    tried: dict[int, int] = {}
+    for candidate in candidates:
+        rounds = len(candidate.rounds)
+        if built >= BUILT or (tried.get(rounds, 0) >= 4):
+            continue
+        tried[rounds] = tried.get(rounds, 0) + 1
+        try:
+            plan = _build(field, combine, count, candidate, ground)
+        except NoWay as fault:
+            faults.append(str(fault))
+            continue
+        if plan.coverage < least:
+            faults.append(f"{plan.coverage:.1%} would be cut")
+            continue
+        built += 1
+        if best is None or plan.times.max() < best.times.max():
+            best = plan
+    if best is None:
+        raise InvalidInput(
+            f"`field` must have room for combines with headers of {combine.header_width:g} m and "
+            f"turns of {combine.turning_radius:g} m; got {field.area / 1e4:.2f} ha with a margin of "
+            f"{field.margin:g} m" + (f" ({faults[0]})" if faults else "")
+        )
+    return best
+
+
+def _build(
+    field: Field, combine: Combine, count: int, candidate: Candidate, uncut: CutGround
+) -> CoveragePaths:
+    width = combine.header_width
+    depths = [len(candidate.rounds) * width / 2, width / 2]
+    roads = lay_out_roads(candidate.region, depths, combine.turning_radius)
+    drivers = [Driver(uncut.copy(), combine, roads) for _ in range(count)]
+    work = _drive_rounds(drivers, candidate, field)
+    work = _drive_swaths(drivers, candidate, work)
+    paths = tuple(driver.path for driver in drivers)
+    covered = covered_area(field, paths, combine)
+    times = np.array([driving_time(path, combine) for path in paths])
+    precedence = find_precedence(field, paths, combine)
+    return CoveragePaths(paths, precedence, field.area, covered, times, work)
+
+
+def driving_time(path: MachinePath, combine: Combine) -> float:
+    """Time to drive a path, with a stop at each change of gear [s]."""
+    return path.length / combine.speed + (len(path.cusps) + 1) * stop_time(combine)
+
+
+def covered_area(field: Field, paths: tuple[MachinePath, ...], combine: Combine) -> float:
+    """Area of crop over which the headers' middles pass, being down [m^2]."""
+    sweeps = []
+    half = combine.header_width / 2
+    for path in paths:
+        begin, end = path.poses[:-1][path.cutting], path.poses[1:][path.cutting]
+        left, right = (
+            [
+                np.column_stack([pose[:, 0] - s * np.sin(pose[:, 2]), pose[:, 1] + s * np.cos(pose[:, 2])])
+                for pose in (begin, end)
+            ]
+            for s in (half, -half)
+        )
+        quads = np.stack([left[0], left[1], right[1], right[0]], axis=1)
+        sweeps.append(shapely.convex_hull(shapely.multipoints(quads)))
+    cut = shapely.union_all(np.concatenate(sweeps))
+    return float(shapely.intersection(cut, field.polygon).area)
+
+
+def _drive_rounds(drivers: list[Driver], candidate: Candidate, field: Field) -> int:
+    count, combine = len(drivers), drivers[0].combine
+    work = 0
+    wide = field.margin >= first_round_shift(combine) + GAP
+    for number, loops in enumerate(candidate.rounds):
+        outer = [loop for loop in loops if not loop.hole]
+        if not outer:
+            continue
+        corners = number == 0 and (not wide or (count == 1 and len(outer[0].corners) > 0))
+        preferred = None if number == 0 else np.array([driver.pose for driver in drivers])
+        if number > 0 and count == 1 and len(outer[0].corners):
+            corners, preferred = True, preferred
+        arcs = split_loops(outer, count, combine, preferred=preferred, corners=corners)
+        for driver, mine in zip(drivers, _share_arcs(drivers, arcs), strict=True):
+            for arc in mine:
+                drive_arc(driver, arc, work)
+                work += 1
+        _share_ground(drivers)
+    return work
+
+
+def _share_arcs(drivers: list[Driver], arcs: list[Arc]) -> list[list[Arc]]:
+    """Which arcs each combine drives: the nearest; what is left over goes to who has least."""
+    if not drivers[0].paths:
+        shares: list[list[Arc]] = [[] for _ in drivers]
+        for k, arc in enumerate(arcs):
+            shares[k % len(drivers)].append(arc)
+        return shares
+    away = np.array(
+        [
+            [np.hypot(*(arc.loop.pose(arc.begin) - driver.pose)[:2]) for arc in arcs]
+            for driver in drivers
+        ]
+    )
+    shares = [[] for _ in drivers]
+    chosen = linear_sum_assignment(away)
+    for who, which in zip(*chosen, strict=True):
+        shares[who].append(arcs[which])
+    for which in set(range(len(arcs))) - set(chosen[1].tolist()):
+        least = min(shares, key=lambda mine: sum(arc.end - arc.begin for arc in mine))
+        least.append(arcs[which])
+    return shares
+
+
+def _share_ground(drivers: list[Driver]) -> None:
+    """What one has cut is cut for all from here on."""
+    cells = np.logical_and.reduce([driver.ground.crop.cells for driver in drivers])
+    for driver in drivers:
+        driver.ground.crop.cells[:] = cells
+
+
+def _drive_swaths(drivers: list[Driver], candidate: Candidate, work: int) -> int:
+    swaths, combine = candidate.swaths, drivers[0].combine
+    groups = _ring_groups(candidate)
+    gates = [_gate(group, swaths, drivers[0]) for group in groups]
+    chain = chain_swaths(swaths)
+    times = np.array([swaths[k].length / combine.speed + TURN_TIME for k in chain])
+    for (node, _, _), group in zip(gates, groups, strict=True):
+        times[chain.index(node // 2)] += sum(loop.length for loop in group) / combine.speed
+    starts = np.array([driving_time(driver.path, combine) for driver in drivers])
+    lands = [chain[part] for part in split_chain(times, starts)]
+    lands = _assign_lands(lands, drivers, swaths)
+    fixed: list[list[int]] = []
+    orders: list[list[int]] = []
+    for number, (driver, land) in enumerate(zip(drivers, lands, strict=True)):
+        mine = [
+            (gate, group)
+            for gate, group in zip(gates, groups, strict=True)
+            if gate[0] // 2 in land
+        ]
+        local = {swath: k for k, swath in enumerate(land)}
+        heads = tuple(2 * local[gate[0] // 2] + gate[0] % 2 for gate, _ in mine)
+        order, _ = order_swaths(
+            _swath_times([swaths[k] for k in land], driver, mine, heads), heads, number
+        )
+        orders.append([2 * land[node // 2] + node % 2 for node in order])
+        fixed.append([gate[0] for gate, _ in mine])
+        for (node, path, _), group in mine:
+            swath = swaths[node // 2]
+            driver.go(swath.pose(node % 2, outwards=False))
+            driver.drive(swath.path(work, back=bool(node % 2)))
+            work += 1
+            driver.drive(path)
+            for loop in group:
+                _drive_ring(driver, loop, work)
+                work += 1
+    _share_ground(drivers)
+    for driver, order, done in zip(drivers, orders, fixed, strict=True):
+        for node in order[len(done) :]:
+            swath = swaths[node // 2]
+            driver.go(swath.pose(node % 2, outwards=False))
+            driver.drive(swath.path(work, back=bool(node % 2)))
+            work += 1
+    return work
+
+
+def _ring_groups(candidate: Candidate) -> list[list[Loop]]:
+    """Rings round holes, those round the same hole together, the outermost first."""
+    loops = [loop for each in reversed(candidate.rounds) for loop in each if loop.hole]
+    groups: list[list[Loop]] = []
+    for loop in loops:
+        for group in groups:
+            if shapely.Polygon(group[-1].line).contains(loop.line):
+                group.append(loop)
+                break
+        else:
+            groups.append([loop])
+    return groups
+
+
+def _gate(
+    group: list[Loop], swaths: tuple[Swath, ...], driver: Driver
+) -> tuple[int, MachinePath, float]:
+    raise NoWay("rings are to come")
+
+
+def _drive_ring(driver: Driver, loop: Loop, work: int) -> None:
+    raise NoWay("rings are to come")
+
+
+def _assign_lands(
+    lands: list[list[int]], drivers: list[Driver], swaths: tuple[Swath, ...]
+) -> list[list[int]]:
+    away = np.zeros((len(drivers), len(lands)))
+    for i, driver in enumerate(drivers):
+        for j, land in enumerate(lands):
+            ends = np.array([swaths[k].ends for k in land]).reshape(-1, 2)
+            if len(ends):
+                away[i, j] = np.hypot(*(ends - driver.pose[:2]).T).min()
+    return [lands[j] for j in linear_sum_assignment(away)[1]]
+
+
+def _swath_times(swaths: list[Swath], driver: Driver, mine: list, heads: tuple[int, ...]):
+    combine = driver.combine
+    entries = np.array([s.pose(end, outwards=False) for s in swaths for end in (0, 1)]).reshape(-1, 3)
+    exits = np.array([s.pose(end, outwards=True) for s in swaths for end in (1, 0)]).reshape(-1, 3)
+    for node, ((_, path, _), _) in zip(heads, mine, strict=True):
+        exits[node] = path.poses[-1]
+    between = turn_times(exits[:, None], entries[None], combine)
+    between = between + _detours(exits, entries, driver)
+    first = turn_times(driver.pose[None], entries, combine)
+    first = first + _detours(driver.pose[None], entries, driver)[0]
+    return SwathTimes(between, first, np.zeros(len(entries)))
+
+
+def _detours(exits: np.ndarray, entries: np.ndarray, driver: Driver) -> np.ndarray:
+    """What ways along the headland take more than straight ones, shape (n, m) [s]."""
+    roads = driver.roads
+
+    def places(poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        points = shapely.points(poses[:, :2])
+        away = np.array([shapely.distance(road.line, points) for road in roads])
+        which = np.argmin(away, axis=0)
+        stations = np.array(
+            [shapely.line_locate_point(roads[k].line, p) for k, p in zip(which, points, strict=True)]
+        )
+        return which, stations
+
+    loops, at = places(exits)
+    others, to = places(entries)
+    lengths = np.array([road.length for road in roads])[loops][:, None]
+    way = np.abs(at[:, None] - to[None])
+    way = np.minimum(way, lengths - way)
+    chord = np.hypot(*(exits[:, None, :2] - entries[None, :, :2]).transpose(2, 0, 1))
+    detour = np.maximum(0.0, way - chord - 10.0) / driver.combine.speed
+    return np.where(loops[:, None] == others[None], detour, OTHER_LOOP)
