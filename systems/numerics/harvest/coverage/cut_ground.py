@@ -54,9 +54,19 @@ class CutGround:
         depth = self.combine.header_depth
         _cut(self.crop.cells, self.crop.origin, CELL, poses[cutting], half, depth)
 
-    def turn(self, start: np.ndarray, goal: np.ndarray) -> MachinePath | None:
-        """The quickest turn found from one pose to another, or None."""
-        return turn_between(start, goal, self.ground, self.combine, crop=self.crop)
+    def turn(
+        self, start: np.ndarray, goal: np.ndarray, *, search: bool = False
+    ) -> MachinePath | None:
+        """The quickest turn found from one pose to another, or None.
+
+        Args:
+            start: x, y, theta, shape (3,) [m], [m], [rad].
+            goal: The same.
+            search: Whether to search for a way where no word fits, which takes long.
+        """
+        ends = start.tolist(), goal.tolist()
+        more = {} if search else {"expansions": 0}
+        return turn_between(*ends, self.ground, self.combine, crop=self.crop, **more)
 
     def admits(self, path: MachinePath, *, cutting: bool = False) -> bool:
         """Whether the outline keeps to the ground on a path, and, unless it cuts, off crop."""

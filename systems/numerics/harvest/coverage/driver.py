@@ -5,6 +5,7 @@ import math
 import numpy as np
 import shapely
 
+from ...planning.car_path import CarPath
 from ...planning.dubins import dubins_paths
 from ..machines.combine import Combine
 from ..paths.machine_path import TRANSIT, MachinePath, join_paths
@@ -21,6 +22,18 @@ FAR = 70.0
 
 class NoWay(Exception):
     """No way was found on ground that is cut."""
+
+
+def curve_path(curve: CarPath) -> MachinePath:
+    """A curve that is driven forwards with the header down."""
+    at = np.concatenate([[0.0], np.cumsum(curve.lengths)])
+    at = np.unique(np.concatenate([at, np.arange(0.0, at[-1], 4.0)]))
+    at = at[np.concatenate([[True], np.diff(at) > 1e-6])]
+    poses = curve.poses(at)
+    count = len(poses) - 1
+    return MachinePath(
+        poses, np.ones(count, dtype=int), np.ones(count, dtype=bool), np.full(count, TRANSIT)
+    )
 
 
 def stop_time(combine: Combine) -> float:
@@ -85,8 +98,8 @@ class Driver:
             return direct
         ways = [self._along(road, side, start, goal) for road in self.roads for side in (1, -1)]
         found = [way for way in [direct, *ways] if way is not None]
-        if not found and distance >= FAR:
-            direct = self.ground.turn(start, goal)
+        if not found:
+            direct = self.ground.turn(start, goal, search=True)
             found = [] if direct is None else [direct]
         if not found:
             raise NoWay(f"from {np.round(start, 1)} to {np.round(goal, 1)}")
@@ -98,23 +111,10 @@ class Driver:
         paths = dubins_paths(tuple(self.pose), tuple(goal), radius)
         if not paths or paths[0].length > longest:
             return False
-        path = paths[0]
-        at = np.concatenate([[0.0], np.cumsum(path.lengths)])
-        at = np.unique(np.concatenate([at, np.arange(0.0, at[-1], 4.0)]))
-        poses = path.poses(at)
-        keep = np.concatenate([[True], np.diff(at) > 1e-6])
-        poses = poses[keep]
-        count = len(poses) - 1
-        if count < 1:
-            return True
-        self.drive(
-            MachinePath(
-                poses,
-                np.ones(count, dtype=int),
-                np.ones(count, dtype=bool),
-                np.full(count, TRANSIT),
-            )
-        )
+        path = curve_path(paths[0])
+        if not self.ground.admits(path, cutting=True):
+            return False
+        self.drive(path)
         return True
 
     def _along(

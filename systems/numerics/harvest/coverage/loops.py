@@ -109,7 +109,8 @@ def lay_out_loops(region: shapely.Geometry, combine: Combine, number: int) -> li
             shape = shapely.Polygon(ring)
             if shape.area < 1.0:
                 continue
-            loop = _make_loop(shape, number, hole=hole, radius=combine.turning_radius)
+            radius = cutting_radius(combine) if hole else combine.turning_radius
+            loop = _make_loop(shape, number, hole=hole, radius=radius)
             if loop is not None:
                 loops.append(loop)
     return sorted(loops, key=lambda loop: loop.hole)
@@ -118,7 +119,11 @@ def lay_out_loops(region: shapely.Geometry, combine: Combine, number: int) -> li
 def _make_loop(
     shape: shapely.Polygon, number: int, *, hole: bool, radius: float
 ) -> Loop | None:
-    ring = shape.exterior.simplify(TOLERANCE)
+    if hole:
+        # Notches between holes are passed by.
+        grown = shape.buffer(radius, quad_segs=24).buffer(-radius, quad_segs=24)
+        shape = max(shapely.get_parts(grown), key=lambda part: part.area)
+    ring = shape.exterior.simplify(0.01 if hole else TOLERANCE)
     points = np.array(shapely.Polygon(ring).exterior.coords)[:-1]
     if len(points) < 3:
         return None
@@ -131,7 +136,7 @@ def _make_loop(
         before[:, 0] * steps[:, 1] - before[:, 1] * steps[:, 0],
         np.einsum("ij,ij->i", before, steps),
     )
-    sharp = np.flatnonzero(turns > SPLIT_TURN)
+    sharp = np.flatnonzero(turns > SPLIT_TURN) if not hole else np.zeros(0, dtype=int)
     if len(sharp):
         points = np.roll(points, -sharp[0], axis=0)
         turns = np.roll(turns, -sharp[0])

@@ -19,6 +19,7 @@ from .driver import Driver, NoWay, lay_out_roads, stop_time
 from .header_curves import cutting_radius
 from .lands import chain_swaths, split_chain
 from .loops import Loop, crop_to_offset
+from .ring_entry import Gate, drive_rings, find_gate, ring_groups
 from .precedence import CropPrecedence, find_precedence
 from .swath_order import SwathTimes, order_swaths
 from .swaths import Swath
@@ -216,71 +217,43 @@ def _share_ground(drivers: list[Driver]) -> None:
 
 def _drive_swaths(drivers: list[Driver], candidate: Candidate, work: int) -> int:
     swaths, combine = candidate.swaths, drivers[0].combine
-    groups = _ring_groups(candidate)
-    gates = [_gate(group, swaths, drivers[0]) for group in groups]
+    groups = ring_groups(candidate.rounds)
+    gates = [find_gate(group, groups, swaths, drivers[0]) for group in groups]
     chain = chain_swaths(swaths)
     times = np.array([swaths[k].length / combine.speed + TURN_TIME for k in chain])
-    for (node, _, _), group in zip(gates, groups, strict=True):
-        times[chain.index(node // 2)] += sum(loop.length for loop in group) / combine.speed
+    for gate in gates:
+        if gate.node is not None:
+            times[chain.index(gate.node // 2)] += gate.length / combine.speed
     starts = np.array([driving_time(driver.path, combine) for driver in drivers])
     lands = [chain[part] for part in split_chain(times, starts)]
     lands = _assign_lands(lands, drivers, swaths)
-    fixed: list[list[int]] = []
-    orders: list[list[int]] = []
-    for number, (driver, land) in enumerate(zip(drivers, lands, strict=True)):
-        mine = [
-            (gate, group)
-            for gate, group in zip(gates, groups, strict=True)
-            if gate[0] // 2 in land
-        ]
-        local = {swath: k for k, swath in enumerate(land)}
-        heads = tuple(2 * local[gate[0] // 2] + gate[0] % 2 for gate, _ in mine)
-        order, _ = order_swaths(
-            _swath_times([swaths[k] for k in land], driver, mine, heads), heads, number
-        )
-        orders.append([2 * land[node // 2] + node % 2 for node in order])
-        fixed.append([gate[0] for gate, _ in mine])
-        for (node, path, _), group in mine:
-            swath = swaths[node // 2]
-            driver.go(swath.pose(node % 2, outwards=False))
-            driver.drive(swath.path(work, back=bool(node % 2)))
-            work += 1
-            driver.drive(path)
-            for loop in group:
-                _drive_ring(driver, loop, work)
+    shares: list[list[Gate]] = [[] for _ in drivers]
+    for gate in gates:
+        owners = [n for n, land in enumerate(lands) if gate.node is not None and gate.node // 2 in land]
+        away = [float(np.hypot(*(driver.pose - gate.start)[:2])) for driver in drivers]
+        shares[owners[0] if owners else int(np.argmin(away))].append(gate)
+    rests: list[list[int]] = []
+    for number, (driver, land, mine) in enumerate(zip(drivers, lands, shares, strict=True)):
+        mine.sort(key=lambda gate: gate.node is not None)
+        for gate in mine:
+            driver.go(gate.start)
+            if gate.node is not None:
+                driver.drive(swaths[gate.node // 2].path(work, back=bool(gate.node % 2)))
                 work += 1
+            driver.drive(gate.path)
+            work = drive_rings(driver, gate.group, work)
+        done = {gate.node // 2 for gate in mine if gate.node is not None}
+        land = [k for k in land if k not in done]
+        order, _ = order_swaths(_swath_times([swaths[k] for k in land], driver), (), number)
+        rests.append([2 * land[node // 2] + node % 2 for node in order])
     _share_ground(drivers)
-    for driver, order, done in zip(drivers, orders, fixed, strict=True):
-        for node in order[len(done) :]:
+    for driver, order in zip(drivers, rests, strict=True):
+        for node in order:
             swath = swaths[node // 2]
             driver.go(swath.pose(node % 2, outwards=False))
             driver.drive(swath.path(work, back=bool(node % 2)))
             work += 1
     return work
-
-
-def _ring_groups(candidate: Candidate) -> list[list[Loop]]:
-    """Rings round holes, those round the same hole together, the outermost first."""
-    loops = [loop for each in reversed(candidate.rounds) for loop in each if loop.hole]
-    groups: list[list[Loop]] = []
-    for loop in loops:
-        for group in groups:
-            if shapely.Polygon(group[-1].line).contains(loop.line):
-                group.append(loop)
-                break
-        else:
-            groups.append([loop])
-    return groups
-
-
-def _gate(
-    group: list[Loop], swaths: tuple[Swath, ...], driver: Driver
-) -> tuple[int, MachinePath, float]:
-    raise NoWay("rings are to come")
-
-
-def _drive_ring(driver: Driver, loop: Loop, work: int) -> None:
-    raise NoWay("rings are to come")
 
 
 def _assign_lands(
@@ -295,12 +268,10 @@ def _assign_lands(
     return [lands[j] for j in linear_sum_assignment(away)[1]]
 
 
-def _swath_times(swaths: list[Swath], driver: Driver, mine: list, heads: tuple[int, ...]):
+def _swath_times(swaths: list[Swath], driver: Driver) -> SwathTimes:
     combine = driver.combine
     entries = np.array([s.pose(end, outwards=False) for s in swaths for end in (0, 1)]).reshape(-1, 3)
     exits = np.array([s.pose(end, outwards=True) for s in swaths for end in (1, 0)]).reshape(-1, 3)
-    for node, ((_, path, _), _) in zip(heads, mine, strict=True):
-        exits[node] = path.poses[-1]
     between = turn_times(exits[:, None], entries[None], combine)
     between = between + _detours(exits, entries, driver)
     first = turn_times(driver.pose[None], entries, combine)
