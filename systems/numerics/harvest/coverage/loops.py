@@ -91,9 +91,22 @@ def crop_to_offset(field: Field, combine: Combine) -> shapely.Polygon | shapely.
     if fillet > 0:
         grown = outline.buffer(fillet, join_style="mitre", mitre_limit=10.0)
         outline = grown.buffer(-fillet, quad_segs=24).union(field.outline)
-    around = max(GAP, combine.turning_radius - half) + TOLERANCE
-    holes = [hole.buffer(around, quad_segs=16) for hole in field.obstacles]
+    holes = [_drivable_hole(hole, combine) for hole in field.obstacles]
     return outline.difference(shapely.union_all(holes)) if holes else outline
+
+
+def _drivable_hole(hole: shapely.Polygon, combine: Combine) -> shapely.Polygon:
+    """A hole, grown until the ring round it, half a header away, can be driven."""
+    half, radius = combine.header_width / 2, combine.turning_radius
+    kept = hole.buffer(GAP)
+    widest = max(GAP, radius - half) + TOLERANCE
+    for around in np.linspace(GAP + TOLERANCE, widest, 6):
+        ring = hole.buffer(half + around, quad_segs=24)
+        ring = ring.buffer(-radius, quad_segs=24).buffer(radius, quad_segs=24)
+        inner = ring.buffer(-half, quad_segs=24)
+        if inner.geom_type == "Polygon" and inner.contains(kept):
+            return inner
+    return hole.buffer(widest, quad_segs=24)
 
 
 def lay_out_loops(region: shapely.Geometry, combine: Combine, number: int) -> list[Loop]:

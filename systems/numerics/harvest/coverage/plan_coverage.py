@@ -119,7 +119,7 @@ def plan_coverage(
         raise InvalidInput(
             f"`field` must have room for combines with headers of {combine.header_width:g} m and "
             f"turns of {combine.turning_radius:g} m; got {field.area / 1e4:.2f} ha with a margin of "
-            f"{field.margin:g} m" + (f" ({faults[0]})" if faults else "")
+            f"{field.margin:g} m" + (f" ({faults})" if faults else "")
         )
     return best
 
@@ -130,8 +130,10 @@ def _build(
     width = combine.header_width
     depths = [len(candidate.rounds) * width / 2, width / 2]
     roads = lay_out_roads(candidate.region, depths, combine.turning_radius)
-    drivers = [Driver(uncut.copy(), combine, roads) for _ in range(count)]
+    drivers = [Driver(uncut.copy(), combine, []) for _ in range(count)]
     work = _drive_rounds(drivers, candidate, field)
+    for driver in drivers:
+        driver.roads = roads
     work = _drive_swaths(drivers, candidate, work)
     paths = tuple(driver.path for driver in drivers)
     covered = covered_area(field, paths, combine)
@@ -182,6 +184,31 @@ def _drive_rounds(drivers: list[Driver], candidate: Candidate, field: Field) -> 
                 drive_arc(driver, arc, work)
                 work += 1
         _share_ground(drivers)
+        roads = lay_out_roads(
+            candidate.region, [(number + 1) * combine.header_width / 2], combine.turning_radius
+        )
+        for driver in drivers:
+            driver.roads = roads
+        if number + 1 < len(candidate.rounds):
+            work = _drive_early_rings(drivers, candidate, number, work)
+    return work
+
+
+def _drive_early_rings(
+    drivers: list[Driver], candidate: Candidate, number: int, work: int
+) -> int:
+    """Rings whose outermost is of this round: the next round goes round their holes too."""
+    groups = ring_groups(candidate.rounds)
+    lanes = [loop for loop in candidate.rounds[number] if not loop.hole]
+    for group in groups:
+        if group[0].number == number:
+            gate = find_gate(group, groups, (), drivers[0], lanes)
+            away = [float(np.hypot(*(driver.pose - gate.start)[:2])) for driver in drivers]
+            driver = drivers[int(np.argmin(away))]
+            driver.go(gate.start)
+            driver.drive(gate.path)
+            work = drive_rings(driver, group, work)
+    _share_ground(drivers)
     return work
 
 
@@ -218,7 +245,10 @@ def _share_ground(drivers: list[Driver]) -> None:
 def _drive_swaths(drivers: list[Driver], candidate: Candidate, work: int) -> int:
     swaths, combine = candidate.swaths, drivers[0].combine
     groups = ring_groups(candidate.rounds)
-    gates = [find_gate(group, groups, swaths, drivers[0]) for group in groups]
+    groups = [group for group in groups if group[0].number == len(candidate.rounds) - 1]
+    gates = [
+        find_gate(group, groups, swaths, drivers[0], drivers[0].roads) for group in groups
+    ]
     chain = chain_swaths(swaths)
     times = np.array([swaths[k].length / combine.speed + TURN_TIME for k in chain])
     for gate in gates:

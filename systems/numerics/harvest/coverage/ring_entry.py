@@ -60,8 +60,16 @@ def find_gate(
     groups: list[tuple[Loop, ...]],
     swaths: tuple[Swath, ...],
     driver: Driver,
+    lanes: list[Loop],
 ) -> Gate:
     """The best way to cut to some rings: behind a swath that ends there, or from the headland.
+
+    Args:
+        group: The rings.
+        groups: Those of all holes.
+        swaths: Behind which they may be reached.
+        driver: Who drives.
+        lanes: Loops on cut ground from which they may be reached.
 
     Raises:
         NoWay: There is none.
@@ -81,7 +89,7 @@ def find_gate(
             if ring.line.distance(shapely.Point(end[:2])) < width:
                 starts.append((2 * number + way, end))
             starts.append((None, begin))
-    for road in driver.roads:
+    for road in lanes:
         if not road.hole:
             for station in np.arange(0.0, road.length, 2 * SPACING):
                 pose = road.pose(station)
