@@ -61,7 +61,7 @@ def entry_path(goal: np.ndarray, shift: float, combine: Combine, work: int) -> M
 
 def first_round_shift(combine: Combine) -> float:
     """From a bay in the margin, beside the crop, to the first lane [m]."""
-    return combine.header_width + 2 * GAP
+    return combine.header_width + 3 * GAP
 
 
 def split_loops(

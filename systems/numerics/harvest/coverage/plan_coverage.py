@@ -20,6 +20,7 @@ from .header_curves import cutting_radius
 from .lands import chain_swaths, split_chain
 from .loops import Loop, crop_to_offset
 from .ring_entry import Gate, drive_rings, find_gate, ring_groups
+from .parking import Passes, park, start_in_bay
 from .precedence import CropPrecedence, find_precedence
 from .swath_order import SwathTimes, order_swaths
 from .swaths import Swath
@@ -49,6 +50,8 @@ class CoveragePaths:
         covered_area: Of the crop that is cut [m^2].
         times: Estimates of when each combine has driven its path, without waiting, shape (N,) [s].
         works: Number of pieces of work, over all combines.
+        off_paths: Whether each begins, and ends, farther than a gap from all other paths, shape
+            (N, 2).
     """
 
     paths: tuple[MachinePath, ...]
@@ -57,6 +60,7 @@ class CoveragePaths:
     covered_area: float
     times: np.ndarray
     works: int
+    off_paths: np.ndarray
 
     @property
     def coverage(self) -> float:
@@ -134,12 +138,13 @@ def _build(
     work = _drive_rounds(drivers, candidate, field)
     for driver in drivers:
         driver.roads = roads
-    work = _drive_swaths(drivers, candidate, work)
+    work, lands = _drive_swaths(drivers, candidate, work)
+    off_paths = _wait_off_paths(field, drivers, candidate, lands)
     paths = tuple(driver.path for driver in drivers)
     covered = covered_area(field, paths, combine)
     times = np.array([driving_time(path, combine) for path in paths])
     precedence = find_precedence(field, paths, combine)
-    return CoveragePaths(paths, precedence, field.area, covered, times, work)
+    return CoveragePaths(paths, precedence, field.area, covered, times, work, off_paths)
 
 
 def driving_time(path: MachinePath, combine: Combine) -> float:
@@ -242,7 +247,26 @@ def _share_ground(drivers: list[Driver]) -> None:
         driver.ground.crop.cells[:] = cells
 
 
-def _drive_swaths(drivers: list[Driver], candidate: Candidate, work: int) -> int:
+def _wait_off_paths(
+    field: Field, drivers: list[Driver], candidate: Candidate, lands: list[list[int]]
+) -> np.ndarray:
+    passes = Passes(field, drivers[0].combine)
+    for machine, driver in enumerate(drivers):
+        passes.add(driver.path, machine)
+    off_paths = np.zeros((len(drivers), 2), dtype=bool)
+    for machine, driver in enumerate(drivers):
+        off_paths[machine, 0] = start_in_bay(driver, passes, machine)
+    parked: list[np.ndarray] = []
+    for machine, (driver, land) in enumerate(zip(drivers, lands, strict=True)):
+        swaths = [candidate.swaths[k] for k in land]
+        off_paths[machine, 1] = park(driver, passes, machine, swaths, parked)
+        parked.append(driver.pose)
+    return off_paths
+
+
+def _drive_swaths(
+    drivers: list[Driver], candidate: Candidate, work: int
+) -> tuple[int, list[list[int]]]:
     swaths, combine = candidate.swaths, drivers[0].combine
     groups = ring_groups(candidate.rounds)
     groups = [group for group in groups if group[0].number == len(candidate.rounds) - 1]
@@ -283,7 +307,7 @@ def _drive_swaths(drivers: list[Driver], candidate: Candidate, work: int) -> int
             driver.go(swath.pose(node % 2, outwards=False))
             driver.drive(swath.path(work, back=bool(node % 2)))
             work += 1
-    return work
+    return work, lands
 
 
 def _assign_lands(
