@@ -21,7 +21,7 @@ from .lands import chain_swaths, split_chain
 from .loops import Loop, crop_to_offset
 from .ring_entry import Gate, drive_rings, find_gate, ring_groups
 from .parking import Passes, park, start_in_bay
-from .precedence import CropPrecedence, find_precedence
+from .precedence import CropPrecedence, can_finish, find_precedence
 from .swath_order import SwathTimes, order_swaths
 from .swaths import Swath
 
@@ -34,6 +34,9 @@ BUILT = 3
 # Least share of the crop that a plan cuts, and the same with three holes and more [-].
 LEAST_COVERAGE = 0.995
 LEAST_COVERAGE_HOLES = 0.985
+
+# Largest share of the crop over which bodies drive [-].
+MOST_UNDER_BODIES = 0.002
 
 # What it costs to get from loop to loop of the headland, in estimates [s].
 OTHER_LOOP = 300.0
@@ -116,6 +119,12 @@ def plan_coverage(
         if plan.coverage < least:
             faults.append(f"{plan.coverage:.1%} would be cut")
             continue
+        if not can_finish(plan.precedence):
+            faults.append("combines would wait for one another")
+            continue
+        if plan.precedence.crop_under_bodies > MOST_UNDER_BODIES * field.area:
+            faults.append("bodies would drive over crop")
+            continue
         built += 1
         if best is None or plan.times.max() < best.times.max():
             best = plan
@@ -123,7 +132,7 @@ def plan_coverage(
         raise InvalidInput(
             f"`field` must have room for combines with headers of {combine.header_width:g} m and "
             f"turns of {combine.turning_radius:g} m; got {field.area / 1e4:.2f} ha with a margin of "
-            f"{field.margin:g} m" + (f" ({faults})" if faults else "")
+            f"{field.margin:g} m" + (f" ({faults[0]})" if faults else "")
         )
     return best
 

@@ -62,8 +62,16 @@ def find_precedence(
         _cut(cut_at[n], crop.origin, poses[down], stations[down], half, combine.header_depth / 2)
     under = np.zeros((rows, columns), dtype=np.bool_)
     every, needs = [], []
-    # The body behind the header.
-    box = np.array([-combine.length, -combine.header_depth / 2, combine.width / 2])
+    # The body behind the header; points nearer to its sides than half a cell would tell of cells
+    # that are mostly beside it.
+    half_cell = CELL / 2
+    box = np.array(
+        [
+            -combine.length + half_cell,
+            -combine.header_depth / 2 - half_cell,
+            combine.width / 2 - half_cell,
+        ]
+    )
     for m, path in enumerate(paths):
         stations = path.stations_every(SPACING)
         every.append(stations)
@@ -124,3 +132,22 @@ def _needed(cut_at, crop, under, origin, poses, stations, me, box, needed):
                     under[row, column] = True
                 else:
                     needed[best, k] = max(needed[best, k], when)
+
+
+def can_finish(precedence: CropPrecedence) -> bool:
+    """Whether combines that wait for nothing but their precedence all arrive."""
+    stations, needs = precedence.stations, precedence.needs
+    reached = [0.0] * len(stations)
+    moving = True
+    while moving:
+        moving = False
+        for m, mine in enumerate(needs):
+            at = len(stations[m]) - 1
+            for n, needed in enumerate(mine):
+                if n != m:
+                    # The last station at which no more is needed than the other has driven.
+                    upto = int(np.searchsorted(needed, reached[n], side="right")) - 1
+                    at = min(at, upto)
+            if at >= 0 and stations[m][at] > reached[m]:
+                reached[m], moving = float(stations[m][at]), True
+    return all(reached[m] >= each[-1] for m, each in enumerate(stations))
