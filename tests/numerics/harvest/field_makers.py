@@ -20,7 +20,9 @@ def _box(width: float, height: float, turned: float = 0.0) -> shapely.Polygon:
 
 def _disc(x: float, y: float, radius: float, corners: int = 12) -> shapely.Polygon:
     angles = 2 * math.pi * np.arange(corners) / corners
-    return shapely.Polygon(np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles)]))
+    return shapely.Polygon(
+        np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles)])
+    )
 
 
 def _star(radius: float, inner: float, points: int) -> shapely.Polygon:

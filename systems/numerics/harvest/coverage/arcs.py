@@ -1,5 +1,6 @@
 """Parts of rounds, one a combine, and how they are driven."""
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -17,6 +18,9 @@ CORNER_TIME = 18.0
 
 # An arc begins and ends this far from split corners [m].
 FROM_CORNER = 3.0
+
+# Where an edge cannot be reached as far before its corner as it should, less is tried [m].
+LESS = (0.0, 0.0, 2.0, 4.0, 7.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,15 +103,38 @@ def drive_arc(driver: Driver, arc: Arc, work: int) -> None:
     """
     loop, combine = arc.loop, driver.combine
     stops = [arc.begin, *loop.corners_within(arc.begin, arc.end), arc.end]
-    for number, (begin, end) in enumerate(zip(stops[:-1], stops[1:], strict=True)):
+    for number, (begin, end) in enumerate(itertools.pairwise(stops)):
         behind = _room(driver, loop, begin, -1) if _is_corner(loop, begin) else 0.0
         ahead = _room(driver, loop, end, 1) if _is_corner(loop, end) else 0.0
-        path = drive_edge(loop, begin, end, (behind, ahead), combine, work)
         if number == 0 and not arc.from_corner:
+            path = drive_edge(loop, begin, end, (0.0, ahead), combine, work)
             _enter(driver, path.poses[0], loop, work)
         else:
-            driver.go(path.poses[0])
+            path = _reach(driver, loop, (begin, end), (behind, ahead), work)
         driver.drive(path)
+
+
+def _reach(
+    driver: Driver,
+    loop: Loop,
+    stations: tuple[float, float],
+    extensions: tuple[float, float],
+    work: int,
+) -> MachinePath:
+    """Drive to where an edge begins, as far before its corner as can be; the edge's path."""
+    behind, ahead = extensions
+    faults = []
+    for less in LESS:
+        if less <= behind:
+            path = drive_edge(loop, *stations, (behind - less, ahead), driver.combine, work)
+            try:
+                driver.go(path.poses[0])
+            except NoWay as fault:
+                faults.append(fault)
+                driver.ground.give_up_patches()
+                continue
+            return path
+    raise faults[0]
 
 
 def _enter(driver: Driver, goal: np.ndarray, loop: Loop, work: int) -> None:
@@ -143,8 +170,7 @@ def _begins(
         if preferred is not None and len(preferred) == share:
             ideal = loop.station(preferred[k]) + along
         begins.append(_fitting(loop, ideal, along, corners=corners))
-    begins = sorted({round(begin % loop.length, 6) for begin in begins})
-    return begins
+    return sorted({round(begin % loop.length, 6) for begin in begins})
 
 
 def _fitting(loop: Loop, ideal: float, along: float, *, corners: bool) -> float:
@@ -181,9 +207,7 @@ def _room(driver: Driver, loop: Loop, station: float, side: int) -> float:
     """How far a straight may go on beyond a corner, before something forbidden."""
     away = (loop.corners - station + loop.length / 2) % loop.length - loop.length / 2
     asked = drive_on(float(loop.turns[np.argmin(np.abs(away))]), driver.combine)
-    edge = loop.pose(station + side * -1.0)
-    tip = loop.pose(station)
-    tip[2] = edge[2]
+    tip = loop.pose(station, arriving=side > 0)
     for way in np.arange(asked, 0.0, -1.0):
         pose = tip + np.array([math.cos(tip[2]), math.sin(tip[2]), 0.0]) * (side * way)
         if driver.ground.has_room(pose):

@@ -79,6 +79,8 @@ def _directions(field: Field) -> list[float]:
     chosen: list[float] = []
     edges = [angles[k] for k in np.argsort(-lengths) if lengths[k] > EDGE]
     for angle in [*edges[:8], *np.radians(DIRECTIONS)]:
-        if all(abs((angle - other + math.pi / 2) % math.pi - math.pi / 2) > SAME for other in chosen):
+        if all(
+            abs((angle - other + math.pi / 2) % math.pi - math.pi / 2) > SAME for other in chosen
+        ):
             chosen.append(float(angle))
     return chosen

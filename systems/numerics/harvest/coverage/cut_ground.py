@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import shapely
+from scipy.ndimage import label
 
 from ...compiled import kernel
 from ..field.field import Field
@@ -15,6 +16,9 @@ from ..turns.turn import combine_footprint, turn_between
 
 # Distance kept from obstacles [m].
 GAP = 0.5
+
+# Smaller patches of crop may be given up [m^2].
+LEAST_PATCH = 20.0
 
 # Depth to which an outline may reach beyond the ground's end [m].
 ROUNDING = 0.02
@@ -43,9 +47,11 @@ class CutGround:
         """The same ground, to be cut apart from this."""
         return CutGround(self.ground, self.crop.copy(), self.combine)
 
-    def free(self, region: shapely.Geometry) -> None:
-        """Take the crop in a region as cut."""
-        self.crop.cut(region)
+    def give_up_patches(self) -> None:
+        """Let bodies drive over crop that is left in small patches, where rounds meet."""
+        patches, count = label(self.crop.cells)
+        sizes = np.bincount(patches.ravel(), minlength=count + 1) * CELL**2
+        self.crop.cells &= sizes[patches] >= LEAST_PATCH
 
     def cut(self, path: MachinePath) -> None:
         """Cut what a path cuts."""
@@ -97,7 +103,7 @@ def _cut(cells, origin, size, poses, half, depth):
                 ahead = depth * (j / along - 0.5)
                 x = poses[k, 0] + c * ahead - s * side
                 y = poses[k, 1] + s * ahead + c * side
-                column = int(math.floor((x - origin[0]) / size))
-                row = int(math.floor((y - origin[1]) / size))
+                column = math.floor((x - origin[0]) / size)
+                row = math.floor((y - origin[1]) / size)
                 if 0 <= row < rows and 0 <= column < columns:
                     cells[row, column] = False

@@ -151,9 +151,7 @@ class Driver:
     ) -> tuple[float, MachinePath] | None:
         for ahead in JOINS:
             at = station + side * (-ahead if leaving else ahead)
-            on_road = road.pose(at)
-            if side < 0:
-                on_road = on_road + np.array([0.0, 0.0, math.pi])
+            on_road = road.pose(at, side, arriving=leaving)
             begin, end = (on_road, pose) if leaving else (pose, on_road)
             if np.hypot(*(begin - end)[:2]) > FAR:
                 continue

@@ -8,6 +8,9 @@ import shapely
 from ..machines.combine import Combine
 from ..paths.machine_path import TRANSIT, MachinePath
 
+# Edges of the polylines that are driven along [m].
+SPACING = 1.0
+
 
 def cutting_radius(combine: Combine) -> float:
     """Least radius of turns on which the body keeps to what the header has just cut [m].
@@ -47,18 +50,20 @@ def smooth_line(line: shapely.LineString, radius: float) -> shapely.LineString:
 def drive_line(points: np.ndarray, *, cutting: bool, work: int = TRANSIT) -> MachinePath:
     """The path along a polyline, its corners rounded by the widest arcs that fit.
 
-    Each corner's arc touches both edges, no farther from the corner than the middle of the shorter
-    one, so that a polyline along an arc gives nearly that arc.
+    The polyline is divided into even edges first; each corner's arc touches both edges in their
+    middles, so that a polyline along an arc gives nearly that arc.
 
     Args:
         points: At least two, shape (n, 2) [m].
         cutting: Whether the header is down.
         work: Number of the piece of work.
     """
-    steps = np.diff(points, axis=0)
-    lengths = np.hypot(*steps.T)
-    keep = np.concatenate([[True], lengths > 1e-6])
-    points = points[keep]
+    line = shapely.LineString(points)
+    # Even edges: where short ones meet long ones, arcs would be sharper than the curve.
+    count = max(1, math.ceil(line.length / SPACING))
+    points = shapely.get_coordinates(
+        shapely.line_interpolate_point(line, np.linspace(0.0, line.length, count + 1))
+    )
     steps = np.diff(points, axis=0)
     lengths = np.hypot(*steps.T)
     headings = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
@@ -71,7 +76,7 @@ def drive_line(points: np.ndarray, *, cutting: bool, work: int = TRANSIT) -> Mac
 
     for k in range(1, len(points) - 1):
         turn = headings[k] - headings[k - 1]
-        if abs(turn) < 1e-9:
+        if abs(turn) < 1e-6:
             continue
         tangent = min(lengths[k - 1], lengths[k]) / 2
         x, y = points[k]

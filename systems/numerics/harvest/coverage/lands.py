@@ -24,9 +24,7 @@ def chain_swaths(swaths: tuple[Swath, ...]) -> list[int]:
             at = middles[order[-1]]
             cell = min(
                 left,
-                key=lambda each: min(
-                    np.hypot(*(middles[left[each][k]] - at)) for k in (0, -1)
-                ),
+                key=lambda each: min(np.hypot(*(middles[left[each][k]] - at)) for k in (0, -1)),
             )
             members = left.pop(cell)
             first, last = middles[members[0]], middles[members[-1]]

@@ -12,13 +12,16 @@ from ..field.field import Field
 from ..machines.combine import Combine
 from ..paths.machine_path import MachinePath
 from .cut_ground import GAP
-from .header_curves import cutting_radius, drive_line, smooth_line
+from .header_curves import SPACING, cutting_radius, drive_line, smooth_line
 
 # Corners that turn by more are driven straight on and turned outside of the crop [rad].
 SPLIT_TURN = math.radians(50.0)
 
 # How far a header's middle drives on past the crop, besides half the header's depth [m].
 CLEAR = 0.2
+
+# Radii of loops, against the least of turns: polylines turn a little sharper than curves [-].
+SPARE = 1.05
 
 # Lines are simplified by this much [m].
 TOLERANCE = 0.05
@@ -47,14 +50,21 @@ class Loop:
         """Of the line [m]."""
         return float(self.line.length)
 
-    def pose(self, station: float) -> np.ndarray:
-        """x, y, theta on the line [m], [m], [rad]."""
-        begin, end = (
-            np.array(self.line.interpolate((station + d) % self.length).coords[0])
-            for d in (-0.25, 0.25)
+    def pose(self, station: float, side: int = 1, *, arriving: bool = False) -> np.ndarray:
+        """x, y, theta at a station, for who drives the line on from there [m], [m], [rad].
+
+        Args:
+            station: [m].
+            side: 1 along the line, -1 against it.
+            arriving: For who has driven it up to there.
+        """
+        other = station + side * (-SPACING if arriving else SPACING)
+        at, beside = (
+            np.array(self.line.interpolate(each % self.length).coords[0])
+            for each in (station, other)
         )
-        middle = np.array(self.line.interpolate(station % self.length).coords[0])
-        return np.array([*middle, math.atan2(end[1] - begin[1], end[0] - begin[0])])
+        along = at - beside if arriving else beside - at
+        return np.array([*at, math.atan2(along[1], along[0])])
 
     def station(self, point: np.ndarray) -> float:
         """Of the point of the line that is nearest to a point [m]."""
@@ -97,7 +107,7 @@ def crop_to_offset(field: Field, combine: Combine) -> shapely.Polygon | shapely.
 
 def _drivable_hole(hole: shapely.Polygon, combine: Combine) -> shapely.Polygon:
     """A hole, grown until the ring round it, half a header away, can be driven."""
-    half, radius = combine.header_width / 2, combine.turning_radius
+    half, radius = combine.header_width / 2, SPARE * combine.turning_radius
     kept = hole.buffer(GAP)
     widest = max(GAP, radius - half) + TOLERANCE
     for around in np.linspace(GAP + TOLERANCE, widest, 6):
@@ -122,16 +132,14 @@ def lay_out_loops(region: shapely.Geometry, combine: Combine, number: int) -> li
             shape = shapely.Polygon(ring)
             if shape.area < 1.0:
                 continue
-            radius = cutting_radius(combine) if hole else combine.turning_radius
+            radius = cutting_radius(combine) if hole else SPARE * combine.turning_radius
             loop = _make_loop(shape, number, hole=hole, radius=radius)
             if loop is not None:
                 loops.append(loop)
     return sorted(loops, key=lambda loop: loop.hole)
 
 
-def _make_loop(
-    shape: shapely.Polygon, number: int, *, hole: bool, radius: float
-) -> Loop | None:
+def _make_loop(shape: shapely.Polygon, number: int, *, hole: bool, radius: float) -> Loop | None:
     if hole:
         # Notches between holes are passed by.
         grown = shape.buffer(radius, quad_segs=24).buffer(-radius, quad_segs=24)
@@ -197,5 +205,6 @@ def drive_edge(
         lines.insert(0, behind[None])
     if extensions[1] > 0:
         lines.append(ahead[None])
-    line = smooth_line(shapely.LineString(np.concatenate(lines)), combine.turning_radius)
-    return drive_line(np.array(line.simplify(0.01).coords), cutting=True, work=work)
+    radius = SPARE * combine.turning_radius
+    line = smooth_line(shapely.LineString(np.concatenate(lines)), radius)
+    return drive_line(np.array(line.coords), cutting=True, work=work)

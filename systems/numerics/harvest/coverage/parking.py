@@ -56,9 +56,7 @@ class Passes:
         for pose in poses:
             _mark(cells, self.origin, pose[None], self._grown, np.uint32(1))
         along = path.pose_at(path.stations_every(SAMPLES))
-        return all(
-            _clear(cells, self.origin, pose, self._outline, np.uint32(1)) for pose in along
-        )
+        return all(_clear(cells, self.origin, pose, self._outline, np.uint32(1)) for pose in along)
 
 
 def start_in_bay(driver: Driver, passes: Passes, machine: int) -> bool:
@@ -111,7 +109,7 @@ def park(
     for swath, end in entries[:SWATHS]:
         entry = swath.pose(end, outwards=False)
         into = np.array([math.cos(entry[2]), math.sin(entry[2]), 0.0])
-        for way in INTO[INTO < swath.length - 2.0]:
+        for way in INTO[swath.length - 2.0 > INTO]:
             if not passes.clear(entry + way * into, machine):
                 continue
             try:
@@ -149,8 +147,8 @@ def _mark(cells, origin, poses, points, bit):
         for i in range(len(points)):
             x = poses[k, 0] + c * points[i, 0] - s * points[i, 1]
             y = poses[k, 1] + s * points[i, 0] + c * points[i, 1]
-            column = int(math.floor((x - origin[0]) / CELL))
-            row = int(math.floor((y - origin[1]) / CELL))
+            column = math.floor((x - origin[0]) / CELL)
+            row = math.floor((y - origin[1]) / CELL)
             if 0 <= row < rows and 0 <= column < columns:
                 cells[row, column] |= bit
 
@@ -162,8 +160,8 @@ def _clear(cells, origin, pose, points, bits):
     for i in range(len(points)):
         x = pose[0] + c * points[i, 0] - s * points[i, 1]
         y = pose[1] + s * points[i, 0] + c * points[i, 1]
-        column = int(math.floor((x - origin[0]) / CELL))
-        row = int(math.floor((y - origin[1]) / CELL))
+        column = math.floor((x - origin[0]) / CELL)
+        row = math.floor((y - origin[1]) / CELL)
         if 0 <= row < rows and 0 <= column < columns and cells[row, column] & bits:
             return False
     return True

@@ -1,6 +1,5 @@
 """Coverage: paths of combines that cut a whole field."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,12 +15,11 @@ from .arcs import Arc, drive_arc, first_round_shift, split_loops
 from .candidates import TURN_TIME, Candidate, find_candidates
 from .cut_ground import GAP, CutGround
 from .driver import Driver, NoWay, lay_out_roads, stop_time
-from .header_curves import cutting_radius
 from .lands import chain_swaths, split_chain
-from .loops import Loop, crop_to_offset
-from .ring_entry import Gate, drive_rings, find_gate, ring_groups
+from .loops import crop_to_offset
 from .parking import Passes, park, start_in_bay
 from .precedence import CropPrecedence, can_finish, find_precedence
+from .ring_entry import Gate, drive_rings, find_gate, ring_groups
 from .swath_order import SwathTimes, order_swaths
 from .swaths import Swath
 
@@ -131,8 +129,8 @@ def plan_coverage(
     if best is None:
         raise InvalidInput(
             f"`field` must have room for combines with headers of {combine.header_width:g} m and "
-            f"turns of {combine.turning_radius:g} m; got {field.area / 1e4:.2f} ha with a margin of "
-            f"{field.margin:g} m" + (f" ({faults[0]})" if faults else "")
+            f"turns of {combine.turning_radius:g} m; got {field.area / 1e4:.2f} ha with a margin "
+            f"of {field.margin:g} m" + (f" ({faults[0]})" if faults else "")
         )
     return best
 
@@ -143,6 +141,8 @@ def _build(
     width = combine.header_width
     depths = [len(candidate.rounds) * width / 2, width / 2]
     roads = lay_out_roads(candidate.region, depths, combine.turning_radius)
+    if not roads:
+        raise NoWay("no room for a round")
     drivers = [Driver(uncut.copy(), combine, []) for _ in range(count)]
     work = _drive_rounds(drivers, candidate, field)
     for driver in drivers:
@@ -169,7 +169,9 @@ def covered_area(field: Field, paths: tuple[MachinePath, ...], combine: Combine)
         begin, end = path.poses[:-1][path.cutting], path.poses[1:][path.cutting]
         left, right = (
             [
-                np.column_stack([pose[:, 0] - s * np.sin(pose[:, 2]), pose[:, 1] + s * np.cos(pose[:, 2])])
+                np.column_stack(
+                    [pose[:, 0] - s * np.sin(pose[:, 2]), pose[:, 1] + s * np.cos(pose[:, 2])]
+                )
                 for pose in (begin, end)
             ]
             for s in (half, -half)
@@ -208,9 +210,7 @@ def _drive_rounds(drivers: list[Driver], candidate: Candidate, field: Field) -> 
     return work
 
 
-def _drive_early_rings(
-    drivers: list[Driver], candidate: Candidate, number: int, work: int
-) -> int:
+def _drive_early_rings(drivers: list[Driver], candidate: Candidate, number: int, work: int) -> int:
     """Rings whose outermost is of this round: the next round goes round their holes too."""
     groups = ring_groups(candidate.rounds)
     lanes = [loop for loop in candidate.rounds[number] if not loop.hole]
@@ -279,9 +279,7 @@ def _drive_swaths(
     swaths, combine = candidate.swaths, drivers[0].combine
     groups = ring_groups(candidate.rounds)
     groups = [group for group in groups if group[0].number == len(candidate.rounds) - 1]
-    gates = [
-        find_gate(group, groups, swaths, drivers[0], drivers[0].roads) for group in groups
-    ]
+    gates = [find_gate(group, groups, swaths, drivers[0], drivers[0].roads) for group in groups]
     chain = chain_swaths(swaths)
     times = np.array([swaths[k].length / combine.speed + TURN_TIME for k in chain])
     for gate in gates:
@@ -292,7 +290,9 @@ def _drive_swaths(
     lands = _assign_lands(lands, drivers, swaths)
     shares: list[list[Gate]] = [[] for _ in drivers]
     for gate in gates:
-        owners = [n for n, land in enumerate(lands) if gate.node is not None and gate.node // 2 in land]
+        owners = [
+            n for n, land in enumerate(lands) if gate.node is not None and gate.node // 2 in land
+        ]
         away = [float(np.hypot(*(driver.pose - gate.start)[:2])) for driver in drivers]
         shares[owners[0] if owners else int(np.argmin(away))].append(gate)
     rests: list[list[int]] = []
@@ -333,7 +333,9 @@ def _assign_lands(
 
 def _swath_times(swaths: list[Swath], driver: Driver) -> SwathTimes:
     combine = driver.combine
-    entries = np.array([s.pose(end, outwards=False) for s in swaths for end in (0, 1)]).reshape(-1, 3)
+    entries = np.array([s.pose(end, outwards=False) for s in swaths for end in (0, 1)]).reshape(
+        -1, 3
+    )
     exits = np.array([s.pose(end, outwards=True) for s in swaths for end in (1, 0)]).reshape(-1, 3)
     between = turn_times(exits[:, None], entries[None], combine)
     between = between + _detours(exits, entries, driver)
@@ -351,7 +353,10 @@ def _detours(exits: np.ndarray, entries: np.ndarray, driver: Driver) -> np.ndarr
         away = np.array([shapely.distance(road.line, points) for road in roads])
         which = np.argmin(away, axis=0)
         stations = np.array(
-            [shapely.line_locate_point(roads[k].line, p) for k, p in zip(which, points, strict=True)]
+            [
+                shapely.line_locate_point(roads[k].line, p)
+                for k, p in zip(which, points, strict=True)
+            ]
         )
         return which, stations
 

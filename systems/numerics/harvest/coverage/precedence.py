@@ -4,7 +4,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import shapely
 
 from ...compiled import compiled
 from ..field.field import Field
@@ -78,7 +77,17 @@ def find_precedence(
         # What lies between two stations counts for the first of them.
         fine_stations = path.stations_every(SPACING / 2)
         needed = np.zeros((len(paths), len(fine_stations)))
-        _needed(cut_at, crop.cells, under, crop.origin, path.pose_at(fine_stations), fine_stations, m, box, needed)
+        _needed(
+            cut_at,
+            crop.cells,
+            under,
+            crop.origin,
+            path.pose_at(fine_stations),
+            fine_stations,
+            m,
+            box,
+            needed,
+        )
         mine = []
         for n in range(len(paths)):
             ahead = np.maximum.accumulate(needed[n])
@@ -92,14 +101,14 @@ def find_precedence(
 def _cut(cut_at, origin, poses, stations, half, ahead_half):
     """Mark when the header passes over cells; those before its middle count as it comes."""
     rows, columns = cut_at.shape
-    across = int(math.ceil(2 * half / (0.5 * CELL)))
+    across = math.ceil(2 * half / (0.5 * CELL))
     for k in range(len(poses)):
         c, s = math.cos(poses[k, 2]), math.sin(poses[k, 2])
         for i in range(across + 1):
             side = -half + 2 * half * i / across
             x, y = poses[k, 0] - s * side, poses[k, 1] + c * side
-            column = int(math.floor((x - origin[0]) / CELL))
-            row = int(math.floor((y - origin[1]) / CELL))
+            column = math.floor((x - origin[0]) / CELL)
+            row = math.floor((y - origin[1]) / CELL)
             if 0 <= row < rows and 0 <= column < columns and stations[k] < cut_at[row, column]:
                 cut_at[row, column] = stations[k]
 
@@ -108,8 +117,8 @@ def _cut(cut_at, origin, poses, stations, half, ahead_half):
 def _needed(cut_at, crop, under, origin, poses, stations, me, box, needed):
     machines, rows, columns = cut_at.shape
     rear, front, half = box
-    along = int(math.ceil((front - rear) / CELL))
-    across = int(math.ceil(2 * half / CELL))
+    along = math.ceil((front - rear) / CELL)
+    across = math.ceil(2 * half / CELL)
     for k in range(len(poses)):
         c, s = math.cos(poses[k, 2]), math.sin(poses[k, 2])
         for i in range(along + 1):
@@ -118,8 +127,8 @@ def _needed(cut_at, crop, under, origin, poses, stations, me, box, needed):
                 side = -half + 2 * half * j / across
                 x = poses[k, 0] + c * ahead - s * side
                 y = poses[k, 1] + s * ahead + c * side
-                column = int(math.floor((x - origin[0]) / CELL))
-                row = int(math.floor((y - origin[1]) / CELL))
+                column = math.floor((x - origin[0]) / CELL)
+                row = math.floor((y - origin[1]) / CELL)
                 if row < 0 or row >= rows or column < 0 or column >= columns:
                     continue
                 if not crop[row, column] or cut_at[me, row, column] <= stations[k]:

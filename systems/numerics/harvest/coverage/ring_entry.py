@@ -92,15 +92,15 @@ def find_gate(
     for road in lanes:
         if not road.hole:
             for station in np.arange(0.0, road.length, 2 * SPACING):
-                pose = road.pose(station)
-                starts.append((None, pose))
-                starts.append((None, pose + np.array([0.0, 0.0, np.pi])))
+                starts += [(None, road.pose(station, side)) for side in (1, -1)]
     radius = cutting_radius(combine)
     found = []
     for node, pose in starts:
         lengths = dubins_lengths(tuple(pose), goals, radius)
         best = np.argsort(lengths)[:2]
-        found += [(float(lengths[k]), node, pose, goals[k]) for k in best if np.isfinite(lengths[k])]
+        found += [
+            (float(lengths[k]), node, pose, goals[k]) for k in best if np.isfinite(lengths[k])
+        ]
     found.sort(key=lambda each: each[0])
     rings = sum(loop.length for loop in group)
     for length, node, pose, goal in found[:MOST_CHECKS]:

@@ -41,7 +41,8 @@ def order_swaths(times: SwathTimes, fixed: tuple[int, ...], seed: int) -> tuple[
     rest = [2 * i for i in range(count) if i not in taken]
     order = np.array([*fixed, *rest], dtype=np.int64)
     best = np.empty_like(order)
-    total = _anneal(order, best, len(fixed), *times, STEPS * count, HOT, COLD, seed)
+    draws = np.random.default_rng(seed).random((STEPS * count, 5))
+    total = _anneal(order, best, len(fixed), *times, draws, HOT, COLD)
     return best.tolist(), float(total)
 
 
@@ -54,10 +55,9 @@ def _total(order, between, first, last):
 
 
 @compiled
-def _anneal(order, best, fixed, between, first, last, steps, hot, cold, seed):
+def _anneal(order, best, fixed, between, first, last, draws, hot, cold):
     """Write the best order found into `best`; its time."""
-    np.random.seed(seed)
-    count = len(order)
+    count, steps = len(order), len(draws)
     now = _total(order, between, first, last)
     best[:] = order
     least = now
@@ -68,9 +68,9 @@ def _anneal(order, best, fixed, between, first, last, steps, hot, cold, seed):
     for step in range(steps):
         heat = hot * (cold / hot) ** (step / steps)
         trial[:] = order
-        kind = np.random.randint(4)
-        i = fixed + np.random.randint(free)
-        j = fixed + np.random.randint(free)
+        kind, flip = int(4 * draws[step, 0]), int(2 * draws[step, 3])
+        i = fixed + int(free * draws[step, 1])
+        j = fixed + int(free * draws[step, 2])
         if i > j:
             i, j = j, i
         if kind == 0:
@@ -81,17 +81,17 @@ def _anneal(order, best, fixed, between, first, last, steps, hot, cold, seed):
                 trial[k] = order[i + j - k] ^ 1
         elif kind == 2:
             # One is put elsewhere, turned or not.
-            moved = order[i] ^ np.random.randint(2)
+            moved = order[i] ^ flip
             for k in range(i, j):
                 trial[k] = order[k + 1]
             trial[j] = moved
         else:
-            moved = order[j] ^ np.random.randint(2)
+            moved = order[j] ^ flip
             for k in range(i, j):
                 trial[k + 1] = order[k]
             trial[i] = moved
         time = _total(trial, between, first, last)
-        if time <= now or np.random.random() < math.exp((now - time) / heat):
+        if time <= now or draws[step, 4] < math.exp((now - time) / heat):
             order[:] = trial
             now = time
             if now < least:

@@ -68,9 +68,7 @@ def lay_out_swaths(inside: shapely.Geometry, direction: float, combine: Combine)
         middles = low + spacing * (np.arange(count) + 0.5)
         x0, _, x1, _ = turned.bounds
         bands = shapely.box(x0 - 1, middles - width / 2, x1 + 1, middles + width / 2)
-        pieces, which = shapely.get_parts(
-            shapely.intersection(bands, turned), return_index=True
-        )
+        pieces, which = shapely.get_parts(shapely.intersection(bands, turned), return_index=True)
         for piece, band in zip(pieces, which, strict=True):
             if piece.area < LEAST_PIECE * width**2:
                 continue

@@ -41,7 +41,9 @@ def test_a_polyline_along_an_arc_is_driven_as_nearly_that_arc():
 
 @pytest.mark.parametrize("direction", [0.0, 0.7, 2.5])
 def test_swaths_cover_a_region_with_a_notch_and_a_hole(direction):
-    region = shapely.box(0, 0, 150, 90) - shapely.box(60, 40, 80, 95) - shapely.box(100, 10, 120, 30)
+    region = (
+        shapely.box(0, 0, 150, 90) - shapely.box(60, 40, 80, 95) - shapely.box(100, 10, 120, 30)
+    )
     swaths = lay_out_swaths(region, direction, COMBINE)
     strips = [
         shapely.LineString(swath.ends).buffer(COMBINE.header_width / 2, cap_style="flat")
@@ -75,9 +77,7 @@ def test_a_chain_is_split_so_that_the_latest_ends_earliest():
     parts = split_chain(times, begins)
     latest = max(b + times[part].sum() for b, part in zip(begins, parts, strict=True))
     best = min(
-        max(
-            begins[0] + times[:i].sum(), begins[1] + times[i:j].sum(), begins[2] + times[j:].sum()
-        )
+        max(begins[0] + times[:i].sum(), begins[1] + times[i:j].sum(), begins[2] + times[j:].sum())
         for i in range(10)
         for j in range(i, 10)
     )
@@ -113,7 +113,10 @@ def test_combines_that_need_each_other_s_first_swath_cannot_finish():
 
     def first_there_then_here(here, there):
         # Over the swath of the other, its header up, and back over its own.
-        over, own = _straight(-10.0, there, 50.0, there, cutting=False), _straight(50, here, -9, here)
+        over, own = (
+            _straight(-10.0, there, 50.0, there, cutting=False),
+            _straight(50, here, -9, here),
+        )
         poses = np.concatenate([over.poses, own.poses])
         down = np.array([False, False, True])
         return MachinePath(poses, np.ones(3, dtype=int), down, np.arange(3))
