@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from ..field.field import Field
 from ..machines.combine import Combine
@@ -36,14 +37,14 @@ class Candidate:
         time: Estimate for all of it with one combine [s].
     """
 
-    region: shapely.Geometry
+    region: BaseGeometry
     rounds: tuple[tuple[Loop, ...], ...]
-    inside: shapely.Geometry
+    inside: BaseGeometry
     swaths: tuple[Swath, ...]
     time: float
 
 
-def find_candidates(field: Field, region: shapely.Geometry, combine: Combine) -> list[Candidate]:
+def find_candidates(field: Field, region: BaseGeometry, combine: Combine) -> list[Candidate]:
     """Candidates, those that take the least time first.
 
     Args:
@@ -72,7 +73,7 @@ def find_candidates(field: Field, region: shapely.Geometry, combine: Combine) ->
 
 
 def _directions(field: Field) -> list[float]:
-    ring = np.array(field.outline.simplify(1.0).exterior.coords)
+    ring = shapely.get_coordinates(field.outline.simplify(1.0))
     steps = np.diff(ring, axis=0)
     lengths = np.hypot(*steps.T)
     angles = np.arctan2(steps[:, 1], steps[:, 0]) % math.pi

@@ -11,6 +11,7 @@ from ..field.field import Field
 from ..machines.combine import Combine
 from ..paths.machine_path import MachinePath
 from ..turns.ground import Ground
+from ..turns.lattice import EXPANSIONS
 from ..turns.standing_crop import CELL, StandingCrop
 from ..turns.turn import combine_footprint, turn_between
 
@@ -49,8 +50,9 @@ class CutGround:
 
     def give_up_patches(self) -> None:
         """Let bodies drive over crop that is left in small patches, where rounds meet."""
-        patches, count = label(self.crop.cells)
-        sizes = np.bincount(patches.ravel(), minlength=count + 1) * CELL**2
+        patches = np.empty(self.crop.cells.shape, dtype=np.int32)
+        label(self.crop.cells, output=patches)
+        sizes = np.bincount(patches.ravel()) * CELL**2
         self.crop.cells &= sizes[patches] >= LEAST_PATCH
 
     def cut(self, path: MachinePath) -> None:
@@ -71,8 +73,8 @@ class CutGround:
             search: Whether to search for a way where no word fits, which takes long.
         """
         ends = start.tolist(), goal.tolist()
-        more = {} if search else {"expansions": 0}
-        return turn_between(*ends, self.ground, self.combine, crop=self.crop, **more)
+        expansions = EXPANSIONS if search else 0
+        return turn_between(*ends, self.ground, self.combine, crop=self.crop, expansions=expansions)
 
     def admits(self, path: MachinePath, *, cutting: bool = False) -> bool:
         """Whether the outline keeps to the ground on a path, and, unless it cuts, off crop."""
@@ -81,7 +83,7 @@ class CutGround:
 
     def has_room(self, pose: np.ndarray) -> bool:
         """Whether the outline at a pose, shape (3,), is on the ground, crop or not."""
-        return self.ground.admits_pose(pose, combine_footprint(self.combine))
+        return self.ground.admits_pose(pose.tolist(), combine_footprint(self.combine))
 
 
 def sample_path(path: MachinePath, spacing: float) -> tuple[np.ndarray, np.ndarray]:

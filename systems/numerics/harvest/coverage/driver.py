@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from ...planning.car_path import CarPath
 from ...planning.dubins import dubins_paths
@@ -183,7 +184,7 @@ def _wrap(angle: float) -> float:
     return (angle + math.pi) % (2 * math.pi) - math.pi
 
 
-def lay_out_roads(region: shapely.Geometry, depths: list[float], radius: float) -> list[Loop]:
+def lay_out_roads(region: BaseGeometry, depths: list[float], radius: float) -> list[Loop]:
     """Loops on the headland and round holes along which combines get about, both ways.
 
     Args:

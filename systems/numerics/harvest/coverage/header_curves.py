@@ -36,10 +36,10 @@ def smooth_line(line: shapely.LineString, radius: float) -> shapely.LineString:
     smoothed = line
     for side in (radius, -radius):
         inner = smoothed.offset_curve(side, quad_segs=24)
-        if inner.geom_type != "LineString" or inner.is_empty:
+        if not isinstance(inner, shapely.LineString) or inner.is_empty:
             continue
         outer = inner.offset_curve(-side, quad_segs=24)
-        if outer.geom_type != "LineString" or outer.is_empty:
+        if not isinstance(outer, shapely.LineString) or outer.is_empty:
             continue
         ends = np.hypot(*(np.array(outer.coords)[[0, -1]] - np.array(smoothed.coords)[[0, -1]]).T)
         if ends.max() < 0.05:

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 import shapely
+from shapely.geometry.base import BaseGeometry
 from shapely.ops import substring
 
 from ..field.field import Field
@@ -89,7 +90,7 @@ class Loop:
         return np.concatenate(pieces)
 
 
-def crop_to_offset(field: Field, combine: Combine) -> shapely.Polygon | shapely.MultiPolygon:
+def crop_to_offset(field: Field, combine: Combine) -> BaseGeometry:
     """The region whose inward offsets are rounds that a combine can drive.
 
     Reflex corners of the boundary are rounded outside of the field, and holes are grown, so that
@@ -119,7 +120,7 @@ def _drivable_hole(hole: shapely.Polygon, combine: Combine) -> shapely.Polygon:
     return hole.buffer(widest, quad_segs=24)
 
 
-def lay_out_loops(region: shapely.Geometry, combine: Combine, number: int) -> list[Loop]:
+def lay_out_loops(region: BaseGeometry, combine: Combine, number: int) -> list[Loop]:
     """The loops of one round, those along the boundary first, then those round holes."""
     depth = (number + 0.5) * combine.header_width
     inner = region.buffer(-depth, quad_segs=24)
@@ -145,7 +146,7 @@ def _make_loop(shape: shapely.Polygon, number: int, *, hole: bool, radius: float
         grown = shape.buffer(radius, quad_segs=24).buffer(-radius, quad_segs=24)
         shape = max(shapely.get_parts(grown), key=lambda part: part.area)
     ring = shape.exterior.simplify(0.01 if hole else TOLERANCE)
-    points = np.array(shapely.Polygon(ring).exterior.coords)[:-1]
+    points = shapely.get_coordinates(ring)[:-1]
     if len(points) < 3:
         return None
     if shapely.LinearRing(points).is_ccw != hole:

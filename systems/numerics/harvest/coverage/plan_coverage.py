@@ -349,7 +349,7 @@ def _detours(exits: np.ndarray, entries: np.ndarray, driver: Driver) -> np.ndarr
     roads = driver.roads
 
     def places(poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        points = shapely.points(poses[:, :2])
+        points = np.atleast_1d(np.asarray(shapely.points(poses[:, :2])))
         away = np.array([shapely.distance(road.line, points) for road in roads])
         which = np.argmin(away, axis=0)
         stations = np.array(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from shapely.affinity import rotate
+from shapely.geometry.base import BaseGeometry
 
 from ..machines.combine import Combine
 from ..paths.machine_path import MachinePath
@@ -48,7 +49,7 @@ class Swath:
         return MachinePath(poses, np.array([1]), np.array([True]), np.array([work]))
 
 
-def lay_out_swaths(inside: shapely.Geometry, direction: float, combine: Combine) -> list[Swath]:
+def lay_out_swaths(inside: BaseGeometry, direction: float, combine: Combine) -> list[Swath]:
     """Swaths that cover a region, strip by strip; each piece of a strip is a swath.
 
     Args:
@@ -67,13 +68,15 @@ def lay_out_swaths(inside: shapely.Geometry, direction: float, combine: Combine)
         spacing = (high - low) / count
         middles = low + spacing * (np.arange(count) + 0.5)
         x0, _, x1, _ = turned.bounds
-        bands = shapely.box(x0 - 1, middles - width / 2, x1 + 1, middles + width / 2)
+        bands = [
+            shapely.box(x0 - 1, float(y) - width / 2, x1 + 1, float(y) + width / 2) for y in middles
+        ]
         pieces, which = shapely.get_parts(shapely.intersection(bands, turned), return_index=True)
         for piece, band in zip(pieces, which, strict=True):
             if piece.area < LEAST_PIECE * width**2:
                 continue
             left, _, right, _ = piece.bounds
-            found.append((number + band, middles[band], left - clear, right + clear))
+            found.append((number + int(band), float(middles[band]), left - clear, right + clear))
         number += count
     cells = _cells([(strip, left, right) for strip, _, left, right in found])
     c, s = math.cos(direction), math.sin(direction)
@@ -84,7 +87,7 @@ def lay_out_swaths(inside: shapely.Geometry, direction: float, combine: Combine)
     ]
 
 
-def _spans(region: shapely.Geometry) -> list[tuple[float, float]]:
+def _spans(region: BaseGeometry) -> list[tuple[float, float]]:
     """Where the parts of a region lie across, joined where they overlap."""
     bounds = sorted((b[1], b[3]) for b in shapely.bounds(shapely.get_parts(region)))
     spans: list[tuple[float, float]] = []
