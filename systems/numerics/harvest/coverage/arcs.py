@@ -44,14 +44,26 @@ class Arc:
 
 
 def entry_length(shift: float, combine: Combine) -> tuple[float, float]:
-    """Way along a lane that a change of lanes takes [m], and the radius of its two arcs [m]."""
+    """Way along a lane that a change of lanes takes [m], and the radius of its two arcs [m].
+
+    Args:
+        shift: Between the lanes [m].
+        combine: The combine.
+    """
     radius = max(cutting_radius(combine), shift)
     angle = math.acos(1 - shift / (2 * radius))
     return 2 * radius * math.sin(angle), radius
 
 
 def entry_path(goal: np.ndarray, shift: float, combine: Combine, work: int) -> MachinePath:
-    """The change of lanes, from the left, that ends at a pose."""
+    """The change of lanes, from the left, that ends at a pose.
+
+    Args:
+        goal: x, y, theta, shape (3,) [m], [m], [rad].
+        shift: Between the lanes [m].
+        combine: The combine.
+        work: Number of the piece of work.
+    """
     along, _ = entry_length(shift, combine)
     c, s = math.cos(goal[2]), math.sin(goal[2])
     lean = math.atan2(shift, along) * 2
@@ -97,6 +109,11 @@ def split_loops(
 
 def drive_arc(driver: Driver, arc: Arc, work: int) -> None:
     """Drive an arc, from the bay or from where the combine is.
+
+    Args:
+        driver: Who drives.
+        arc: The arc.
+        work: Number of the piece of work.
 
     Raises:
         NoWay: It cannot be reached, or a corner not be turned.

@@ -69,7 +69,7 @@ class CutGround:
 
         Args:
             start: x, y, theta, shape (3,) [m], [m], [rad].
-            goal: The same.
+            goal: The same, shape (3,).
             search: Whether to search for a way where no word fits, which takes long.
         """
         ends = start.tolist(), goal.tolist()
@@ -77,7 +77,12 @@ class CutGround:
         return turn_between(*ends, self.ground, self.combine, crop=self.crop, expansions=expansions)
 
     def admits(self, path: MachinePath, *, cutting: bool = False) -> bool:
-        """Whether the outline keeps to the ground on a path, and, unless it cuts, off crop."""
+        """Whether the outline keeps to the ground on a path, and, unless it cuts, off crop.
+
+        Args:
+            path: The path.
+            cutting: Whether the header is down on it.
+        """
         crop = None if cutting else self.crop
         return self.ground.admits(path, combine_footprint(self.combine), crop)
 
@@ -87,7 +92,12 @@ class CutGround:
 
 
 def sample_path(path: MachinePath, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Poses along a path, shape (n, 3), and whether the header is down at each, shape (n,)."""
+    """Poses along a path, shape (n, 3), and whether the header is down at each, shape (n,).
+
+    Args:
+        path: The path.
+        spacing: [m].
+    """
     stations = path.stations_every(spacing)
     return path.pose_at(stations), path.cutting[path.piece_at(stations)]
 

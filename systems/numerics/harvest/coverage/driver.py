@@ -57,7 +57,7 @@ class Driver:
 
     @property
     def pose(self) -> np.ndarray:
-        """Where it is."""
+        """Where it is: x, y, theta, shape (3,) [m], [m], [rad]."""
         return self.paths[-1].poses[-1]
 
     @property
@@ -74,6 +74,9 @@ class Driver:
     def go(self, goal: np.ndarray) -> None:
         """Drive to a pose on cut ground.
 
+        Args:
+            goal: x, y, theta, shape (3,) [m], [m], [rad].
+
         Raises:
             NoWay: None was found.
         """
@@ -84,6 +87,10 @@ class Driver:
 
     def way_to(self, start: np.ndarray, goal: np.ndarray) -> MachinePath:
         """The quickest way found between two poses.
+
+        Args:
+            start: x, y, theta, shape (3,) [m], [m], [rad].
+            goal: The same, shape (3,).
 
         Raises:
             NoWay: None was found.
@@ -107,7 +114,12 @@ class Driver:
         return min(found, key=lambda way: way.length + len(way.cusps) * stop_time(self.combine))
 
     def cut_towards(self, goal: np.ndarray, longest: float) -> bool:
-        """Cut a way straight to a pose, in curves in which the body keeps to what is cut."""
+        """Cut a way straight to a pose, in curves in which the body keeps to what is cut.
+
+        Args:
+            goal: x, y, theta, shape (3,) [m], [m], [rad].
+            longest: Longer ways are not driven [m].
+        """
         radius = cutting_radius(self.combine)
         paths = dubins_paths(tuple(self.pose), tuple(goal), radius)
         if not paths or paths[0].length > longest:

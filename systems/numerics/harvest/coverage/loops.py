@@ -78,7 +78,12 @@ class Loop:
         return every[(every > begin + 1e-6) & (every < end - 1e-6)]
 
     def part(self, begin: float, end: float) -> np.ndarray:
-        """The line's points between stations, which may lie beyond its ends, shape (n, 2)."""
+        """The line's points between stations, which may lie beyond its ends, shape (n, 2).
+
+        Args:
+            begin: Station [m].
+            end: Station above it [m].
+        """
         pieces = []
         at = begin
         while at < end - 1e-9:
@@ -121,7 +126,13 @@ def _drivable_hole(hole: shapely.Polygon, combine: Combine) -> shapely.Polygon:
 
 
 def lay_out_loops(region: BaseGeometry, combine: Combine, number: int) -> list[Loop]:
-    """The loops of one round, those along the boundary first, then those round holes."""
+    """The loops of one round, those along the boundary first, then those round holes.
+
+    Args:
+        region: What rounds are offsets of.
+        combine: The combine.
+        number: Of the round, 0 along the edge.
+    """
     depth = (number + 0.5) * combine.header_width
     inner = region.buffer(-depth, quad_segs=24)
     loops = []
@@ -195,7 +206,16 @@ def drive_edge(
     combine: Combine,
     work: int,
 ) -> MachinePath:
-    """The path along a part of a loop without split corners, with straights at its ends."""
+    """The path along a part of a loop without split corners, with straights at its ends.
+
+    Args:
+        loop: The loop.
+        begin: Station [m].
+        end: Station above it [m].
+        extensions: Of the straights before and behind [m].
+        combine: The combine.
+        work: Number of the piece of work.
+    """
     points = loop.part(begin, end)
     points = points[np.concatenate([[True], np.hypot(*np.diff(points, axis=0).T) > 1e-6])]
     first, last = points[0] - points[1], points[-1] - points[-2]

@@ -39,12 +39,22 @@ class Passes:
         self._grown = np.concatenate([_grid(box, GAP + 0.4) for box in boxes])
 
     def add(self, path: MachinePath, machine: int) -> None:
-        """Mark where a combine passes."""
+        """Mark where a combine passes.
+
+        Args:
+            path: Its path.
+            machine: Its number.
+        """
         poses = path.pose_at(path.stations_every(SAMPLES))
         _mark(self.cells, self.origin, poses, self._outline, np.uint32(1 << machine))
 
     def clear(self, pose: np.ndarray, machine: int) -> bool:
-        """Whether no other combine passes within the gap of one that stands at a pose."""
+        """Whether no other combine passes within the gap of one that stands at a pose.
+
+        Args:
+            pose: x, y, theta, shape (3,) [m], [m], [rad].
+            machine: Its number.
+        """
         others = np.uint32(0xFFFFFFFF ^ (1 << machine))
         return bool(_clear(self.cells, self.origin, pose, self._grown, others))
 
@@ -60,7 +70,13 @@ class Passes:
 
 
 def start_in_bay(driver: Driver, passes: Passes, machine: int) -> bool:
-    """Begin a combine's path in a bay off all other paths; whether one was found."""
+    """Begin a combine's path in a bay off all other paths; whether one was found.
+
+    Args:
+        driver: Who has done its work.
+        passes: Where all pass.
+        machine: Its number.
+    """
     first = driver.paths[0].poses[0]
     ahead = np.array([math.cos(first[2]), math.sin(first[2]), 0.0])
     assert len(driver.paths[0].poses) == 1

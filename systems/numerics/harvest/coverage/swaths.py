@@ -36,13 +36,23 @@ class Swath:
         return float(np.hypot(*(self.ends[1] - self.ends[0])))
 
     def pose(self, end: int, *, outwards: bool) -> np.ndarray:
-        """x, y, theta at an end, driving out of the swath there or into it."""
+        """x, y, theta at an end, driving out of the swath there or into it.
+
+        Args:
+            end: 0 or 1.
+            outwards: Whether it drives out of the swath there.
+        """
         along = self.ends[1] - self.ends[0]
         theta = math.atan2(along[1], along[0]) + (math.pi if end == 0 else 0.0)
         return np.array([*self.ends[end], theta if outwards else theta + math.pi])
 
     def path(self, work: int, *, back: bool) -> MachinePath:
-        """The path from its first end to its second, or back."""
+        """The path from its first end to its second, or back.
+
+        Args:
+            work: Number of the piece of work.
+            back: Whether it is driven from its second end to its first.
+        """
         end = 0 if back else 1
         poses = np.array([self.pose(1 - end, outwards=False), self.pose(end, outwards=True)])
         poses[0, 2] = poses[1, 2]
