@@ -1,0 +1,232 @@
+"""Parts of rounds, one a combine, and how they are driven."""
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..machines.combine import Combine
+from ..paths.machine_path import MachinePath
+from .cut_ground import GAP
+from .driver import Driver, NoWay
+from .header_curves import cutting_radius
+from .loops import Loop, drive_edge, drive_on
+
+# What a split corner costs, to balance arcs [s].
+CORNER_TIME = 18.0
+
+# An arc begins and ends this far from split corners [m].
+FROM_CORNER = 3.0
+
+# Where an edge cannot be reached as far before its corner as it should, less is tried [m].
+LESS = (0.0, 0.0, 2.0, 4.0, 7.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Arc:
+    """A part of a loop that one combine drives.
+
+    Attributes:
+        loop: The loop.
+        begin: Station [m].
+        end: Station, above begin; beyond the loop's length where it passes its first point [m].
+    """
+
+    loop: Loop
+    begin: float
+    end: float
+
+    @property
+    def from_corner(self) -> bool:
+        """Whether it begins at a split corner."""
+        return _is_corner(self.loop, self.begin)
+
+
+def entry_length(shift: float, combine: Combine) -> tuple[float, float]:
+    """Way along a lane that a change of lanes takes [m], and the radius of its two arcs [m].
+
+    Args:
+        shift: Between the lanes [m].
+        combine: The combine.
+    """
+    radius = max(cutting_radius(combine), shift)
+    angle = math.acos(1 - shift / (2 * radius))
+    return 2 * radius * math.sin(angle), radius
+
+
+def entry_path(goal: np.ndarray, shift: float, combine: Combine, work: int) -> MachinePath:
+    """The change of lanes, from the left, that ends at a pose.
+
+    Args:
+        goal: x, y, theta, shape (3,) [m], [m], [rad].
+        shift: Between the lanes [m].
+        combine: The combine.
+        work: Number of the piece of work.
+    """
+    along, _ = entry_length(shift, combine)
+    c, s = math.cos(goal[2]), math.sin(goal[2])
+    lean = math.atan2(shift, along) * 2
+
+    def behind(way: float, side: float, turn: float) -> list[float]:
+        return [goal[0] - way * c - side * s, goal[1] - way * s + side * c, goal[2] + turn]
+
+    poses = [behind(along, shift, 0.0), behind(along / 2, shift / 2, -lean), behind(0.0, 0.0, 0.0)]
+    return MachinePath(np.array(poses), np.ones(2, dtype=int), np.full(2, True), np.full(2, work))
+
+
+def first_round_shift(combine: Combine) -> float:
+    """From a bay in the margin, beside the crop, to the first lane [m]."""
+    return combine.header_width + 3 * GAP
+
+
+def split_loops(
+    loops: list[Loop], count: int, combine: Combine, *, preferred: np.ndarray | None, corners: bool
+) -> list[Arc]:
+    """Arcs of nearly equal times that together are all of some loops.
+
+    Args:
+        loops: The loops.
+        count: Of combines.
+        combine: The combine.
+        preferred: Where combines would like to begin, shape (count, 2); None: anywhere.
+        corners: Whether arcs begin at split corners only.
+    """
+    times = np.array([_time(loop, combine) for loop in loops])
+    shares = np.maximum(1, np.round(count * times / times.sum())).astype(int)
+    arcs: list[Arc] = []
+    for loop, share in zip(loops, shares, strict=True):
+        begins = _begins(loop, int(share), combine, preferred, corners=corners)
+        overlap = 0.0
+        for begin, following in zip(begins, [*begins[1:], begins[0] + loop.length], strict=True):
+            end = following
+            if not _is_corner(loop, following):
+                overlap = FROM_CORNER - 1.0
+                end = following + overlap
+            arcs.append(Arc(loop, begin, end))
+    return arcs
+
+
+def drive_arc(driver: Driver, arc: Arc, work: int) -> None:
+    """Drive an arc, from the bay or from where the combine is.
+
+    Args:
+        driver: Who drives.
+        arc: The arc.
+        work: Number of the piece of work.
+
+    Raises:
+        NoWay: It cannot be reached, or a corner not be turned.
+    """
+    loop, combine = arc.loop, driver.combine
+    stops = [arc.begin, *loop.corners_within(arc.begin, arc.end), arc.end]
+    for number, (begin, end) in enumerate(itertools.pairwise(stops)):
+        behind = _room(driver, loop, begin, -1) if _is_corner(loop, begin) else 0.0
+        ahead = _room(driver, loop, end, 1) if _is_corner(loop, end) else 0.0
+        if number == 0 and not arc.from_corner:
+            path = drive_edge(loop, begin, end, (0.0, ahead), combine, work)
+            _enter(driver, path.poses[0], loop, work)
+        else:
+            path = _reach(driver, loop, (begin, end), (behind, ahead), work)
+        driver.drive(path)
+
+
+def _reach(
+    driver: Driver,
+    loop: Loop,
+    stations: tuple[float, float],
+    extensions: tuple[float, float],
+    work: int,
+) -> MachinePath:
+    """Drive to where an edge begins, as far before its corner as can be; the edge's path."""
+    behind, ahead = extensions
+    faults = []
+    for less in LESS:
+        if less <= behind:
+            path = drive_edge(loop, *stations, (behind - less, ahead), driver.combine, work)
+            try:
+                driver.go(path.poses[0])
+            except NoWay as fault:
+                faults.append(fault)
+                driver.ground.give_up_patches()
+                continue
+            return path
+    raise faults[0]
+
+
+def _enter(driver: Driver, goal: np.ndarray, loop: Loop, work: int) -> None:
+    combine = driver.combine
+    if loop.number == 0 and not loop.hole:
+        shift = first_round_shift(combine)
+    else:
+        shift = combine.header_width
+    along, _ = entry_length(shift, combine)
+    if driver.paths and driver.cut_towards(goal, 1.5 * along):
+        return
+    path = entry_path(goal, shift, combine, work)
+    driver.go(path.poses[0])
+    driver.drive(path)
+
+
+def _begins(
+    loop: Loop, share: int, combine: Combine, preferred: np.ndarray | None, *, corners: bool
+) -> list[float]:
+    shift = first_round_shift(combine) if loop.number == 0 else combine.header_width
+    along, _ = entry_length(shift, combine)
+    if preferred is not None:
+        first = loop.station(preferred[0]) + along
+    else:
+        first = float(loop.corners[0]) if len(loop.corners) else 0.0
+    # Time by stations, corners weighing too.
+    stations = first + np.linspace(0.0, loop.length, 401)
+    past = np.array([len(loop.corners_within(first - 1e-3, s)) for s in stations])
+    clock = (stations - first) / combine.speed + CORNER_TIME * past
+    begins = []
+    for k in range(share):
+        ideal = float(np.interp(clock[-1] * k / share, clock, stations))
+        if preferred is not None and len(preferred) == share:
+            ideal = loop.station(preferred[k]) + along
+        begins.append(_fitting(loop, ideal, along, corners=corners))
+    return sorted({round(begin % loop.length, 6) for begin in begins})
+
+
+def _fitting(loop: Loop, ideal: float, along: float, *, corners: bool) -> float:
+    if corners and len(loop.corners):
+        away = (loop.corners - ideal + loop.length / 2) % loop.length - loop.length / 2
+        return float(loop.corners[np.argmin(np.abs(away))])
+    for away in np.arange(0.0, loop.length / 2, 2.0):
+        for at in (ideal + away, ideal - away):
+            begin, end = at - along - 2 * FROM_CORNER, at + 2 * FROM_CORNER
+            if not len(loop.corners_within(begin, end)) and _straight(loop, begin, end):
+                return float(at)
+    if len(loop.corners):
+        return _fitting(loop, ideal, along, corners=True)
+    return ideal
+
+
+def _straight(loop: Loop, begin: float, end: float) -> bool:
+    headings = np.unwrap([loop.pose(s)[2] for s in np.linspace(begin, end, 5)])
+    return bool(np.ptp(headings) < math.radians(25.0))
+
+
+def _time(loop: Loop, combine: Combine) -> float:
+    return loop.length / combine.speed + CORNER_TIME * len(loop.corners)
+
+
+def _is_corner(loop: Loop, station: float) -> bool:
+    if not len(loop.corners):
+        return False
+    away = (loop.corners - station + loop.length / 2) % loop.length - loop.length / 2
+    return bool(np.abs(away).min() < 1e-6)
+
+
+def _room(driver: Driver, loop: Loop, station: float, side: int) -> float:
+    """How far a straight may go on beyond a corner, before something forbidden."""
+    away = (loop.corners - station + loop.length / 2) % loop.length - loop.length / 2
+    asked = drive_on(float(loop.turns[np.argmin(np.abs(away))]), driver.combine)
+    tip = loop.pose(station, arriving=side > 0)
+    for way in np.arange(asked, 0.0, -1.0):
+        pose = tip + np.array([math.cos(tip[2]), math.sin(tip[2]), 0.0]) * (side * way)
+        if driver.ground.has_room(pose):
+            return float(way)
+    raise NoWay(f"no room at the corner at {np.round(tip[:2], 1)}")

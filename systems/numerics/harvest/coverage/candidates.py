@@ -1,0 +1,87 @@
+"""Ways to cut a field: how many rounds, which direction of swaths; told quickly what they take."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from ..field.field import Field
+from ..machines.combine import Combine
+from .arcs import CORNER_TIME
+from .loops import Loop, lay_out_loops
+from .swaths import Swath, lay_out_swaths
+
+# Numbers of rounds, and directions besides those of edges [deg].
+ROUNDS = (1, 2, 3)
+DIRECTIONS = range(0, 180, 15)
+
+# Edges shorter than this tell no direction [m]; directions nearer than this are one [rad].
+EDGE = 40.0
+SAME = math.radians(4.0)
+
+# What it takes to turn from swath to swath, to compare candidates [s].
+TURN_TIME = 18.0
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A number of rounds and a direction of swaths.
+
+    Attributes:
+        region: What rounds are offsets of.
+        rounds: Loops of each round.
+        inside: What is left for swaths.
+        swaths: They.
+        time: Estimate for all of it with one combine [s].
+    """
+
+    region: BaseGeometry
+    rounds: tuple[tuple[Loop, ...], ...]
+    inside: BaseGeometry
+    swaths: tuple[Swath, ...]
+    time: float
+
+
+def find_candidates(field: Field, region: BaseGeometry, combine: Combine) -> list[Candidate]:
+    """Candidates, those that take the least time first.
+
+    Args:
+        field: The field.
+        region: What rounds are offsets of.
+        combine: The combine.
+    """
+    every = [lay_out_loops(region, combine, number) for number in range(max(ROUNDS))]
+    directions = _directions(field)
+    found = []
+    for count in ROUNDS:
+        loops = tuple(map(tuple, every[:count]))
+        driven = sum(loop.length for each in loops for loop in each)
+        corners = sum(len(loop.corners) for each in loops for loop in each)
+        rounds_time = driven / combine.speed + CORNER_TIME * corners
+        inside = region.buffer(-count * combine.header_width, quad_segs=24)
+        if inside.area < 1.0:
+            found.append(Candidate(region, loops, shapely.Polygon(), (), rounds_time))
+            break
+        for direction in directions:
+            swaths = tuple(lay_out_swaths(inside, direction, combine))
+            way = sum(swath.length for swath in swaths)
+            time = rounds_time + way / combine.speed + TURN_TIME * len(swaths)
+            found.append(Candidate(region, loops, inside, swaths, time))
+    return sorted(found, key=lambda candidate: candidate.time)
+
+
+def _directions(field: Field) -> list[float]:
+    ring = shapely.get_coordinates(field.outline.simplify(1.0))
+    steps = np.diff(ring, axis=0)
+    lengths = np.hypot(*steps.T)
+    angles = np.arctan2(steps[:, 1], steps[:, 0]) % math.pi
+    chosen: list[float] = []
+    edges = [angles[k] for k in np.argsort(-lengths) if lengths[k] > EDGE]
+    for angle in [*edges[:8], *np.radians(DIRECTIONS)]:
+        if all(
+            abs((angle - other + math.pi / 2) % math.pi - math.pi / 2) > SAME for other in chosen
+        ):
+            chosen.append(float(angle))
+    return chosen

@@ -1,0 +1,231 @@
+"""Headland rounds and rings round holes: closed lines, split at convex corners."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+from shapely.ops import substring
+
+from ..field.field import Field
+from ..machines.combine import Combine
+from ..paths.machine_path import MachinePath
+from .cut_ground import GAP
+from .header_curves import SPACING, cutting_radius, drive_line, smooth_line
+
+# Corners that turn by more are driven straight on and turned outside of the crop [rad].
+SPLIT_TURN = math.radians(50.0)
+
+# How far a header's middle drives on past the crop, besides half the header's depth [m].
+CLEAR = 0.2
+
+# Radii of loops, against the least of turns: polylines turn a little sharper than curves [-].
+SPARE = 1.05
+
+# Lines are simplified by this much [m].
+TOLERANCE = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """A closed line that the header's middle follows, its outside on the left.
+
+    Attributes:
+        line: Closed; clockwise along the boundary, counterclockwise round a hole.
+        corners: Stations at which it is split, ascending, shape (c,) [m].
+        turns: At the corners, absolute, shape (c,) [rad].
+        number: Of the round: 0 along the boundary, from there inwards.
+        hole: Whether it goes round holes.
+    """
+
+    line: shapely.LineString
+    corners: np.ndarray
+    turns: np.ndarray
+    number: int
+    hole: bool
+
+    @cached_property
+    def length(self) -> float:
+        """Of the line [m]."""
+        return float(self.line.length)
+
+    def pose(self, station: float, side: int = 1, *, arriving: bool = False) -> np.ndarray:
+        """x, y, theta at a station, for who drives the line on from there [m], [m], [rad].
+
+        Args:
+            station: [m].
+            side: 1 along the line, -1 against it.
+            arriving: For who has driven it up to there.
+        """
+        other = station + side * (-SPACING if arriving else SPACING)
+        at, beside = (
+            np.array(self.line.interpolate(each % self.length).coords[0])
+            for each in (station, other)
+        )
+        along = at - beside if arriving else beside - at
+        return np.array([*at, math.atan2(along[1], along[0])])
+
+    def station(self, point: np.ndarray) -> float:
+        """Of the point of the line that is nearest to a point [m]."""
+        return float(self.line.project(shapely.Point(point[:2])))
+
+    def corners_within(self, begin: float, end: float) -> np.ndarray:
+        """Stations of corners above begin and below end, unwrapped, ascending [m]."""
+        turns = np.arange(math.floor(begin / self.length), math.floor(end / self.length) + 1)
+        every = (self.corners[None, :] + self.length * turns[:, None]).ravel()
+        return every[(every > begin + 1e-6) & (every < end - 1e-6)]
+
+    def part(self, begin: float, end: float) -> np.ndarray:
+        """The line's points between stations, which may lie beyond its ends, shape (n, 2).
+
+        Args:
+            begin: Station [m].
+            end: Station above it [m].
+        """
+        pieces = []
+        at = begin
+        while at < end - 1e-9:
+            turn = math.floor(at / self.length + 1e-12)
+            upto = min(end, (turn + 1) * self.length)
+            piece = substring(self.line, at - turn * self.length, upto - turn * self.length)
+            pieces.append(np.array(piece.coords))
+            at = upto
+        return np.concatenate(pieces)
+
+
+def crop_to_offset(field: Field, combine: Combine) -> BaseGeometry:
+    """The region whose inward offsets are rounds that a combine can drive.
+
+    Reflex corners of the boundary are rounded outside of the field, and holes are grown, so that
+    no round is narrower than what the header cuts cleanly.
+    """
+    half = combine.header_width / 2
+    fillet = max(0.0, cutting_radius(combine) - half)
+    outline = field.outline
+    if fillet > 0:
+        grown = outline.buffer(fillet, join_style="mitre", mitre_limit=10.0)
+        outline = grown.buffer(-fillet, quad_segs=24).union(field.outline)
+    holes = [_drivable_hole(hole, combine) for hole in field.obstacles]
+    return outline.difference(shapely.union_all(holes)) if holes else outline
+
+
+def _drivable_hole(hole: shapely.Polygon, combine: Combine) -> shapely.Polygon:
+    """A hole, grown until the ring round it, half a header away, can be driven."""
+    half, radius = combine.header_width / 2, SPARE * combine.turning_radius
+    kept = hole.buffer(GAP)
+    widest = max(GAP, radius - half) + TOLERANCE
+    for around in np.linspace(GAP + TOLERANCE, widest, 6):
+        ring = hole.buffer(half + around, quad_segs=24)
+        ring = ring.buffer(-radius, quad_segs=24).buffer(radius, quad_segs=24)
+        inner = ring.buffer(-half, quad_segs=24)
+        if inner.geom_type == "Polygon" and inner.contains(kept):
+            return inner
+    return hole.buffer(widest, quad_segs=24)
+
+
+def lay_out_loops(region: BaseGeometry, combine: Combine, number: int) -> list[Loop]:
+    """The loops of one round, those along the boundary first, then those round holes.
+
+    Args:
+        region: What rounds are offsets of.
+        combine: The combine.
+        number: Of the round, 0 along the edge.
+    """
+    depth = (number + 0.5) * combine.header_width
+    inner = region.buffer(-depth, quad_segs=24)
+    loops = []
+    for part in shapely.get_parts(inner):
+        if part.is_empty or part.geom_type != "Polygon":
+            continue
+        for place, ring in enumerate((part.exterior, *part.interiors)):
+            hole = place > 0
+            shape = shapely.Polygon(ring)
+            if shape.area < 1.0:
+                continue
+            radius = cutting_radius(combine) if hole else SPARE * combine.turning_radius
+            loop = _make_loop(shape, number, hole=hole, radius=radius)
+            if loop is not None:
+                loops.append(loop)
+    return sorted(loops, key=lambda loop: loop.hole)
+
+
+def _make_loop(shape: shapely.Polygon, number: int, *, hole: bool, radius: float) -> Loop | None:
+    if hole:
+        # Notches between holes are passed by.
+        grown = shape.buffer(radius, quad_segs=24).buffer(-radius, quad_segs=24)
+        shape = max(shapely.get_parts(grown), key=lambda part: part.area)
+    ring = shape.exterior.simplify(0.01 if hole else TOLERANCE)
+    points = shapely.get_coordinates(ring)[:-1]
+    if len(points) < 3:
+        return None
+    if shapely.LinearRing(points).is_ccw != hole:
+        points = points[::-1]
+    steps = np.roll(points, -1, axis=0) - points
+    before = np.roll(steps, 1, axis=0)
+    # To the right positive, which is convex where the crop is on the right.
+    turns = -np.arctan2(
+        before[:, 0] * steps[:, 1] - before[:, 1] * steps[:, 0],
+        np.einsum("ij,ij->i", before, steps),
+    )
+    sharp = np.flatnonzero(turns > SPLIT_TURN) if not hole else np.zeros(0, dtype=int)
+    if len(sharp):
+        points = np.roll(points, -sharp[0], axis=0)
+        turns = np.roll(turns, -sharp[0])
+        sharp -= sharp[0]
+    elif not hole:
+        opened = shape.buffer(-radius, quad_segs=24).buffer(radius, quad_segs=24)
+        if opened.geom_type != "Polygon" or opened.is_empty:
+            return None
+        points = np.array(opened.exterior.simplify(0.02).coords)[:-1]
+        if shapely.LinearRing(points).is_ccw:
+            points = points[::-1]
+    line = shapely.LineString([*points, points[0]])
+    stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line.coords, axis=0).T))])
+    return Loop(line, stations[sharp], turns[sharp], number, hole)
+
+
+def drive_on(turn: float, combine: Combine) -> float:
+    """How far past a corner of a loop the header's middle drives straight on [m].
+
+    Args:
+        turn: Of the loop at the corner, absolute [rad].
+        combine: The combine.
+    """
+    half = combine.header_width / 2
+    corner = half * math.tan(min(turn, math.radians(150.0)) / 2)
+    return corner + combine.header_depth / 2 + CLEAR
+
+
+def drive_edge(
+    loop: Loop,
+    begin: float,
+    end: float,
+    extensions: tuple[float, float],
+    combine: Combine,
+    work: int,
+) -> MachinePath:
+    """The path along a part of a loop without split corners, with straights at its ends.
+
+    Args:
+        loop: The loop.
+        begin: Station [m].
+        end: Station above it [m].
+        extensions: Of the straights before and behind [m].
+        combine: The combine.
+        work: Number of the piece of work.
+    """
+    points = loop.part(begin, end)
+    points = points[np.concatenate([[True], np.hypot(*np.diff(points, axis=0).T) > 1e-6])]
+    first, last = points[0] - points[1], points[-1] - points[-2]
+    ahead = points[-1] + last / np.hypot(*last) * extensions[1]
+    behind = points[0] + first / np.hypot(*first) * extensions[0]
+    lines = [points]
+    if extensions[0] > 0:
+        lines.insert(0, behind[None])
+    if extensions[1] > 0:
+        lines.append(ahead[None])
+    radius = SPARE * combine.turning_radius
+    line = smooth_line(shapely.LineString(np.concatenate(lines)), radius)
+    return drive_line(np.array(line.coords), cutting=True, work=work)

@@ -1,0 +1,370 @@
+"""Coverage: paths of combines that cut a whole field."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.optimize import linear_sum_assignment
+
+from ...errors import InvalidInput, require
+from ..field.field import Field
+from ..machines.combine import Combine
+from ..paths.machine_path import MachinePath
+from ..turns.turn import turn_times
+from .arcs import Arc, drive_arc, first_round_shift, split_loops
+from .candidates import TURN_TIME, Candidate, find_candidates
+from .cut_ground import GAP, CutGround
+from .driver import Driver, NoWay, lay_out_roads, stop_time
+from .lands import chain_swaths, split_chain
+from .loops import crop_to_offset
+from .parking import Passes, park, start_in_bay
+from .precedence import CropPrecedence, can_finish, find_precedence
+from .ring_entry import Gate, drive_rings, find_gate, ring_groups
+from .swath_order import SwathTimes, order_swaths
+from .swaths import Swath
+
+# Patterns of coverage.
+PATTERNS = ("lands",)
+
+# How many candidates are built.
+BUILT = 3
+
+# Least share of the crop that a plan cuts, and the same with three holes and more [-].
+LEAST_COVERAGE = 0.995
+LEAST_COVERAGE_HOLES = 0.985
+
+# Largest share of the crop over which bodies drive [-].
+MOST_UNDER_BODIES = 0.002
+
+# What it costs to get from loop to loop of the headland, in estimates [s].
+OTHER_LOOP = 300.0
+
+
+@dataclass(frozen=True, eq=False)
+class CoveragePaths:
+    """Paths of all combines that together cut a field.
+
+    Attributes:
+        paths: Of the combines.
+        precedence: What must be cut before.
+        area: Of the crop [m^2].
+        covered_area: Of the crop that is cut [m^2].
+        times: Estimates of when each combine has driven its path, without waiting, shape (N,) [s].
+        works: Number of pieces of work, over all combines.
+        off_paths: Whether each begins, and ends, farther than a gap from all other paths, shape
+            (N, 2).
+    """
+
+    paths: tuple[MachinePath, ...]
+    precedence: CropPrecedence
+    area: float
+    covered_area: float
+    times: np.ndarray
+    works: int
+    off_paths: np.ndarray
+
+    @property
+    def coverage(self) -> float:
+        """Share of the crop that is cut, in [0, 1]."""
+        return self.covered_area / self.area
+
+    @property
+    def length(self) -> float:
+        """Way of all combines [m]."""
+        return sum(path.length for path in self.paths)
+
+
+def plan_coverage(
+    field: Field, combine: Combine, count: int, *, pattern: str = "lands"
+) -> CoveragePaths:
+    """Paths of combines that cut a whole field, found among several ways to do so.
+
+    Args:
+        field: The field.
+        combine: One of equal combines.
+        count: Of combines.
+        pattern: "lands": rounds in arcs, then a land of swaths for each combine.
+
+    Raises:
+        InvalidInput: The field cannot be cut by such combines.
+    """
+    require(count >= 1, "count", "be at least 1", count)
+    require(pattern in PATTERNS, "pattern", f"be one of {', '.join(PATTERNS)}", pattern)
+    require(
+        combine.header_width > combine.width,
+        "header_width",
+        f"be larger than the body's width of {combine.width:g} m",
+        combine.header_width,
+    )
+    region = crop_to_offset(field, combine)
+    candidates = find_candidates(field, region, combine)
+    ground = CutGround.of(field, combine)
+    least = LEAST_COVERAGE_HOLES if len(field.obstacles) >= 3 else LEAST_COVERAGE
+    best: CoveragePaths | None = None
+    faults: list[str] = []
+    built = 0
+    tried: dict[int, int] = {}
+    for candidate in candidates:
+        rounds = len(candidate.rounds)
+        if built >= BUILT or (tried.get(rounds, 0) >= 4):
+            continue
+        tried[rounds] = tried.get(rounds, 0) + 1
+        try:
+            plan = _build(field, combine, count, candidate, ground)
+        except NoWay as fault:
+            faults.append(str(fault))
+            continue
+        if plan.coverage < least:
+            faults.append(f"{plan.coverage:.1%} would be cut")
+            continue
+        if not can_finish(plan.precedence):
+            faults.append("combines would wait for one another")
+            continue
+        if plan.precedence.crop_under_bodies > MOST_UNDER_BODIES * field.area:
+            faults.append("bodies would drive over crop")
+            continue
+        built += 1
+        if best is None or plan.times.max() < best.times.max():
+            best = plan
+    if best is None:
+        raise InvalidInput(
+            f"`field` must have room for combines with headers of {combine.header_width:g} m and "
+            f"turns of {combine.turning_radius:g} m; got {field.area / 1e4:.2f} ha with a margin "
+            f"of {field.margin:g} m" + (f" ({faults[0]})" if faults else "")
+        )
+    return best
+
+
+def _build(
+    field: Field, combine: Combine, count: int, candidate: Candidate, uncut: CutGround
+) -> CoveragePaths:
+    width = combine.header_width
+    depths = [len(candidate.rounds) * width / 2, width / 2]
+    roads = lay_out_roads(candidate.region, depths, combine.turning_radius)
+    if not roads:
+        raise NoWay("no room for a round")
+    drivers = [Driver(uncut.copy(), combine, []) for _ in range(count)]
+    work = _drive_rounds(drivers, candidate, field)
+    for driver in drivers:
+        driver.roads = roads
+    work, lands = _drive_swaths(drivers, candidate, work)
+    off_paths = _wait_off_paths(field, drivers, candidate, lands)
+    paths = tuple(driver.path for driver in drivers)
+    covered = covered_area(field, paths, combine)
+    times = np.array([driving_time(path, combine) for path in paths])
+    precedence = find_precedence(field, paths, combine)
+    return CoveragePaths(paths, precedence, field.area, covered, times, work, off_paths)
+
+
+def driving_time(path: MachinePath, combine: Combine) -> float:
+    """Time to drive a path, with a stop at each change of gear [s]."""
+    return path.length / combine.speed + (len(path.cusps) + 1) * stop_time(combine)
+
+
+def covered_area(field: Field, paths: tuple[MachinePath, ...], combine: Combine) -> float:
+    """Area of crop over which the headers' middles pass, being down [m^2]."""
+    sweeps = []
+    half = combine.header_width / 2
+    for path in paths:
+        begin, end = path.poses[:-1][path.cutting], path.poses[1:][path.cutting]
+        left, right = (
+            [
+                np.column_stack(
+                    [pose[:, 0] - s * np.sin(pose[:, 2]), pose[:, 1] + s * np.cos(pose[:, 2])]
+                )
+                for pose in (begin, end)
+            ]
+            for s in (half, -half)
+        )
+        quads = np.stack([left[0], left[1], right[1], right[0]], axis=1)
+        sweeps.append(shapely.convex_hull(shapely.multipoints(quads)))
+    cut = shapely.union_all(np.concatenate(sweeps))
+    return float(shapely.intersection(cut, field.polygon).area)
+
+
+def _drive_rounds(drivers: list[Driver], candidate: Candidate, field: Field) -> int:
+    count, combine = len(drivers), drivers[0].combine
+    work = 0
+    wide = field.margin >= first_round_shift(combine) + GAP
+    for number, loops in enumerate(candidate.rounds):
+        outer = [loop for loop in loops if not loop.hole]
+        if not outer:
+            continue
+        corners = number == 0 and (not wide or (count == 1 and len(outer[0].corners) > 0))
+        preferred = None if number == 0 else np.array([driver.pose for driver in drivers])
+        if number > 0 and count == 1 and len(outer[0].corners):
+            corners, preferred = True, preferred
+        arcs = split_loops(outer, count, combine, preferred=preferred, corners=corners)
+        for driver, mine in zip(drivers, _share_arcs(drivers, arcs), strict=True):
+            for arc in mine:
+                drive_arc(driver, arc, work)
+                work += 1
+        _share_ground(drivers)
+        roads = lay_out_roads(
+            candidate.region, [(number + 1) * combine.header_width / 2], combine.turning_radius
+        )
+        for driver in drivers:
+            driver.roads = roads
+        if number + 1 < len(candidate.rounds):
+            work = _drive_early_rings(drivers, candidate, number, work)
+    return work
+
+
+def _drive_early_rings(drivers: list[Driver], candidate: Candidate, number: int, work: int) -> int:
+    """Rings whose outermost is of this round: the next round goes round their holes too."""
+    groups = ring_groups(candidate.rounds)
+    lanes = [loop for loop in candidate.rounds[number] if not loop.hole]
+    for group in groups:
+        if group[0].number == number:
+            gate = find_gate(group, groups, (), drivers[0], lanes)
+            away = [float(np.hypot(*(driver.pose - gate.start)[:2])) for driver in drivers]
+            driver = drivers[int(np.argmin(away))]
+            driver.go(gate.start)
+            driver.drive(gate.path)
+            work = drive_rings(driver, group, work)
+    _share_ground(drivers)
+    return work
+
+
+def _share_arcs(drivers: list[Driver], arcs: list[Arc]) -> list[list[Arc]]:
+    """Which arcs each combine drives: the nearest; what is left over goes to who has least."""
+    if not drivers[0].paths:
+        shares: list[list[Arc]] = [[] for _ in drivers]
+        for k, arc in enumerate(arcs):
+            shares[k % len(drivers)].append(arc)
+        return shares
+    away = np.array(
+        [
+            [np.hypot(*(arc.loop.pose(arc.begin) - driver.pose)[:2]) for arc in arcs]
+            for driver in drivers
+        ]
+    )
+    shares = [[] for _ in drivers]
+    chosen = linear_sum_assignment(away)
+    for who, which in zip(*chosen, strict=True):
+        shares[who].append(arcs[which])
+    for which in set(range(len(arcs))) - set(chosen[1].tolist()):
+        least = min(shares, key=lambda mine: sum(arc.end - arc.begin for arc in mine))
+        least.append(arcs[which])
+    return shares
+
+
+def _share_ground(drivers: list[Driver]) -> None:
+    """What one has cut is cut for all from here on."""
+    cells = np.logical_and.reduce([driver.ground.crop.cells for driver in drivers])
+    for driver in drivers:
+        driver.ground.crop.cells[:] = cells
+
+
+def _wait_off_paths(
+    field: Field, drivers: list[Driver], candidate: Candidate, lands: list[list[int]]
+) -> np.ndarray:
+    passes = Passes(field, drivers[0].combine)
+    for machine, driver in enumerate(drivers):
+        passes.add(driver.path, machine)
+    off_paths = np.zeros((len(drivers), 2), dtype=bool)
+    for machine, driver in enumerate(drivers):
+        off_paths[machine, 0] = start_in_bay(driver, passes, machine)
+    parked: list[np.ndarray] = []
+    for machine, (driver, land) in enumerate(zip(drivers, lands, strict=True)):
+        swaths = [candidate.swaths[k] for k in land]
+        off_paths[machine, 1] = park(driver, passes, machine, swaths, parked)
+        parked.append(driver.pose)
+    return off_paths
+
+
+def _drive_swaths(
+    drivers: list[Driver], candidate: Candidate, work: int
+) -> tuple[int, list[list[int]]]:
+    swaths, combine = candidate.swaths, drivers[0].combine
+    groups = ring_groups(candidate.rounds)
+    groups = [group for group in groups if group[0].number == len(candidate.rounds) - 1]
+    gates = [find_gate(group, groups, swaths, drivers[0], drivers[0].roads) for group in groups]
+    chain = chain_swaths(swaths)
+    times = np.array([swaths[k].length / combine.speed + TURN_TIME for k in chain])
+    for gate in gates:
+        if gate.node is not None:
+            times[chain.index(gate.node // 2)] += gate.length / combine.speed
+    starts = np.array([driving_time(driver.path, combine) for driver in drivers])
+    lands = [chain[part] for part in split_chain(times, starts)]
+    lands = _assign_lands(lands, drivers, swaths)
+    shares: list[list[Gate]] = [[] for _ in drivers]
+    for gate in gates:
+        owners = [
+            n for n, land in enumerate(lands) if gate.node is not None and gate.node // 2 in land
+        ]
+        away = [float(np.hypot(*(driver.pose - gate.start)[:2])) for driver in drivers]
+        shares[owners[0] if owners else int(np.argmin(away))].append(gate)
+    rests: list[list[int]] = []
+    for number, (driver, land, mine) in enumerate(zip(drivers, lands, shares, strict=True)):
+        mine.sort(key=lambda gate: gate.node is not None)
+        for gate in mine:
+            driver.go(gate.start)
+            if gate.node is not None:
+                driver.drive(swaths[gate.node // 2].path(work, back=bool(gate.node % 2)))
+                work += 1
+            driver.drive(gate.path)
+            work = drive_rings(driver, gate.group, work)
+        done = {gate.node // 2 for gate in mine if gate.node is not None}
+        land = [k for k in land if k not in done]
+        order, _ = order_swaths(_swath_times([swaths[k] for k in land], driver), (), number)
+        rests.append([2 * land[node // 2] + node % 2 for node in order])
+    _share_ground(drivers)
+    for driver, order in zip(drivers, rests, strict=True):
+        for node in order:
+            swath = swaths[node // 2]
+            driver.go(swath.pose(node % 2, outwards=False))
+            driver.drive(swath.path(work, back=bool(node % 2)))
+            work += 1
+    return work, lands
+
+
+def _assign_lands(
+    lands: list[list[int]], drivers: list[Driver], swaths: tuple[Swath, ...]
+) -> list[list[int]]:
+    away = np.zeros((len(drivers), len(lands)))
+    for i, driver in enumerate(drivers):
+        for j, land in enumerate(lands):
+            ends = np.array([swaths[k].ends for k in land]).reshape(-1, 2)
+            if len(ends):
+                away[i, j] = np.hypot(*(ends - driver.pose[:2]).T).min()
+    return [lands[j] for j in linear_sum_assignment(away)[1]]
+
+
+def _swath_times(swaths: list[Swath], driver: Driver) -> SwathTimes:
+    combine = driver.combine
+    entries = np.array([s.pose(end, outwards=False) for s in swaths for end in (0, 1)]).reshape(
+        -1, 3
+    )
+    exits = np.array([s.pose(end, outwards=True) for s in swaths for end in (1, 0)]).reshape(-1, 3)
+    between = turn_times(exits[:, None], entries[None], combine)
+    between = between + _detours(exits, entries, driver)
+    first = turn_times(driver.pose[None], entries, combine)
+    first = first + _detours(driver.pose[None], entries, driver)[0]
+    return SwathTimes(between, first, np.zeros(len(entries)))
+
+
+def _detours(exits: np.ndarray, entries: np.ndarray, driver: Driver) -> np.ndarray:
+    """What ways along the headland take more than straight ones, shape (n, m) [s]."""
+    roads = driver.roads
+
+    def places(poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        points = np.atleast_1d(np.asarray(shapely.points(poses[:, :2])))
+        away = np.array([shapely.distance(road.line, points) for road in roads])
+        which = np.argmin(away, axis=0)
+        stations = np.array(
+            [
+                shapely.line_locate_point(roads[k].line, p)
+                for k, p in zip(which, points, strict=True)
+            ]
+        )
+        return which, stations
+
+    loops, at = places(exits)
+    others, to = places(entries)
+    lengths = np.array([road.length for road in roads])[loops][:, None]
+    way = np.abs(at[:, None] - to[None])
+    way = np.minimum(way, lengths - way)
+    chord = np.hypot(*(exits[:, None, :2] - entries[None, :, :2]).transpose(2, 0, 1))
+    detour = np.maximum(0.0, way - chord - 10.0) / driver.combine.speed
+    return np.where(loops[:, None] == others[None], detour, OTHER_LOOP)

@@ -1,0 +1,125 @@
+"""What plans of coverage are put together from, against brute force."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+import shapely
+
+from sightfield.systems.numerics.harvest.coverage.header_curves import cutting_radius, drive_line
+from sightfield.systems.numerics.harvest.coverage.lands import split_chain
+from sightfield.systems.numerics.harvest.coverage.precedence import can_finish, find_precedence
+from sightfield.systems.numerics.harvest.coverage.swath_order import SwathTimes, order_swaths
+from sightfield.systems.numerics.harvest.coverage.swaths import lay_out_swaths
+from sightfield.systems.numerics.harvest.field.field import Field
+from sightfield.systems.numerics.harvest.machines.combine import Combine
+from sightfield.systems.numerics.harvest.paths.machine_path import MachinePath
+
+COMBINE = Combine(header_width=7.0, turning_radius=4.0, length=7.5, width=3.2)
+
+
+def _straight(x0, y0, x1, y1, *, cutting=True):
+    theta = math.atan2(y1 - y0, x1 - x0)
+    poses = np.array([[x0, y0, theta], [x1, y1, theta]])
+    return MachinePath(poses, np.array([1]), np.array([cutting]), np.array([0]))
+
+
+def test_on_the_cutting_radius_the_body_s_corner_follows_the_header_s_end():
+    radius = cutting_radius(COMBINE)
+    assert radius > COMBINE.turning_radius
+    corner = math.hypot(radius + COMBINE.width / 2, COMBINE.length)
+    assert corner == pytest.approx(radius + COMBINE.header_width / 2)
+
+
+def test_a_polyline_along_an_arc_is_driven_as_nearly_that_arc():
+    angles = np.linspace(0.0, 2.0, 41)
+    points = 20.0 * np.column_stack([np.cos(angles), np.sin(angles)])
+    path = drive_line(points, cutting=True)
+    assert path.curvatures[1:-1] == pytest.approx(np.full(len(path.lengths) - 2, 0.05), rel=0.02)
+
+
+@pytest.mark.parametrize("direction", [0.0, 0.7, 2.5])
+def test_swaths_cover_a_region_with_a_notch_and_a_hole(direction):
+    region = (
+        shapely.box(0, 0, 150, 90) - shapely.box(60, 40, 80, 95) - shapely.box(100, 10, 120, 30)
+    )
+    swaths = lay_out_swaths(region, direction, COMBINE)
+    strips = [
+        shapely.LineString(swath.ends).buffer(COMBINE.header_width / 2, cap_style="flat")
+        for swath in swaths
+    ]
+    left = region.difference(shapely.union_all(strips))
+    # Pieces of less than a fiftieth of the header squared are left.
+    assert left.area < 0.02 * COMBINE.header_width**2 * len(swaths) * 0.5
+    # None goes on across the notch.
+    notch = shapely.box(60, 40, 80, 95)
+    assert max(shapely.LineString(swath.ends).intersection(notch).length for swath in swaths) < 15
+
+
+def test_annealing_finds_the_best_order_of_four_swaths():
+    rng = np.random.default_rng(5)
+    times = SwathTimes(rng.uniform(5, 60, (8, 8)), rng.uniform(5, 60, 8), rng.uniform(0, 20, 8))
+    totals = []
+    for order in itertools.permutations(range(4)):
+        for ways in itertools.product((0, 1), repeat=4):
+            nodes = [2 * i + way for i, way in zip(order, ways, strict=True)]
+            between = sum(times.between[a, b] for a, b in itertools.pairwise(nodes))
+            totals.append(times.first[nodes[0]] + between + times.last[nodes[-1]])
+    order, total = order_swaths(times, (), 3)
+    assert total == pytest.approx(min(totals))
+    assert sorted(node // 2 for node in order) == [0, 1, 2, 3]
+
+
+def test_a_chain_is_split_so_that_the_latest_ends_earliest():
+    rng = np.random.default_rng(2)
+    times, begins = rng.uniform(10, 50, 9), np.array([40.0, 0.0, 25.0])
+    parts = split_chain(times, begins)
+    latest = max(b + times[part].sum() for b, part in zip(begins, parts, strict=True))
+    best = min(
+        max(begins[0] + times[:i].sum(), begins[1] + times[i:j].sum(), begins[2] + times[j:].sum())
+        for i in range(10)
+        for j in range(i, 10)
+    )
+    assert latest == pytest.approx(best, abs=1e-3)
+
+
+def test_who_crosses_a_swath_waits_until_it_is_cut_there():
+    field = Field.rectangle(60.0, 7.0)
+    cutter = _straight(-5.0, 3.5, 65.0, 3.5)
+    # Goes north across the swath at x = 40, its header up.
+    crosser = _straight(40.0, -20.0, 40.0, 30.0, cutting=False)
+    precedence = find_precedence(field, (cutter, crosser), COMBINE)
+    needed = precedence.needs[1][0]
+    # Crop up to the body's far side is cut once the header's middle is past it.
+    assert needed[-1] == pytest.approx(45.0 + COMBINE.width / 2, abs=0.8)
+    # The body's front is behind the header, which enters the crop at station 20.
+    assert needed[int(20.0 + COMBINE.header_depth / 2) - 3] == 0.0
+    assert needed[int(20.0 + COMBINE.header_depth / 2) + 2] > 40.0
+    assert not precedence.needs[0][1].any()
+    assert precedence.crop_under_bodies == 0.0
+    assert can_finish(precedence)
+
+
+def test_a_body_that_drives_over_crop_nobody_cuts_is_told():
+    field = Field.rectangle(60.0, 30.0)
+    path = _straight(20.0, -20.0, 20.0, 60.0, cutting=False)
+    under = find_precedence(field, (path,), COMBINE).crop_under_bodies
+    assert under == pytest.approx(30.0 * COMBINE.width, rel=0.2)
+
+
+def test_combines_that_need_each_other_s_first_swath_cannot_finish():
+    field = Field.rectangle(60.0, 60.0)
+
+    def first_there_then_here(here, there):
+        # Over the swath of the other, its header up, and back over its own.
+        over, own = (
+            _straight(-10.0, there, 50.0, there, cutting=False),
+            _straight(50, here, -9, here),
+        )
+        poses = np.concatenate([over.poses, own.poses])
+        down = np.array([False, False, True])
+        return MachinePath(poses, np.ones(3, dtype=int), down, np.arange(3))
+
+    paths = first_there_then_here(10.0, 40.0), first_there_then_here(40.0, 10.0)
+    assert not can_finish(find_precedence(field, paths, COMBINE))

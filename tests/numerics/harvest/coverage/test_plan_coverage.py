@@ -1,0 +1,130 @@
+"""Plans of coverage on whole fields, looked at with Shapely on true outlines."""
+
+import numpy as np
+import pytest
+import shapely
+
+from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.harvest.coverage.plan_coverage import plan_coverage
+from sightfield.systems.numerics.harvest.field.field import Field
+from sightfield.systems.numerics.harvest.machines.combine import Combine
+from sightfield.systems.numerics.harvest.machines.outlines import combine_outline
+
+COMBINE = Combine(header_width=8.0, turning_radius=5.5)
+
+CASES = [("l_9", 3), ("pole_6", 2), ("banana_4", 1), ("pond_edge_9", 2), ("strip_3", 2)]
+
+
+@pytest.fixture(scope="module", params=CASES, ids=[f"{name} {count}" for name, count in CASES])
+def planned(request, field_makers):
+    name, count = request.param
+    field = field_makers[name]()
+    return field, plan_coverage(field, COMBINE, count)
+
+
+def _placed(part: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    """Polygons of an outline's part at poses, shape (n,)."""
+    c, s = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
+    x = poses[:, 0, None] + c * part[:, 0] - s * part[:, 1]
+    y = poses[:, 1, None] + s * part[:, 0] + c * part[:, 1]
+    return shapely.polygons(np.stack([x, y], axis=-1))
+
+
+def _sweeps(path, spacing):
+    """What the header's middle passes between stations, and the later of the stations."""
+    stations = path.stations_every(spacing)
+    poses = path.pose_at(stations)
+    line = np.array([[0.0, -COMBINE.header_width / 2], [0.0, COMBINE.header_width / 2]])
+    c, s = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
+    ends = np.stack(
+        [poses[:, 0, None] - s * line[:, 1], poses[:, 1, None] + c * line[:, 1]], axis=-1
+    )
+    quads = np.concatenate([ends[:-1], ends[1:]], axis=1)
+    down = path.cutting[path.piece_at((stations[1:] + stations[:-1]) / 2)]
+    return shapely.convex_hull(shapely.multipoints(quads))[down], stations[1:][down]
+
+
+def test_the_headers_pass_over_the_crop_as_much_as_is_told(planned):
+    field, plan = planned
+    sweeps = np.concatenate([_sweeps(path, 2.0)[0] for path in plan.paths])
+    missed = field.polygon.difference(shapely.union_all(sweeps)).area
+    assert missed == pytest.approx(field.area - plan.covered_area, abs=0.0005 * field.area)
+    assert plan.coverage >= 0.995
+
+
+def test_outlines_keep_to_the_ground_and_off_obstacles(planned):
+    field, plan = planned
+    ground = field.ground.buffer(0.05)
+    shapely.prepare(ground)
+    for path in plan.paths:
+        poses = path.pose_at(path.stations_every(1.0))
+        for part in combine_outline(COMBINE):
+            assert shapely.covers(ground, _placed(part, poses)).all()
+
+
+def test_paths_are_driven_forwards_where_they_cut_and_no_turn_is_too_tight(planned):
+    _, plan = planned
+    for path in plan.paths:
+        assert (path.gears[path.cutting] == 1).all()
+        long = path.lengths > 0.05
+        assert np.abs(path.curvatures[long]).max() <= 1.02 / COMBINE.turning_radius
+
+
+def test_bodies_drive_over_what_is_cut_where_precedence_is_kept(planned):
+    field, plan = planned
+    sweeps, stations, owners = [], [], []
+    for n, path in enumerate(plan.paths):
+        quads, at = _sweeps(path, 1.0)
+        sweeps.append(quads)
+        stations.append(at)
+        owners.append(np.full(len(at), n))
+    quads, at, who = map(np.concatenate, (sweeps, stations, owners))
+    tree = shapely.STRtree(quads)
+    behind = combine_outline(COMBINE).body.copy()
+    behind[:, 0] = np.minimum(behind[:, 0], -COMBINE.header_depth / 2)
+    crop = field.polygon
+    over = []
+    for m, path in enumerate(plan.paths):
+        mine = plan.precedence.stations[m]
+        chosen = np.arange(0, len(mine), 3)
+        bodies = shapely.intersection(_placed(behind, path.pose_at(mine[chosen])), crop)
+        for body, i in zip(bodies, chosen, strict=True):
+            passed = np.array([needs[i] for needs in plan.precedence.needs[m]])
+            passed[m] = mine[i]
+            near = tree.query(body, predicate="intersects")
+            # A sweep counts from its end on; half a metre is lost at most.
+            cut = near[at[near] <= passed[who[near]] + 1.0]
+            over.append(body.difference(shapely.union_all(quads[cut])))
+    # Cells are told by their middles: slivers along borders are no crop under bodies.
+    under = shapely.union_all([each.buffer(-0.4) for each in over]).area
+    assert under <= 0.002 * field.area
+
+
+def test_combines_that_are_told_to_be_off_all_other_paths_are(planned):
+    _, plan = planned
+    for m, path in enumerate(plan.paths):
+        for end, station in ((0, 0.0), (1, path.length)):
+            if not plan.off_paths[m, end]:
+                continue
+            mine = shapely.union_all(
+                [_placed(part, path.pose_at([station]))[0] for part in combine_outline(COMBINE)]
+            )
+            for n, other in enumerate(plan.paths):
+                if n != m:
+                    poses = other.pose_at(other.stations_every(1.0))
+                    for part in combine_outline(COMBINE):
+                        assert shapely.distance(mine, _placed(part, poses)).min() > 0.5
+
+
+@pytest.mark.parametrize(
+    ("field", "count", "word"),
+    [
+        (Field.rectangle(14.0, 9.0), 1, "field"),
+        (Field.rectangle(200.0, 150.0, margin=0.0), 1, "field"),
+        (Field.rectangle(200.0, 150.0), 0, "count"),
+    ],
+)
+def test_what_cannot_be_cut_is_refused_in_one_line(field, count, word):
+    with pytest.raises(InvalidInput, match=f"`{word}` must") as refused:
+        plan_coverage(field, COMBINE, count)
+    assert "\n" not in str(refused.value)
