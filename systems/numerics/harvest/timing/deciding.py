@@ -22,6 +22,11 @@ rest of the step leads to the same state, from which the banker goes on: all of 
 the rule and the conflicts allow them, or the step would not have been possible. So m may enter its
 next cell. All machines move one cell at a time and cells are finite, hence all
 arrive. The events in this order are those that the proof of the `rule` asks for.
+
+**Convoys.** Machines that follow one another round a field are all in the way of one another: no
+state of theirs is safe in that sense, and yet they arrive. Up to the first safe state it is enough
+that no two of them are in a dead end. They may come to stand for ever all the same, which shows in
+the end; if they do not, their order is as good as any.
 """
 
 from typing import NamedTuple
@@ -29,7 +34,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled, kernel
+from .dead_ends import DeadEnds, is_dead_end
 from .rule import Meetings, Rule, hold_of
+
+# So many cells are entered from one look whether a convoy's state is safe to the next.
+BETWEEN = 8
 
 
 class Course(NamedTuple):
@@ -40,7 +49,7 @@ class Course(NamedTuple):
             machine after those of another, shape (sum of cells + N,); -1 if it never had it.
         progress: Of each machine in the end, shape (N,).
         arrived: Whether all have arrived; if not, no way was found from the beginning, and
-            `progress` is how far they could be brought without harm.
+            `progress` is how far they were brought.
     """
 
     entered: np.ndarray
@@ -49,18 +58,23 @@ class Course(NamedTuple):
 
 
 def drive_first_come(
-    meetings: Meetings, rule: Rule, durations: np.ndarray, priority: np.ndarray
+    meetings: Meetings,
+    rule: Rule,
+    dead_ends: DeadEnds,
+    durations: np.ndarray,
+    priority: np.ndarray,
 ) -> Course:
     """Let all machines drive from the beginnings of their paths, and see who goes first.
 
     Args:
         meetings: Conflicts.
         rule: Crop precedence, and orders that are told beforehand.
+        dead_ends: Of pairs of machines.
         durations: Of each cell if nothing is in the way, those of one machine after those of
             another, shape (sum of cells,) [s].
         priority: Machines in the order in which those that wait are asked, shape (N,).
     """
-    entered, progress, arrived = _drive(meetings, rule, durations, priority)
+    entered, progress, arrived = _drive(meetings, rule, dead_ends, durations, priority)
     return Course(entered, progress, bool(arrived))
 
 
@@ -173,14 +187,19 @@ def bring_on(meetings, rule, progress):
 
 
 @kernel
-def _may_enter(meetings, rule, m, progress, trial):
-    """Whether machine m may enter its next cell; the state before is safe."""
+def _may_enter(meetings, rule, dead_ends, m, progress, trial, is_safe):
+    """Whether machine m may enter its next cell; safe states stay safe, others no dead ends."""
     k = progress[m] + 1
     if hold_of(rule, m, progress) < k:
         return False
     for n in range(len(progress)):
         if n != m and in_conflict(meetings, m, k, n, occupied(meetings, n, progress)):
             return False
+    if not is_safe:
+        for n in range(len(progress)):
+            if n != m and is_dead_end(dead_ends, m, k, n, progress[n]):
+                return False
+        return True
     # The state is safe if the step is without harm, or leads on to a free cell: the machine could
     # have been run on to that from the state before.
     if not gets_in_the_way(meetings, m, k, progress):
@@ -201,7 +220,7 @@ def _may_enter(meetings, rule, m, progress, trial):
 
 
 @compiled
-def _drive(meetings, rule, durations, priority):
+def _drive(meetings, rule, dead_ends, durations, priority):
     count = len(meetings.cells)
     nodes = np.zeros(count, dtype=np.int64)
     for m in range(1, count):
@@ -209,9 +228,8 @@ def _drive(meetings, rule, durations, priority):
     entered = np.full(meetings.cells.sum() + count, -1)
     progress = np.zeros(count, dtype=np.int64)
     trial = progress.copy()
-    if not bring_on(meetings, rule, trial):
-        return entered, trial, False
-    event = 0
+    is_safe = bring_on(meetings, rule, trial)
+    event = asked = 0
     # When each machine is at the end of its cell; those that wait there have no time.
     due = np.empty(count)
     for m in range(count):
@@ -226,6 +244,10 @@ def _drive(meetings, rule, durations, priority):
         if m < 0:
             break
         waits[m] = True
+        if not is_safe and event >= asked + BETWEEN:
+            asked = event
+            trial[:] = progress
+            is_safe = bring_on(meetings, rule, trial)
         moved = True
         while moved:
             moved = False
@@ -233,7 +255,7 @@ def _drive(meetings, rule, durations, priority):
                 if not waits[n]:
                     continue
                 arrives = progress[n] + 1 == meetings.cells[n]
-                if arrives or _may_enter(meetings, rule, n, progress, trial):
+                if arrives or _may_enter(meetings, rule, dead_ends, n, progress, trial, is_safe):
                     progress[n] += 1
                     event += 1
                     entered[nodes[n] + progress[n]] = event

@@ -15,6 +15,7 @@ import numpy as np
 from ...errors import require
 from ..paths.timed_path import TimedPath
 from .conflicts import GAP, find_conflicts
+from .dead_ends import find_dead_ends
 from .deciding import Course, drive_first_come, orders_of
 from .rule import UNDECIDED, Meetings, Rule, free_rule, gather_meetings, set_orders, set_precedence
 from .searching import search_course
@@ -143,11 +144,16 @@ def time_meetings(
     course = search.decide(nobody, search.durations)
     if not course.arrived:
         course = search_course(meetings, rule)
+    rng = np.random.default_rng(seed)
+    for _ in range(trials):
+        if course.arrived:
+            break
+        course = search.decide(nobody, search.vary(rng))
     if not course.arrived:
         return explain_standstill(meetings, rule, course.progress, [j.sweep for j in journeys])
     first = search.try_orders(nobody, orders_of(meetings, course))
     assert first is not None, "an order that machines came by leads them to their ends"
-    best = search.improve(first, trials, np.random.default_rng(seed))
+    best = search.improve(first, trials, rng)
     search.tell(rule, best.first)
     return Timetable(
         tuple(timed_paths(journeys, best.drive, search.paces)),
@@ -177,6 +183,7 @@ class _Search:
         # One rule has the orders that are told beforehand, one those of a trial.
         self.told = _own_orders(rule)
         self.decided = _own_orders(rule)
+        self.dead_ends = find_dead_ends(meetings, rule)
         self.durations = nominal_durations(rule.cells, paces)
         self.ends = np.cumsum(rule.cells + 1) - 1
 
@@ -191,7 +198,9 @@ class _Search:
         self.tell(self.told, told)
         # Who has the longest way is asked first.
         ends = np.add.reduceat(durations, np.cumsum(self.told.cells) - self.told.cells)
-        return drive_first_come(self.meetings, self.told, durations, np.argsort(-ends))
+        return drive_first_come(
+            self.meetings, self.told, self.dead_ends, durations, np.argsort(-ends)
+        )
 
     def try_orders(self, told: np.ndarray, first: np.ndarray) -> _Trial | None:
         """Drive in an order; None if not all arrive."""
@@ -221,15 +230,18 @@ class _Search:
             elif not lost.any():
                 break
             else:
-                # Durations that vary from place to place bring others first.
-                places = np.arange(len(self.durations)) // 50
-                factors = rng.uniform(1 - VARIATION, 1 + VARIATION, places[-1] + 1)
-                found = [self.decide_anew(best.told, self.durations * factors[places])]
+                found = [self.decide_anew(best.told, self.vary(rng))]
             for one in found:
                 if one is not None and one.cost < best.cost - 1e-9:
                     best = one
                     tried.clear()
         return best
+
+    def vary(self, rng: np.random.Generator) -> np.ndarray:
+        """Durations that vary from place to place, which brings others first."""
+        places = np.arange(len(self.durations)) // 50
+        factors = rng.uniform(1 - VARIATION, 1 + VARIATION, places[-1] + 1)
+        return self.durations * factors[places]
 
     def decide_anew(self, told: np.ndarray, durations: np.ndarray) -> _Trial | None:
         """Decide what is not told, and drive; None if what is told leaves no way."""

@@ -5,7 +5,12 @@ import pytest
 from scipy import ndimage
 
 from sightfield.systems.numerics.harvest.timing.conflicts import conflict_set
-from sightfield.systems.numerics.harvest.timing.deciding import drive_first_come, orders_of
+from sightfield.systems.numerics.harvest.timing.dead_ends import find_dead_ends, is_dead_end
+from sightfield.systems.numerics.harvest.timing.deciding import (
+    bring_on,
+    drive_first_come,
+    orders_of,
+)
 from sightfield.systems.numerics.harvest.timing.rule import (
     free_rule,
     gather_meetings,
@@ -61,11 +66,12 @@ class Case:
         self.rule = free_rule(self.cells)
         for (m, n), needed in self.needs.items():
             set_precedence(self.rule, m, n, needed)
+        self.dead_ends = find_dead_ends(self.meetings, self.rule)
 
     def decide(self):
         durations = self.rng.uniform(0.5, 2.0, self.cells.sum())
         priority = self.rng.permutation(len(self.cells))
-        return drive_first_come(self.meetings, self.rule, durations, priority)
+        return drive_first_come(self.meetings, self.rule, self.dead_ends, durations, priority)
 
     def tell(self, first):
         for a, b in self.marks:
@@ -159,12 +165,13 @@ def test_who_comes_first_goes_first_and_who_is_told_to_goes_first():
     marks[4:7, 5:9] = True
     meetings = gather_meetings(np.array([12, 15]), {(0, 1): conflicts_of(marks)})
     rule = free_rule(meetings.cells)
+    dead_ends = find_dead_ends(meetings, rule)
     for slow, expected in ((0, 1), (1, 0)):
         durations = np.repeat([4.0 if slow == 0 else 1.0, 1.0 if slow == 0 else 4.0], [12, 15])
-        course = drive_first_come(meetings, rule, durations, np.array([0, 1]))
+        course = drive_first_come(meetings, rule, dead_ends, durations, np.array([0, 1]))
         assert orders_of(meetings, course).tolist() == [expected]
         set_orders(rule, meetings, np.array([slow]), 0, 1)
-        told = drive_first_come(meetings, rule, durations, np.array([0, 1]))
+        told = drive_first_come(meetings, rule, dead_ends, durations, np.array([0, 1]))
         assert orders_of(meetings, told).tolist() == [slow]
         set_orders(rule, meetings, np.array([-1]), 0, 1)
 
@@ -175,6 +182,75 @@ def test_a_machine_that_stands_where_it_begins_or_ends_goes_first_or_last(end):
     marks[end, 5:9] = True
     meetings = gather_meetings(np.array([12, 15]), {(0, 1): conflicts_of(marks)})
     durations = np.repeat([1.0, 1.5], [12, 15])
-    course = drive_first_come(meetings, free_rule(meetings.cells), durations, np.array([1, 0]))
+    rule = free_rule(meetings.cells)
+    dead_ends = find_dead_ends(meetings, rule)
+    course = drive_first_come(meetings, rule, dead_ends, durations, np.array([1, 0]))
     assert course.arrived
     assert orders_of(meetings, course).tolist() == [0 if end == 0 else 1]
+
+
+def is_lost(case, a, b, i, j, known):
+    """Whether machines a and b never arrive from a progress, by a search of all ways."""
+    if (i, j) not in known:
+        last_a, last_b = case.cells[a], case.cells[b]
+        lost = (i, j) != (last_a, last_b)
+        if lost and i < last_a:
+            needed = case.needs.get((a, b), np.zeros(last_a + 1, dtype=int))
+            may = i + 1 == last_a or needed[1 : i + 2].max() <= j
+            lost = not may or is_lost(case, a, b, i + 1, j, known)
+        if lost and j < last_b:
+            needed = case.needs.get((b, a), np.zeros(last_b + 1, dtype=int))
+            may = j + 1 == last_b or needed[1 : j + 2].max() <= i
+            lost = not may or is_lost(case, a, b, i, j + 1, known)
+        on = min(i, last_a - 1), min(j, last_b - 1)
+        known[i, j] = bool(lost or case.marks[a, b][on])
+    return known[i, j]
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_dead_ends_are_those_of_a_search_of_all_ways(seed):
+    case = Case(seed, machines=2 + seed % 2)
+    for a, b in case.marks:
+        known = {}
+        for i in range(case.cells[a] + 1):
+            for j in range(case.cells[b] + 1):
+                lost = is_lost(case, a, b, i, j, known)
+                assert is_dead_end(case.dead_ends, a, i, b, j) == lost
+                assert is_dead_end(case.dead_ends, b, j, a, i) == lost
+
+
+@pytest.mark.parametrize("count", [2, 3, 5])
+def test_a_convoy_round_a_field_arrives_though_no_state_is_safe(count):
+    # One and a half rounds each, one behind another, on a ring; they park out of the way.
+    ring, cells = 20 * count, 30 * count
+    on = np.arange(cells)
+    marks = {}
+    for a in range(count):
+        for b in range(a + 1, count):
+            apart = (20 * (a - b) + on[:, None] - on[None, :]) % ring
+            marks[a, b] = (apart <= 2) | (apart >= ring - 2)
+            marks[a, b][-1] = marks[a, b][:, -1] = False
+    meetings = gather_meetings(
+        np.full(count, cells), {pair: conflicts_of(each) for pair, each in marks.items()}
+    )
+    rule = free_rule(meetings.cells)
+    assert not bring_on(meetings, rule, np.zeros(count, dtype=np.int64))
+    rng = np.random.default_rng(count)
+    course = drive_first_come(
+        meetings,
+        rule,
+        find_dead_ends(meetings, rule),
+        rng.uniform(0.9, 1.1, count * cells),
+        rng.permutation(count),
+    )
+    assert course.arrived
+    # Replayed in the order of its events, no two are ever in conflict.
+    progress = np.zeros(count, dtype=int)
+    nodes = np.arange(count) * (cells + 1)
+    for event in range(1, course.entered.max() + 1):
+        node = int(np.flatnonzero(course.entered == event)[0])
+        m = node // (cells + 1)
+        progress[m] = node - nodes[m]
+        at = np.minimum(progress, cells - 1)
+        assert not any(marks[a, b][at[a], at[b]] for a, b in marks)
+    assert (progress == cells).all()

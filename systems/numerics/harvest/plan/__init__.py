@@ -1,0 +1,1 @@
+"""The plan of a harvest: where every machine is at every time, before it begins."""

@@ -1,0 +1,102 @@
+"""The plan of the combines: paths that cut the field, and the times at which they drive them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import InvalidInput
+from ..coverage.plan_coverage import CoveragePaths, plan_coverage
+from ..coverage.precedence import CropPrecedence
+from ..field.field import Field
+from ..machines.combine import Combine
+from ..machines.outlines import combine_outline
+from ..paths.timed_path import TimedPath
+from ..timing.standstill import Standstill
+from ..timing.sweep import grid_stations, sweep_of
+from ..timing.timed_drive import Journey
+from ..timing.timetable import Timetable, time_machines
+
+
+@dataclass(frozen=True, eq=False)
+class CombinePlan:
+    """When every combine is where, if nothing goes wrong, and who goes first if something does.
+
+    Attributes:
+        field: What is cut.
+        combine: Each of the combines.
+        coverage: Their paths.
+        timetable: Their times, and the orders at all places where paths meet.
+    """
+
+    field: Field
+    combine: Combine
+    coverage: CoveragePaths
+    timetable: Timetable
+
+    @property
+    def paths(self) -> tuple[TimedPath, ...]:
+        """Of the combines."""
+        return self.timetable.paths
+
+    @property
+    def makespan(self) -> float:
+        """When the last combine has arrived where it parks [s]."""
+        return self.timetable.makespan
+
+    @property
+    def makespan_over_bound(self) -> float:
+        """The makespan over that of headers that are always full, at top speed, no unit."""
+        combine = self.combine
+        bound = self.field.area / (combine.header_width * combine.speed * len(self.paths))
+        return self.makespan / bound
+
+    @property
+    def waiting(self) -> float:
+        """Part of the combines' time that they wait for one another, no unit."""
+        return float(self.timetable.waiting.sum()) / (self.makespan * len(self.paths))
+
+
+def plan_combines(
+    field: Field, combine: Combine, count: int, *, pattern: str = "lands", seed: int = 0
+) -> CombinePlan:
+    """Plan how combines cut a field.
+
+    Args:
+        field: The field.
+        combine: One of equal combines.
+        count: Of combines.
+        pattern: Of the paths; see `plan_coverage`.
+        seed: Of the orders that are tried.
+
+    Raises:
+        InvalidInput: The combines cannot cut the field, or block one another.
+    """
+    coverage = plan_coverage(field, combine, count, pattern=pattern)
+    outline = combine_outline(combine)
+    journeys = [
+        Journey(
+            path, sweep_of(path, outline, grid_stations(path)), combine.speed, combine.acceleration
+        )
+        for path in coverage.paths
+    ]
+    grids = [journey.sweep.stations for journey in journeys]
+    timetable = time_machines(journeys, _needs(coverage.precedence, grids), seed=seed)
+    if isinstance(timetable, Standstill):
+        raise InvalidInput(
+            f"`count` must be less, for combines would block one another: {timetable}"
+        )
+    return CombinePlan(field, combine, coverage, timetable)
+
+
+def _needs(
+    precedence: CropPrecedence, grids: list[np.ndarray]
+) -> dict[tuple[int, int], np.ndarray]:
+    """Crop precedence at the stations of the machines' grids."""
+    needs = {}
+    for m, needed in enumerate(precedence.needs):
+        # What is needed up to a station is told at the one before it.
+        before = np.searchsorted(precedence.stations[m], grids[m], side="right") - 1
+        for n, passed in enumerate(needed):
+            if n != m and passed.any():
+                needs[m, n] = np.where(passed > 0, passed, -np.inf)[np.maximum(before, 0)]
+    return needs
