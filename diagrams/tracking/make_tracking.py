@@ -7,7 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
-from pydrake.systems.primitives import Demultiplexer, LinearSystem
+from pydrake.systems.primitives import (
+    Adder,
+    ConstantVectorSource,
+    Demultiplexer,
+    LinearSystem,
+)
 
 from ...systems.numerics.errors import require, require_one_of
 from ...systems.numerics.geometry.edge_index import build_edge_index
@@ -252,14 +257,25 @@ def _add_standing_certificate(
         pursuers=pursuers.size,
         evaders=game.scenario.evaders.size,
         top_speed=pursuers.top_speed,
-        deflections=len(pursuing.deflections),
     )
     builder.AddNamedSystem("standing_certificate", standing)
     for name in ("guaranteed_time", "assignment"):
         builder.Connect(senses[name], standing.GetInputPort(name))
-    for k, deflection in enumerate(pursuing.deflections):
-        builder.Connect(deflection, standing.GetInputPort(f"deflection_{k}"))
+    builder.Connect(
+        _sum(builder, pursuing.deflections, pursuers.size), standing.GetInputPort("deflection")
+    )
     return standing
+
+
+def _sum(builder: DiagramBuilder, deflections: tuple[OutputPort, ...], size: int) -> OutputPort:
+    """By how much all parts together deflect each robot; by nothing where there are none."""
+    if not deflections:
+        none = builder.AddNamedSystem("no_deflection", ConstantVectorSource(np.zeros(size)))
+        return none.get_output_port()
+    total = builder.AddNamedSystem("deflections", Adder(len(deflections), size))
+    for k, deflection in enumerate(deflections):
+        builder.Connect(deflection, total.get_input_port(k))
+    return total.get_output_port()
 
 
 def _looks_up_the_game(game: TrackingGame) -> bool:

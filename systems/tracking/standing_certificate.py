@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
-from ..numerics.errors import require, require_positive
+from ..numerics.errors import require_positive
 from ..numerics.tracking.visibility_game.certificates import team_certificate
 
 # A robot that is kept from its velocity by less than this part of its top speed is not deflected:
@@ -25,8 +25,7 @@ class StandingCertificate(LeafSystem):
         input_ports:
         - guaranteed_time
         - assignment
-        - deflection_0
-        - ...
+        - deflection
         output_ports:
         - certificate
         - withdrawn
@@ -36,14 +35,15 @@ class StandingCertificate(LeafSystem):
     ===============  ====  ====  =====
     guaranteed_time  Np    s     -
     assignment       Np    -     -
-    deflection_k     Np    m/s   -
+    deflection       Np    m/s   -
     certificate      1     s     -
     withdrawn        Np    -     -
     ===============  ====  ====  =====
 
-    Each `deflection_k` is by how much one part of what drives the team changes what was asked of
-    it, see `CollisionAvoidance` and `CollisionStop`. `certificate` is how long the team keeps all
-    evaders, and `withdrawn` is 1 for each pursuer that has promised something and is deflected.
+    `deflection` is by how much what drives the team changes what was asked of it, as
+    `CollisionAvoidance` and `CollisionStop` say; their sum, where there are several. `certificate`
+    is how long the team keeps all evaders, and `withdrawn` is 1 for each pursuer that has promised
+    something and is deflected.
 
     Source: ours; see `numerics.tracking.visibility_game`.
 
@@ -51,30 +51,24 @@ class StandingCertificate(LeafSystem):
         pursuers: Number of pursuers Np.
         evaders: Number of evaders Ne.
         top_speed: Of the pursuers [m/s].
-        deflections: How many parts may deflect them.
 
     Raises:
         InvalidInput: A number is out of its range.
     """
 
-    def __init__(self, *, pursuers: int, evaders: int, top_speed: float, deflections: int = 1):
+    def __init__(self, *, pursuers: int, evaders: int, top_speed: float):
         super().__init__()
         require_positive("top_speed", top_speed)
-        require(deflections >= 0, "deflections", "be zero or positive", deflections)
         self._evader_count, self._least = evaders, ROUNDING * float(top_speed)
         self._times = self.DeclareVectorInputPort("guaranteed_time", pursuers)
         self._assignment = self.DeclareVectorInputPort("assignment", pursuers)
-        self._deflections = [
-            self.DeclareVectorInputPort(f"deflection_{k}", pursuers) for k in range(deflections)
-        ]
+        self._deflection = self.DeclareVectorInputPort("deflection", pursuers)
         self.DeclareVectorOutputPort("certificate", 1, self._calc_certificate)
         self.DeclareVectorOutputPort("withdrawn", pursuers, self._calc_withdrawn)
 
     def _withdrawn(self, context):
         """Who has promised something and is deflected, shape (Np,)."""
-        deflected = np.zeros(self._times.size(), dtype=bool)
-        for port in self._deflections:
-            deflected |= read(port, context) > self._least
+        deflected = read(self._deflection, context) > self._least
         return deflected & (read(self._times, context) > 0.0)
 
     def _calc_withdrawn(self, context, output):

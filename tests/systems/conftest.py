@@ -215,7 +215,7 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
             **teams,
             period=0.1,
         ),
-        "StandingCertificate": lambda: StandingCertificate(**teams, top_speed=0.3, deflections=2),
+        "StandingCertificate": lambda: StandingCertificate(**teams, top_speed=0.3),
         "TeamGuaranteePursuit": lambda: TeamGuaranteePursuit(
             solve_visibility_game(world, pursuer_speed=0.3, evader_speed=0.1, grid=0.4),
             solve_two_evaders(world, pursuer_speed=0.3, evader_speed=0.1, grid=0.6),
@@ -236,10 +236,10 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         ),
         "LookaheadPursuit": lambda: LookaheadPursuit(world, [world], **teams, **speeds),
         "CollisionAvoidance": lambda: CollisionAvoidance(
-            [world], count=2, period=0.1, top_speed=0.3, radii=0.1, other_radii=[0.1, 0.2, 0.1]
+            [world], count=2, period=0.1, top_speed=0.3, rank=1, radii=0.1, other_radii=[0.1] * 3
         ),
         "CollisionStop": lambda: CollisionStop(
-            [world], count=2, period=0.1, radii=[0.1, 0.2], other_radii=[0.1, 0.2, 0.1], **limits
+            [world], count=2, period=0.1, rank=1, radii=[0.1, 0.2], other_radii=[0.1] * 3, **limits
         ),
         "CommandGate": lambda: CommandGate(3),
         "CommandTimeout": lambda: CommandTimeout(3, limit=0.2),

@@ -169,7 +169,8 @@ def test_every_evader_is_somebodys():
         if sight.any(axis=0).all():
             assert all(sight[owners[j], j] for j in range(3))
         for i in range(2):
-            assert assignment[i] in ([j for j in range(3) if owners[j] == i] or [-1])
+            seen = [j for j in range(3) if owners[j] == i and sight[i, j]]
+            assert assignment[i] in (seen or [-1])
         changes += before is not None and (owners != before).any()
         before = owners
     assert context.get_time() > 5.0
