@@ -41,6 +41,8 @@ def _commands(commands, path: str) -> Iterator[str]:
 
 
 def _options(command) -> Iterator[str]:
+    if not command.params:
+        return
     yield ".. list-table::\n   :widths: 30 15 55\n"
     for each in command.params:
         is_option = each.param_type_name == "option"

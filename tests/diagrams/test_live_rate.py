@@ -1,6 +1,6 @@
 """How fast a run goes is what `--help` says, watched or not, with a terminal or without."""
 
-import sys
+from importlib import import_module
 from types import SimpleNamespace
 
 import pytest
@@ -11,15 +11,25 @@ from sightfield.diagrams.commands.app import COMMANDS, import_command, make_app
 # Each command that runs live: where it plays, and its rates when nobody watches and when somebody
 # does, in the words of its help and in numbers.
 LIVE = {
-    ("track",): ("track.run_tracking", "[default: 1 live, else 0]", 0.0, 1.0),
-    ("camera", "track"): (
-        "camera_commands.track.run_picture_tracking",
+    ("track",): (
+        "sightfield.diagrams.commands.track.run_tracking",
         "[default: 1 live, else 0]",
         0.0,
         1.0,
     ),
-    ("harvest",): ("harvest.run_harvest", "[default: 0.0]", 0.0, 0.0),
-    ("social",): ("social.run_social_search", "[default: 1 with matrix, else 0]", 0.0, 0.0),
+    ("camera", "track"): (
+        "sightfield.diagrams.commands.camera_commands.track.run_picture_tracking",
+        "[default: 1 live, else 0]",
+        0.0,
+        1.0,
+    ),
+    ("harvest", "run"): ("sightfield.diagrams.harvest.run.run_harvest", "[default: 0.0]", 0.0, 0.0),
+    ("social",): (
+        "sightfield.diagrams.commands.social.run_social_search",
+        "[default: 1 with matrix, else 0]",
+        0.0,
+        0.0,
+    ),
 }
 
 
@@ -60,10 +70,9 @@ def rate(monkeypatch):
         def stop(*_: object, realtime_rate: float, **__: object) -> None:
             raise Played(realtime_rate)
 
-        target = f"sightfield.diagrams.commands.{LIVE[words][0]}"
         import_command(words[0])
-        module, _, name = target.rpartition(".")
-        monkeypatch.setattr(sys.modules[module], name, stop)
+        module, _, name = LIVE[words][0].rpartition(".")
+        monkeypatch.setattr(import_module(module), name, stop)
         result = CliRunner().invoke(make_app(), [*words, *options])
         assert isinstance(result.exception, Played), result.output
         return result.exception.rate

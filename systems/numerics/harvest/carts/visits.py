@@ -165,7 +165,7 @@ def retime_alone(combine: Combine) -> Retime:
     return retime
 
 
-def plan_visits(
+def serve_combines(
     ground: Field,
     combine: Combine,
     cart: Cart,

@@ -17,7 +17,7 @@ BUDGET = 5000
 
 
 def search_course(meetings: Meetings, rule: Rule, budget: int = BUDGET) -> Course:
-    """Search a way for all machines to their ends; see `drive_first_come` for one that is quick.
+    """Search a way for all machines to their ends, where the quick one of first come finds none.
 
     Args:
         meetings: Conflicts.

@@ -130,7 +130,7 @@ def needed_progress(stations: np.ndarray, others: np.ndarray, passed: np.ndarray
 def time_meetings(
     journeys: list[Journey], meetings: Meetings, rule: Rule, *, trials: int, seed: int
 ) -> Timetable | Standstill:
-    """As `time_machines`, of conflicts and crop precedence in their compiled form.
+    """Decide who goes first, from conflicts and crop precedence in their compiled form.
 
     Args:
         journeys: Of all machines.

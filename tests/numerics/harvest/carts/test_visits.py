@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.harvest.carts.cut_times import CELL, cut_times
-from sightfield.systems.numerics.harvest.carts.visits import Supply, plan_visits
+from sightfield.systems.numerics.harvest.carts.visits import Supply, serve_combines
 from sightfield.systems.numerics.harvest.machines.alongside import STANDING
 from sightfield.systems.numerics.harvest.machines.cart import Cart
 
@@ -25,7 +25,7 @@ def test_all_grain_comes_to_the_trucks(
     made = hand_made(198.0, 140.0, combines)
     cart = Cart(capacity=capacity, hitch_offset=hitch)
     supply = Supply(density=density, trucks=TRUCKS[:carts])
-    plan = plan_visits(made.field, made.combine, cart, made.plans, made.swaths, supply)
+    plan = serve_combines(made.field, made.combine, cart, made.plans, made.swaths, supply)
     cut = cut_times(made.field, made.combine, plan.plans)
     grain = density * CELL**2 * (cut.cutter >= 0).sum()
     assert plan.left == pytest.approx(0.0, abs=2.0 * combines)
