@@ -1,6 +1,6 @@
 """How far each machine may drive now, on the field, whatever the others were late by.
 
-The same `rule` as in the plan, from where the machines are.
+It is the rule of the plan, applied from where the machines are.
 """
 
 import numpy as np
