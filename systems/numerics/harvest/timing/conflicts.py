@@ -1,7 +1,7 @@
 """Where two machines would be too near each other, for every pair of cells of their paths.
 
 Cells i of one path and j of another are in conflict if what the machines cover on them may be
-nearer than the gap: their polygons are nearer than the gap and the margins of both `Sweep`s. So two
+nearer than the gap: their polygons are nearer than the gap and the margins of both sweeps. So two
 machines whose cells are not in conflict are never nearer than the gap, wherever on their cells they
 are.
 
