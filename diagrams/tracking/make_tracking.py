@@ -270,7 +270,8 @@ def _add_standing_certificate(
 def _sum(builder: DiagramBuilder, deflections: tuple[OutputPort, ...], size: int) -> OutputPort:
     """By how much all parts together deflect each robot; by nothing where there are none."""
     if not deflections:
-        none = builder.AddNamedSystem("no_deflection", ConstantVectorSource([0.0] * size))
+        zeros = ConstantVectorSource(np.zeros(size))  # pyright: ignore[reportArgumentType]  # stubs want a shape
+        none = builder.AddNamedSystem("no_deflection", zeros)
         return none.get_output_port()
     total = builder.AddNamedSystem("deflections", Adder(len(deflections), size))
     for k, deflection in enumerate(deflections):

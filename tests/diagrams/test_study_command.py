@@ -93,7 +93,8 @@ def test_settings_reach_games_and_arenas():
 def test_every_pursuers_meet_every_evaders_in_the_study_of_policies(tmp_path):
     words = ("--runs", 2, "--size", "1v1", "--size", "1v2", "--seconds", 0.5, "--workers", 0)
     opponents = ("--opponent", "best_response", "--opponent", "random_walk")
-    done = study("policies", *words, *opponents, "--out", tmp_path / "out")
+    coarse = ("--starts", 2, "--set", "pursuers.grid=0.3")
+    done = study("policies", *words, *opponents, *coarse, "--out", tmp_path / "out")
     assert "1v2: mean [s], 95% interval, * the worst" in done.stdout
     # One star a row: six pursuers, two pairs of teams.
     assert done.stdout.count(") *") == 12

@@ -18,7 +18,7 @@ from ...studies.records import StudyResult
 from ...studies.start_guarantees import guarantees_of_study
 from ...studies.study import Study
 from ...studies.summary import mean_matrix, worst_of
-from ...studies.tracking_study import thesis_base
+from ...studies.tracking_study import SECONDS, thesis_base
 from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Table, Workshop
 from ..played import played
 
@@ -32,22 +32,25 @@ SIZES, QUICK_SIZES = (1, 2, 3, 4), (1, 2)
 # Each arena has two starts, or more where there are more arenas than this.
 STARTS, MOST_ARENAS = 2, 50
 
-# Between the pursuers' nodes where it has to be quick [m].
-QUICK_GRID = 0.2
+# Between the pursuers' nodes [m], and the horizon [s], where it has to be quick.
+QUICK_GRID, QUICK_SECONDS = 0.25, 10.0
 
 # How many pursuers Figure 2.19 has.
 ALLOCATED = 3
 
 
-def solved_game_study(runs: Mapping[str, int], sizes: Sequence[int], grid: float = 0.1) -> Study:
+def solved_game_study(
+    runs: Mapping[str, int], sizes: Sequence[int], grid: float = 0.1, seconds: float = SECONDS
+) -> Study:
     """Four kinds of pursuers against evaders of four kinds, teams of all sizes.
 
     Args:
         runs: Of each cell, by opponent.
         sizes: Of both teams.
         grid: Between the pursuers' nodes of the solved game [m].
+        seconds: Horizon [s].
     """
-    base = thesis_base()
+    base = thesis_base(seconds)
     most = max(runs.values())
     return policies_study(
         runs=most,
@@ -157,7 +160,7 @@ class WorstGames:
 def _make(workshop: Workshop) -> Evidence:
     runs = workshop.runs_against(RUNS, QUICK_RUNS)
     sizes = QUICK_SIZES if workshop.quick else SIZES
-    options = {"grid": QUICK_GRID} if workshop.quick else {}
+    options = {"grid": QUICK_GRID, "seconds": QUICK_SECONDS} if workshop.quick else {}
     result = played(workshop, solved_game_study(runs, sizes, **options))
     grid = solved_game_grid(result.study)
     games = WorstGames(result, grid, guarantees_of_study(result.study, min(runs.values())))
