@@ -27,9 +27,6 @@ CIRCLES = {
     ("diagrams.social", "diagrams.social.scene"),
     ("diagrams.standoff", "diagrams.standoff.pictures"),
     ("systems.numerics.geometry", "systems.numerics.geometry.maps"),
-    ("systems.numerics.harvest.field", "systems.numerics.harvest.field.pace"),
-    ("systems.numerics.harvest.field", "systems.numerics.harvest.field.rings"),
-    ("systems.numerics.harvest.machines", "systems.numerics.harvest.routes"),
     ("systems.numerics.planning.among_walls", "systems.numerics.planning.minimum_time"),
     ("systems.numerics.planning.among_walls", "systems.numerics.planning.value_function"),
     (

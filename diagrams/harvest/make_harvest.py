@@ -1,22 +1,34 @@
-"""The harvest diagram: combines, augers, carts, drivers, scheduler, monitor."""
+"""The harvest diagram: drivers, combines, augers, carts."""
 
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
 from ...systems.harvest.auger_transfer import AugerTransfer
-from ...systems.harvest.cart_driver import CartDriver
-from ...systems.harvest.combine_guard import CombineGuard
 from ...systems.harvest.combine_team import CombineTeam
 from ...systems.harvest.grain_cart_team import GrainCartTeam
-from ...systems.harvest.harvest_monitor import HarvestMonitor
-from ...systems.harvest.on_demand_scheduler import OnDemandScheduler
-from ...systems.harvest.unloading_scheduler import UnloadingScheduler
+from ...systems.harvest.machine_drivers import MachineDrivers
 from .job import HarvestJob, prepare_harvest
 from .scenario import HarvestScenario
 from .scene.harvest_scene import HarvestScene
 
 # About how long a picture of the scene lasts [s].
 PICTURE_PERIOD = 0.5
+# What a harvest's diagram puts out, in the order in which data flows.
+OUTPUTS = (
+    "pose",
+    "station",
+    "speed",
+    "tank",
+    "mode",
+    "cutting",
+    "account",
+    "state",
+    "load",
+    "delivered",
+    "alongside",
+    "emptying",
+    "late",
+)
 
 
 def MakeHarvest(
@@ -28,10 +40,11 @@ def MakeHarvest(
     """Make the diagram of a harvest.
 
     Output ports, in the order in which data flows: `pose` (3 N) [m], [m], [rad], `station` (N)
-    [m], `tank` (N) [kg], `mode` (N) and `account` (8 N) of the combines (see `CombineTeam`);
-    `state` (4 K) [m], [m], [rad], [rad], `load` (K) and `delivered` (K) [kg] of the carts;
-    `alongside` (N), the cart that each combine pours into, or -1; `task` (K) and `doing` (K) of
-    the carts and their `routes` (see `CartDriver`); and the monitor's `record` (4 + K).
+    [m], `speed` (N) [m/s], `tank` (N) [kg], `mode` (N), `cutting` (N) and `account` (8 N) of the
+    combines (see `CombineTeam`); `state` (4 K) [m], [m], [rad], [rad], `load` (K) and `delivered`
+    (K) [kg] of the carts; `alongside` (N), the cart that each combine pours into, or -1;
+    `emptying` (K), whether each cart is at its truck, and `late` (N + K) [s] (see
+    `MachineDrivers`).
 
     Args:
         scenario: What is harvested, or a job already prepared.
@@ -40,6 +53,7 @@ def MakeHarvest(
 
     Raises:
         InvalidInput: See `prepare_harvest`.
+        NoPlan: See `prepare_harvest`.
     """
     job = prepare_harvest(scenario) if isinstance(scenario, HarvestScenario) else scenario
     builder = DiagramBuilder()
@@ -65,37 +79,14 @@ def MakeHarvest(
 
 def AddHarvest(builder: DiagramBuilder, job: HarvestJob) -> dict[str, OutputPort]:
     """Wire a harvest into a diagram; return its outputs by name (see `MakeHarvest`)."""
-    scenario, coverage = job.scenario, job.coverage
-    team, carts, period = scenario.combines, scenario.carts, scenario.period
-    count = len(coverage.paths)
-    sizes = {"combines": count, "carts": carts.count}
+    scenario, work = job.scenario, job.work
+    carts, period = scenario.carts, scenario.period
+    sizes = {"combines": scenario.combines.count, "carts": carts.count}
     systems = {
-        "combines": CombineTeam(
-            coverage.paths,
-            team,
-            density=scenario.density,
-            carts=carts.count,
-            period=period,
-            holds=coverage.holds,
-            begins=job.begins.tolist(),
-        ),
-        "carts": GrainCartTeam(carts, job.starts, truck_rate=carts.truck_rate, period=period),
+        "combines": CombineTeam(work, period=period),
+        "carts": GrainCartTeam(carts, work.starts, truck_rate=carts.truck_rate, period=period),
         "augers": AugerTransfer(**sizes, cart=carts, reach=job.reach),
-        "scheduler": UnloadingScheduler(
-            [job.timetable.of_cart(k) for k in range(carts.count)],
-            combines=count,
-            capacity=team.capacity,
-            period=period,
-        )
-        if scenario.strategy == "sequential"
-        else OnDemandScheduler(
-            **sizes, capacity=team.capacity, threshold=scenario.threshold, period=period
-        ),
-        "drivers": CartDriver(
-            job.planner, job.lanes, job.traffic, job.trucks, reach=job.reach, period=period
-        ),
-        "guard": CombineGuard(job.traffic, carts, carts=carts.count),
-        "monitor": HarvestMonitor(job.ground, job.traffic, carts, carts=carts.count, period=period),
+        "drivers": MachineDrivers(work, period=period, disturbance=scenario.disturbance),
     }
     outputs: dict[str, OutputPort] = {}
     for name, system in systems.items():
@@ -108,7 +99,4 @@ def AddHarvest(builder: DiagramBuilder, job: HarvestJob) -> dict[str, OutputPort
         for k in range(system.num_input_ports()):
             port = system.get_input_port(k)
             builder.Connect(outputs[port.get_name()], port)
-    order = ("pose", "station", "tank", "mode", "account", "state", "load", "delivered")
-    return {
-        name: outputs[name] for name in (*order, "alongside", "task", "doing", "routes", "record")
-    }
+    return {name: outputs[name] for name in OUTPUTS}

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from ...systems.numerics.harvest.audit.harvest_log import LOG_FILE, MACHINES_FILE
 from ..visuals.replay import write_replay
 from .colours import combine_colour
+from .coverage_picture import draw_cut
 from .run import HarvestRun
 from .summary import UNITS, log_arrays, machines, planned_tanks
 
@@ -46,8 +47,7 @@ def draw_loads(run: HarvestRun) -> Figure:
     capacity = run.job.scenario.combines.capacity / _TONNE
     for n in range(count):
         axes[n].plot(minutes, tanks[:, n], color=combine_colour(n), label="simulated")
-        if run.job.scenario.strategy == "sequential":
-            axes[n].plot(minutes, planned[:, n], "--", color="0.4", linewidth=0.9, label="planned")
+        axes[n].plot(minutes, planned[:, n], "--", color="0.4", linewidth=0.9, label="planned")
         axes[n].axhline(capacity, color="0.7", linewidth=0.8)
         axes[n].set_ylim(0, 1.08 * capacity)
         axes[n].set_ylabel(f"combine {n}\n[t]")
@@ -64,20 +64,18 @@ def draw_loads(run: HarvestRun) -> Figure:
 
 def draw_field(run: HarvestRun) -> Figure:
     """The field as it was cut, with the combines' paths and the ways of the carts."""
-    coverage = run.job.coverage
+    job = run.job
     figure = Figure(figsize=(10, 7), layout="constrained")
     axes = figure.subplots()
-    ground = coverage.field.outline
-    axes.fill(*np.array(ground.exterior.coords).T, color="#e9d58a", zorder=0)
-    for hole in coverage.field.obstacles:
-        axes.fill(*np.array(hole.exterior.coords).T, color="0.6", zorder=0)
-    for n, path in enumerate(coverage.paths):
-        axes.plot(*path.points.T, color=combine_colour(n), linewidth=0.8, label=f"combine {n}")
+    colours = [combine_colour(n) for n in range(job.scenario.combines.count)]
+    draw_cut(axes, job.field, job.work.cut, colours)
+    for n, colour in enumerate(colours):
+        axes.plot(*run.log["pose"][:, n, :2].T, color=colour, linewidth=0.8, label=f"combine {n}")
     shades = matplotlib.colormaps["Greys"](np.linspace(0.9, 0.5, run.log["state"].shape[1]))
     for k, shade in enumerate(shades):
         way = run.log["state"][:, k, :2]
         axes.plot(*way.T, color=shade, linewidth=0.7, label=f"cart {k}")
-        axes.plot(*run.job.trucks[k, :2], marker="s", color=shade, markersize=7)
+        axes.plot(*job.trucks[k, :2], marker="s", color=shade, markersize=7)
     axes.set_aspect("equal")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")

@@ -1,4 +1,4 @@
-"""Harvesting a field from start to the last grain, or to the horizon."""
+"""Harvesting a field from start to the last grain, or until nothing moves any more."""
 
 import time
 from collections.abc import Callable
@@ -10,9 +10,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
-from ...systems.numerics.harvest.driving.record import routes_noted
-from ...systems.numerics.harvest.machines.filling import COLUMNS, DONE
-from ...systems.numerics.harvest.strategies.serving import STAY
+from ...systems.numerics.harvest.machines.filling import COLUMNS, CUT, DONE
 from .job import HarvestJob
 from .make_harvest import MakeHarvest
 from .scene.harvest_scene import HarvestScene
@@ -21,17 +19,23 @@ from .scene.harvest_scene import HarvestScene
 LOGGED = {
     "pose": 3,
     "station": 0,
+    "speed": 0,
     "tank": 0,
     "mode": 0,
+    "cutting": 0,
     "state": 4,
     "load": 0,
     "delivered": 0,
     "alongside": 0,
-    "task": 0,
-    "doing": 0,
+    "emptying": 0,
+    "late": 0,
 }
-# Between two samples of the log, and between two looks whether all is done [s].
+# Between two samples of the log at most, and between two looks whether all is done [s].
 LOG_PERIOD, STRIDE = 0.5, 10.0
+# A run in which nothing moves for so long is over [s].
+STILL = 1200.0
+# Grain that is nothing, in a tank or a cart [kg].
+NOTHING = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +49,9 @@ class HarvestRun:
         account: Columns of `machines.filling` for each combine at the end, shape (N, 8).
         load: In each cart at the end, shape (K,) [kg].
         delivered: By each cart to its truck, shape (K,) [kg].
-        routes: Where each route of a cart came from, the time on it [s] and a time that none can
-            beat [s], as in `driving.record`, shape (R, 3).
-        record: Of the monitor, shape (4 + K,).
         finished: Whether all was cut and delivered.
-        makespan: When that was; the end of the run if never [s].
+        stopped: Why the run ended before that, who stands where; empty if it finished.
+        makespan: When it ended [s].
         wall_time: How long it took to simulate [s].
         scene: What has recorded it, or None.
     """
@@ -60,12 +62,16 @@ class HarvestRun:
     account: np.ndarray
     load: np.ndarray
     delivered: np.ndarray
-    routes: np.ndarray
-    record: np.ndarray
     finished: bool
+    stopped: str
     makespan: float
     wall_time: float
     scene: HarvestScene | None
+
+    @property
+    def harvested(self) -> np.ndarray:
+        """Grain that each combine has cut, shape (N,) [kg]."""
+        return self.account[:, CUT]
 
 
 def run_harvest(
@@ -83,13 +89,15 @@ def run_harvest(
         meshcat: Where to draw it.
         recording: Record what is drawn for a replay.
         realtime_rate: Simulated seconds per second, 0 for as fast as possible.
-        progress: Told now and then which part of the combines' way is driven, in [0, 1].
+        progress: Told now and then which part of the machines' way is driven, in [0, 1].
     """
     builder = DiagramBuilder()
     harvest = MakeHarvest(job, meshcat, recording=recording)
     builder.AddSystem(harvest)
+    period = job.scenario.period
+    sampled = period * max(int(LOG_PERIOD / period + 1e-9), 1)
     sinks = {
-        name: LogVectorOutput(harvest.GetOutputPort(name), builder, LOG_PERIOD) for name in LOGGED
+        name: LogVectorOutput(harvest.GetOutputPort(name), builder, sampled) for name in LOGGED
     }
     diagram = builder.Build()
     diagram.set_name("harvest_run")
@@ -101,15 +109,22 @@ def run_harvest(
     def now(name: str) -> np.ndarray:
         return np.asarray(harvest.GetOutputPort(name).Eval(harvest.GetMyContextFromRoot(context)))
 
-    ways = sum(path.length for path in job.coverage.paths)
+    def where() -> np.ndarray:
+        return np.concatenate([now("station"), now("state"), now("delivered"), now("tank")])
+
+    ways = sum(path.path.length for path in job.plan.service.plans)
     horizon = 3600.0 * job.scenario.hours
     began = time.perf_counter()
     finished, strides = False, 0
-    while not finished and context.get_time() < horizon:
+    last, moved = where(), 0.0
+    while not finished and context.get_time() < horizon and context.get_time() - moved < STILL:
         strides += 1
         simulator.AdvanceTo(min(strides * STRIDE, horizon))
-        done = bool((now("mode") == DONE).all() and (now("task") == STAY).all())
-        finished = done and not now("tank").any() and not now("load").any()
+        here = where()
+        if np.abs(here - last).max() > NOTHING:
+            last, moved = here, context.get_time()
+        left = float(max(now("tank").max(), now("load").max()))
+        finished = bool((now("mode") == DONE).all()) and left <= NOTHING
         progress(float(now("station").sum()) / ways)
     wall_time = time.perf_counter() - began
     scene = harvest.GetSubsystemByName("scene") if meshcat is not None else None
@@ -128,10 +143,24 @@ def run_harvest(
         account=now("account").reshape(-1, COLUMNS).copy(),
         load=now("load").copy(),
         delivered=now("delivered").copy(),
-        routes=routes_noted(now("routes")),
-        record=now("record").copy(),
         finished=finished,
+        stopped="" if finished else _why(arrays, context.get_time(), moved, horizon),
         makespan=float(context.get_time()),
         wall_time=wall_time,
         scene=scene if recording and isinstance(scene, HarvestScene) else None,
     )
+
+
+def _why(log: dict[str, np.ndarray], time: float, moved: float, horizon: float) -> str:
+    """Why a run ended unfinished, and who stands where with how much, in one line."""
+    still = f"nothing has moved since {moved:.0f} s"
+    said = [f"the time is up after {time:.0f} s" if time >= horizon else still]
+    for n, (pose, mode, tank) in enumerate(
+        zip(log["pose"][-1], log["mode"][-1], log["tank"][-1], strict=True)
+    ):
+        if mode != DONE or tank > NOTHING:
+            x, y, _ = pose
+            said.append(f"combine {n} is at ({x:.0f}, {y:.0f}) with {tank:.0f} kg")
+    for k, (state, load) in enumerate(zip(log["state"][-1], log["load"][-1], strict=True)):
+        said.append(f"cart {k} is at ({state[0]:.0f}, {state[1]:.0f}) with {load:.0f} kg")
+    return "; ".join(said)

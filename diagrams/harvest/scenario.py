@@ -13,6 +13,8 @@ from ...systems.numerics.errors import (
     require_one_of,
     require_positive,
 )
+from ...systems.numerics.harvest.coverage.plan_coverage import PATTERNS
+from ...systems.numerics.harvest.execution.disturbance import Disturbance
 from ...systems.numerics.harvest.field.field import MARGIN, Field
 from ...systems.numerics.harvest.field.field_files import read_field
 from ...systems.numerics.harvest.machines.cart import Cart
@@ -20,7 +22,6 @@ from ...systems.numerics.harvest.machines.combine import Combine
 from ..scenario_files import NO_OTHER_KEYS
 
 STRATEGIES = ("sequential", "on-demand")
-ROUTES = ("exact", "car")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,10 +74,6 @@ class Combines(Combine):
 
     # Number of combines.
     count: int = 2
-    # Way by which each starts behind the one before [m]; null: what keeps them from waiting.
-    spacing: float | None = None
-    # Way by which the combine on the left is to be ahead [m]; null: two headers' widths.
-    least_gap: float | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -105,6 +102,17 @@ class Carts(Cart):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Disturbances(Disturbance):
+    """What goes wrong on the way.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+
+@dataclass(frozen=True, kw_only=True)
 class HarvestScenario:
     """A field to be harvested.
 
@@ -124,11 +132,11 @@ class HarvestScenario:
     carts: Carts = dataclasses.field(default_factory=Carts)
     # "sequential" (3.4) or "on-demand".
     strategy: str = "sequential"
-    # Of the on-demand strategy: part of a tank from which on a combine calls.
+    # Part of a tank from which on a cart comes.
     threshold: float = 0.5
-    # Routes in the open field: "exact", time-optimal for tractor and trailer, or "car", for the
-    # tractor alone, which is quicker to plan.
-    routes: str = "exact"
+    # Of the combines' paths: "lands", rounds in arcs, then a land of swaths for each; or "thesis",
+    # rows from the perimeter inwards, combines on adjacent ones.
+    pattern: str = "lands"
     # For the schedule: part of each tank that is filled, so that a cart may come late.
     fill: float = 0.6
     # For the schedule: the cart's way from each combine to the next [s]; null: from the field.
@@ -137,18 +145,20 @@ class HarvestScenario:
     period: float = 0.25
     # The run ends then at the latest [h].
     hours: float = 12.0
-    # Side of the cells in which crop is cut and looked at [m].
-    cell: float = 1.0
+    # What goes wrong on the way.
+    disturbance: Disturbances = dataclasses.field(default_factory=Disturbances)
+    # Of the orders of combines that are tried.
+    seed: int = 0
 
     def __post_init__(self) -> None:
         require_positive("density", self.density)
         require_one_of("strategy", self.strategy, STRATEGIES)
-        require_one_of("routes", self.routes, ROUTES)
+        require_one_of("pattern", self.pattern, PATTERNS)
         require(0 < self.threshold <= 1, "threshold", "lie above 0 and up to 1", self.threshold)
         require(0 < self.fill <= 1, "fill", "lie above 0 and up to 1", self.fill)
         if self.travel_time is not None:
             require_non_negative("travel_time", self.travel_time)
         require_positive("period", self.period)
-        require(self.period <= 1.0, "period", "be at most 1 s", self.period)
+        require(self.period <= 0.5, "period", "be at most 0.5 s", self.period)
         require_positive("hours", self.hours)
-        require_positive("cell", self.cell)
+        require_non_negative("seed", self.seed)

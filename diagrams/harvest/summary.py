@@ -4,28 +4,18 @@ import math
 
 import numpy as np
 
-from ...systems.numerics.harvest.driving.record import KIND, KINDS, LEAST, TAKES
-from ...systems.numerics.harvest.machines.filling import (
-    BLOCK_TIME,
-    CUT,
-    LOST,
-    OVERFLOW_TIME,
-    STANDING_MODES,
-    STOP_TIME,
-    TANK,
-)
+from ...systems.numerics.harvest.audit.audit import audit_harvest
+from ...systems.numerics.harvest.audit.harvest_log import ARRAYS, HarvestLog, site_of
+from ...systems.numerics.harvest.carts.cart_motion import trailer_poses
+from ...systems.numerics.harvest.execution.planned_work import grain_stations
+from ...systems.numerics.harvest.machines.filling import DONE, FULL, LOST, OVERFLOW_TIME
 from ...systems.numerics.harvest.machines.outlines import cart_outline, combine_outline
-from ...systems.numerics.harvest.machines.watching import (
-    CART_TO_CART,
-    CART_TO_COMBINE,
-    COMBINE_TO_COMBINE,
-    CROSSINGS,
-    RECORD,
-)
 from .run import HarvestRun
 
-# Routes that could be so short are not compared with their bound [s].
-SHORTEST = 2.0
+# What a combine may be beside the place where it is to wait for a cart [m].
+AT_STOP = 0.5
+# Slower is standing [m/s].
+SLOW = 1e-3
 
 # Units of the arrays in the log; "1" for numbers without one.
 UNITS = {
@@ -42,85 +32,128 @@ UNITS = {
     "station": "m",
     "mode": "1",
     "alongside": "1",
-    "task": "1",
-    "doing": "1",
+    "late": "s",
 }
 
 
 def summarise(run: HarvestRun, scenario: str) -> dict[str, object]:
     """The run in numbers, ready for JSON.
 
+    Distances, crop under bodies and the faults are those of the audit of the log.
+
     Args:
         run: A finished run.
         scenario: What to call it.
 
     Returns:
-        scenario, strategy, combines, carts, field_area [m^2], harvested_area_fraction, finished,
-        makespan [s], feasible (whether the plan is), grain_harvested, grain_delivered (to trucks),
-        grain_in_carts, grain_in_tanks, grain_lost, grain_error (what is harvested beyond the sum
-        of these) [kg], overflow_time (of all combines, spilling), combine_stop_time (standing
-        full), combine_wait_time (held up by others) [s], cart_idle_fraction, crop_crossings (steps
-        in which a cart was over standing crop), min_separation (least of the following),
-        min_cart_to_combine, min_cart_to_cart, min_combine_to_combine [m], load_deviation (mean
-        difference between tanks as simulated and as planned, in tanks), routes (how many of each
-        kind: "car" and "optimal" are time-optimal for a car and for the cart, "search" was searched
-        for, "aside" makes room), route_time_ratio_median and _worst (of the time on a route to one
-        that certainly no route can beat, crop or not), wall_time [s].
+        scenario, strategy, pattern, combines, carts, field_area [m^2], coverage (part of the crop
+        that was cut), finished (whether all was cut that the plan cuts, and all grain delivered),
+        stopped (why not), audit_faults (how many), makespan (until the last grain was delivered)
+        [s], makespan_over_bound (the combines' time over that of headers that are always full, at
+        top speed), path_over_bound (the same of their way), waiting (part of the combines' time
+        that they stand for others), combine_wait_time, combine_stop_time (standing for a cart, all
+        combines together) [s], min_combine_to_combine, min_cart_to_combine, min_cart_to_cart,
+        min_to_obstacle [m], crop_under_bodies [m^2], feasible (whether the closed forms say that
+        the carts suffice), unloads, unloads_missed (for which a combine had to stop), trips,
+        grain_harvested, grain_delivered, grain_in_carts, grain_in_tanks, grain_lost, grain_error
+        (what is harvested beyond the sum of these) [kg], overflow_time (of all combines, spilling)
+        [s], cart_idle_fraction (neither driving nor taking or giving grain), load_deviation (mean
+        difference between tanks as simulated and as planned, in tanks), latest (how late a machine
+        was at most), wall_time [s].
     """
-    job, account, record = run.job, run.account, run.record
-    scenario_ = job.scenario
-    harvested, lost = float(account[:, CUT].sum()), float(account[:, LOST].sum())
+    job, scenario_ = run.job, run.job.scenario
+    team, coverage = scenario_.combines, run.job.plan.combines.coverage
+    arrays = log_arrays(run)
+    log = HarvestLog(**{name: arrays[name] for name in ARRAYS})
+    audit = audit_harvest(log, site_of(machines(run)))
+    found = audit.figures
+    harvested, lost = float(run.harvested.sum()), float(run.account[:, LOST].sum())
     delivered, loads = float(run.delivered.sum()), float(run.load.sum())
-    tanks = float(account[:, TANK].sum())
-    gaps = [record[k] for k in (CART_TO_COMBINE, CART_TO_CART, COMBINE_TO_COMBINE)]
-    far = [float(gap) if math.isfinite(gap) else None for gap in gaps]
-    apart = np.abs(run.log["tank"] - planned_tanks(run)).mean() / scenario_.combines.capacity
+    tanks = float(run.log["tank"][-1].sum())
+    working = run.log["mode"] != DONE
+    ended = float(run.times[np.flatnonzero(working.any(axis=1)).max(initial=0)])
+    full = job.field.area / team.header_width / team.count
+    stops, waits = _standing(run)
+    apart = np.abs(run.log["tank"] - arrays["tank_planned"]).mean() / team.capacity
+    pours = run.log["alongside"] >= 0
     return {
         "scenario": scenario,
         "strategy": scenario_.strategy,
-        "combines": len(job.coverage.paths),
+        "pattern": scenario_.pattern,
+        "combines": team.count,
         "carts": scenario_.carts.count,
-        "field_area": job.coverage.field.area,
-        "harvested_area_fraction": harvested / scenario_.density / job.coverage.field.area,
+        "field_area": job.field.area,
+        "coverage": found["coverage"],
         "finished": run.finished,
+        "stopped": run.stopped,
+        "audit_faults": len(audit.faults),
         "makespan": run.makespan,
+        "makespan_over_bound": ended / (full / team.speed),
+        "path_over_bound": coverage.length / team.count / full,
+        "waiting": waits / (ended * team.count) if ended > 0 else 0.0,
+        "combine_wait_time": waits,
+        "combine_stop_time": stops,
+        **{
+            name: found[name]
+            for name in (
+                "min_combine_to_combine",
+                "min_cart_to_combine",
+                "min_cart_to_cart",
+                "min_to_obstacle",
+                "crop_under_bodies",
+            )
+        },
         "feasible": job.answer.feasible,
+        "unloads": int((pours[1:] & ~pours[:-1]).sum()),
+        "unloads_missed": len(job.plan.service.stops),
+        "trips": len(job.plan.service.trips),
         "grain_harvested": harvested,
         "grain_delivered": delivered,
         "grain_in_carts": loads,
         "grain_in_tanks": tanks,
         "grain_lost": lost,
         "grain_error": harvested - delivered - loads - tanks - lost,
-        "overflow_time": float(account[:, OVERFLOW_TIME].sum()),
-        "combine_stop_time": float(account[:, STOP_TIME].sum()),
-        "combine_wait_time": float(account[:, BLOCK_TIME].sum()),
-        "cart_idle_fraction": float(record[RECORD:].mean()) / run.makespan,
-        "crop_crossings": int(record[CROSSINGS]),
-        "min_separation": min((gap for gap in far if gap is not None), default=None),
-        "min_cart_to_combine": far[0],
-        "min_cart_to_cart": far[1],
-        "min_combine_to_combine": far[2],
+        "overflow_time": float(run.account[:, OVERFLOW_TIME].sum()),
+        "cart_idle_fraction": _idle(run),
         "load_deviation": float(apart),
-        **_routes_in_numbers(run.routes),
+        "latest": float(run.log["late"].max(initial=0.0)),
         "wall_time": run.wall_time,
     }
 
 
-def _routes_in_numbers(routes: np.ndarray) -> dict[str, object]:
-    kinds = routes[:, KIND].astype(int)
-    names = {name: int((kinds == k).sum()) for k, name in enumerate(KINDS) if k > 0}
-    counted = (routes[:, LEAST] >= SHORTEST) & (kinds != KINDS.index("aside"))
-    ratios = routes[counted, TAKES] / routes[counted, LEAST]
-    return {
-        "routes": names,
-        "route_time_ratio_median": float(np.median(ratios)) if len(ratios) else None,
-        "route_time_ratio_worst": float(ratios.max()) if len(ratios) else None,
-    }
+def _standing(run: HarvestRun) -> tuple[float, float]:
+    """How long combines stand for carts, and for others, all together [s]."""
+    stations, lasting = run.log["station"], np.diff(run.times)
+    stands = (run.log["speed"] < SLOW) & (run.log["mode"] != DONE)
+    stands &= (stations[-1] > 0) & (np.diff(stations, axis=0, append=stations[-1:]) < SLOW)
+    for_cart = run.log["mode"] == FULL
+    for stop in run.job.plan.service.stops:
+        for_cart[:, stop.combine] |= np.abs(stations[:, stop.combine] - stop.station) < AT_STOP
+    stops = float(((stands & for_cart)[:-1] * lasting[:, None]).sum())
+    waits = float(((stands & ~for_cart)[:-1] * lasting[:, None]).sum())
+    return stops, waits
+
+
+def _idle(run: HarvestRun) -> float:
+    """Part of the time in which a cart neither drives nor takes or gives grain."""
+    moves = np.hypot(*np.moveaxis(np.diff(run.log["state"][..., :2], axis=0), -1, 0)) > SLOW
+    numbers = np.arange(moves.shape[1])
+    takes = (run.log["alongside"][:-1, :, None] == numbers).any(axis=1)
+    gives = run.log["emptying"][:-1] > 0.5
+    return float(1.0 - (moves | takes | gives).mean())
 
 
 def planned_tanks(run: HarvestRun) -> np.ndarray:
-    """What the timetable says of every tank at the samples, shape (T, N) [kg]."""
-    return np.stack([line(run.times) for line in run.job.timetable.tanks], axis=1)
+    """What the plan says of every tank at the samples, shape (T, N) [kg]."""
+    service, work = run.job.plan.service, run.job.work
+    tanks = np.empty(run.log["tank"].shape)
+    for n, plan in enumerate(service.plans):
+        stations = plan.station_at(run.times)
+        tanks[:, n] = np.interp(stations, grain_stations(plan.path), work.grain[n])
+    for visit in service.visits:
+        share = np.clip((run.times - visit.begin) / (visit.end - visit.begin), 0.0, 1.0)
+        tanks[:, visit.combine] -= visit.taken * share
+    return tanks
 
 
 def log_arrays(run: HarvestRun) -> dict[str, np.ndarray]:
@@ -128,44 +161,32 @@ def log_arrays(run: HarvestRun) -> dict[str, np.ndarray]:
 
     What an audit reads comes first: see `HarvestLog`.
     """
-    log, team, cart = run.log, run.job.scenario.combines, run.job.scenario.carts
-    gears = np.stack(
-        [
-            path.gears[np.clip(np.searchsorted(path.stations, at, side="right") - 1, 0, last)]
-            for path, at in zip(run.job.coverage.paths, log["station"].T, strict=True)
-            for last in [len(path.gears) - 1]
-        ],
-        axis=1,
-    )
-    drives = ~np.isin(log["mode"], STANDING_MODES)
-    x, y, theta, beta = np.moveaxis(log["state"], -1, 0)
-    heading = theta - beta
+    log, cart = run.log, run.job.scenario.carts
+    paths = [plan.path for plan in run.job.plan.service.plans]
+    gears = [
+        path.gears[path.piece_at(at)] if len(path.gears) else np.ones(len(at))
+        for path, at in zip(paths, log["station"].T, strict=True)
+    ]
+    tractor = log["state"][..., :3]
+    trailer = trailer_poses(tractor.reshape(-1, 3), log["state"][..., 3].ravel(), cart)
     return {
         "time": run.times,
         "combine_pose": log["pose"],
-        "combine_speed": np.where(drives, gears * team.speed, 0.0),
-        "tractor_pose": log["state"][..., :3],
-        "trailer_pose": np.stack(
-            [
-                x - cart.hitch_offset * np.cos(theta) - cart.length * np.cos(heading),
-                y - cart.hitch_offset * np.sin(theta) - cart.length * np.sin(heading),
-                heading,
-            ],
-            axis=-1,
-        ),
+        "combine_speed": np.stack(gears, axis=1) * log["speed"],
+        "tractor_pose": tractor,
+        "trailer_pose": trailer.reshape(tractor.shape),
         "tank": log["tank"],
         "cart_load": log["load"],
-        # The header is down whenever a combine drives forwards.
-        "cutting": (drives & (gears > 0)).astype(float),
+        "cutting": log["cutting"],
         "delivered": log["delivered"].sum(axis=1),
         "tank_planned": planned_tanks(run),
-        **{name: log[name] for name in ("station", "mode", "alongside", "task", "doing")},
+        **{name: log[name] for name in ("station", "mode", "alongside", "late")},
     }
 
 
 def machines(run: HarvestRun) -> dict[str, object]:
     """The machines and the field of a run as an audit reads them, ready for JSON: see `Site`."""
-    scenario, field = run.job.scenario, run.job.coverage.field
+    scenario, field = run.job.scenario, run.job.field
     team, cart = scenario.combines, scenario.carts
     combine_shape, cart_shape = combine_outline(team), cart_outline(cart)
     combine = {
@@ -188,7 +209,7 @@ def machines(run: HarvestRun) -> dict[str, object]:
         "holes": [ring.tolist() for ring in field.world.obstacles],
     }
     return {
-        "combines": [combine] * len(run.job.coverage.paths),
+        "combines": [combine] * team.count,
         "carts": [trailer] * cart.count,
         "parts": [part],
         "margin": field.margin,

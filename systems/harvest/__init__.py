@@ -1,21 +1,13 @@
-"""LeafSystems of the harvest story: combines, carts, who unloads whom, and what is watched."""
+"""LeafSystems of the harvest story: drivers who keep to a plan, combines, carts, augers."""
 
 from .auger_transfer import AugerTransfer
-from .cart_driver import CartDriver
-from .combine_guard import CombineGuard
 from .combine_team import CombineTeam
 from .grain_cart_team import GrainCartTeam
-from .harvest_monitor import HarvestMonitor
-from .on_demand_scheduler import OnDemandScheduler
-from .unloading_scheduler import UnloadingScheduler
+from .machine_drivers import MachineDrivers
 
 __all__ = [
     "AugerTransfer",
-    "CartDriver",
-    "CombineGuard",
     "CombineTeam",
     "GrainCartTeam",
-    "HarvestMonitor",
-    "OnDemandScheduler",
-    "UnloadingScheduler",
+    "MachineDrivers",
 ]

@@ -1,26 +1,23 @@
 """Combines at work."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
-from ..numerics.errors import require, require_positive
-from ..numerics.harvest.field.combine_path import CombinePath
-from ..numerics.harvest.field.pace.holds import Holds, pack_holds
-from ..numerics.harvest.machines.combine import Combine
+from ..numerics.errors import require_positive
+from ..numerics.harvest.execution.fleet import pack_fleet
+from ..numerics.harvest.execution.grain_flow import work_together
+from ..numerics.harvest.execution.planned_work import PlannedWork
+from ..numerics.harvest.execution.tracks import cutting_on, pack_tracks, poses_on
 from ..numerics.harvest.machines.filling import COLUMNS, MODE, STATION, TANK
-from ..numerics.harvest.machines.team import advance_team, pack_paths, poses_of
 
 
 class CombineTeam(LeafSystem):
     """N combines drive along their paths, and their tanks fill and are emptied.
 
-    tank' = density area' - r_u [a cart is alongside] - spilt', station' = speed; a combine whose
-    tank is full stands until a cart comes, or spills, and one that would get too near to the one
-    on its left waits. Loads are exact to the moment a tank is full or empty, whatever the period:
-    cut = given + in the tank + spilt, to rounding.
+    tank' = density area' - r_u [a cart is alongside] - spilt'; a command says how far each gets in
+    a period. Loads are exact to the moment a tank is full or empty, whatever the period: cut =
+    given + in the tank + spilt, to rounding.
 
     .. pydrake_system::
 
@@ -28,12 +25,14 @@ class CombineTeam(LeafSystem):
         input_ports:
         - alongside
         - room
-        - halt
+        - command
         output_ports:
         - pose
         - station
+        - speed
         - tank
         - mode
+        - cutting
         - account
         - unloaded
 
@@ -42,67 +41,58 @@ class CombineTeam(LeafSystem):
     =========  ====  =========  =====
     alongside  N     -          -
     room       K     kg         -
-    halt       N     -          -
+    command    2 N   m, m/s     path
     pose       3 N   m, m, rad  world
     station    N     m          path
+    speed      N     m/s        path
     tank       N     kg         -
     mode       N     -          -
+    cutting    N     -          -
     account    8 N   m, kg, s   -
     unloaded   K     kg         -
     =========  ====  =========  =====
 
     `alongside` is the number of the cart that stands under a combine's auger, or -1; `room` what
-    each cart can still take; `halt` is 1 for a combine that must not drive on; `pose` the middle of
-    the header; `station` the way driven; `mode` a number in `machines.filling.MODES`; `account`
-    the columns of that module, combine by combine;
-    `unloaded` what each cart has taken over since the start.
+    each cart can still take; `command` station and speed at the end of the period, combine by
+    combine; `pose` the middle of the header; `station` the way driven; `speed` that along the path,
+    never negative; `mode` a number in `machines.filling.MODES`; `cutting` 1 while the header is
+    down; `account` the columns of that module, combine by combine; `unloaded` what each cart has
+    taken over since the start.
 
     Source: Zhang 2014, 3.2.1 and 3.4; stopping and spilling are ours.
 
     Args:
-        paths: Of the combines.
-        combine: What they are like.
-        density: Of the crop [kg/m^2].
-        carts: Number of carts K.
+        work: What is planned.
         period: Time step [s].
-        holds: Who waits for whom.
-        begins: When each sets out, N times [s]; by default after its path's start delay.
 
     Raises:
-        InvalidInput: A number is not positive, or there are no paths.
+        InvalidInput: The period is not positive.
     """
 
-    def __init__(
-        self,
-        paths: Sequence[CombinePath],
-        combine: Combine,
-        *,
-        density: float,
-        carts: int,
-        period: float,
-        holds: Sequence[Holds] = (),
-        begins: Sequence[float] | None = None,
-    ):
+    def __init__(self, work: PlannedWork, *, period: float):
         super().__init__()
-        require(len(paths) > 0, "paths", "be at least one", len(paths))
-        require(carts > 0, "carts", "be at least 1", carts)
-        require_positive("density", density)
         require_positive("period", period)
-        self._combine, self._period = combine, float(period)
-        self._paths, self._holds = pack_paths(paths, density), pack_holds(holds)
-        waits = [path.start_delay / combine.speed for path in paths] if begins is None else begins
-        self._begins = np.array(waits, dtype=float)
-        count = len(paths)
+        self._combine, self._period = work.combine, float(period)
+        paths = [plan.path for plan in work.plans]
+        self._tracks, self._ends = pack_tracks(paths), np.array([path.length for path in paths])
+        self._fleet = pack_fleet(work)
+        count, carts = len(work.plans), len(work.motions)
         self._alongside = self.DeclareVectorInputPort("alongside", count)
         self._room = self.DeclareVectorInputPort("room", carts)
-        self._halt = self.DeclareVectorInputPort("halt", count)
-        self._account = self.DeclareDiscreteState(state_vector(np.zeros(COLUMNS * count)))
+        self._command = self.DeclareVectorInputPort("command", 2 * count)
+        accounts = np.zeros((count, COLUMNS))
+        accounts[:, STATION] = [plan.stations[0] for plan in work.plans]
+        self._account = self.DeclareDiscreteState(state_vector(accounts.ravel()))
+        self._speeds = self.DeclareDiscreteState(state_vector(np.zeros(count)))
         self._unloaded = self.DeclareDiscreteState(state_vector(np.zeros(carts)))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._work)
         state = {self.discrete_state_ticket(self._account)}
         self.DeclareVectorOutputPort("pose", 3 * count, self._calc_pose, state)
-        for name, column in (("station", STATION), ("tank", TANK), ("mode", MODE)):
-            self.DeclareVectorOutputPort(name, count, self._column(column), state)
+        self.DeclareVectorOutputPort("station", count, self._column(STATION), state)
+        self.DeclareStateOutputPort("speed", self._speeds)
+        self.DeclareVectorOutputPort("tank", count, self._column(TANK), state)
+        self.DeclareVectorOutputPort("mode", count, self._column(MODE), state)
+        self.DeclareVectorOutputPort("cutting", count, self._calc_cutting, state)
         self.DeclareStateOutputPort("account", self._account)
         self.DeclareStateOutputPort("unloaded", self._unloaded)
 
@@ -111,28 +101,32 @@ class CombineTeam(LeafSystem):
 
     def _work(self, context, discrete_state):
         accounts = self._accounts(context).copy()
-        given = advance_team(
+        alongside = read(self._alongside, context).astype(int)
+        room = read(self._room, context)
+        given = np.zeros(len(room))
+        command = read(self._command, context).reshape(-1, 2)
+        work_together(
+            self._fleet,
             accounts,
-            self._paths,
-            self._holds,
-            self._begins,
-            self._combine.speed,
-            self._combine.capacity,
-            self._combine.unload_rate,
-            read(self._alongside, context),
-            read(self._room, context),
-            read(self._halt, context),
-            self._combine.when_full == "spill",
-            context.get_time(),
+            np.ascontiguousarray(command[:, 0]),
+            self._ends,
+            alongside,
+            room,
+            given,
             self._period,
         )
         discrete_state.set_value(self._account, accounts.ravel())
+        discrete_state.set_value(self._speeds, command[:, 1])
         before = context.get_discrete_state(self._unloaded).value()
         discrete_state.set_value(self._unloaded, before + given)
 
     def _calc_pose(self, context, output):
         stations = self._accounts(context)[:, STATION]
-        output.set_value(poses_of(self._paths, stations))
+        output.set_value(poses_on(self._tracks, stations))
+
+    def _calc_cutting(self, context, output):
+        stations = self._accounts(context)[:, STATION]
+        output.set_value(cutting_on(self._tracks, stations))
 
     def _column(self, column: int):
         def calc(context, output):

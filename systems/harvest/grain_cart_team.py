@@ -1,7 +1,6 @@
 """Grain carts: tractors with trailers, and what is in them."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem
@@ -9,8 +8,7 @@ from pydrake.systems.framework import LeafSystem
 from ..drake_types import read, state_vector
 from ..numerics.errors import require, require_positive
 from ..numerics.harvest.machines.cart import Cart, hitch_of
-from ..numerics.harvest.routes.steering import drive_team
-from ..numerics.planning.control_bounds import clip_control
+from ..numerics.harvest.machines.towing import drive_team
 
 
 class GrainCartTeam(LeafSystem):
@@ -75,9 +73,8 @@ class GrainCartTeam(LeafSystem):
         require(shaped, "starts", "be (x, y, theta, beta) of each cart", starts)
         require_positive("truck_rate", truck_rate)
         require_positive("period", period)
-        # The planners drive forwards only; the plant may be backed up.
         self._cart, self._hitch = cart, hitch_of(cart)
-        self._trailer = replace(cart.trailer, reverse=True)
+        self._trailer = cart.trailer
         self._rate, self._period = float(truck_rate), float(period)
         # A trailer that is backed up doubles its errors every 0.7 lengths: steps are so short that
         # a cart that retraces its way stays on it for 20 lengths.
@@ -103,11 +100,16 @@ class GrainCartTeam(LeafSystem):
         return read(self._received, context) - delivered
 
     def _move(self, context, discrete_state):
-        control = read(self._control, context).reshape(-1, 2)
-        v, omega = clip_control(control[:, 0], control[:, 1], self._trailer)
-        states = context.get_discrete_state(self._state).value().reshape(-1, 4)
-        moved = drive_team(states, v, omega, self._hitch, self._period, self._substeps)
-        discrete_state.set_value(self._state, moved.ravel())
+        moved = drive_team(
+            context.get_discrete_state(self._state).value(),
+            read(self._control, context),
+            self._cart.speed,
+            self._trailer.turn_rate,
+            self._hitch,
+            self._period,
+            self._substeps,
+        )
+        discrete_state.set_value(self._state, moved)
         flow = np.minimum(self._rate * self._period, self._load(context))
         given = np.where(read(self._emptying, context) > 0.5, flow, 0.0)
         before = context.get_discrete_state(self._delivered).value()

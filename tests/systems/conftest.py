@@ -8,7 +8,6 @@ import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.systems.framework import LeafSystem
 
-from sightfield.diagrams.harvest.job import prepare_harvest
 from sightfield.diagrams.harvest.scenario import Carts, Combines, FieldSource, HarvestScenario
 from sightfield.diagrams.harvest.scene.harvest_scene import HarvestScene
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
@@ -32,16 +31,18 @@ from sightfield.hardware_io.viewer.operator import Operator
 from sightfield.hardware_io.viewer.operator_port import OperatorPort
 from sightfield.hardware_io.viewer.state_publisher import StatePublisher
 from sightfield.systems.harvest.auger_transfer import AugerTransfer
-from sightfield.systems.harvest.cart_driver import CartDriver
-from sightfield.systems.harvest.combine_guard import CombineGuard
 from sightfield.systems.harvest.combine_team import CombineTeam
 from sightfield.systems.harvest.grain_cart_team import GrainCartTeam
-from sightfield.systems.harvest.harvest_monitor import HarvestMonitor
-from sightfield.systems.harvest.on_demand_scheduler import OnDemandScheduler
-from sightfield.systems.harvest.unloading_scheduler import UnloadingScheduler
+from sightfield.systems.harvest.machine_drivers import MachineDrivers
 from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.harvest.carts.cart_motion import standing_motion
+from sightfield.systems.numerics.harvest.carts.visits import CartPlan, Supply
+from sightfield.systems.numerics.harvest.execution.planned_work import PlannedWork
+from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines.cart import Cart
 from sightfield.systems.numerics.harvest.machines.combine import Combine
+from sightfield.systems.numerics.harvest.paths.machine_path import MachinePath
+from sightfield.systems.numerics.harvest.paths.speed_profile import fastest_profile
 from sightfield.systems.numerics.planning.driven_path import driven_path
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
@@ -124,6 +125,38 @@ from sightfield.systems.vision.shared_estimate import SharedEstimate
 from sightfield.systems.vision.shell_estimator import ShellEstimator
 
 
+def harvest_work() -> PlannedWork:
+    """Two combines drive side by side, and three carts stand at the edge."""
+    cart, combine, one = Cart(), Combine(), np.ones(1, dtype=int)
+    trucks = np.array([[x, -6.0, 0.0] for x in (20.0, 50.0, 80.0)])
+    lines = [np.array([[5.0, y, 0.0], [95.0, y, 0.0]]) for y in (20.0, 40.0)]
+    paths = [MachinePath(line, one, one > 0, one - 1) for line in lines]
+    return PlannedWork(
+        field=Field.rectangle(100.0, 60.0),
+        combine=combine,
+        cart=cart,
+        supply=Supply(density=0.8, trucks=trucks),
+        plans=[fastest_profile(path, combine.speed, combine.acceleration) for path in paths],
+        motions=[standing_motion(cart, truck, 0.0) for truck in trucks],
+    )
+
+
+def harvest_job() -> SimpleNamespace:
+    """The same as a job, as far as a scene asks."""
+    work = harvest_work()
+    return SimpleNamespace(
+        scenario=HarvestScenario(
+            field=FieldSource(width=100.0, height=60.0),
+            combines=Combines(count=2),
+            carts=Carts(count=3),
+        ),
+        field=work.field,
+        plan=SimpleNamespace(service=CartPlan(work.plans, work.motions, [], [], [], 0.0)),
+        trucks=work.supply.trucks,
+        reach=7.25,
+    )
+
+
 @pytest.fixture(scope="session")
 def ideal_calibration() -> Calibration:
     """Of the default camera and shell, on readings without noise."""
@@ -170,23 +203,11 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         periods = {"publish_period": 0.05, "recording": False}
         return SocialScene(game, page(), route_size=8, **periods)
 
-    job = prepare_harvest(
-        HarvestScenario(
-            field=FieldSource(width=120.0, height=90.0),
-            combines=Combines(count=2, header_width=9.0),
-            carts=Carts(count=3),
-        )
-    )
     crew = {"combines": 2, "carts": 3}
     places = np.zeros((3, 4))
-    visits = [job.timetable.of_cart(k) for k in range(3)]
-    tanks = {"capacity": 9000.0, "period": 0.25}
 
     return {
         "AugerTransfer": lambda: AugerTransfer(**crew, cart=Cart(), reach=8.0),
-        "CartDriver": lambda: CartDriver(
-            job.planner, job.lanes, job.traffic, job.trucks, reach=job.reach, period=0.25
-        ),
         "CameraPort": lambda: CameraPort(NoCamera(), period=0.1, stale_after=0.5),
         "BestResponseEvaders": lambda: BestResponseEvaders(
             world, [world], [world], **teams, pursuer_speed=0.3, evader_speed=0.1
@@ -243,17 +264,11 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         ),
         "CommandGate": lambda: CommandGate(3),
         "CommandTimeout": lambda: CommandTimeout(3, limit=0.2),
-        "CombineGuard": lambda: CombineGuard(job.traffic, Cart(), carts=3),
-        "CombineTeam": lambda: CombineTeam(
-            job.coverage.paths, Combine(), density=0.8, carts=3, period=0.25
-        ),
+        "CombineTeam": lambda: CombineTeam(harvest_work(), period=0.25),
         "GrainCartTeam": lambda: GrainCartTeam(Cart(), places, truck_rate=300.0, period=0.25),
-        "HarvestMonitor": lambda: HarvestMonitor(
-            job.ground, job.traffic, Cart(), carts=3, period=0.25
+        "HarvestScene": lambda: HarvestScene(
+            harvest_job(), page(), publish_period=0.5, recording=False
         ),
-        "HarvestScene": lambda: HarvestScene(job, page(), publish_period=0.5, recording=False),
-        "OnDemandScheduler": lambda: OnDemandScheduler(**crew, **tanks, threshold=0.5),
-        "UnloadingScheduler": lambda: UnloadingScheduler(visits, combines=2, **tanks),
         "AdversarialEvaders": lambda: AdversarialEvaders(world, **teams, **speeds),
         "AgentInterest": lambda: AgentInterest(
             make_outlook(world, cell=0.5, view_angle=1.0, reach=2.0), agents=3, patience=2
@@ -274,6 +289,7 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "ImperfectChannel": lambda: ImperfectChannel(Channel(), np.zeros((3, 2))),
         "InfraredSensors": lambda: InfraredSensors(world, count=3, radius=0.1, ring=ring),
         "LineOfSight": lambda: LineOfSight(world, **teams),
+        "MachineDrivers": lambda: MachineDrivers(harvest_work(), period=0.25),
         "MeshcatVelocity": lambda: MeshcatVelocity(page(), 0.3),
         "ModifiedField": lambda: ModifiedField(**teams, weight=0.5, top_speed=0.3),
         "NetworkEvolution": lambda: NetworkEvolution(MemoryNetwork(thesis_temperaments(), 0)),

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +14,7 @@ from rich.progress import Progress, TimeRemainingColumn
 from rich.table import Table
 
 from ....systems.numerics.errors import require_non_negative
+from ....systems.numerics.harvest.no_plan import NoPlan
 from ...harvest import scenarios
 from ...harvest.job import prepare_harvest
 from ...harvest.scenario import HarvestScenario
@@ -51,7 +53,11 @@ def run(
         float, typer.Option(help="Simulated seconds per second, 0: as fast as possible.")
     ] = 0.0,
 ) -> None:
-    """Combines harvest a field from its edge inwards; carts unload them on the way."""
+    """Combines harvest a field, carts unload them on the way, all by a plan made before.
+
+    Exit code 0: all is harvested and delivered; 1: there is no plan, or the run did not finish,
+    with the reason; 2: bad input.
+    """
     # They load Drake, which takes longer than the audit beside this command.
     from ...harvest.report import write_report
     from ...harvest.run import run_harvest
@@ -87,8 +93,16 @@ def run(
             transient=True,
             disable=not sys.stdout.isatty() or as_json,
         ) as bar:
-            task = bar.add_task("harvested", total=1.0)
-            job = prepare_harvest(asked, folder)
+            task = bar.add_task("plan", total=None)
+            try:
+                job = prepare_harvest(
+                    asked, folder, lambda stage: bar.update(task, description=f"plan: {stage}")
+                )
+            except NoPlan as error:
+                bar.stop()
+                print(f"no plan: {error}", file=sys.stderr)
+                raise typer.Exit(1) from None
+            bar.update(task, description="harvested", total=1.0)
             done = run_harvest(
                 job,
                 page,
@@ -101,15 +115,23 @@ def run(
         written = write_report(done, summary, written_to) if written_to is not None else []
     if as_json:
         print(json.dumps(summary, indent=2))
-        return
+    else:
+        _show(console, summary, job.answer.reasons)
+    if not done.finished:
+        print(f"not finished: {done.stopped}", file=sys.stderr)
+    if not as_json and out is not None:
+        console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
+    if live and attended and page is not None:
+        console.input("The page stays open until you press Enter.")
+    if not done.finished:
+        raise typer.Exit(1)
+
+
+def _show(console: Console, summary: dict[str, object], reasons: Sequence[str]) -> None:
     table = Table(show_header=False, box=None, padding=(0, 2))
     for key, value in summary.items():
         text = f"{value:.5g}" if isinstance(value, float) else str(value)
         table.add_row(key.replace("_", " "), text)
     console.print(table)
-    for reason in (*job.coverage.reasons, *job.answer.reasons):
+    for reason in reasons:
         console.print(f"Note: {reason}.")
-    if out is not None:
-        console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
-    if live and attended and page is not None:
-        console.input("The page stays open until you press Enter.")

@@ -5,10 +5,11 @@ import math
 import numpy as np
 import shapely
 
-from ....systems.numerics.harvest.field.coverage import CoveragePlan
+from ....systems.numerics.harvest.field.field import Field
 from ...tracking.scene.layout import Layout
 from ...visuals.meshes import extruded_mesh, flat_mesh
 from ...visuals.stage import Stage
+from ..job import HarvestJob
 from .crop_patches import CropPatch, crop_patches, polygons_of
 from .palette import CROP, CROP_ROWS, MARGIN_GROUND, OBSTACLE, STUBBLE
 
@@ -22,16 +23,16 @@ _ROW_LINE = 0.0022
 class CropLayer:
     """Patches of crop at `crop/K/patch`, stubble below them at `stubble`."""
 
-    def __init__(self, stage: Stage, layout: Layout, plan: CoveragePlan) -> None:
+    def __init__(self, stage: Stage, layout: Layout, job: HarvestJob) -> None:
         """Draw the field before the harvest."""
         self._stage, self._span = stage, layout.span
-        patches, left = crop_patches(plan)
+        patches, left = crop_patches(job.field, job.scenario.combines, job.plan.service.plans)
         self._combines = np.array([patch.combine for patch in patches], dtype=int)
         self._begins = np.array([patch.begin for patch in patches])
         self._ends = np.array([patch.end for patch in patches])
         self._lengths = np.full(len(patches), -1.0)
         height = _CROP_HEIGHT * layout.span
-        _draw_ground(stage, layout, plan)
+        _draw_ground(stage, layout, job.field)
         stage.raise_to("stubble", _STUBBLE_LEVEL * layout.span)
         for parity, colour in enumerate(STUBBLE):
             shapes = [patch.shape for patch in patches if patch.combine % 2 == parity]
@@ -76,8 +77,7 @@ def _seen_back(patch: CropPatch, shape: shapely.Geometry) -> shapely.Geometry:
     return shapely.transform(shape, lambda points: (points - [x, y]) @ np.array([[c, -s], [s, c]]))
 
 
-def _draw_ground(stage: Stage, layout: Layout, plan: CoveragePlan) -> None:
-    field = plan.field
+def _draw_ground(stage: Stage, layout: Layout, field: Field) -> None:
     stage.mesh("ground/margin", flat_mesh(field.ground), MARGIN_GROUND)
     height = _OBSTACLE_HEIGHT * layout.span
     for k, obstacle in enumerate(field.obstacles):

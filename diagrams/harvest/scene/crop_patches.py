@@ -4,18 +4,22 @@ A patch is shrunk along its way as the combine goes on, so that few of them show
 crop where it is at any time.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import shapely
 
-from ....systems.numerics.harvest.field.combine_path import CombinePath
-from ....systems.numerics.harvest.field.coverage import CoveragePlan
+from ....systems.numerics.harvest.field.field import Field
+from ....systems.numerics.harvest.machines.combine import Combine
+from ....systems.numerics.harvest.paths.machine_path import MachinePath
+from ....systems.numerics.harvest.paths.timed_path import TimedPath
 
 # How much a way may turn within a patch [rad], unless the patch would be shorter than this part of
 # a header's width.
 _TURN, _SHORTEST = 0.12, 0.5
+# Distance of the poses on a stretch, in headers' widths.
+_STEP = 0.1
 # Crop narrower than this part of a header's width is not worth showing.
 _NARROWEST = 0.03
 # How far outlines may be off, in headers' widths.
@@ -45,66 +49,85 @@ class CropPatch:
     edges: shapely.MultiLineString
 
 
-def crop_patches(plan: CoveragePlan) -> tuple[tuple[CropPatch, ...], shapely.MultiPolygon]:
+def crop_patches(
+    field: Field, combine: Combine, plans: Sequence[TimedPath]
+) -> tuple[tuple[CropPatch, ...], shapely.MultiPolygon]:
     """Divide a field among combines and stretches of their paths, in the plan's order.
+
+    Args:
+        field: The field.
+        combine: One of the equal combines.
+        plans: Of all combines.
 
     Returns:
         The patches, and what the plan leaves standing.
     """
-    half = plan.header_width / 2 + _OVERLAP
-    thin = 0.5 * _NARROWEST * plan.header_width
+    thin = 0.5 * _NARROWEST * combine.header_width
     stretches = [
-        (float(plan.timeline.clock_at(n, path.stations[[first]])[0]), n, first, last)
-        for n, path in enumerate(plan.paths)
-        for first, last in _stretches(path, plan.header_width)
+        (_first_time(timed, stretch[0]), n, stretch)
+        for n, timed in enumerate(plans)
+        for stretch in _stretches(timed.path, combine.header_width)
     ]
-    standing = polygons_of(plan.field.polygon)
+    standing = polygons_of(field.polygon)
     patches = []
-    for _, n, first, last in sorted(stretches):
-        path = plan.paths[n]
-        left, right = _edges(path, first, last, half)
+    for _, n, stations in sorted(stretches, key=lambda each: each[:2]):
+        poses = plans[n].path.pose_at(stations)
+        left, right = _edges(poses, combine)
         swath = _swath(left, right)
         cut = polygons_of(shapely.intersection(standing, swath))
         standing = polygons_of(shapely.difference(standing, swath))
         if cut.buffer(-thin).is_empty:
             continue
-        begin, end = path.points[first], path.points[last]
+        begin, end = poses[0, :2], poses[-1, :2]
         heading = float(np.arctan2(*(end - begin)[::-1]))
         patches.append(
             CropPatch(
                 combine=n,
-                begin=float(path.stations[first]),
-                end=float(path.stations[last]),
+                begin=float(stations[0]),
+                end=float(stations[-1]),
                 pose=np.array([*end, heading]),
-                shape=polygons_of(cut.simplify(_TOLERANCE * plan.header_width)),
+                shape=polygons_of(cut.simplify(_TOLERANCE * combine.header_width)),
                 edges=shapely.MultiLineString([left, right]),
             )
         )
     return tuple(patches), polygons_of(standing.buffer(-thin).buffer(thin, join_style="mitre"))
 
 
-def _stretches(path: CombinePath, header: float) -> Iterator[tuple[int, int]]:
-    """First and last sample of each stretch that is driven forwards and nearly straight on."""
-    headings = np.unwrap(path.headings)
+def _first_time(timed: TimedPath, station: float) -> float:
+    """When a machine is at a station, about: its times are dense where it is slow [s]."""
+    return float(np.interp(station, timed.stations, timed.times))
+
+
+def _stretches(path: MachinePath, header: float) -> Iterator[np.ndarray]:
+    """Stations on each stretch that is driven cutting and nearly straight on."""
+    fine = np.unique(np.concatenate([path.stations, path.stations_every(_STEP * header)]))
+    headings = path.pose_at(fine)[:, 2]
+    cuts = path.cutting[path.piece_at((fine[:-1] + fine[1:]) / 2)]
     first = 0
-    for k, gear in enumerate(path.gears):
-        if gear < 0:
+    for k, cutting in enumerate(cuts):
+        if not cutting:
             if k > first:
-                yield first, k
+                yield fine[first : k + 1]
             first = k + 1
             continue
         turned = abs(headings[k + 1] - headings[first]) > _TURN
-        if turned and path.stations[k] - path.stations[first] > _SHORTEST * header:
-            yield first, k
+        if turned and fine[k] - fine[first] > _SHORTEST * header:
+            yield fine[first : k + 1]
             first = k
-    if first < len(path.gears):
-        yield first, len(path.gears)
+    if first < len(cuts):
+        yield fine[first:]
 
 
-def _edges(path: CombinePath, first: int, last: int, half: float) -> tuple[np.ndarray, np.ndarray]:
-    """Where the header's left and right ends are at the samples between two, each (n, 2)."""
-    points, headings = path.points[first : last + 1], path.headings[first : last + 1]
-    side = half * np.stack([-np.sin(headings), np.cos(headings)], axis=1)
+def _edges(poses: np.ndarray, combine: Combine) -> tuple[np.ndarray, np.ndarray]:
+    """Where the header's left and right ends are on a way of poses (n, 3), each (n + 2, 2).
+
+    The header is as deep as it is: its rear begins, its front ends.
+    """
+    ahead = np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])])
+    points, deep = poses[:, :2], combine.header_depth / 2
+    points = np.vstack([points[0] - deep * ahead[0], points, points[-1] + deep * ahead[-1]])
+    ahead = np.vstack([ahead[0], ahead, ahead[-1]])
+    side = (combine.header_width / 2 + _OVERLAP) * np.column_stack([-ahead[:, 1], ahead[:, 0]])
     return points + side, points - side
 
 

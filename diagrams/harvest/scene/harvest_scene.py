@@ -40,8 +40,8 @@ class HarvestScene(LeafSystem):
         - load
         - delivered
         - alongside
-        - task
-        - doing
+        - emptying
+        - late
         output_ports: []
 
     =========  ====  ================  =====
@@ -56,8 +56,8 @@ class HarvestScene(LeafSystem):
     load       K     kg                -
     delivered  K     kg                -
     alongside  N     -                 -
-    task       K     -                 -
-    doing      K     -                 -
+    emptying   K     -                 -
+    late       N + K s                 -
     =========  ====  ================  =====
 
     A recording plays `SPEED_UP` times as fast as the work goes on. A cart without a limit is shown
@@ -81,7 +81,7 @@ class HarvestScene(LeafSystem):
         super().__init__()
         self._job, self.meshcat = job, meshcat
         self._period, self._recording = publish_period, recording
-        n, k = len(job.coverage.paths), job.scenario.carts.count
+        n, k = job.scenario.combines.count, job.scenario.carts.count
         sizes = (
             ("pose", 3 * n),
             ("station", n),
@@ -92,13 +92,14 @@ class HarvestScene(LeafSystem):
             ("load", k),
             ("delivered", k),
             ("alongside", n),
-            ("task", k),
-            ("doing", k),
+            ("emptying", k),
+            ("late", n + k),
         )
         self._ports = {name: self.DeclareVectorInputPort(name, size) for name, size in sizes}
-        self._grain = job.scenario.density * job.coverage.field.area
+        self._grain = job.scenario.density * job.field.area
         capacity = job.scenario.carts.capacity
         self._capacity = capacity if math.isfinite(capacity) else self._grain / k
+        self._begins = _begins(job)
         self._begin()
         self.DeclareInitializationPublishEvent(lambda context: self._restart())
         self.DeclarePeriodicPublishEvent(publish_period, 0.0, self._publish)
@@ -121,7 +122,7 @@ class HarvestScene(LeafSystem):
         """Draw what does not move, on a clean sheet."""
         self._drawn = False
         job, scenario = self._job, self._job.scenario
-        layout = make_layout(job.coverage.field.ground.bounds, 0.0)
+        layout = make_layout(job.field.ground.bounds, 0.0)
         self._stage = stage = Stage(
             self.meshcat,
             ROOT,
@@ -131,11 +132,13 @@ class HarvestScene(LeafSystem):
         )
         set_camera(self.meshcat, layout)
         sizes = machine_sizes(scenario.combines, scenario.carts, job.reach, layout.span)
-        self._crop = CropLayer(stage, layout, job.coverage)
+        self._crop = CropLayer(stage, layout, job)
         draw_trucks(stage, sizes, scenario.carts, job.trucks)
-        self._combines = Combines(stage, sizes, len(job.coverage.paths))
+        self._combines = Combines(stage, sizes, job.scenario.combines.count)
         self._carts = Carts(stage, sizes, scenario.carts, scenario.carts.count)
-        self._panel = Panel(stage, layout, len(job.coverage.paths), scenario.carts.count, SPEED_UP)
+        self._panel = Panel(
+            stage, layout, job.scenario.combines.count, scenario.carts.count, SPEED_UP
+        )
 
     def _publish(self, context: Context) -> EventStatus:
         def value(name: str) -> np.ndarray:
@@ -153,8 +156,7 @@ class HarvestScene(LeafSystem):
             modes=value("mode"),
             loads=loads,
             load_fills=loads / self._capacity,
-            tasks=value("task"),
-            doing=value("doing"),
+            doing=self._doing(time, value("alongside"), value("emptying"), value("late")),
             delivered=float(value("delivered").sum()),
             lost=float(account[:, LOST].sum()),
         )
@@ -166,3 +168,33 @@ class HarvestScene(LeafSystem):
         self._drawn = True
         self.meshcat.SetSimulationTime(time)
         return EventStatus.Succeeded()
+
+    def _doing(
+        self, time: float, alongside: np.ndarray, emptying: np.ndarray, late: np.ndarray
+    ) -> list[int]:
+        """Number of the panel's words for what each cart does, or is to do next."""
+        count = len(alongside)
+        found = []
+        for k, empties in enumerate(emptying):
+            pours = np.flatnonzero(alongside == k)
+            # As late as it is, so much later all that is planned for it begins.
+            clock = time - late[count + k]
+            ahead = [begin for begin in self._begins[k] if begin[0] > clock]
+            if len(pours):
+                found.append(count + int(pours[0]))
+            elif empties > 0.5:
+                found.append(2 * count + 1)
+            else:
+                found.append(ahead[0][1] if ahead else 2 * count + 2)
+        return found
+
+
+def _begins(job: HarvestJob) -> list[list[tuple[float, int]]]:
+    """When each cart is to begin a visit or a trip, and the number of the words for that."""
+    count = job.scenario.combines.count
+    found: list[list[tuple[float, int]]] = [[] for _ in range(job.scenario.carts.count)]
+    for visit in job.plan.service.visits:
+        found[visit.cart].append((visit.begin, visit.combine))
+    for trip in job.plan.service.trips:
+        found[trip.cart].append((trip.begin, 2 * count))
+    return [sorted(each) for each in found]

@@ -5,13 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from ....systems.numerics.harvest.driving.memory import (
-    AT_TRUCK,
-    BACKING,
-    BESIDE,
-    EN_ROUTE,
-)
-from ....systems.numerics.harvest.strategies.serving import TRUCK
 from ...tracking.scene.layout import Layout
 from ...tracking.scene.palette import FAINT_INK, INK, PAPER
 from ...visuals.digits import Digits
@@ -30,7 +23,7 @@ _ROW_STEP, _HEADING = 0.042, 1.2
 _GRAIN = (("delivered", "delivered to trucks"), ("lost", "lost on the ground"))
 _TONNE = 1000.0
 # What combines do, in the order of `machines.filling.MODES`.
-_MODES = ("not begun", "cutting", "unloading", "full: stands", "lets others by", "finished")
+_MODES = ("not begun", "cutting", "unloading", "full: waits", "waits", "finished")
 # What the ground's colours mean.
 _LEGEND = (("crop", CROP), ("stubble", STUBBLE[1]), ("margin", MARGIN_GROUND), ("truck", TRUCK_BED))
 _LEGEND_STEP = 0.034
@@ -48,8 +41,8 @@ class HarvestMoment:
         modes: Of the combines, numbers in `machines.filling.MODES`, shape (N,).
         loads: In each cart, shape (K,) [kg].
         load_fills: In [0, 1], shape (K,).
-        tasks: Combine that each cart is sent to, or what `strategies.serving` says, shape (K,).
-        doing: What each cart's driver does, as in `driving.memory`, shape (K,).
+        doing: Number of the words for what each cart does: N "to combine", N "at combine", "to the
+            truck", "at the truck", "resting"; K of them.
         delivered: To all trucks [kg].
         lost: [kg].
     """
@@ -61,8 +54,7 @@ class HarvestMoment:
     modes: np.ndarray
     loads: np.ndarray
     load_fills: np.ndarray
-    tasks: np.ndarray
-    doing: np.ndarray
+    doing: list[int]
     delivered: float
     lost: float
 
@@ -109,7 +101,6 @@ class Panel:
             *(f"at combine {n}" for n in range(combines)),
             "to the truck",
             "at the truck",
-            "backing up",
             "resting",
         )
         badges = [(str(k), TRACTOR) for k in range(carts)]
@@ -133,23 +124,10 @@ class Panel:
             tonnes = float(moment.tanks[n]) / _TONNE
             gauge.update(float(moment.tank_fills[n]), tonnes, int(moment.modes[n]))
         for k, gauge in enumerate(self._loads):
-            word = self._word(int(moment.tasks[k]), int(moment.doing[k]))
-            gauge.update(float(moment.load_fills[k]), float(moment.loads[k]) / _TONNE, word)
+            load = float(moment.loads[k]) / _TONNE
+            gauge.update(float(moment.load_fills[k]), load, moment.doing[k])
         self._grain["delivered"].show(moment.delivered / _TONNE)
         self._grain["lost"].show(moment.lost / _TONNE)
-
-    def _word(self, task: int, doing: int) -> int:
-        """Number of the words for what a cart is sent to do and what its driver does."""
-        n = self._combines
-        if doing == BACKING:
-            return 2 * n + 2
-        if doing == AT_TRUCK:
-            return 2 * n + 1
-        if doing == EN_ROUTE and task == TRUCK:
-            return 2 * n
-        if task >= 0 and doing in (EN_ROUTE, BESIDE):
-            return task + (n if doing == BESIDE else 0)
-        return 2 * n + 3
 
     def _gauges(
         self,

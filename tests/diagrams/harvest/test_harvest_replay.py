@@ -25,13 +25,12 @@ SETTINGS = [
     "field.height=90",
     "combines.header_width=9",
     "combines.turning_radius=6",
-    "combines.capacity=800",
-    "routes=car",
-    "hours=0.1",
+    "combines.capacity=1500",
+    "hours=0.15",
 ]
 
 # Samples of the log [s], and whenever somebody has been pouring for a sample and goes on.
-MOMENTS = [0.0, 100.0, "pouring", 358.0]
+MOMENTS = [0.0, 100.0, "pouring", 530.0]
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +71,7 @@ def moment(request, replay, watched):
 
 
 def drawn_sizes(job):
-    span = make_layout(job.coverage.field.ground.bounds, 0.0).span
+    span = make_layout(job.field.ground.bounds, 0.0).span
     return machine_sizes(job.scenario.combines, job.scenario.carts, job.reach, span)
 
 
@@ -127,7 +126,8 @@ def test_tanks_and_clock_say_what_the_log_says(replay, watched, moment):
 
 
 def test_crop_stands_where_no_combine_has_been(replay, watched, moment):
-    patches, _ = crop_patches(replay[0].job.coverage)
+    job = replay[0].job
+    patches, _ = crop_patches(job.field, job.scenario.combines, job.plan.service.plans)
     for k, patch in enumerate(patches):
         left = patch.end - moment["station"][patch.combine]
         if abs(left) > 1.0:

@@ -174,6 +174,18 @@ def _read_site(path: Path) -> Site:
     except (ValueError, RecursionError) as error:
         line = str(error).splitlines()[0]
         raise InvalidInput(f"`{MACHINES_FILE}` must be JSON; got {path}: {line}") from None
+    return site_of(about)
+
+
+def site_of(about: Any) -> Site:
+    """What the contents of `machines.json` say.
+
+    Args:
+        about: As they come from JSON.
+
+    Raises:
+        InvalidInput: See `read_harvest`.
+    """
     require(isinstance(about, dict), MACHINES_FILE, "be an object", type(about).__name__)
     combines = _entries(about, "combines")
     carts = _entries(about, "carts")

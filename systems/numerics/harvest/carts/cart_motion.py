@@ -107,10 +107,12 @@ def join_motions(motions: Sequence[CartMotion]) -> CartMotion:
     driven = [part.path for part in parts if len(part.path.lengths)]
     path = join_paths(driven) if driven else parts[0].path
     offsets = np.concatenate([[0.0], np.cumsum([part.path.length for part in parts])])[:-1]
+    stations = [part.stations + off for part, off in zip(parts, offsets, strict=True)]
     timed = TimedPath(
         path,
         np.concatenate([part.times for part in parts]),
-        np.concatenate([part.stations + off for part, off in zip(parts, offsets, strict=True)]),
+        # Sums differ in their last digits.
+        np.maximum.accumulate(np.concatenate(stations)),
         np.concatenate([part.speeds for part in parts]),
     )
     return CartMotion(timed, motions[0].cart, motions[0].beta)

@@ -58,7 +58,13 @@ class OpenGround(NamedTuple):
     corner: np.ndarray
 
 
-def cut_times(field: Field, combine: Combine, plans: Sequence[TimedPath]) -> CutTimes:
+def cut_times(
+    field: Field,
+    combine: Combine,
+    plans: Sequence[TimedPath],
+    before: CutTimes | None = None,
+    since: float = 0.0,
+) -> CutTimes:
     """When each place of a field is cut.
 
     Crop that stays in strips narrower than three cells counts as cut with what is beside it.
@@ -67,6 +73,8 @@ def cut_times(field: Field, combine: Combine, plans: Sequence[TimedPath]) -> Cut
         field: The field, whose margin is covered too.
         combine: One of the equal combines.
         plans: Of all combines.
+        before: Of plans that were the same until some time.
+        since: That time [s].
     """
     low_x, low_y, high_x, high_y = field.ground.bounds
     corner = np.array([low_x - 2 * CELL, low_y - 2 * CELL])
@@ -74,13 +82,21 @@ def cut_times(field: Field, combine: Combine, plans: Sequence[TimedPath]) -> Cut
         math.ceil((high_y - corner[1]) / CELL) + 2,
         math.ceil((high_x - corner[0]) / CELL) + 2,
     )
-    crop = _cells_inside(field.polygon, corner, shape)
-    times = np.where(crop, np.inf, -np.inf)
-    cutter = np.full(shape, -1, dtype=np.int16)
+    if before is None or since <= 0.0:
+        crop = _cells_inside(field.polygon, corner, shape)
+        times = np.where(crop, np.inf, -np.inf)
+        cutter = np.full(shape, -1, dtype=np.int16)
+    else:
+        crop = before.times > -np.inf
+        later = before.times > since
+        times = np.where(later, np.inf, before.times)
+        cutter = np.where(later, np.int16(-1), before.cutter)
     for number, plan in enumerate(plans):
         path = plan.path
         for first, last in _runs(path.cutting):
             begin, end = path.stations[first], path.stations[last]
+            if before is not None and float(plan.station_at(since)) > end + STEP:
+                continue
             count = max(1, math.ceil((end - begin) / STEP))
             stations = np.linspace(begin, end, count + 1)
             _mark_strip(

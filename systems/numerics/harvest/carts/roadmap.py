@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from ...planning.arc_words.held_controls import half_angle_map, half_angles
@@ -37,6 +39,8 @@ FAR, CHOICES = 42.0, 9
 RIVALS = 3
 # Way between samples of an edge [m].
 SAMPLE_WAY = 2.0
+# How far from the end of the margin the outermost line is [m].
+EDGE = 2.4
 # From when on ground counts as open after it was cut [s].
 AFTER_CUT = 5.0
 
@@ -69,6 +73,10 @@ class Edges(NamedTuple):
     since: np.ndarray
 
 
+# Columns of edges that have a row for each sample.
+SAMPLED = ("tractor", "trailer", "since")
+
+
 class Roadmap(NamedTuple):
     """Poses and the edges between them.
 
@@ -96,7 +104,8 @@ def field_lines(field: Field, combine: Combine, swaths: Sequence[np.ndarray]) ->
     """
     wide = combine.header_width
     outline = field.outline
-    regions = [outline.buffer(field.margin / 2, join_style="round")] if field.margin > 4.0 else []
+    ways = {field.margin / 2 - 0.4, field.margin - EDGE} if field.margin > 2 * EDGE else set()
+    regions = [outline.buffer(way, join_style="round") for way in sorted(ways)]
     regions += [outline.buffer(-(k + 0.5) * wide, join_style="mitre") for k in range(2)]
     regions += [each.buffer(wide / 2 + 1.0) for each in field.obstacles]
     lines = [np.asarray(line, dtype=float) for line in swaths]
@@ -134,9 +143,40 @@ def make_roadmap(ground: OpenGround, cart: Cart, lines: Sequence[np.ndarray]) ->
     edges = edges._replace(
         source=source[edges.source].astype(np.int64), target=target[edges.target].astype(np.int64)
     )
-    return Roadmap(
-        nodes, opens, _take(edges, _first_of_each(edges.source, edges.duration, CHOICES))
+    edges = _take(edges, _first_of_each(edges.source, edges.duration, CHOICES))
+    return _without_dead_ends(Roadmap(nodes, opens, edges))
+
+
+def _without_dead_ends(roadmap: Roadmap) -> Roadmap:
+    """The largest part of a roadmap in which there is a way from every node to every other one."""
+    nodes, opens, edges = roadmap
+    links = csr_array(
+        (np.ones(len(edges.source)), (edges.source, edges.target)), shape=(len(nodes), len(nodes))
     )
+    part = connected_components(links, connection="strong")[1]
+    kept = part == np.bincount(part, minlength=1).argmax() if len(nodes) else part > 0
+    number = np.cumsum(kept) - 1
+    edges = _take(edges, np.flatnonzero(kept[edges.source] & kept[edges.target]))
+    edges = edges._replace(source=number[edges.source], target=number[edges.target])
+    return Roadmap(nodes[kept], opens[kept], edges)
+
+
+def reopened(roadmap: Roadmap, ground: OpenGround, cart: Cart, since: float) -> Roadmap:
+    """The same roadmap when ground opens at other times.
+
+    Args:
+        roadmap: As it was.
+        ground: From when on carts may be where.
+        cart: One of the equal carts.
+        since: What opened until then is as it was [s].
+    """
+    edges = roadmap.edges
+    later = np.flatnonzero(edges.opens > since)
+    opens = edges.opens.copy()
+    if len(later):
+        opens[later] = _edge_opens(ground, cart, _take(edges, later))
+    nodes = node_opens(ground, cart, roadmap.nodes)
+    return roadmap._replace(opens=nodes, edges=edges._replace(opens=opens))
 
 
 def node_opens(ground: OpenGround, cart: Cart, nodes: np.ndarray) -> np.ndarray:
@@ -214,23 +254,12 @@ def _first_of_each(group: np.ndarray, value: np.ndarray, most: int) -> np.ndarra
     return order[np.arange(len(order)) - begins < most]
 
 
-def joined_edges(parts: Sequence[Edges]) -> Edges:
-    """Edges of several kinds, one after the other."""
-    columns = {
-        name: np.concatenate([getattr(part, name) for part in parts])
-        for name in Edges._fields
-        if name != "first"
-    }
-    counts = np.concatenate([np.diff(part.first) for part in parts])
-    return Edges(first=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64), **columns)
-
-
 def _take(edges: Edges, chosen: np.ndarray) -> Edges:
     counts = np.diff(edges.first)[chosen]
     first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     samples = np.arange(first[-1]) + np.repeat(edges.first[:-1][chosen] - first[:-1], counts)
     columns = {
-        name: getattr(edges, name)[samples if name in ("tractor", "trailer", "since") else chosen]
+        name: getattr(edges, name)[samples if name in SAMPLED else chosen]
         for name in Edges._fields
         if name != "first"
     }
@@ -330,13 +359,17 @@ def _opened(ground: OpenGround, cart: Cart, edges: Edges) -> tuple[Edges, np.nda
     edges = _take(edges, good)
     if len(good) == 0:
         return edges, good
+    opens = _edge_opens(ground, cart, edges)
+    inside = np.flatnonzero(opens < np.inf)
+    return _take(edges._replace(opens=opens), inside), good[inside]
+
+
+def _edge_opens(ground: OpenGround, cart: Cart, edges: Edges) -> np.ndarray:
     boxes = cart_boxes(cart)
     latest = np.maximum(
         opens_along(ground, boxes[0], edges.tractor), opens_along(ground, boxes[1], edges.trailer)
     )
-    opens = np.maximum.reduceat(latest, edges.first[:-1]) + AFTER_CUT
-    inside = np.flatnonzero(opens < np.inf)
-    return _take(edges._replace(opens=opens), inside), good[inside]
+    return np.maximum.reduceat(latest, edges.first[:-1]) + AFTER_CUT
 
 
 def _moved(poses: np.ndarray, curvatures: np.ndarray, ways: np.ndarray) -> np.ndarray:

@@ -19,9 +19,9 @@ from ..paths.timed_path import TimedPath
 from .cart_motion import CartMotion, trailer_angles, trailer_poses
 from .cut_times import GAP, OpenGround, opens_along
 from .profile import MOMENT, WAY, Moving, Profile, plan_profile, plan_profile_back
-from .roadmap import AFTER_CUT, FAR, Edges, Roadmap, connect, joined_edges, node_opens
+from .roadmap import AFTER_CUT, FAR, SAMPLED, Edges, Roadmap, connect, node_opens
 from .search import intervals_of, search
-from .traffic import Traffic, blocked_along, cart_boxes, joined
+from .traffic import Traffic, blocked_along, cart_boxes, during, joined
 
 # Half of the way between two stations moves no corner of a cart farther than this [m].
 HALF_WAY = 0.6 * WAY
@@ -31,6 +31,8 @@ ROUGH = 0.5
 STEP = 1.0
 # How long a route may take [s], and how often another is looked for.
 LONGEST, ATTEMPTS = 400.0, 5
+# Room for edges of one search, and for their samples.
+EXTRA, SAMPLES = 4000, 120000
 # Straight way before a cart is beside a combine [m].
 RUN_IN = 10.0
 # Largest angle of the trailer [rad].
@@ -60,12 +62,16 @@ class RoutePlanner:
         cart: One of the equal carts.
         roadmap: On this ground.
         combines: All of them, by time.
+        before: On the same roadmap when combines were elsewhere from some time on.
+        since: That time [s].
     """
 
     ground: OpenGround
     cart: Cart
     roadmap: Roadmap
     combines: Traffic
+    before: "RoutePlanner | None" = None
+    since: float = 0.0
 
     @cached_property
     def boxes(self) -> np.ndarray:
@@ -73,15 +79,45 @@ class RoutePlanner:
         return cart_boxes(self.cart)
 
     @cached_property
-    def _node_blocked(self) -> np.ndarray:
-        """Whether combines come too near to each node, at moments STEP apart from 0 on."""
-        end = self.combines.poses.shape[1] * MOMENT
-        return self._standing(self.roadmap.nodes, self.combines, 0.0, int(end / STEP) + 2)
+    def _node_blocked(self) -> tuple[np.ndarray, np.ndarray]:
+        """Whether combines come too near to each node, at moments STEP apart from 0 on, and the
+        number of the last such moment of each."""
+        count = int(self.combines.poses.shape[1] * MOMENT / STEP) + 2
+        nodes = self.roadmap.nodes
+        same = 0
+        known = self.before.__dict__.get("_node_blocked") if self.before else None
+        if known is not None:
+            same = min(max(int(self.since / STEP) - 2, 0), known[0].shape[1] - 2, count - 2)
+        later = self._standing(nodes, self.combines, same * STEP, count - same)
+        blocked = np.hstack([known[0][:, :same], later]) if known is not None else later
+        # What is known stays; what it was known from does not have to.
+        object.__setattr__(self, "before", None)
+        return blocked, _last_of_each(blocked)
 
     def _standing(self, nodes: np.ndarray, traffic: Traffic, begin: float, count: int):
         behind = trailer_poses(nodes, np.zeros(len(nodes)), self.cart)
         gap = GAP + ROUGH
         return blocked_along(traffic, self.boxes, nodes, behind, gap, begin, STEP, count)
+
+    def is_free_for_ever(self, poses: np.ndarray, begin: float) -> np.ndarray:
+        """Whether no combine ever comes near to carts that stand at poses, shape (n,).
+
+        Args:
+            poses: Of the tractor, shape (n, 3).
+            begin: From then on [s].
+        """
+        first = math.ceil(begin / STEP)
+        count = int(self.combines.poses.shape[1] * MOMENT / STEP) + 2
+        near = self._standing(poses, self.combines, first * STEP, max(count - first, 1))
+        return np.logical_not(near.any(axis=1))
+
+    def with_ways_off(self, poses: np.ndarray) -> np.ndarray:
+        """Those of some poses from which a cart in line can drive on to the roadmap, (m, 3)."""
+        nodes = self.roadmap.nodes
+        near = np.hypot(*(poses[:, None, :2] - nodes[None, :, :2]).transpose(2, 0, 1)) < FAR
+        start, end = np.nonzero(near)
+        off = connect(self.ground, self.cart, poses[start], np.zeros(len(start)), nodes[end])
+        return poses[np.unique(start[off.source])]
 
     def route_to(
         self, standing: Standing, beside: np.ndarray, end: Moving, others: Traffic
@@ -130,7 +166,7 @@ class RoutePlanner:
             beta: The trailer's angle there [rad].
             start: When and how fast the cart is there.
             others: Committed routes of other carts.
-            goal: Pose to stand at, shape (3,); None: wherever nobody comes.
+            goal: Poses to stand at, shape (3,) or (n, 3); None: wherever nobody comes.
         """
 
         def plan(path: MachinePath) -> Profile:
@@ -142,7 +178,16 @@ class RoutePlanner:
             )
 
         return self._route(
-            pose, beta, start.time, goal, start.time + LONGEST, others, None, plan, back=False
+            pose,
+            beta,
+            start.time,
+            goal,
+            start.time + LONGEST,
+            others,
+            None,
+            plan,
+            back=False,
+            moving=start.speed > 0,
         )
 
     def _route(
@@ -157,41 +202,53 @@ class RoutePlanner:
         plan: Callable[[MachinePath], Profile],
         *,
         back: bool,
+        moving: bool = False,
     ) -> CartMotion | None:
-        nodes, edges = self._with_ends(pose, beta, goal)
+        goals = np.zeros((0, 3)) if goal is None else np.atleast_2d(np.asarray(goal, dtype=float))
+        nodes, edges = self._with_ends(pose, beta, goals)
         count = len(self.roadmap.nodes)
-        traffic = joined(self.combines, others)
-        known = self._node_blocked
         first = int(begin / STEP)
-        moments = math.ceil((end - first * STEP) / STEP) + 2
-        last = max(moments, known.shape[1] - first, others.poses.shape[1] * MOMENT / STEP - first)
-        last = int(last) + 1
-        blocked = self._standing(nodes, others, first * STEP, last)
+        known, last_known = self._node_blocked
+        # All that moves after the end of the search is looked at as one moment.
+        others_end = others.begin + others.poses.shape[1] * MOMENT
+        last = max(math.ceil((max(end, others_end) - first * STEP) / STEP), 1) + 2
+        span = first * STEP, (first + last) * STEP
+        others = during(others, *span)
+        traffic = joined(during(self.combines, *span), others)
+        blocked = np.empty((len(nodes), last), dtype=bool)
         columns = np.minimum(np.arange(first, first + last), known.shape[1] - 1)
-        blocked[:count] |= known[:, columns]
-        blocked[count:] |= self._standing(nodes[count:], self.combines, first * STEP, last)
-        # What may be stood on, where the cart stands already, is settled.
+        blocked[:count] = known[:, columns]
+        blocked[:count, -1] |= last_known >= first + last - 1
+        moments = max(known.shape[1] - first, last)
+        ends = self._standing(nodes[count:], self.combines, first * STEP, moments)
+        blocked[count:] = ends[:, :last]
+        blocked[count:, -1] |= ends[:, last - 1 :].any(axis=1)
+        blocked |= self._standing(nodes, others, first * STEP, last)
         opens = np.concatenate(
             [self.roadmap.opens, node_opens(self.ground, self.cart, nodes[count:])]
         )
+        # What may be stood on, where the cart stands already, is settled.
         opens[count] = -np.inf
         intervals = intervals_of(blocked, opens, first * STEP, STEP)
-        if not back:
+        own = slice(intervals.first[count], intervals.first[count + 1])
+        waits = (intervals.begins[own] <= begin) & (begin <= intervals.ends[own])
+        if not back and (moving or not waits.any()):
             # It is on its way there: it cannot wait.
             intervals = _with_moment(intervals, count, begin)
+        start = count
+        if back:
+            start = count + 1
+            intervals = _with_moment(intervals, start, end)
         owner = np.repeat(np.arange(len(nodes)), np.diff(intervals.first))
         if back:
-            goals = (owner == count) & (intervals.begins <= begin + STEP)
-            start, estimates = count + 1, np.hypot(*(nodes - nodes[count])[:, :2].T)
-            intervals = _with_moment(intervals, count + 1, end)
-            owner = np.repeat(np.arange(len(nodes)), np.diff(intervals.first))
-            goals = (owner == count) & (intervals.begins <= begin + STEP)
+            aims = (owner == count) & (intervals.begins <= begin + STEP)
+            estimates = np.hypot(*(nodes - nodes[count])[:, :2].T)
         elif goal is None:
-            goals = (owner < count) & (intervals.ends == np.inf)
-            start, estimates = count, np.zeros(len(nodes))
+            aims = (owner < count) & (intervals.ends == np.inf)
+            estimates = np.zeros(len(nodes))
         else:
-            goals = (owner == count + 1) & (intervals.ends == np.inf)
-            start, estimates = count, np.hypot(*(nodes - nodes[count + 1])[:, :2].T)
+            aims = (owner > count) & (intervals.ends == np.inf)
+            estimates = np.min([np.hypot(*(nodes - each)[:, :2].T) for each in goals], axis=0)
         banned = np.zeros(len(edges.source), dtype=bool)
         for _ in range(ATTEMPTS):
             found = search(
@@ -203,7 +260,7 @@ class RoutePlanner:
                 GAP + ROUGH,
                 start,
                 end if back else begin,
-                goals,
+                aims,
                 estimates / self.cart.speed,
                 back=back,
                 until=begin if back else end,
@@ -221,20 +278,37 @@ class RoutePlanner:
             banned[found.edges[at]] = True
         return None
 
+    @cached_property
+    def _room(self) -> Edges:
+        """The edges of the roadmap, with room behind them for those of a search."""
+        edges = self.roadmap.edges
+        return Edges(
+            *(
+                np.concatenate([each, np.zeros((size, *each.shape[1:]), dtype=each.dtype)])
+                for each, size in zip(
+                    edges,
+                    [SAMPLES if name in SAMPLED else EXTRA for name in Edges._fields],
+                    strict=True,
+                )
+            )
+        )
+
     def _with_ends(
-        self, pose: np.ndarray, beta: float, goal: np.ndarray | None
+        self, pose: np.ndarray, beta: float, goals: np.ndarray
     ) -> tuple[np.ndarray, Edges]:
-        """Nodes and edges with those of a start and of an end, which get the last two numbers."""
-        nodes, edges = self.roadmap.nodes, self.roadmap.edges
+        """Nodes and edges with those of a start and of goals, which get the last numbers."""
+        nodes, room = self.roadmap.nodes, self._room
         count = len(nodes)
         start = np.array(pose, dtype=float)
-        parts = [edges]
         near = np.flatnonzero(np.hypot(*(nodes[:, :2] - start[:2]).T) < 1.5 * FAR)
-        ends = nodes[near]
-        numbers = near
-        if goal is not None:
-            if np.hypot(*(goal - start)[:2]) < 3 * FAR:
-                ends, numbers = np.vstack([ends, goal]), np.append(near, count + 1)
+        close = np.hypot(*(goals - start)[:, :2].T) < 3 * FAR
+        numbers = np.concatenate([near, count + 1 + np.flatnonzero(close)])
+        ends = np.vstack([nodes[near], goals[close]])
+        off = connect(
+            self.ground, self.cart, np.tile(start, (len(ends), 1)), np.full(len(ends), beta), ends
+        )
+        parts = [off._replace(source=np.full(len(off.source), count), target=numbers[off.target])]
+        for number, goal in enumerate(goals):
             close = np.flatnonzero(np.hypot(*(nodes[:, :2] - goal[:2]).T) < 1.5 * FAR)
             onto = connect(
                 self.ground,
@@ -245,17 +319,26 @@ class RoutePlanner:
             )
             parts.append(
                 onto._replace(
-                    source=close[onto.source], target=np.full(len(onto.source), count + 1)
+                    source=close[onto.source],
+                    target=np.full(len(onto.source), count + 1 + number),
                 )
             )
-        off = connect(
-            self.ground, self.cart, np.tile(start, (len(ends), 1)), np.full(len(ends), beta), ends
-        )
-        parts.append(
-            off._replace(source=np.full(len(off.source), count), target=numbers[off.target])
-        )
-        last = start if goal is None else goal
-        return np.vstack([nodes, start, last]), joined_edges(parts)
+        own = self.roadmap.edges
+        size, samples = len(own.source), int(own.first[-1])
+        columns = {}
+        for name in Edges._fields:
+            if name == "first":
+                continue
+            extra = np.concatenate([getattr(part, name) for part in parts])
+            begin = samples if name in SAMPLED else size
+            if begin + len(extra) > len(getattr(room, name)):
+                columns[name] = np.concatenate([getattr(own, name), extra])
+            else:
+                getattr(room, name)[begin : begin + len(extra)] = extra
+                columns[name] = getattr(room, name)[: begin + len(extra)]
+        counts = np.concatenate([np.diff(part.first) for part in parts])
+        first = np.concatenate([own.first, samples + np.cumsum(counts)]).astype(np.int64)
+        return np.vstack([nodes, start, goals]), Edges(first=first, **columns)
 
     def _closed(
         self, path: MachinePath, beta: float, others: Traffic, begin: float, end: float
@@ -277,11 +360,19 @@ class RoutePlanner:
             opens_along(self.ground, self.boxes[1], trailer),
         )
         opens[np.abs(betas) > JACKKNIFE] = np.inf
-        traffic = joined(self.combines, others)
+        begin = math.floor(begin / MOMENT) * MOMENT
         count = math.ceil((end - begin) / MOMENT) + 1
         gap = GAP + HALF_WAY
+        span = begin - MOMENT, begin + (count + 1) * MOMENT
+        traffic = joined(during(self.combines, *span), during(others, *span))
         blocked = blocked_along(traffic, self.boxes, tractor, trailer, gap, begin, MOMENT, count)
         return at, limits, opens, blocked
+
+
+def _last_of_each(blocked: np.ndarray) -> np.ndarray:
+    """Number of the last moment at which each is blocked, -1 for none, shape (n,)."""
+    last = blocked.shape[1] - 1 - np.argmax(blocked[:, ::-1], axis=1)
+    return np.where(blocked.any(axis=1), last, -1)
 
 
 def _with_moment(intervals, node: int, time: float):

@@ -1,10 +1,14 @@
 """A combine that stops on its way and goes on later."""
 
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ..paths.timed_path import TimedPath
+
+# Duration of a stop that nothing comes after [s].
+FOR_EVER = 1e6
 
 
 class Stop(NamedTuple):
@@ -68,3 +72,28 @@ def with_stop(plan: TimedPath, stop: Stop, acceleration: float) -> TimedPath:
             [plan.speeds[before], [speeds[first], 0.0, 0.0, speeds[last]], plan.speeds[after]]
         ),
     )
+
+
+def retime_alone(
+    plans: Sequence[TimedPath], acceleration: float
+) -> Callable[[Sequence[Stop]], list[TimedPath]]:
+    """Stops that delay the combine that stops, and no other.
+
+    Args:
+        plans: Of all combines, without stops.
+        acceleration: Of a combine [m/s^2].
+    """
+
+    def retime(stops: Sequence[Stop]) -> list[TimedPath]:
+        after = list(plans)
+        for stop in sorted(stops, key=lambda each: each.station):
+            after[stop.combine] = with_stop(after[stop.combine], stop, acceleration)
+        return [ended(plan) for plan in after]
+
+    return retime
+
+
+def ended(plan: TimedPath) -> TimedPath:
+    """A plan without what comes after a stop that lasts for ever."""
+    kept = plan.times < FOR_EVER
+    return TimedPath(plan.path, plan.times[kept], plan.stations[kept], plan.speeds[kept])

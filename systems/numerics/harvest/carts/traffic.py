@@ -64,23 +64,26 @@ def combine_traffic(combine: Combine, plans: Sequence[TimedPath]) -> Traffic:
     )
 
 
-def cart_traffic(cart: Cart, motions: Sequence[CartMotion], first: int) -> Traffic:
-    """Carts, tractor and trailer, from time 0 until the last stands.
+def cart_traffic(
+    cart: Cart, motions: Sequence[CartMotion], first: int, begin: float = 0.0
+) -> Traffic:
+    """Carts, tractor and trailer, from a moment until the last stands.
 
     Args:
         cart: One of the equal carts.
         motions: Of each.
         first: Number of the first of them among all machines.
+        begin: First moment, a multiple of the time between samples [s].
     """
     boxes = cart_boxes(cart)
     end = max((motion.timed.end for motion in motions), default=0.0)
-    times = np.arange(0.0, end + 2 * SAMPLE, SAMPLE)
+    times = np.arange(begin, max(begin, end) + 2 * SAMPLE, SAMPLE)
     poses = [each for motion in motions for each in motion.poses_at(times)]
     return _traffic(
         [box for _ in motions for box in boxes],
         poses,
         [first + number for number in range(len(motions)) for _ in boxes],
-    )
+    )._replace(begin=begin)
 
 
 def joined(first: Traffic, second: Traffic) -> Traffic:
@@ -102,6 +105,21 @@ def joined(first: Traffic, second: Traffic) -> Traffic:
         np.concatenate([first.machine, second.machine]),
         first.begin,
     )
+
+
+def during(traffic: Traffic, begin: float, end: float) -> Traffic:
+    """A traffic from one moment to another; before and after what is known it stands.
+
+    Args:
+        traffic: Whose.
+        begin, end: Multiples of the time between samples [s].
+    """
+    first = round((begin - traffic.begin) / SAMPLE)
+    count = round((end - begin) / SAMPLE) + 1
+    known = traffic.poses.shape[1]
+    at = np.clip(np.arange(first, first + count), 0, known - 1)
+    poses, sway = traffic.poses[:, at], traffic.sway[:, at]
+    return traffic._replace(poses=poses, sway=sway, begin=begin)
 
 
 def without(traffic: Traffic, machine: int) -> Traffic:

@@ -1,8 +1,9 @@
 """When a cart can drive beside a combine: windows of time.
 
 Beside means on a lane on the combine's left, where the auger pours into the middle of the
-trailer's box. A window lies on one straight piece of work. In it the ground under tractor and
-trailer has been cut for a while, nobody else is near, and before it there is a straight run-in.
+trailer's box. A window lies on one piece of its way that is driven ahead and bends gently, at work
+or not. In it the ground under tractor and trailer has been cut for a while, or is margin, nobody
+else is near, and before it there is a straight run-in.
 """
 
 import math
@@ -14,20 +15,20 @@ import numpy as np
 from ..machines.alongside import MIDDLE
 from ..machines.cart import Cart
 from ..machines.combine import Combine
-from ..paths.machine_path import MachinePath
+from ..paths.machine_path import TRANSIT, MachinePath
 from ..paths.timed_path import TimedPath
-from .cart_motion import CartMotion, trailer_poses
+from .cart_motion import trailer_angles, trailer_poses
 from .cut_times import GAP, OpenGround, opens_along
 from .roadmap import AFTER_CUT
 from .routes import RUN_IN
 from .traffic import Traffic, cart_boxes, least_gaps, without
 
 # Time between moments that are looked at [s].
-MOMENT = 0.5
+MOMENT = 1.0
 # Least way that a combine drives in a window [m].
-SHORTEST = 50.0
-# What counts as straight: change of heading [rad], and how far off the line [m].
-TURNED, OFF_LINE = 2e-3, 0.1
+SHORTEST = 24.0
+# Largest curvature of a way beside which a cart drives [1/m].
+BEND = 1 / 45.0
 # Added to the gap to other machines, between moments [m].
 BETWEEN = 0.5
 
@@ -44,11 +45,29 @@ class Beside(NamedTuple):
     left: float
 
     def of(self, poses: np.ndarray) -> np.ndarray:
-        """Poses of the tractor beside poses of the combine, shape (..., 3)."""
+        """Poses of the tractor beside poses of a combine that drives straight, shape (..., 3)."""
         c, s = np.cos(poses[..., 2]), np.sin(poses[..., 2])
         x = poses[..., 0] + c * self.ahead - s * self.left
         y = poses[..., 1] + s * self.ahead + c * self.left
         return np.stack([x, y, poses[..., 2]], axis=-1)
+
+
+class Lane(NamedTuple):
+    """The way of a tractor beside a piece of a combine's way.
+
+    Attributes:
+        path: Of the tractor.
+        of_combine, of_tractor: Stations of the two that belong together, linear between, shape (n,)
+            [m].
+    """
+
+    path: MachinePath
+    of_combine: np.ndarray
+    of_tractor: np.ndarray
+
+    def stations(self, of_combine: np.ndarray) -> np.ndarray:
+        """Stations of the tractor beside a combine at stations [m]."""
+        return np.interp(of_combine, self.of_combine, self.of_tractor)
 
 
 class Window(NamedTuple):
@@ -57,11 +76,13 @@ class Window(NamedTuple):
     Attributes:
         combine: Its number.
         begin, end: [s].
+        lane: Of the tractor.
     """
 
     combine: int
     begin: float
     end: float
+    lane: Lane
 
 
 def beside(combine: Combine, cart: Cart) -> Beside:
@@ -92,22 +113,31 @@ def find_windows(
     found = []
     for number, plan in enumerate(plans):
         others = without(traffic, number)
-        for first, last in straight_runs(plan.path):
-            times = _times_between(plan, first, last)
+        moments = np.arange(plan.times[0], plan.end, MOMENT)
+        stations = plan.station_at(moments)
+        for first, last in gentle_runs(plan.path):
+            inside = (stations >= first) & (stations <= last)
+            times, at = moments[inside], stations[inside]
             if len(times) < 2:
                 continue
-            tractor = place.of(plan.pose_at(times))
-            fits = _open(ground, boxes, cart, tractor, times)
-            trailer = trailer_poses(tractor, np.zeros(len(times)), cart)
-            fits &= least_gaps(others, boxes, tractor, trailer, times) >= GAP + BETWEEN
+            lane = lane_beside(plan.path, first, last, place)
+            ways = lane.stations(at)
+            tractor = lane.path.pose_at(ways)
+            trailer = trailer_poses(tractor, trailer_angles(lane.path, cart, 0.0, ways), cart)
+            latest = np.maximum(
+                opens_along(ground, boxes[0], tractor), opens_along(ground, boxes[1], trailer)
+            )
+            fits = latest + AFTER_CUT <= times
+            fits[fits] &= (
+                least_gaps(others, boxes, tractor[fits], trailer[fits], times[fits])
+                >= GAP + BETWEEN
+            )
             ready = fits.copy()
             for back in np.arange(RUN_IN / 4, RUN_IN + 0.1, RUN_IN / 4):
-                before = tractor.copy()
-                before[:, 0] -= back * np.cos(tractor[:, 2])
-                before[:, 1] -= back * np.sin(tractor[:, 2])
+                before = trailer_poses(tractor, np.zeros(len(times)), cart)
+                before[:, :2] -= back * np.stack([np.cos(before[:, 2]), np.sin(before[:, 2])], 1)
                 early = times - back / combine.speed
-                ready &= _open(ground, boxes, cart, before, early)
-            stations = plan.station_at(times)
+                ready &= opens_along(ground, boxes[1], before) + AFTER_CUT <= early
             k = 0
             while k < len(times):
                 if not ready[k]:
@@ -116,73 +146,82 @@ def find_windows(
                 end = k
                 while end + 1 < len(times) and fits[end + 1]:
                     end += 1
-                if stations[end] - stations[k] >= SHORTEST:
-                    found.append(Window(number, float(times[k]), float(times[end])))
+                if at[end] - at[k] >= SHORTEST:
+                    found.append(Window(number, float(times[k]), float(times[end]), lane))
                 k = end + 1
     return sorted(found, key=lambda window: window.begin)
 
 
-def straight_runs(path: MachinePath) -> list[tuple[float, float]]:
-    """First and last stations of straight work in one gear ahead, shape of each (2,) [m]."""
-    fits = (path.gears == 1) & path.cutting & (np.abs(path.curvatures) < 1e-4)
-    found = []
-    k = 0
-    while k < len(fits):
-        if not fits[k]:
-            k += 1
-            continue
-        first = path.poses[k]
-        c, s = math.cos(first[2]), math.sin(first[2])
-        end = k
-        while end + 1 < len(fits) and fits[end + 1]:
-            pose = path.poses[end + 2]
-            off = c * (pose[1] - first[1]) - s * (pose[0] - first[0])
-            if abs(pose[2] - first[2]) > TURNED or abs(off) > OFF_LINE:
-                break
-            end += 1
-        found.append((float(path.stations[k]), float(path.stations[end + 1])))
-        k = end + 1
-    return found
+def gentle_runs(path: MachinePath) -> list[tuple[float, float]]:
+    """First and last stations of what is driven ahead and bends little [m]."""
+    fits = (path.gears == 1) & (np.abs(path.curvatures) <= BEND)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], fits, [False]]))).reshape(-1, 2)
+    runs = [(float(path.stations[a]), float(path.stations[b])) for a, b in edges]
+    return [(first, last) for first, last in runs if last - first >= SHORTEST]
 
 
-def _times_between(plan: TimedPath, first: float, last: float) -> np.ndarray:
-    """Moments at which a machine is between two stations, standing there included."""
-    fine = np.arange(plan.times[0], plan.times[-1], MOMENT)
-    at = plan.station_at(fine)
-    return fine[(at >= first - 1e-9) & (at <= last + 1e-9)]
+def lane_beside(path: MachinePath, first: float, last: float, place: Beside) -> Lane:
+    """The way of a tractor beside a combine between two stations; at its end it goes straight on.
 
-
-def _open(
-    ground: OpenGround, boxes: np.ndarray, cart: Cart, tractor: np.ndarray, times: np.ndarray
-) -> np.ndarray:
-    """Whether the ground under carts in line is open at times."""
-    trailer = trailer_poses(tractor, np.zeros(len(tractor)), cart)
-    latest = np.maximum(
-        opens_along(ground, boxes[0], tractor), opens_along(ground, boxes[1], trailer)
+    Args:
+        path: Of the combine.
+        first, last: Of a gentle run [m].
+        place: Where the tractor is beside it.
+    """
+    inside = path.stations[(path.stations > first + 1e-6) & (path.stations < last - 1e-6)]
+    at = np.concatenate([[first], inside, [last]])
+    poses = path.pose_at(np.clip(at, first + 1e-9, last - 1e-9))
+    if first + 1e-6 < last:
+        # The tractor is ahead of the combine by so much of the way.
+        poses = np.vstack([poses, poses[-1]])
+        poses[-1, :2] += (place.ahead + 1.0) * np.array(
+            [math.cos(poses[-1, 2]), math.sin(poses[-1, 2])]
+        )
+        at = np.append(at, last + place.ahead + 1.0)
+    lane = poses.copy()
+    lane[:, 0] -= place.left * np.sin(poses[:, 2])
+    lane[:, 1] += place.left * np.cos(poses[:, 2])
+    way = MachinePath(
+        lane,
+        np.ones(len(at) - 1, dtype=int),
+        np.zeros(len(at) - 1, dtype=bool),
+        np.full(len(at) - 1, TRANSIT),
     )
-    return latest + AFTER_CUT <= times
+    return Lane(way, at - place.ahead, way.stations)
 
 
-def drive_beside(
-    plan: TimedPath, place: Beside, cart: Cart, begin: float, end: float, beta: float
-) -> CartMotion:
-    """A cart beside a combine on a straight, for a while.
+def drive_beside(plan: TimedPath, lane: Lane, begin: float, end: float) -> TimedPath:
+    """A tractor beside a combine for a while.
+
+    Where the combine's way begins to bend the tractor's speed changes within some seconds; it is
+    a few centimetres off its place by that.
 
     Args:
         plan: Of the combine.
-        place: Where the tractor is beside it.
-        cart: The cart.
+        lane: Of the tractor.
         begin, end: [s].
-        beta: The trailer's angle at the beginning [rad].
     """
-    inside = plan.times[(plan.times > begin + 1e-9) & (plan.times < end - 1e-9)]
-    times = np.unique(np.concatenate([[begin], inside, [end]]))
-    at = plan.station_at(times)
-    poses = place.of(plan.pose_at(np.array([begin, end])))
-    # It stays in line with where it began, however the pieces of the combine's way lie.
-    poses[1, 2] = poses[0, 2]
-    one = np.ones(1, dtype=int)
-    path = MachinePath(poses, one, one < 0, -one)
-    stations = np.clip(at - at[0], 0.0, path.length)
-    stations[-1] = path.length
-    return CartMotion(TimedPath(path, times, stations, plan.speed_at(times)), cart, beta)
+    first, last = (float(lane.stations(plan.station_at(t))) for t in (begin, end))
+    path = lane.path
+    inner = path.stations[(path.stations > first + 1e-6) & (path.stations < last - 1e-6)]
+    piece = path.piece_at(np.concatenate([[first], inner]) + 1e-7)
+    if np.any(path.curvatures[piece] != 0.0):
+        times = np.linspace(begin, end, max(2, round(end - begin) + 1))
+        speeds = np.gradient(lane.stations(plan.station_at(times)), times)
+    else:
+        inside = plan.times[(plan.times > begin + 1e-9) & (plan.times < end - 1e-9)]
+        times = np.unique(np.concatenate([[begin], inside, [end]]))
+        speeds = plan.speed_at(times)
+    ways = np.concatenate([[0.0], np.cumsum((speeds[1:] + speeds[:-1]) / 2 * np.diff(times))])
+    last = min(first + float(ways[-1]), path.length)
+    at = np.concatenate([[first], inner[inner < last - 1e-6], [last]])
+    count = len(at) - 1
+    own = MachinePath(
+        path.pose_at(at),
+        np.ones(count, dtype=int),
+        np.zeros(count, dtype=bool),
+        np.full(count, TRANSIT),
+    )
+    stations = np.minimum(ways, own.length)
+    stations[-1] = own.length
+    return TimedPath(own, times, stations, speeds)

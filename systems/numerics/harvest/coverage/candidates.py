@@ -1,6 +1,8 @@
 """Ways to cut a field: how many rounds, which direction of swaths; told quickly what they take."""
 
+import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,9 +15,12 @@ from .arcs import CORNER_TIME
 from .loops import Loop, lay_out_loops
 from .swaths import Swath, lay_out_swaths
 
-# Numbers of rounds, and directions besides those of edges [deg].
+# Numbers of rounds before swaths, and directions besides those of edges [deg].
 ROUNDS = (1, 2, 3)
 DIRECTIONS = range(0, 180, 15)
+
+# Where rounds go as far as they can, up to so many of the innermost ones are left to swaths.
+LEFT = 2
 
 # Edges shorter than this tell no direction [m]; directions nearer than this are one [rad].
 EDGE = 40.0
@@ -44,18 +49,23 @@ class Candidate:
     time: float
 
 
-def find_candidates(field: Field, region: BaseGeometry, combine: Combine) -> list[Candidate]:
+def find_candidates(
+    field: Field, region: BaseGeometry, combine: Combine, *, inwards: bool = False
+) -> list[Candidate]:
     """Candidates, those that take the least time first.
 
     Args:
         field: The field.
         region: What rounds are offsets of.
         combine: The combine.
+        inwards: Rounds as far as they go, and swaths for nothing but what they leave; the most
+            rounds first.
     """
-    every = [lay_out_loops(region, combine, number) for number in range(max(ROUNDS))]
+    every = list(_all_rounds(region, combine))
+    alone = range(max(len(every) - LEFT, 1), len(every) + 1)
     directions = _directions(field)
     found = []
-    for count in ROUNDS:
+    for count in range(1, len(every) + 1) if inwards else sorted({*ROUNDS, *alone}):
         loops = tuple(map(tuple, every[:count]))
         driven = sum(loop.length for each in loops for loop in each)
         corners = sum(len(loop.corners) for each in loops for loop in each)
@@ -69,7 +79,18 @@ def find_candidates(field: Field, region: BaseGeometry, combine: Combine) -> lis
             way = sum(swath.length for swath in swaths)
             time = rounds_time + way / combine.speed + TURN_TIME * len(swaths)
             found.append(Candidate(region, loops, inside, swaths, time))
+    if inwards:
+        return sorted(found, key=lambda candidate: (-len(candidate.rounds), candidate.time))
     return sorted(found, key=lambda candidate: candidate.time)
+
+
+def _all_rounds(region: BaseGeometry, combine: Combine) -> Iterator[list[Loop]]:
+    """Loops of each round, until there is no room for a next one."""
+    for number in itertools.count():
+        loops = lay_out_loops(region, combine, number)
+        if number > 0 and not loops:
+            return
+        yield loops
 
 
 def _directions(field: Field) -> list[float]:

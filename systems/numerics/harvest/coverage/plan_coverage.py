@@ -6,11 +6,13 @@ import numpy as np
 import shapely
 from scipy.optimize import linear_sum_assignment
 
-from ...errors import InvalidInput, require
+from ...errors import require
 from ..field.field import Field
 from ..machines.combine import Combine
+from ..no_plan import NoPlan
 from ..paths.machine_path import MachinePath
 from ..turns.turn import turn_times
+from .adjacent_rounds import come_ahead, line_up
 from .arcs import Arc, drive_arc, first_round_shift, split_loops
 from .candidates import TURN_TIME, Candidate, find_candidates
 from .cut_ground import GAP, CutGround
@@ -24,7 +26,7 @@ from .swath_order import SwathTimes, order_swaths
 from .swaths import Swath
 
 # Patterns of coverage.
-PATTERNS = ("lands",)
+PATTERNS = ("lands", "thesis")
 
 # How many candidates are built.
 BUILT = 3
@@ -83,10 +85,12 @@ def plan_coverage(
         field: The field.
         combine: One of equal combines.
         count: Of combines.
-        pattern: "lands": rounds in arcs, then a land of swaths for each combine.
+        pattern: "lands": rounds in arcs, then a land of swaths for each combine; "thesis": rounds
+            from the perimeter inwards, combines on adjacent ones (Zhang 2014, Figure 3.8).
 
     Raises:
-        InvalidInput: The field cannot be cut by such combines.
+        InvalidInput: A value is out of its range.
+        NoPlan: The field cannot be cut by such combines.
     """
     require(count >= 1, "count", "be at least 1", count)
     require(pattern in PATTERNS, "pattern", f"be one of {', '.join(PATTERNS)}", pattern)
@@ -97,7 +101,7 @@ def plan_coverage(
         combine.header_width,
     )
     region = crop_to_offset(field, combine)
-    candidates = find_candidates(field, region, combine)
+    candidates = find_candidates(field, region, combine, inwards=pattern == "thesis")
     ground = CutGround.of(field, combine)
     least = LEAST_COVERAGE_HOLES if len(field.obstacles) >= 3 else LEAST_COVERAGE
     best: CoveragePaths | None = None
@@ -110,7 +114,7 @@ def plan_coverage(
             continue
         tried[rounds] = tried.get(rounds, 0) + 1
         try:
-            plan = _build(field, combine, count, candidate, ground)
+            plan = _build(field, combine, count, candidate, ground, adjacent=pattern == "thesis")
         except NoWay as fault:
             faults.append(str(fault))
             continue
@@ -127,7 +131,7 @@ def plan_coverage(
         if best is None or plan.times.max() < best.times.max():
             best = plan
     if best is None:
-        raise InvalidInput(
+        raise NoPlan(
             f"`field` must have room for combines with headers of {combine.header_width:g} m and "
             f"turns of {combine.turning_radius:g} m; got {field.area / 1e4:.2f} ha with a margin "
             f"of {field.margin:g} m" + (f" ({faults[0]})" if faults else "")
@@ -136,7 +140,13 @@ def plan_coverage(
 
 
 def _build(
-    field: Field, combine: Combine, count: int, candidate: Candidate, uncut: CutGround
+    field: Field,
+    combine: Combine,
+    count: int,
+    candidate: Candidate,
+    uncut: CutGround,
+    *,
+    adjacent: bool,
 ) -> CoveragePaths:
     width = combine.header_width
     depths = [len(candidate.rounds) * width / 2, width / 2]
@@ -144,7 +154,7 @@ def _build(
     if not roads:
         raise NoWay("no room for a round")
     drivers = [Driver(uncut.copy(), combine, []) for _ in range(count)]
-    work = _drive_rounds(drivers, candidate, field)
+    work = _drive_rounds(drivers, candidate, field, adjacent=adjacent)
     for driver in drivers:
         driver.roads = roads
     work, lands = _drive_swaths(drivers, candidate, work)
@@ -182,20 +192,33 @@ def covered_area(field: Field, paths: tuple[MachinePath, ...], combine: Combine)
     return float(shapely.intersection(cut, field.polygon).area)
 
 
-def _drive_rounds(drivers: list[Driver], candidate: Candidate, field: Field) -> int:
+def _drive_rounds(
+    drivers: list[Driver], candidate: Candidate, field: Field, *, adjacent: bool
+) -> int:
+    """Drive all rounds, each in arcs of all combines, or each by one of them in turn."""
     count, combine = len(drivers), drivers[0].combine
     work = 0
     wide = field.margin >= first_round_shift(combine) + GAP
+    if adjacent:
+        if count > 1 and not wide:
+            raise NoWay("combines on adjacent rounds begin side by side on the margin: too narrow")
+        line_up(drivers, candidate.rounds[0][0])
+    begun: list[Arc] = []
     for number, loops in enumerate(candidate.rounds):
         outer = [loop for loop in loops if not loop.hole]
         if not outer:
             continue
         corners = number == 0 and (not wide or (count == 1 and len(outer[0].corners) > 0))
-        preferred = None if number == 0 else np.array([driver.pose for driver in drivers])
+        team = drivers if not adjacent else [drivers[number % count]]
+        preferred = None if number == 0 else np.array([driver.pose for driver in team])
+        if adjacent and count > 1 and begun:
+            come_ahead(team[0], begun, count, field.polygon)
+            preferred = np.array([team[0].pose])
         if number > 0 and count == 1 and len(outer[0].corners):
             corners, preferred = True, preferred
-        arcs = split_loops(outer, count, combine, preferred=preferred, corners=corners)
-        for driver, mine in zip(drivers, _share_arcs(drivers, arcs), strict=True):
+        arcs = split_loops(outer, len(team), combine, preferred=preferred, corners=corners)
+        begun.append(arcs[0])
+        for driver, mine in zip(team, _share_arcs(team, arcs), strict=True):
             for arc in mine:
                 drive_arc(driver, arc, work)
                 work += 1

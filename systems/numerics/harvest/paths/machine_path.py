@@ -130,13 +130,15 @@ def join_paths(paths: Sequence[MachinePath]) -> MachinePath:
     """
     require(len(paths) > 0, "paths", "be at least one", len(paths))
     poses = [paths[0].poses]
+    last = paths[0].poses[-1]
     for path in paths[1:]:
-        last, first = poses[-1][-1], path.poses[0]
+        first = path.poses[0]
         turns = np.round((last[2] - first[2]) / (2 * np.pi))
         turned = path.poses + np.array([0.0, 0.0, 2 * np.pi * turns])
         apart = float(np.abs(turned[0] - last).max())
         require(apart < 1e-6, "paths", "begin where the one before ends", f"{apart:.3g} away")
         poses.append(turned[1:])
+        last = turned[-1]
     columns = [
         np.concatenate([getattr(path, name) for path in paths])
         for name in ("gears", "cutting", "work")

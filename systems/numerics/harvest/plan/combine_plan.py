@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import InvalidInput
 from ..coverage.plan_coverage import CoveragePaths, plan_coverage
 from ..coverage.precedence import CropPrecedence
 from ..field.field import Field
 from ..machines.combine import Combine
 from ..machines.outlines import combine_outline
+from ..no_plan import NoPlan
 from ..paths.timed_path import TimedPath
 from ..timing.standstill import Standstill
 from ..timing.sweep import grid_stations, sweep_of
@@ -26,12 +26,14 @@ class CombinePlan:
         combine: Each of the combines.
         coverage: Their paths.
         timetable: Their times, and the orders at all places where paths meet.
+        journeys: Their paths with the ground that they cover.
     """
 
     field: Field
     combine: Combine
     coverage: CoveragePaths
     timetable: Timetable
+    journeys: tuple[Journey, ...]
 
     @property
     def paths(self) -> tuple[TimedPath, ...]:
@@ -69,7 +71,7 @@ def plan_combines(
         seed: Of the orders that are tried.
 
     Raises:
-        InvalidInput: The combines cannot cut the field, or block one another.
+        NoPlan: The combines cannot cut the field, or block one another.
     """
     coverage = plan_coverage(field, combine, count, pattern=pattern)
     outline = combine_outline(combine)
@@ -80,15 +82,13 @@ def plan_combines(
         for path in coverage.paths
     ]
     grids = [journey.sweep.stations for journey in journeys]
-    timetable = time_machines(journeys, _needs(coverage.precedence, grids), seed=seed)
+    timetable = time_machines(journeys, crop_needs(coverage.precedence, grids), seed=seed)
     if isinstance(timetable, Standstill):
-        raise InvalidInput(
-            f"`count` must be less, for combines would block one another: {timetable}"
-        )
-    return CombinePlan(field, combine, coverage, timetable)
+        raise NoPlan(f"`count` must be less, for combines would block one another: {timetable}")
+    return CombinePlan(field, combine, coverage, timetable, tuple(journeys))
 
 
-def _needs(
+def crop_needs(
     precedence: CropPrecedence, grids: list[np.ndarray]
 ) -> dict[tuple[int, int], np.ndarray]:
     """Crop precedence at the stations of the machines' grids."""

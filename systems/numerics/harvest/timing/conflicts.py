@@ -128,7 +128,7 @@ def _near_cells(a, b, gap):
                 off = np.hypot(a.discs[i, 0] - b.discs[j, 0], a.discs[i, 1] - b.discs[j, 1])
                 if off >= a.discs[i, 2] + b.discs[j, 2] + distance:
                     continue
-                if not _cells_are_near(a, b, i, j, distance):
+                if not cells_are_near(a, b, i, j, distance):
                     continue
                 if before == j - 1:
                     ends[count - 1] = j + 1
@@ -159,7 +159,14 @@ def _runs(sweep):
 
 
 @kernel
-def _cells_are_near(a, b, i, j, distance):
+def cells_are_near(a, b, i, j, distance):
+    """Whether what two machines cover on a cell of each may be nearer than a distance.
+
+    Args:
+        a, b: Their sweeps.
+        i, j: Numbers of the cells.
+        distance: Between polygons, with the margins of both cells [m].
+    """
     for p in range(i * a.parts, (i + 1) * a.parts):
         for q in range(j * b.parts, (j + 1) * b.parts):
             off = np.hypot(

@@ -52,7 +52,9 @@ class Journey:
         require(shape == np.shape(self.stops), "dwells", "be one a stop", shape)
         require(bool((np.asarray(self.dwells) >= 0).all()), "dwells", "be zero or positive", shape)
         wanted = np.concatenate([self.path.cusps, self.stops])
-        nearest = np.abs(self.sweep.stations[_nearest(self.sweep.stations, wanted)] - wanted)
+        nearest = np.abs(
+            self.sweep.stations[nearest_stations(self.sweep.stations, wanted)] - wanted
+        )
         require(
             bool((nearest <= 2 * SAME).all()), "sweep", "have cusps and stops as stations", nearest
         )
@@ -130,8 +132,8 @@ def _paces(journey: Journey) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nda
         cells = np.minimum.reduceat(np.append(pieces, np.inf), bounds)[::2]
     squares = np.minimum(np.append(cells, np.inf), np.append(np.inf, cells)) ** 2
     squares[[0, -1]] = 0.0
-    squares[_nearest(stations, path.cusps)] = 0.0
-    halts = _nearest(stations, journey.stops)
+    squares[nearest_stations(stations, path.cusps)] = 0.0
+    halts = nearest_stations(stations, journey.stops)
     squares[halts] = 0.0
     _keep_acceleration(squares, 2 * journey.acceleration * lengths)
     dwells = np.zeros(len(stations))
@@ -139,8 +141,16 @@ def _paces(journey: Journey) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nda
     return lengths, cells, squares, dwells
 
 
-def _nearest(stations: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Numbers of the stations nearest to those wanted."""
+def nearest_stations(stations: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Numbers of the stations nearest to those wanted.
+
+    Args:
+        stations: In order, shape (n,) [m].
+        wanted: Shape (k,) [m].
+
+    Returns:
+        Shape (k,).
+    """
     after = np.clip(np.searchsorted(stations, wanted), 1, len(stations) - 1)
     nearer = np.abs(stations[after - 1] - wanted) < np.abs(stations[after] - wanted)
     return after - nearer

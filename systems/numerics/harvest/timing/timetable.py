@@ -8,7 +8,7 @@ machines do not arrive, or the banker says so at once, and another encounter is 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from .timed_drive import (
     Journey,
     Paces,
     drive_by_rule,
+    nearest_stations,
     nominal_durations,
     paces_of,
     timed_paths,
@@ -102,6 +103,31 @@ def time_machines(
     for (m, n), passed in (needs or {}).items():
         set_precedence(rule, m, n, needed_progress(stations[m], stations[n], passed))
     return time_meetings(list(journeys), meetings, rule, trials=trials, seed=seed)
+
+
+def with_stops(
+    timetable: Timetable, journeys: Sequence[Journey], stops: Sequence[tuple[int, float, float]]
+) -> list[TimedPath]:
+    """The times of machines of which some stand for a while, in the orders of a timetable.
+
+    Who waits for them stands as well; orders that lead all to their ends still do so.
+
+    Args:
+        timetable: Without the stops.
+        journeys: Of all machines.
+        stops: Number of the machine, its station [m], and how long it stands [s], of each.
+    """
+    halting = []
+    for number, journey in enumerate(journeys):
+        own = [stop for stop in stops if stop[0] == number]
+        cells = (
+            nearest_stations(journey.sweep.stations[1:-1], np.array([stop[1] for stop in own])) + 1
+        )
+        at = journey.sweep.stations[cells]
+        halting.append(replace(journey, stops=at, dwells=np.array([stop[2] for stop in own])))
+    paces = paces_of(halting)
+    drive = drive_by_rule(timetable.rule, timetable.meetings, timetable.first, paces)
+    return timed_paths(halting, drive, paces)
 
 
 def needed_progress(stations: np.ndarray, others: np.ndarray, passed: np.ndarray) -> np.ndarray:

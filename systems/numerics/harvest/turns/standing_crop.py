@@ -35,6 +35,15 @@ class StandingCrop:
         self.cells = np.zeros(shape, dtype=np.bool_)
         _mark(self.cells, self.origin, edges_of(region), True)
 
+    def stand(self, region: BaseGeometry) -> None:
+        """Mark what stands, again.
+
+        Args:
+            region: Polygons within the first ones.
+        """
+        for part in shapely.get_parts(region):
+            _mark(self.cells, self.origin, edges_of(part), True)
+
     def cut(self, region: BaseGeometry) -> None:
         """Mark what has been cut.
 

@@ -44,7 +44,8 @@ def test_a_cart_drives_from_its_truck_to_every_window_and_back(hand_made, audit,
         if to is None:
             continue
         assert to.timed.end == pytest.approx(begin)
-        along = drive_beside(plan, place, cart, begin, end, to.last_angle)
+        timed = drive_beside(plan, window.lane, begin, end)
+        along = CartMotion(timed, cart, to.last_angle)
         speed = float(plan.speed_at(end))
         truck = TRUCK if served % 2 == 0 else None
         off = planner.route_from(

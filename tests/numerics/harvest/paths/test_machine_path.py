@@ -62,6 +62,17 @@ def test_a_single_pose_is_a_path_of_no_length():
     assert path.pose_at([0.0, 5.0]) == pytest.approx(np.array([[1.0, 2.0, 0.3]] * 2))
 
 
+def test_paths_are_joined_across_a_single_pose():
+    first = arc_path((0.0, 0.0, 0.0), 5.0, 1.0, 1, 3)
+    end = first.poses[-1]
+    none = np.zeros(0, dtype=int)
+    stands = MachinePath(end[None], none, none.astype(bool), none)
+    second = arc_path(end, 5.0, 1.0, 1, 3)
+    joined = join_paths([first, stands, second])
+    assert joined.length == pytest.approx(first.length + second.length)
+    np.testing.assert_allclose(joined.poses[-1], second.poses[-1])
+
+
 def test_evenly_spaced_stations_reach_both_ends():
     path = arc_path((0.0, 0.0, 0.4), 4.0, 1.3, 1, 2)
     at = path.stations_every(1.0)

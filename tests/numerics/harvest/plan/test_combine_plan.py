@@ -3,9 +3,13 @@
 import runpy
 from pathlib import Path
 
+import numpy as np
 import pytest
+import shapely
 
+from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
+from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines.combine import Combine
 from sightfield.systems.numerics.harvest.plan.combine_plan import plan_combines
 
@@ -31,3 +35,25 @@ def test_the_audit_finds_nothing_in_a_plan(field_makers, logs, name, count):
     assert audit.figures["crop_under_bodies"] <= 0.002 * field.area
     assert plan.makespan_over_bound < 1.6
     assert plan.waiting < 0.1
+
+
+def test_combines_on_adjacent_rounds_follow_one_another_inwards(logs):
+    field = Field.rectangle(200.0, 150.0, margin=22.0)
+    plan = plan_combines(field, COMBINE, 2, pattern="thesis")
+    audit = audit_harvest(logs["log_of"](plan), logs["site_of"](plan))
+    assert audit.faults == ()
+    assert audit.figures["coverage"] >= 0.995
+    # The first combine's cuts lie on rounds 0, 2, 4, ..., the second one's on those between.
+    for number, timed in enumerate(plan.paths):
+        path = timed.path
+        long = path.cutting & (path.lengths > 60.0)
+        middles = (path.poses[:-1, :2] + path.poses[1:, :2])[long] / 2
+        depths = field.outline.exterior.distance(shapely.points(middles))
+        rounds = np.round(depths / COMBINE.header_width - 0.5)
+        assert np.abs(depths / COMBINE.header_width - 0.5 - rounds).max() < 0.05
+        assert set(rounds[:6] % 2) == {float(number)}
+
+
+def test_combines_on_adjacent_rounds_need_room_beside_the_field():
+    with pytest.raises(InvalidInput, match="too narrow"):
+        plan_combines(Field.rectangle(200.0, 150.0, margin=6.0), COMBINE, 2, pattern="thesis")

@@ -1,1 +1,0 @@
-"""Pictures of harvests: paths of combines, loads, the field."""

@@ -1,0 +1,1 @@
+"""How machines drive a plan: on time where they can, in its order where they are late."""

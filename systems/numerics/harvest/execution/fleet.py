@@ -1,0 +1,247 @@
+"""The machines of a plan, packed for compiled functions: where they are when, and what they cut."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...compiled import compiled, kernel
+from ..paths.speed_profile import cornering_limits, fastest_profile
+from ..paths.timed_path import TimedPath
+from .orders import PASSED
+from .planned_work import PIECE, PlannedWork
+
+
+class Pieces(NamedTuple):
+    """Motions of constant acceleration, machine by machine.
+
+    Attributes:
+        starts: Where those of each machine begin, shape (M + 1,).
+        times: Shape (k,) [s].
+        stations: Shape (k,) [m].
+        speeds: Shape (k,) [m/s].
+    """
+
+    starts: np.ndarray
+    times: np.ndarray
+    stations: np.ndarray
+    speeds: np.ndarray
+
+
+class Fleet(NamedTuple):
+    """M machines, N of them combines, as `advance` needs them.
+
+    Attributes:
+        combines: Their number N.
+        planned: Their plans.
+        fastest: How they could drive their paths if they were alone.
+        halts_at: Where the halts of each machine begin, shape (M + 1,).
+        halts: Stations at which it changes gear, and its last, shape (h,) [m].
+        brakes: Largest acceleration of each, shape (M,) [m/s^2].
+        trips_at: Where the trips of each machine begin, shape (M + 1,).
+        trips: Stations at trucks, shape (j,) [m].
+        grain_at: Where the grain of each combine begins, shape (N + 1,).
+        grain: Cut up to stations PIECE apart, shape (g,) [kg].
+        capacity: Of a tank [kg].
+        unload_rate: Of an auger [kg/s].
+        spill: Whether full combines go on.
+    """
+
+    combines: int
+    planned: Pieces
+    fastest: Pieces
+    halts_at: np.ndarray
+    halts: np.ndarray
+    brakes: np.ndarray
+    trips_at: np.ndarray
+    trips: np.ndarray
+    grain_at: np.ndarray
+    grain: np.ndarray
+    capacity: float
+    unload_rate: float
+    spill: bool
+
+
+def pack_fleet(work: PlannedWork) -> Fleet:
+    """The machines of a plan."""
+    combine, cart, timed = work.combine, work.cart, work.timed
+    count = len(work.plans)
+    fastest = []
+    for m, each in enumerate(timed):
+        if m < count:
+            limits, rate = combine.speed, combine.acceleration
+        else:
+            limits = cornering_limits(each.path, cart.speed, cart.lateral_acceleration)
+            rate = cart.acceleration
+        fastest.append(fastest_profile(each.path, limits, rate))
+    halts = [np.append(each.path.cusps, each.path.length) for each in timed]
+    trips = [
+        np.array([path.station_at(t.begin) for t in work.trips if t.cart == m - count], dtype=float)
+        for m, path in enumerate(timed)
+    ]
+    return Fleet(
+        count,
+        _packed(timed),
+        _packed(fastest),
+        _starts(halts),
+        np.concatenate(halts),
+        np.array([combine.acceleration] * count + [cart.acceleration] * (len(timed) - count)),
+        _starts(trips),
+        np.concatenate(trips),
+        _starts(work.grain),
+        np.concatenate(work.grain).astype(float),
+        float(combine.capacity),
+        float(combine.unload_rate),
+        combine.when_full == "spill",
+    )
+
+
+def _starts(arrays: Sequence[np.ndarray]) -> np.ndarray:
+    return np.concatenate([[0], np.cumsum([len(each) for each in arrays])]).astype(np.int64)
+
+
+def _packed(timed: Sequence[TimedPath]) -> Pieces:
+    names = ("times", "stations", "speeds")
+    columns = [np.concatenate([getattr(each, name) for each in timed]) for name in names]
+    return Pieces(_starts([each.times for each in timed]), *columns)
+
+
+@kernel
+def cut_up_to(fleet, n, station):
+    """Grain that a combine has cut by a station [kg].
+
+    Args:
+        fleet: The machines.
+        n: Number of the combine.
+        station: [m].
+    """
+    low, last = fleet.grain_at[n], fleet.grain_at[n + 1] - 1
+    at = min(max(station / PIECE, 0.0), float(last - low))
+    k = min(int(at), last - low - 1)
+    if k < 0:
+        return fleet.grain[low]
+    length = PIECE
+    if low + k + 1 == last:
+        length = fleet.halts[fleet.halts_at[n + 1] - 1] - PIECE * k
+    share = min(max((station - PIECE * k) / length, 0.0), 1.0) if length > 0 else 1.0
+    return fleet.grain[low + k] + share * (fleet.grain[low + k + 1] - fleet.grain[low + k])
+
+
+@kernel
+def planned_at(pieces, m, time):
+    """Station and speed of machine m at a time [m], [m/s].
+
+    Args:
+        pieces: Of all machines.
+        m: Number of the machine.
+        time: [s].
+    """
+    low, high = pieces.starts[m], pieces.starts[m + 1]
+    k = last_below(pieces.times, low, high, time)
+    if k < low:
+        return pieces.stations[low], 0.0
+    if k == high - 1:
+        return pieces.stations[k], 0.0
+    lasting = pieces.times[k + 1] - pieces.times[k]
+    since = time - pieces.times[k]
+    rate = (pieces.speeds[k + 1] - pieces.speeds[k]) / lasting
+    speed = max(pieces.speeds[k] + rate * since, 0.0)
+    way = pieces.stations[k] + since * (pieces.speeds[k] + rate * since / 2)
+    return min(max(way, pieces.stations[k]), pieces.stations[k + 1]), speed
+
+
+@kernel
+def planned_time(pieces, m, station):
+    """When machine m leaves a station [s].
+
+    Args:
+        pieces: Of all machines.
+        m: Number of the machine.
+        station: [m].
+    """
+    low, high = pieces.starts[m], pieces.starts[m + 1]
+    k = max(last_below(pieces.stations, low, high, station + PASSED), low)
+    time = pieces.times[k]
+    way = station - pieces.stations[k]
+    if k == high - 1 or way <= 0.0:
+        return time
+    lasting = pieces.times[k + 1] - time
+    rate = (pieces.speeds[k + 1] - pieces.speeds[k]) / lasting if lasting > 0.0 else 0.0
+    root = pieces.speeds[k]
+    root += np.sqrt(max(pieces.speeds[k] ** 2 + 2 * rate * way, 0.0))
+    return time + (min(2 * way / root, lasting) if root > 0.0 else lasting)
+
+
+@kernel
+def fastest_at(pieces, m, station):
+    """Speed at which machine m may be at a station, if it is alone [m/s].
+
+    Args:
+        pieces: How machines drive alone.
+        m: Number of the machine.
+        station: [m].
+    """
+    low, high = pieces.starts[m], pieces.starts[m + 1]
+    k = last_below(pieces.stations, low, high, station)
+    if k < low or k == high - 1:
+        return 0.0
+    way = pieces.stations[k + 1] - pieces.stations[k]
+    first, last = pieces.speeds[k] ** 2, pieces.speeds[k + 1] ** 2
+    return np.sqrt(first + (last - first) * (station - pieces.stations[k]) / way)
+
+
+@kernel
+def last_below(values, low, high, value):
+    """Number of the last of some values that is not above a value, low - 1 for none.
+
+    Args:
+        values: Never decreasing from low to high, shape (n,).
+        low, high: The first number, and one after the last.
+        value: In the units of the values.
+    """
+    begin = low
+    while low < high:
+        middle = (low + high) // 2
+        if values[middle] <= value:
+            low = middle + 1
+        else:
+            high = middle
+    return max(low, begin) - 1
+
+
+@compiled
+def at_trucks(fleet, stations, load):
+    """Whether each cart stands at its truck with grain, 1 or 0, shape (K,).
+
+    Args:
+        fleet: The machines.
+        stations: Of carts, shape (K,) [m].
+        load: In each, shape (K,) [kg].
+    """
+    found = np.zeros(len(stations))
+    for k in range(len(stations)):
+        m = fleet.combines + k
+        for j in range(fleet.trips_at[m], fleet.trips_at[m + 1]):
+            if abs(fleet.trips[j] - stations[k]) <= 2 * PASSED and load[k] > 0.0:
+                found[k] = 1.0
+    return found
+
+
+@compiled
+def lateness(fleet, stations, now):
+    """How long ago each machine should have left where it is, shape (M,) [s].
+
+    It is zero once a machine has arrived.
+
+    Args:
+        fleet: The machines.
+        stations: Of all machines, shape (M,) [m].
+        now: [s].
+    """
+    found = np.zeros(len(stations))
+    for m in range(len(stations)):
+        if stations[m] >= fleet.planned.stations[fleet.planned.starts[m + 1] - 1] - PASSED:
+            continue
+        time = planned_time(fleet.planned, m, stations[m])
+        found[m] = max(now - time, 0.0)
+    return found

@@ -1,0 +1,283 @@
+"""Who waits for whom, wherever one machine's way needs something of another's.
+
+For each ordered pair of machines (m, n) a table tells, for each cell of m's path, the station that
+n must have passed before m enters the cell. Whatever is needed is told by the plan's own times:
+
+- where outlines of m and n on two cells may come nearer than the gap, whoever enters its cell
+  first in the plan goes first; the other waits until it has left that cell;
+- ground under a body must have been cut;
+- nobody is more than a stated time of the plan ahead of anybody else.
+
+While grain flows a cart and a combine are tied: each needs the other beside it, but for a slack.
+
+**No deadlock.** No entry asks for more of n than n has driven in the plan by the time at which m
+enters the cell. On the field, whatever machines were late by, take the machine whose plan clock
+(the time at which the plan has it where it is) is least, and whose next cell the plan enters first.
+All others are at least where they are in the plan at that time, and so have passed all that it
+needs: it can go on. The same holds for ties: the one who is behind has the other at its side or
+ahead. So while a machine has not arrived, one may drive on, as long as grain flows beside it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...compiled import compiled, kernel
+from ..carts.cut_times import CELL, LOOKS, REACH
+from ..carts.traffic import cart_boxes
+from ..paths.timed_path import TimedPath
+from ..timing.conflicts import GAP, RUN, cells_are_near
+from ..timing.sweep import Sweep
+from .planned_work import PlannedWork
+
+# Nobody is farther ahead of anybody else in the plan [s]; it bounds what is looked at, too.
+AHEAD = 1800.0
+# How far a tied machine may be beyond its place beside the other one [m].
+SLACK = 0.5
+# A station is passed this much before it, for rounding [m].
+PASSED = 1e-6
+
+
+class Ties(NamedTuple):
+    """Visits: T times in which a combine and a cart drive, or stand, side by side.
+
+    The columns of what is told of both are: combine, cart.
+
+    Attributes:
+        machines: Numbers of both, shape (T, 2).
+        begins, ends: Their stations when grain begins and ceases to flow, shape (T, 2) [m].
+        waits: How far beyond its beginning each may be while the other is not there yet, so that
+            neither has to brake if both are on time, shape (T, 2) [m].
+        slacks: How far each may be beyond its place beside the point at which the other one would
+            come to stand if it braked, shape (T, 2) [m].
+        given: What the combine has given in all when the visit is over, shape (T,) [kg].
+        last: Whether it is the combine's last visit, shape (T,).
+    """
+
+    machines: np.ndarray
+    begins: np.ndarray
+    ends: np.ndarray
+    waits: np.ndarray
+    slacks: np.ndarray
+    given: np.ndarray
+    last: np.ndarray
+
+
+class Orders(NamedTuple):
+    """What machines need of one another; cells of all M machines stand one after the other.
+
+    Attributes:
+        starts: Where the cells of each machine begin, and their number last, shape (M + 1,).
+        stations: At which each cell begins, shape (c,) [m].
+        needs: needs[n, i]: what machine n must have passed before cell i is entered, never
+            decreasing along the cells of one machine, -inf for nothing, shape (M, c) [m].
+        ties: Visits.
+    """
+
+    starts: np.ndarray
+    stations: np.ndarray
+    needs: np.ndarray
+    ties: Ties
+
+
+def find_orders(work: PlannedWork, gap: float = GAP) -> Orders:
+    """What machines need of one another, by the plan's times.
+
+    Args:
+        work: The plan.
+        gap: Between outlines; cells on which they may be nearer are not entered together [m].
+    """
+    sweeps, timed = work.sweeps, work.timed
+    starts = np.concatenate([[0], np.cumsum([sweep.cells for sweep in sweeps])])
+    needs = np.full((len(sweeps), starts[-1]), -np.inf)
+    entered = [entering_times(path, sweep) for path, sweep in zip(timed, sweeps, strict=True)]
+    for m, sweep in enumerate(sweeps):
+        for n, other in enumerate(sweeps):
+            if m == n:
+                continue
+            passed = timed[n].station_at(entered[m])
+            least = np.maximum(
+                _crop_needs(work, m, n, sweep), timed[n].station_at(entered[m] - AHEAD)
+            )
+            # Nothing is asked for that has not happened in the plan, whatever the grids are like.
+            least = np.maximum.accumulate(np.minimum(least, passed))
+            own = slice(starts[m], starts[m + 1])
+            needs[n, own] = _first_come(
+                sweep, other, entered[m], entered[n], passed, least, gap, n < m
+            )
+    return Orders(
+        starts, np.concatenate([sweep.stations[:-1] for sweep in sweeps]), needs, find_ties(work)
+    )
+
+
+def find_ties(work: PlannedWork) -> Ties:
+    """The visits of a plan, in the order of their beginnings."""
+    visits = sorted(work.visits, key=lambda visit: visit.begin)
+    count = len(work.plans)
+    brakes = np.array([work.combine.acceleration, work.cart.acceleration])
+    rows = {name: np.zeros((len(visits), 2)) for name in ("begins", "ends", "waits", "slacks")}
+    machines = np.zeros((len(visits), 2), dtype=np.int64)
+    given, last = np.zeros(len(visits)), np.zeros(len(visits), dtype=np.bool_)
+    total = np.zeros(count)
+    for t, visit in enumerate(visits):
+        both = work.plans[visit.combine], work.motions[visit.cart].timed
+        machines[t] = visit.combine, count + visit.cart
+        for side, path in enumerate(both):
+            rows["begins"][t, side] = path.station_at(visit.begin)
+            rows["ends"][t, side] = path.station_at(visit.end)
+        moves = rows["ends"][t, 0] - rows["begins"][t, 0] > PASSED
+        if moves:
+            speed = max(float(work.combine.speed), float(both[0].speed_at(visit.begin)))
+            ways = speed**2 / (2 * brakes)
+            # Who brakes softer has to know earlier.
+            rows["slacks"][t] = np.maximum(ways - ways[::-1], 0.0) + SLACK
+            rows["waits"][t] = ways + SLACK / 2
+        else:
+            rows["ends"][t] = rows["begins"][t]
+        total[visit.combine] += visit.taken
+        given[t] = total[visit.combine]
+        last[t] = all(other.combine != visit.combine for other in visits[t + 1 :])
+    return Ties(machines, **rows, given=given, last=last)
+
+
+def entering_times(timed: TimedPath, sweep: Sweep) -> np.ndarray:
+    """When a machine enters each cell, which is when it leaves the one before, shape (n,) [s].
+
+    It is on its first cell from the beginning, and still on a cell while it stands at its end.
+    """
+    at = sweep.stations[:-1] + PASSED
+    number = np.searchsorted(timed.stations, at, side="right") - 1
+    following = np.minimum(number + 1, len(timed.times) - 1)
+    lasting = timed.times[following] - timed.times[number]
+    change = timed.speeds[following] - timed.speeds[number]
+    rate = np.divide(change, lasting, out=np.zeros(len(at)), where=lasting > 0)
+    way, speed = at - timed.stations[number], timed.speeds[number]
+    root = speed + np.sqrt(np.maximum(speed**2 + 2 * rate * way, 0.0))
+    since = np.divide(2 * way, root, out=np.zeros(len(at)), where=root > 0)
+    times = timed.times[number] + np.minimum(since, lasting)
+    times[0] = -np.inf
+    return np.maximum.accumulate(times)
+
+
+def _crop_needs(work: PlannedWork, m: int, n: int, sweep: Sweep) -> np.ndarray:
+    """What machine n must have passed for the ground under machine m to be cut, for each cell."""
+    count = len(work.plans)
+    found = np.full(sweep.cells, -np.inf)
+    if n >= count:
+        return found
+    if m < count:
+        if work.precedence is None:
+            return found
+        stations, needed = work.precedence.stations[m], work.precedence.needs[m][n]
+        # What is needed up to a station is told at the one before it.
+        before = np.maximum(np.searchsorted(stations, sweep.stations, side="right") - 1, 0)
+        passed = np.where(needed > 0, needed, -np.inf)[before]
+        return np.maximum(passed[:-1], passed[1:])
+    path, trailer = work.towed[m - count]
+    stations = np.where(work.cut.cutter == n, work.cutting_stations, -np.inf)
+    least = np.maximum(
+        _latest_under(stations, work.cut.corner, cart_boxes(work.cart)[0], path.poses),
+        _latest_under(stations, work.cut.corner, cart_boxes(work.cart)[1], trailer),
+    )
+    for side in (-PASSED, PASSED):
+        cell = np.searchsorted(sweep.stations, path.stations + side, side="right") - 1
+        np.maximum.at(found, np.clip(cell, 0, sweep.cells - 1), least)
+    return found
+
+
+@compiled
+def _latest_under(values, corner, box, poses):
+    """Largest value of a raster under a box at each pose, shape (n, 3) -> (n,)."""
+    rows, columns = values.shape
+    rear, front, half = box[0] - REACH, box[1] + REACH, box[2] + REACH
+    along, across = int(np.ceil((front - rear) / LOOKS)), int(np.ceil(2 * half / LOOKS))
+    found = np.full(len(poses), -np.inf)
+    for k in range(len(poses)):
+        c, s = np.cos(poses[k, 2]), np.sin(poses[k, 2])
+        for i in range(along + 1):
+            ahead = rear + (front - rear) * i / along
+            for j in range(across + 1):
+                aside = half * (2 * j / across - 1)
+                column = int(np.floor((poses[k, 0] + c * ahead - s * aside - corner[0]) / CELL))
+                row = int(np.floor((poses[k, 1] + s * ahead + c * aside - corner[1]) / CELL))
+                if 0 <= row < rows and 0 <= column < columns:
+                    found[k] = max(found[k], values[row, column])
+    return found
+
+
+@compiled
+def _first_come(own, other, entered, others, passed, least, gap, even):
+    """What another machine must have passed before each cell of a machine is entered.
+
+    Args:
+        own, other: Sweeps of both.
+        entered, others: When cells are entered, shapes (n,) and (k,) [s].
+        passed: Where the other one is when each cell is entered, shape (n,) [m].
+        least: What is needed anyway, never decreasing, shape (n,) [m].
+        gap: [m].
+        even: Whether the other one goes first when both come at the same moment.
+
+    Returns:
+        Shape (n,) [m].
+    """
+    needs = least.copy()
+    discs = _run_discs(other)
+    need, last = -np.inf, -1
+    for i in range(len(entered)):
+        need = max(need, least[i])
+        while last + 1 < len(others) and (
+            others[last + 1] < entered[i] or (even and others[last + 1] == entered[i])
+        ):
+            last += 1
+        j = last
+        while j >= 0 and other.stations[j + 1] > need:
+            x, y, radius = discs[j // RUN]
+            far = np.hypot(own.discs[i, 0] - x, own.discs[i, 1] - y)
+            if far >= own.discs[i, 2] + own.margins[i] + radius + gap:
+                j = (j // RUN) * RUN - 1
+                continue
+            distance = gap + own.margins[i] + other.margins[j]
+            off = np.hypot(own.discs[i, 0] - other.discs[j, 0], own.discs[i, 1] - other.discs[j, 1])
+            if off < own.discs[i, 2] + other.discs[j, 2] + distance and cells_are_near(
+                own, other, i, j, distance
+            ):
+                need = max(need, min(other.stations[j + 1], passed[i]))
+                break
+            j -= 1
+        needs[i] = need
+    return needs
+
+
+@compiled
+def _run_discs(sweep):
+    """Discs round all that a machine covers on RUN cells each, shape (r, 3) [m]."""
+    cells = len(sweep.discs)
+    discs = np.empty((-(-cells // RUN), 3))
+    for r in range(len(discs)):
+        first, last = r * RUN, min((r + 1) * RUN, cells)
+        x, y = sweep.discs[first:last, 0].mean(), sweep.discs[first:last, 1].mean()
+        discs[r, 0], discs[r, 1], discs[r, 2] = x, y, 0.0
+        for k in range(first, last):
+            far = np.hypot(sweep.discs[k, 0] - x, sweep.discs[k, 1] - y)
+            discs[r, 2] = max(discs[r, 2], far + sweep.discs[k, 2] + sweep.margins[k])
+    return discs
+
+
+@kernel
+def hold_by(orders, m, n, station):
+    """The station up to which machine m may drive while machine n is at a station [m].
+
+    Args:
+        orders: What machines need.
+        m, n: Numbers of the machines.
+        station: Of machine n [m].
+    """
+    low, high = orders.starts[m], orders.starts[m + 1]
+    # The first cell that needs more.
+    while low < high:
+        middle = (low + high) // 2
+        if orders.needs[n, middle] <= station + PASSED:
+            low = middle + 1
+        else:
+            high = middle
+    return orders.stations[low] if low < orders.starts[m + 1] else np.inf

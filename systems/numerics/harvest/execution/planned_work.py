@@ -1,0 +1,153 @@
+"""What machines are to do, as their drivers need it: paths in time, visits, trips and grain."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..carts.cart_motion import CartMotion, trailer_angles, trailer_poses
+from ..carts.cut_times import CELL, CutTimes, cut_times
+from ..carts.visits import Supply, Trip, Visit
+from ..coverage.precedence import CropPrecedence
+from ..field.field import Field
+from ..machines.cart import Cart
+from ..machines.combine import Combine
+from ..machines.outlines import cart_outline, combine_outline
+from ..paths.machine_path import MachinePath
+from ..paths.timed_path import TimedPath
+from ..plan.harvest_plan import HarvestPlan
+from ..timing.sweep import Sweep, cart_sweep, grid_stations, sweep_of
+
+# Distance of stations between which crop comes in evenly [m].
+PIECE = 0.5
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PlannedWork:
+    """A plan of N combines and K carts, which are numbered together, combines first.
+
+    Attributes:
+        field: What is cut.
+        combine, cart: One of the equal combines and carts.
+        supply: Crop and trucks.
+        plans: When each combine is where, with its stops for carts.
+        motions: When each cart is where.
+        visits, trips: Of the carts.
+        precedence: Crop that combines cut for one another; None where it is not told.
+    """
+
+    field: Field
+    combine: Combine
+    cart: Cart
+    supply: Supply
+    plans: Sequence[TimedPath]
+    motions: Sequence[CartMotion]
+    visits: Sequence[Visit] = ()
+    trips: Sequence[Trip] = ()
+    precedence: CropPrecedence | None = None
+
+    @property
+    def timed(self) -> list[TimedPath]:
+        """Of all machines."""
+        return [*self.plans, *(motion.timed for motion in self.motions)]
+
+    @property
+    def end(self) -> float:
+        """When the last machine has done its work [s]."""
+        ends = [path.end for path in self.timed]
+        return max([*ends, *(trip.end for trip in self.trips)])
+
+    @cached_property
+    def cut(self) -> CutTimes:
+        """When and by whom the ground is cut."""
+        return cut_times(self.field, self.combine, self.plans)
+
+    @cached_property
+    def cutting_stations(self) -> np.ndarray:
+        """Station at which its combine cuts each cell of the ground, -inf for none.
+
+        Shape (rows, columns) [m].
+        """
+        found = np.full(self.cut.times.shape, -np.inf)
+        for n, plan in enumerate(self.plans):
+            own = self.cut.cutter == n
+            found[own] = plan.station_at(self.cut.times[own])
+        return found
+
+    @cached_property
+    def grain(self) -> list[np.ndarray]:
+        """What each combine has cut at stations PIECE apart, and at its last; N of (n,) [kg]."""
+        found = []
+        for n, plan in enumerate(self.plans):
+            edges = grain_stations(plan.path)
+            own = np.sort(self.cutting_stations[self.cut.cutter == n])
+            count = np.searchsorted(own, edges, side="right")
+            count[-1] = len(own)
+            found.append(self.supply.density * CELL**2 * count)
+        return found
+
+    @cached_property
+    def towed(self) -> list[tuple[MachinePath, np.ndarray]]:
+        """Of each cart its path in short pieces, and the trailer's poses at its poses."""
+        found = []
+        for motion in self.motions:
+            path, betas = _dense_path(motion)
+            found.append((path, trailer_poses(path.poses, betas, self.cart)))
+        return found
+
+    @cached_property
+    def sweeps(self) -> list[Sweep]:
+        """What all machines cover."""
+        combine, cart = combine_outline(self.combine), cart_outline(self.cart)
+        found = []
+        for n, plan in enumerate(self.plans):
+            # Where it stands for carts cells end, as they do in the plan.
+            stops = [plan.station_at(v.begin) for v in self.visits if v.combine == n]
+            halts = np.unique(np.array([s for s in stops if 0 < s < plan.path.length]))
+            grid = grid_stations(plan.path, stops=halts)
+            found.append(sweep_of(plan.path, combine, grid))
+        for motion, (path, trailer) in zip(self.motions, self.towed, strict=True):
+            timed = motion.timed
+            still = np.flatnonzero(np.diff(timed.stations) < 1e-9)
+            halts = np.unique(timed.stations[still])
+            halts = halts[(halts > 1e-3) & (halts < path.length - 1e-3)]
+            found.append(cart_sweep(path, trailer, cart, grid_stations(path, stops=halts)))
+        return found
+
+    @property
+    def starts(self) -> np.ndarray:
+        """Where carts begin: x, y, theta, beta of each, shape (K, 4) [m], [m], [rad], [rad]."""
+        return np.array([[*motion.timed.path.poses[0], motion.beta] for motion in self.motions])
+
+
+def work_of(plan: HarvestPlan) -> PlannedWork:
+    """What drivers need of a plan."""
+    return PlannedWork(
+        field=plan.combines.field,
+        combine=plan.combines.combine,
+        cart=plan.cart,
+        supply=plan.supply,
+        plans=plan.service.plans,
+        motions=plan.service.motions,
+        visits=plan.service.visits,
+        trips=plan.service.trips,
+        precedence=plan.combines.coverage.precedence,
+    )
+
+
+def grain_stations(path: MachinePath) -> np.ndarray:
+    """Stations PIECE apart, from 0 on, and the last one, shape (n,) [m]."""
+    return np.append(np.arange(0.0, path.length, PIECE), path.length)
+
+
+def _dense_path(motion: CartMotion) -> tuple[MachinePath, np.ndarray]:
+    """A cart's path with poses at most half a metre apart, and the trailer's angles at them."""
+    path = motion.timed.path
+    at = np.unique(np.concatenate([path.stations, path.stations_every(0.5)]))
+    if len(at) > 1:
+        at = at[np.append(True, np.diff(at) > 1e-9)]
+    piece = path.piece_at((at[:-1] + at[1:]) / 2)
+    dense = MachinePath(path.pose_at(at), path.gears[piece], path.cutting[piece], path.work[piece])
+    betas = trailer_angles(path, motion.cart, motion.beta, at)
+    return dense, np.unwrap(betas)

@@ -1,1 +1,0 @@
-"""Pace: who has to wait for whom, and when everybody is where."""

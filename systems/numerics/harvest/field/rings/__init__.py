@@ -1,1 +1,0 @@
-"""Rings round the crop, as closed lines that combines can drive."""

@@ -1,0 +1,184 @@
+"""The plan of a harvest: paths, times and visits of all machines."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from ...errors import require
+from ..carts.stops import Stop, ended
+from ..carts.visits import CartPlan, Failure, Supply, serve_combines
+from ..field.field import Field
+from ..machines.cart import Cart
+from ..machines.combine import Combine
+from ..machines.outlines import combine_outline
+from ..paths.timed_path import TimedPath
+from ..timing.timetable import with_stops
+from .combine_plan import CombinePlan, plan_combines
+
+# Where the first truck stands, as a part of the way round the field.
+FIRST_TRUCK = 0.125
+# Straight pieces of work that are shorter are no way for a cart [m].
+SHORTEST_LINE = 30.0
+# Between a cart at its truck and all combines, at least [m].
+FREE = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class HarvestPlan:
+    """When every machine is where, and when grain flows.
+
+    Attributes:
+        combines: Paths and times of the combines, without stops for carts.
+        cart: Each of the carts.
+        supply: Crop and trucks.
+        service: What carts do, and the times of combines with their stops.
+    """
+
+    combines: CombinePlan
+    cart: Cart
+    supply: Supply
+    service: CartPlan
+
+    @property
+    def makespan(self) -> float:
+        """When the last machine has done its work [s]."""
+        ends = [plan.end for plan in self.service.plans]
+        return max([*ends, *(motion.timed.end for motion in self.service.motions)])
+
+
+def plan_harvest(
+    field: Field,
+    combine: Combine,
+    cart: Cart,
+    *,
+    combines: int,
+    carts: int,
+    density: float,
+    truck_rate: float = 300.0,
+    strategy: str = "sequential",
+    threshold: float = 0.5,
+    pattern: str = "lands",
+    seed: int = 0,
+    failure: Failure | None = None,
+    progress: Callable[[str], None] = lambda stage: None,
+) -> HarvestPlan:
+    """Plan a whole harvest.
+
+    Args:
+        field: The field.
+        combine, cart: One of the equal combines and carts.
+        combines, carts: How many.
+        density: Of the crop [kg/m^2].
+        truck_rate: At which a cart is emptied into its truck [kg/s].
+        strategy: Order in which combines are served, "sequential" or "on-demand"; see
+            `serve_combines`.
+        threshold: Part of a tank from which on carts come.
+        pattern: Of the combines' paths; see `plan_coverage`.
+        seed: Of the orders that are tried.
+        failure: Of a cart: what comes after it is planned as if nobody had known of it before. So
+            who drives this plan does the same as who plans anew when the cart fails.
+        progress: Told what is done next.
+
+    Raises:
+        InvalidInput: The margin has no room for carts, or the only cart fails.
+        NoPlan: The combines cannot cut the field, or block one another, or a cart can never get to
+            a combine or to its truck.
+    """
+    progress("paths and times of the combines")
+    team = plan_combines(field, combine, combines, pattern=pattern, seed=seed)
+    supply = Supply(density=density, trucks=truck_places(team, cart, carts), truck_rate=truck_rate)
+    progress("visits and routes of the carts")
+
+    def retime(stops: Sequence[Stop]) -> list[TimedPath]:
+        return [ended(plan) for plan in with_stops(team.timetable, team.journeys, stops)]
+
+    service = serve_combines(
+        field,
+        combine,
+        cart,
+        team.paths,
+        swath_lines(team),
+        supply,
+        retime,
+        strategy,
+        threshold,
+        failure,
+    )
+    return HarvestPlan(team, cart, supply, service)
+
+
+def swath_lines(team: CombinePlan) -> list[np.ndarray]:
+    """Straight pieces of work, along which carts may drive, two points each (2, 2) [m]."""
+    lines = []
+    for timed in team.paths:
+        path = timed.path
+        straight = np.abs(path.curvatures) < 1e-6
+        for k in np.flatnonzero(path.cutting & straight & (path.lengths > SHORTEST_LINE)):
+            lines.append(path.poses[k : k + 2, :2])
+    return lines
+
+
+def truck_places(team: CombinePlan, cart: Cart, count: int) -> np.ndarray:
+    """Poses of the tractor beside trucks on the margin, about evenly round the field, shape (K, 3).
+
+    There carts have room from the beginning on, and no combine ever comes there.
+
+    Args:
+        team: Paths of the combines.
+        cart: One of the equal carts.
+        count: Of carts.
+
+    Raises:
+        InvalidInput: The margin has no room for so many.
+    """
+    field = team.field
+    # Not as far out as carts may drive: there a cell less is open where a field lies aslant.
+    ring = field.outline.buffer(
+        max(field.margin - cart.width, field.margin / 2), quad_segs=16
+    ).exterior
+    line = np.array(ring.coords)
+    # Carts drive round the field as the combines of the first round do.
+    edge = shapely.LineString(line[::-1] if ring.is_ccw else line)
+    ways = np.arange(0.0, edge.length, SHORTEST_LINE / 4)
+    here, there = (
+        shapely.get_coordinates(shapely.line_interpolate_point(edge, way))
+        for way in (ways, np.minimum(ways + 0.5, edge.length))
+    )
+    course = np.arctan2(*(there - here).T[::-1])
+    poses = np.column_stack([here, course])
+    rear, front = cart.length * 1.28 + cart.hitch_offset, cart.tractor_ends[1]
+    outlines = _boxes(poses, -rear - FREE / 2, front + FREE / 2, cart.width / 2 + FREE / 2)
+    margin = field.ground.difference(field.outline)
+    fits = shapely.covers(margin, outlines)
+    passed = []
+    for timed in team.paths:
+        along = timed.path.pose_at(timed.path.stations_every(FREE))
+        for part in combine_outline(team.combine):
+            passed.append(_boxes(along, part[0, 0], part[1, 0], part[2, 1]))
+    near = shapely.STRtree(np.concatenate(passed)).query(outlines, "dwithin", distance=FREE)
+    fits[near[0]] = False
+    chosen: list[int] = []
+    for k in range(count):
+        ideal = edge.length * ((FIRST_TRUCK + k / count) % 1.0)
+        apart = np.abs((ways - ideal + edge.length / 2) % edge.length - edge.length / 2)
+        apart[~fits] = np.inf
+        for other in chosen:
+            apart[np.hypot(*(here - here[other]).T) < SHORTEST_LINE] = np.inf
+        chosen.append(int(np.argmin(apart)))
+        require(
+            bool(np.isfinite(apart[chosen[-1]])),
+            "margin",
+            f"have room for {count} carts beside combines",
+            field.margin,
+        )
+    return poses[chosen]
+
+
+def _boxes(poses: np.ndarray, rear: float, front: float, half: float) -> np.ndarray:
+    """Rectangles in the frames of poses."""
+    c, s = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
+    ahead, aside = np.array([rear, front, front, rear]), np.array([-half, -half, half, half])
+    x, y = poses[:, :1] + c * ahead - s * aside, poses[:, 1:2] + s * ahead + c * aside
+    return np.asarray(shapely.polygons(np.stack([x, y], axis=-1)))

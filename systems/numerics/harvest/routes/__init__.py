@@ -1,1 +1,0 @@
-"""Routes of grain carts over cut ground: lanes beside combines, ways between them, steering."""

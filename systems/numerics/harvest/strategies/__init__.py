@@ -1,1 +1,0 @@
-"""Which combine a cart serves next."""

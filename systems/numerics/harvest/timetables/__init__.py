@@ -1,1 +1,0 @@
-"""Timetables for the work that combines really do on a field, with its corners and waits."""

@@ -1,0 +1,137 @@
+"""What machines need of one another: never more than the plan has done by then."""
+
+import numpy as np
+import pytest
+
+from sightfield.systems.numerics.harvest.carts.traffic import cart_boxes
+from sightfield.systems.numerics.harvest.execution.advance import advance
+from sightfield.systems.numerics.harvest.execution.disturbance import Disturbance, pace_of
+from sightfield.systems.numerics.harvest.execution.orders import (
+    PASSED,
+    entering_times,
+    find_orders,
+    hold_by,
+)
+from sightfield.systems.numerics.harvest.execution.visiting import Loads
+
+
+def entered_and_ends(work):
+    """When each machine enters its cells, and where these end."""
+    entered = [entering_times(t, s) for t, s in zip(work.timed, work.sweeps, strict=True)]
+    return entered, [sweep.stations[1:] for sweep in work.sweeps]
+
+
+def check_that_one_can_go_on(work, rng, states=200):
+    """From anywhere, the machine whose next cell the plan enters first may enter it."""
+    orders = find_orders(work)
+    entered, ends = entered_and_ends(work)
+    count = len(ends)
+    for _ in range(states):
+        clock = rng.uniform(0, work.end)
+        on = np.array(
+            [
+                np.searchsorted(times, clock + rng.uniform(-300, 300), side="right") - 1
+                for times in entered
+            ]
+        )
+        on = np.clip(on, 0, [len(each) - 1 for each in ends])
+        stations = np.array([each[k] for each, k in zip(ends, on, strict=True)])
+        coming = [
+            times[k + 1] if k + 1 < len(times) else np.inf
+            for times, k in zip(entered, on, strict=True)
+        ]
+        m = int(np.argmin(coming))
+        if coming[m] == np.inf:
+            continue
+        for n in range(count):
+            if n != m:
+                assert hold_by(orders, m, n, stations[n]) >= ends[m][on[m] + 1] - PASSED
+
+
+@pytest.mark.parametrize("kind", range(4))
+def test_of_combines_anywhere_one_can_go_on(combines_only, kind):
+    rng = np.random.default_rng([5, kind])
+    check_that_one_can_go_on(combines_only(kind, rng, 3), rng)
+
+
+def test_of_a_cart_and_combines_anywhere_one_can_go_on(served):
+    check_that_one_can_go_on(served, np.random.default_rng(0))
+
+
+def test_a_cart_waits_for_the_ground_under_it_to_be_cut(served):
+    # By hand: middles of cells of the raster under its boxes, for what the combine has passed.
+    orders = find_orders(served)
+    motion, cut = served.motions[0], served.cut
+    times = np.linspace(0.0, motion.timed.end, 60)
+    poses = motion.poses_at(times)
+    stations = motion.timed.station_at(times)
+    looked = 0
+    for k in range(len(times)):
+        needed = -np.inf
+        for box, (x, y, theta) in zip(cart_boxes(served.cart), (p[k] for p in poses), strict=True):
+            ahead, aside = np.meshgrid(
+                np.linspace(box[0], box[1], 12), np.linspace(-box[2], box[2], 6)
+            )
+            px = x + np.cos(theta) * ahead - np.sin(theta) * aside
+            py = y + np.sin(theta) * ahead + np.cos(theta) * aside
+            column = ((px - cut.corner[0]) / 0.5).astype(int)
+            row = ((py - cut.corner[1]) / 0.5).astype(int)
+            needed = max(needed, served.cutting_stations[row, column].max())
+        if needed > 5.0:
+            looked += 1
+            assert hold_by(orders, 1, 0, needed - 3.0) <= stations[k] + 0.6
+    assert looked > 5
+
+
+def test_a_tie_has_the_stations_of_both_and_counts_the_grain(served):
+    ties = find_orders(served).ties
+    assert len(ties.machines) == len(served.visits)
+    total = 0.0
+    for visit, begin, given in zip(served.visits, ties.begins, ties.given, strict=True):
+        plan, motion = served.plans[visit.combine], served.motions[visit.cart]
+        assert begin == pytest.approx(
+            [plan.station_at(visit.begin), motion.timed.station_at(visit.begin)]
+        )
+        total += visit.taken
+        assert given == pytest.approx(total)
+    assert ties.last.sum() == 1
+    assert ties.last[-1]
+
+
+def test_who_is_left_alone_after_a_visit_may_go_though_the_tank_fills_again(crew_of, served):
+    crew = crew_of(served)
+    ties, (visit, *_) = crew.orders.ties, served.visits
+    combine = served.plans[visit.combine]
+    stations = np.array([ties.ends[0, 0] + 8.0, ties.ends[0, 1]])
+    speeds, after, after_speeds = np.zeros((3, 2))
+    # Some kilograms less have flown than planned, and there are as many in the tank again.
+    loads = Loads(
+        np.array([500.0]),
+        np.array([ties.given[0] - 400.0]),
+        np.zeros(1, dtype=np.bool_),
+        np.array([10000.0]),
+        np.array([9000.0]),
+    )
+    late = float(combine.times[-1])
+    pace = pace_of(Disturbance(slowness=1e-3))
+
+    def drive():
+        advance(
+            crew.fleet,
+            crew.orders,
+            pace,
+            loads,
+            stations,
+            speeds,
+            late,
+            0.25,
+            after,
+            after_speeds,
+        )
+
+    drive()
+    assert after[1] > stations[1]
+    # While the combine is still there the cart waits for the grain.
+    stations[0] = ties.ends[0, 0]
+    drive()
+    assert after[1] == stations[1]

@@ -1,0 +1,88 @@
+"""Whole plans of harvests, by the audit, which shares no code with them."""
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
+from sightfield.systems.numerics.harvest.field.field import Field
+from sightfield.systems.numerics.harvest.machines.cart import Cart
+from sightfield.systems.numerics.harvest.machines.combine import Combine
+from sightfield.systems.numerics.harvest.plan.harvest_plan import plan_harvest
+
+
+@pytest.fixture(scope="module")
+def logs():
+    return runpy.run_path(str(Path(__file__).with_name("plan_logs.py")))
+
+
+def checked(logs, plan):
+    """The audit of a plan in which all grain is delivered and nobody is late for a visit."""
+    audit = audit_harvest(logs["harvest_log_of"](plan), logs["harvest_site_of"](plan))
+    assert audit.faults == ()
+    figures, service = audit.figures, plan.service
+    assert figures["min_cart_to_combine"] >= 0.5
+    if len(service.motions) > 1:
+        assert figures["min_cart_to_cart"] >= 0.5
+    assert service.left == pytest.approx(0.0, abs=10.0)
+    assert figures["grain_delivered"] == pytest.approx(figures["grain_harvested"], abs=10.0)
+    for trip in service.trips:
+        pose = service.motions[trip.cart].timed.pose_at(np.array([trip.begin, trip.end]))
+        assert np.abs(pose - plan.supply.trucks[trip.cart])[:, :2].max() < 1e-6
+    return audit
+
+
+@pytest.mark.parametrize("strategy", ["sequential", "on-demand"])
+@pytest.mark.parametrize(
+    ("name", "combines", "carts", "capacity"),
+    [("rectangle_3", 2, 1, np.inf), ("rectangle_3", 4, 2, 20000.0), ("pole_6", 1, 1, np.inf)],
+)
+def test_all_grain_of_a_field_is_delivered(
+    field_makers, logs, name, combines, carts, capacity, strategy
+):
+    plan = plan_harvest(
+        field_makers[name](),
+        Combine(),
+        Cart(capacity=capacity),
+        combines=combines,
+        carts=carts,
+        density=0.8,
+        strategy=strategy,
+    )
+    checked(logs, plan)
+
+
+def test_a_combine_with_a_small_tank_stops_where_the_cart_can_come(logs):
+    # Heavy crop: the tank is full before the first round is done.
+    plan = plan_harvest(
+        Field.rectangle(160, 110, margin=14.0),
+        Combine(capacity=3000.0),
+        Cart(hitch_offset=0.4),
+        combines=2,
+        carts=1,
+        density=1.6,
+    )
+    checked(logs, plan)
+    assert len(plan.service.stops) > 0
+    makespan = max(path.end for path in plan.service.plans)
+    assert makespan > plan.combines.makespan
+    for stop in plan.service.stops:
+        path = plan.service.plans[stop.combine]
+        times = np.arange(0.0, path.end, 0.5)
+        stands = np.abs(path.station_at(times) - stop.station) < 1.0
+        assert 0.5 * stands.sum() >= stop.duration - 1.0
+
+
+def test_without_a_margin_carts_have_no_place():
+    with pytest.raises(InvalidInput):
+        plan_harvest(
+            Field.rectangle(200, 150, margin=0.0),
+            Combine(),
+            Cart(),
+            combines=1,
+            carts=1,
+            density=0.8,
+        )
