@@ -22,7 +22,7 @@ REPLAYS = [
     ("omni_2v2", ["camera", "track", "omni_2v2", "--no-meshcat"], 6.0),
     ("plan_replay", ["plan"], 2.5),
     # A second of the replay is a minute of work.
-    ("harvest", ["harvest", "thesis_2", "--no-meshcat"], 18.3),
+    ("harvest", ["harvest", "thesis_2", "--no-meshcat"], 15.8),
     ("social", ["social", "--no-meshcat", "--seed", "2", "--seconds", "12"], 9.0),
 ]
 
