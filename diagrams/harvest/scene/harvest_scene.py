@@ -44,21 +44,21 @@ class HarvestScene(LeafSystem):
         - late
         output_ports: []
 
-    =========  ====  ================  =====
-    port       size  unit              frame
-    =========  ====  ================  =====
-    pose       3 N   m, m, rad         world
-    station    N     m                 path
-    tank       N     kg                -
-    mode       N     -                 -
-    account    8 N   m, kg, s          -
-    state      4 K   m, m, rad, rad    world
-    load       K     kg                -
-    delivered  K     kg                -
-    alongside  N     -                 -
-    emptying   K     -                 -
-    late       N + K s                 -
-    =========  ====  ================  =====
+    =========  =====  ================  =====
+    port       size   unit              frame
+    =========  =====  ================  =====
+    pose       3 N    m, m, rad         world
+    station    N      m                 path
+    tank       N      kg                -
+    mode       N      -                 -
+    account    8 N    m, kg, s          -
+    state      4 K    m, m, rad, rad    world
+    load       K      kg                -
+    delivered  K      kg                -
+    alongside  N      -                 -
+    emptying   K      -                 -
+    late       N + K  s                 -
+    =========  =====  ================  =====
 
     A recording plays `SPEED_UP` times as fast as the work goes on. A cart without a limit is shown
     full when it holds its share of the field's grain. The system has no state; it remembers only

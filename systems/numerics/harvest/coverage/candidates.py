@@ -19,9 +19,6 @@ from .swaths import Swath, lay_out_swaths
 ROUNDS = (1, 2, 3)
 DIRECTIONS = range(0, 180, 15)
 
-# Where rounds go as far as they can, up to so many of the innermost ones are left to swaths.
-LEFT = 2
-
 # Edges shorter than this tell no direction [m]; directions nearer than this are one [rad].
 EDGE = 40.0
 SAME = math.radians(4.0)
@@ -62,10 +59,9 @@ def find_candidates(
             rounds first.
     """
     every = list(_all_rounds(region, combine))
-    alone = range(max(len(every) - LEFT, 1), len(every) + 1)
     directions = _directions(field)
     found = []
-    for count in range(1, len(every) + 1) if inwards else sorted({*ROUNDS, *alone}):
+    for count in range(1, len(every) + 1) if inwards else ROUNDS:
         loops = tuple(map(tuple, every[:count]))
         driven = sum(loop.length for each in loops for loop in each)
         corners = sum(len(loop.corners) for each in loops for loop in each)
