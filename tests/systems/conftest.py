@@ -151,7 +151,7 @@ def harvest_job() -> SimpleNamespace:
             carts=Carts(count=3),
         ),
         field=work.field,
-        plan=SimpleNamespace(service=CartPlan(work.plans, work.motions, [], [], [], 0.0)),
+        plan=SimpleNamespace(service=CartPlan(work.plans, work.motions, [], [], [], 0.0, [])),
         trucks=work.supply.trucks,
         reach=7.25,
     )
