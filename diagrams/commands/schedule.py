@@ -42,7 +42,10 @@ def schedule(
         float | None, typer.Option(help="Of a cart, which then drives by a truck [kg].")
     ] = None,
     truck_travel_time: Annotated[
-        float | None, typer.Option(help="One way between a combine and the truck [s].")
+        float | None,
+        typer.Option(
+            help="One way between a combine and the truck [s] [default: half the longest way]."
+        ),
     ] = None,
     truck_unload_rate: Annotated[
         float | None, typer.Option(help="From cart to truck [kg/s] [default: at once].")
@@ -82,7 +85,9 @@ def schedule(
         unload_rates=_each("unload_rate", unload_rate, combines),
         travel_times=ways,
     )
-    truck = _truck(cart_capacity, truck_travel_time, truck_unload_rate, truck_stop_time)
+    # The nearest place that is equally far from all combines.
+    middle = max(max(row) for row in ways) / 2
+    truck = _truck(cart_capacity, truck_travel_time, truck_unload_rate, truck_stop_time, middle)
     answer = answer_schedule(fleet, carts, truck, fill, jitter)
     summary = summarise(answer, carts, gap, fill, jitter)
     text = json.dumps(summary, indent=2, allow_nan=False)
@@ -160,8 +165,9 @@ def _truck(
     travel_time: float | None,
     unload_rate: float | None,
     stop_time: float | None,
+    middle: float,
 ) -> Truck | None:
-    """The truck, if carts are of finite capacity."""
+    """The truck, if carts are of finite capacity; where nobody says, it is `middle` away [s]."""
     if cart_capacity is None:
         given = [each for each in (travel_time, unload_rate, stop_time) if each is not None]
         require(not given, "cart_capacity", "be given with a truck", None)
@@ -170,7 +176,7 @@ def _truck(
         require_positive("truck_unload_rate", unload_rate)
     return Truck(
         cart_capacity=cart_capacity,
-        travel_time=travel_time or 0.0,
+        travel_time=middle if travel_time is None else travel_time,
         unload_rate=math.inf if unload_rate is None else unload_rate,
         stop_time=stop_time or 0.0,
     )

@@ -34,6 +34,8 @@ def schedule_tables(summary: dict[str, Any]) -> Group:
     verdict = "feasible" if summary["feasible"] else "not feasible"
     parts: list[Table | Text] = [Text(f"Schedule of {_who(summary)}: {verdict}", style="bold")]
     parts += [Text(f"{reason}.") for reason in summary["reasons"]]
+    if summary["certificate"] is not None:
+        parts.append(Text(f"Certificate: {summary['certificate']['says']}."))
     parts.append(_numbers(summary))
     if summary["feasible"]:
         parts.append(_combines(summary))
@@ -60,7 +62,8 @@ def _numbers(summary: dict[str, Any]) -> Table:
     for name, constraint in summary["constraints"].items():
         mark = " (binding)" if name in summary["binding"] else ""
         slack = constraint["slack"]
-        shown = "any" if slack is None else f"{slack:.4g}"
+        nothing = "none" if name in summary["binding"] and not summary["feasible"] else "any"
+        shown = nothing if slack is None else f"{slack:.4g}"
         table.add_row(f"slack of {name}", shown, constraint["unit"], constraint["says"] + mark)
     return table
 

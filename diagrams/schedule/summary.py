@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 from ...systems.numerics.harvest.schedule.answer import CartPlan, ScheduleAnswer
+from ...systems.numerics.harvest.schedule.best_visits import best_visits, travel_time_limit
 from ...systems.numerics.harvest.schedule.closed_forms import (
     EqualCombines,
     combines_max,
@@ -16,12 +17,12 @@ from ...systems.numerics.harvest.schedule.first_round import (
 )
 from ...systems.numerics.harvest.schedule.fleet import line_of
 from ...systems.numerics.harvest.schedule.limits import (
-    best_round,
     first_to_overflow,
     unloading_share,
 )
-from ...systems.numerics.harvest.schedule.periodic_plan import Aim, plan_round, travel_scale_max
+from ...systems.numerics.harvest.schedule.periodic_plan import Aim, plan_round
 from ...systems.numerics.harvest.schedule.remedies import find_remedies
+from ...systems.numerics.harvest.schedule.rounds import round_of
 
 # A constraint this near to the tightest one binds as well.
 _TIE = 1e-9
@@ -76,6 +77,7 @@ def summarise(
     return {
         "feasible": answer.feasible,
         "reasons": list(answer.reasons),
+        "certificate": _certificate(answer),
         "combines": fleet.size,
         "combines_max": combines_max(*min(rates)) if len(rates) == 1 else None,
         "carts_used": len(answer.carts),
@@ -115,10 +117,14 @@ def travel_limit(answer: ScheduleAnswer) -> float:
     if len(kinds) == len(answer.carts) == 1 and answer.truck is None:
         # Beyond N_max this says how far, where a programme only says that there is nothing.
         return travel_time_max(EqualCombines(fleet.size, *kinds.pop(), 0.0))
-    limits = []
-    for cart in answer.carts:
-        round_, _ = best_round(fleet, cart.group.order, answer.truck)
-        limits.append(travel_scale_max(fleet, round_, by_truck=False))
+    limits = [
+        best_visits(fleet, cart.group.order).scale
+        if answer.truck is None
+        else travel_time_limit(
+            fleet, round_of(fleet, cart.round.combines, cart.round.trips, answer.truck)
+        )
+        for cart in answer.carts
+    ]
     # Adding zero takes the sign off a zero.
     return min(limits) + 0.0
 
@@ -176,10 +182,10 @@ def binding(
 
 def _least_trip(answer: ScheduleAnswer, cart: CartPlan) -> float:
     """Grain of the largest trip of a cart that never waits [kg]; without a plan none fits."""
-    round_ = cart.group.round
+    round_ = cart.round
     early = plan_round(answer.fleet, round_, aim=Aim.EARLY)
     if early is None:
-        unbounded = answer.truck and replace(answer.truck, cart_capacity=1e9 * _all_tanks(answer))
+        unbounded = answer.truck and replace(answer.truck, cart_capacity=1e3 * _all_tanks(answer))
         early = plan_round(answer.fleet, replace(round_, truck=unbounded), aim=Aim.EARLY)
     if early is None:
         return math.inf
@@ -238,11 +244,23 @@ def _cart_object(answer: ScheduleAnswer, cart: CartPlan) -> dict[str, object]:
     return {
         "combines": list(cart.group.order),
         "travel_scale_max": _finite(cart.group.travel_scale),
-        "first_to_overflow": list(first_to_overflow(answer.fleet, cart.group.round)),
+        "first_to_overflow": list(first_to_overflow(answer.fleet, cart.round)),
         "period": None if plan is None else plan.period,
         "phase": cart.phase,
         "jitter": _finite(cart.jitter) if plan is not None else None,
         "visits": visits,
+    }
+
+
+def _certificate(answer: ScheduleAnswer) -> dict[str, object] | None:
+    said = answer.certificate
+    if said is None:
+        return None
+    return {
+        "resource": said.resource,
+        "travel_scale_max": said.limit,
+        "holds": said.holds.value,
+        "says": said.says,
     }
 
 

@@ -121,6 +121,63 @@ def test_a_plan_for_a_jitter_waits_less(report):
     assert careful["period"] < plain["period"]
 
 
+HURRIED = {
+    "combines": 4,
+    "capacity": "12000,6000,12000,12000",
+    "fill_rate": "8,20,8,8",
+    "unload_rate": 150,
+}
+
+
+def test_a_combine_in_a_hurry_is_served_twice_a_round(report):
+    found = report(**HURRIED, travel_time=50)
+    assert found["feasible"] is True
+    assert found["certificate"] is None
+    assert 61 < found["travel_time_max"] < 67.5
+    visited = [visit["combine"] for visit in found["carts"][0]["visits"]]
+    assert visited.count(1) > visited.count(0)
+    refused = report(**HURRIED, travel_time=70)
+    assert refused["feasible"] is False
+    assert refused["certificate"]["holds"] == "for every order of visits that empty the tanks"
+    enough = refused["remedies"]["travel_time"]["value"]
+    assert report(**HURRIED, travel_time=enough)["feasible"] is True
+
+
+def test_a_smaller_cart_makes_nothing_feasible(report):
+    four = {"combines": 4, "capacity": 9000, "fill_rate": 20, "unload_rate": 150, "travel_time": 60}
+    assert report(**four)["feasible"] is False
+    for room in (100, 12_000, 1e6):
+        found = report(**four, cart_capacity=room)
+        assert found["feasible"] is False
+        assert found["certificate"]["travel_scale_max"] < 1
+    # The truck is half the longest way from all, unless somebody says where.
+    said = report(**four, cart_capacity=12_000, truck_travel_time=90)
+    assert said["certificate"] == report(**four, cart_capacity=12_000)["certificate"]
+    beside = report(**four, cart_capacity=12_000, truck_travel_time=0)
+    assert beside["feasible"] is False
+    assert beside["travel_scale_max"] > said["travel_scale_max"]
+
+
+def test_carts_share_combines_where_no_split_will_do(report, tmp_path):
+    found = report(
+        combines=6,
+        capacity=9000,
+        fill_rate=20,
+        unload_rate=150,
+        travel_time=60,
+        carts=4,
+        cart_capacity=20_000,
+        truck_travel_time=225,
+        cycles=6,
+        out=tmp_path / "out",
+    )
+    assert found["feasible"] is True
+    assert [cart["combines"] for cart in found["carts"]] == [list(range(6))] * 4
+    phases = [cart["phase"] for cart in found["carts"]]
+    assert phases == pytest.approx([k / 4 * found["period"] for k in range(4)])
+    assert (tmp_path / "out" / "loads.png").read_bytes().startswith(PNG)
+
+
 @pytest.mark.parametrize("travel_time", [15, 25])
 def test_the_folder_holds_the_diagram_and_the_summary(run, tmp_path, travel_time):
     out = tmp_path / "out"
@@ -144,6 +201,9 @@ def test_the_table_is_readable(run):
         ({"combines": 0}, "`combines` must be at least 1; got 0"),
         ({"combines": 999}, "`combines` must be at most 20; got 999"),
         ({"capacity": 0}, "`capacity` must be positive; got 0.0"),
+        ({"capacity": 1e308}, "`capacity` must lie between 1e-09 and 1e+12; got 1e+308"),
+        ({"fill_rate": 1e-308}, "`fill_rate` must lie between 1e-09 and 1e+12; got 1e-308"),
+        ({"travel_time": 1e300}, "`travel_time` must be at most 1e+12; got 1e+300"),
         ({"capacity": "nan"}, "`capacity` must be a finite number; got nan"),
         ({"capacity": "1,2"}, "`capacity` must be one number or 3, one for each combine"),
         ({"fill_rate": "many"}, "`fill_rate` must be numbers with commas between; got many"),

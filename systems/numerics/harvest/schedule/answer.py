@@ -6,10 +6,12 @@ from dataclasses import dataclass, replace
 
 from ...errors import require, require_non_negative
 from .carts import CartGroup, assign_combines
+from .certificate import Certificate, certify_infeasible
 from .fleet import Fleet, Truck
-from .limits import unloading_share
+from .limits import best_round, unloading_share
 from .periodic_plan import Aim, PeriodicPlan, plan_round
 from .robustness import jitter_limit, plan_for_jitter, plan_jitter
+from .rounds import Round
 from .simulation import CartRun, first_run, simulate_schedule
 from .timetable import Timetable
 
@@ -19,16 +21,19 @@ class CartPlan:
     """What one cart does.
 
     Attributes:
-        group: Its combines, its round, and how much slower its driving could be.
+        group: Its combines, and what it could do for them at best.
+        round: Its visits: one to each combine, if that will do.
         plan: Its times, or None if there are none.
         phase: When its first round starts [s].
         period_min: The shortest period it could keep, that of a cart that never waits [s].
         jitter: What its plan certainly stands, as a part of each time.
-        jitter_max: The largest that any strategy stands, without a truck; with one, what the
-            plan of the shortest period certainly stands; a part of each time.
+        jitter_max: The largest that any cart stands that serves each combine once a round and
+            needs no truck; of others what the plan of the shortest period certainly stands; a
+            part of each time.
     """
 
     group: CartGroup
+    round: Round
     plan: PeriodicPlan | None
     phase: float
     period_min: float
@@ -46,6 +51,8 @@ class ScheduleAnswer:
         carts: One entry for each cart that is used.
         feasible: Whether every cart has a plan, and one that stands the jitter asked for.
         reasons: Why not, one sentence each.
+        certificate: What there is too little of if no schedule of full tanks is known either;
+            none: there is one.
     """
 
     fleet: Fleet
@@ -53,6 +60,7 @@ class ScheduleAnswer:
     carts: tuple[CartPlan, ...]
     feasible: bool
     reasons: tuple[str, ...]
+    certificate: Certificate | None = None
 
     @property
     def travel_scale(self) -> float:
@@ -99,13 +107,24 @@ def answer_schedule(
     if jitter is not None:
         require_non_negative("jitter", jitter)
     groups = assign_combines(fleet, carts, truck, neighbours=neighbours)
-    plans = [_plan_cart(fleet, group, fill, jitter) for group in groups]
-    reasons = tuple(reason for cart in plans for reason in _reasons(fleet, cart, fill, jitter))
+    alone = [_plan_cart(fleet, group, truck, fill, jitter) for group in groups]
+    # Carts that share combines have one plan.
+    plans = [cart for cart in alone for _ in range(cart.group.carts)]
+    reasons = tuple(reason for cart in alone for reason in _reasons(fleet, cart, fill, jitter))
     feasible = all(cart.plan is not None for cart in plans)
     if feasible:
         plans = _in_turn(plans if jitter is not None else _in_step(fleet, plans, fill))
+    certificate = None
+    if min(group.travel_scale for group in groups) < 1.0 - 1e-12:
+        bests = [group.best for group in groups]
+        certificate = certify_infeasible(fleet, carts, truck, bests)
     return ScheduleAnswer(
-        fleet=fleet, truck=truck, carts=tuple(plans), feasible=feasible, reasons=reasons
+        fleet=fleet,
+        truck=truck,
+        carts=tuple(plans),
+        feasible=feasible,
+        reasons=reasons,
+        certificate=certificate,
     )
 
 
@@ -133,32 +152,53 @@ def answer_timetable(
     require(answer.feasible, "answer", "be feasible", "; ".join(answer.reasons))
     runs: list[CartRun] = []
     begins = [0.0] * answer.fleet.size if start_times is None else list(start_times)
+    first_of: dict[int, CartRun] = {}
     for cart in answer.carts:
         assert cart.plan is not None
+        leader = first_of.get(id(cart.group))
+        if leader is not None:
+            runs.append(replace(leader, first_start=leader.first_start + cart.phase))
+            continue
         run, of_cart = first_run(cart.plan, initial_loads, start_times, ready)
         if start_times is None:
             run = replace(run, first_start=run.first_start + cart.phase)
             for combine in cart.group.order:
                 begins[combine] = of_cart[combine] + cart.phase
+        first_of[id(cart.group)] = run
         runs.append(run)
     return simulate_schedule(answer.fleet, runs, cycles, initial_loads, begins)
 
 
-def _plan_cart(fleet: Fleet, group: CartGroup, fill: float, jitter: float | None) -> CartPlan:
-    """The plan of one cart by itself."""
-    early = plan_round(fleet, group.round, aim=Aim.EARLY)
+def _plan_cart(
+    fleet: Fleet, group: CartGroup, truck: Truck | None, fill: float, jitter: float | None
+) -> CartPlan:
+    """The plan of one cart by itself: with one visit to each combine a round, if that will do."""
+    if group.carts > 1:
+        return _plan_visits(fleet, group, group.best.round, fill, jitter)
+    once, _ = best_round(fleet, group.order, truck)
+    plan = _plan_visits(fleet, group, once, fill, jitter)
+    if plan.plan is not None or group.best.round == once:
+        return plan
+    return _plan_visits(fleet, group, group.best.round, fill, jitter)
+
+
+def _plan_visits(
+    fleet: Fleet, group: CartGroup, round_: Round, fill: float, jitter: float | None
+) -> CartPlan:
+    early = plan_round(fleet, round_, aim=Aim.EARLY)
     if early is None:
         limit = -1.0
-    elif group.round.truck is None:
-        limit = jitter_limit(fleet, group.round)
+    elif round_.truck is None and round_.carts == 1 and round_.size == len(group.order):
+        limit = jitter_limit(fleet, round_)
     else:
         limit = plan_jitter(early)
     if jitter is None:
-        plan = plan_round(fleet, group.round, fill)
+        plan = plan_round(fleet, round_, fill)
     else:
-        plan = plan_for_jitter(fleet, group.round, jitter)
+        plan = plan_for_jitter(fleet, round_, jitter)
     return CartPlan(
         group=group,
+        round=round_,
         plan=plan,
         phase=0.0,
         period_min=_period_min(early),
@@ -179,7 +219,7 @@ def _in_step(fleet: Fleet, carts: list[CartPlan], fill: float) -> list[CartPlan]
     if len(carts) == 1:
         return carts
     period = min(cart.plan.period for cart in carts if cart.plan is not None)
-    again = [plan_round(fleet, cart.group.round, fill, period=period) for cart in carts]
+    again = [plan_round(fleet, cart.round, fill, period=period) for cart in carts]
     if any(plan is None for plan in again):
         return carts
     return [
@@ -191,20 +231,24 @@ def _in_step(fleet: Fleet, carts: list[CartPlan], fill: float) -> list[CartPlan]
 
 def _in_turn(carts: list[CartPlan]) -> list[CartPlan]:
     """The same carts, each by an equal part of its period after the one before."""
-    return [
-        replace(cart, phase=k * cart.plan.period / len(carts))
-        for k, cart in enumerate(carts)
-        if cart.plan is not None
-    ]
+    turn = []
+    for k, cart in enumerate(carts):
+        assert cart.plan is not None
+        sharing = [n for n, other in enumerate(carts) if other.group is cart.group]
+        # Those that share combines are as far apart as their round has it.
+        part = k / len(carts) if len(sharing) == 1 else sharing.index(k) / len(sharing)
+        turn.append(replace(cart, phase=part * cart.plan.period))
+    return turn
 
 
 def _reasons(fleet: Fleet, cart: CartPlan, fill: float, jitter: float | None) -> list[str]:
     """Why a cart has no plan, in words."""
     if cart.plan is not None:
         return []
-    order, round_ = cart.group.order, cart.group.round
-    who = f"one cart with {len(order)} combines"
-    share = unloading_share(fleet, order)
+    order, round_ = cart.group.order, cart.round
+    carts = "one cart" if cart.group.carts == 1 else f"{cart.group.carts} carts"
+    who = f"{carts} with {len(order)} combines"
+    share = unloading_share(fleet, order) / cart.group.carts
     if share > 1.0 + 1e-12:
         return [f"{who}: unloading alone takes {share:.4g} of its time; none is left to drive"]
     if cart.period_min < math.inf and jitter is not None:

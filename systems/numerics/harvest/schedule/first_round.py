@@ -24,9 +24,11 @@ def drawn_timetable(answer: ScheduleAnswer, cycles: int) -> Timetable:
     begins = [0.0] * answer.fleet.size
     runs: list[CartRun] = []
     for cart in answer.carts:
-        for combine, begin in _begins(answer.fleet, cart.group.round, cart.plan).items():
-            begins[combine] = cart.phase + begin
-        runs.append(CartRun(round=cart.group.round, first_start=cart.phase, plan=cart.plan))
+        if cart.phase == 0.0 or cart.round.carts == 1:
+            # Of carts that share combines the first one finds them so.
+            for combine, begin in _begins(answer.fleet, cart.round, cart.plan).items():
+                begins[combine] = cart.phase + begin
+        runs.append(CartRun(round=cart.round, first_start=cart.phase, plan=cart.plan))
     return simulate_schedule(answer.fleet, runs, cycles, start_times=begins)
 
 

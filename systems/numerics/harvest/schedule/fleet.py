@@ -5,6 +5,7 @@ same everywhere. Combines are numbered from 0 in order of service.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...errors import (
@@ -14,6 +15,9 @@ from ...errors import (
     require_non_negative,
     require_positive,
 )
+
+# Amounts, rates and times lie between.
+LEAST, MOST = 1e-9, 1e12
 
 
 @dataclass(frozen=True)
@@ -42,9 +46,13 @@ class Fleet:
             got = len(getattr(self, name))
             require(got == count, name, f"have one entry for each of the {count} combines", got)
         for n in range(count):
-            require_positive("capacity", self.capacities[n])
-            require_positive("fill_rate", self.fill_rates[n])
-            require_positive("unload_rate", self.unload_rates[n])
+            for name, value in (
+                ("capacity", self.capacities[n]),
+                ("fill_rate", self.fill_rates[n]),
+                ("unload_rate", self.unload_rates[n]),
+            ):
+                require_positive(name, value)
+                require_measurable(name, value)
             require(
                 self.unload_rates[n] > self.fill_rates[n],
                 "unload_rate",
@@ -55,6 +63,7 @@ class Fleet:
             require(len(row) == count, "travel_times", "be a square matrix", self.travel_times)
             for entry in row:
                 require_non_negative("travel_time", entry)
+                require(entry <= MOST, "travel_time", f"be at most {MOST:g}", entry)
 
     @staticmethod
     def equal(
@@ -84,6 +93,17 @@ class Fleet:
     def size(self) -> int:
         """Number of combines."""
         return len(self.capacities)
+
+    def part(self, combines: Sequence[int]) -> "Fleet":
+        """Some of the combines, numbered anew in the order given."""
+        return Fleet(
+            capacities=tuple(self.capacities[n] for n in combines),
+            fill_rates=tuple(self.fill_rates[n] for n in combines),
+            unload_rates=tuple(self.unload_rates[n] for n in combines),
+            travel_times=tuple(
+                tuple(self.travel_times[here][there] for there in combines) for here in combines
+            ),
+        )
 
     def filling_time(self, combine: int) -> float:
         """How long an empty tank takes to fill, C / r_f [s]."""
@@ -115,6 +135,7 @@ class Truck:
 
     def __post_init__(self) -> None:
         require_positive("cart_capacity", self.cart_capacity)
+        require_measurable("cart_capacity", self.cart_capacity)
         require_non_negative("truck_travel_time", self.travel_time)
         require(self.unload_rate > 0, "truck_unload_rate", "be positive", self.unload_rate)
         require_non_negative("truck_stop_time", self.stop_time)
@@ -137,6 +158,16 @@ def line_of(gaps: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
     for gap in gaps:
         places.append(places[-1] + gap)
     return tuple(tuple(abs(there - here) for there in places) for here in places)
+
+
+def require_measurable(name: str, value: float) -> None:
+    """Refuse amounts and rates that no scale reads, whose quotients leave the range of numbers.
+
+    Args:
+        name: Of the parameter, for the message.
+        value: What came; positive, in any unit [-].
+    """
+    require(LEAST <= value <= MOST, name, f"lie between {LEAST:g} and {MOST:g}", value)
 
 
 def require_count(name: str, value: int) -> None:

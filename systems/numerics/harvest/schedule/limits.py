@@ -8,13 +8,17 @@ must stay with combine n at least as long as unloading what it cut takes, rho_n 
 
 import math
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
+from itertools import product
 
 from .fleet import Fleet, Truck
-from .periodic_plan import travel_scale_max
-from .rounds import Round, sequential_round
+from .periodic_plan import Aim, plan_round, travel_scale_max
+from .rounds import Round, round_of, sequential_round
 
 # A round of more visits is not worth the wait.
-_LONGEST_ROUND = 144
+_LONGEST_ROUND = 48
+# Combines up to which all choices of trips are tried.
+_ALL_TRIPS = 7
 
 
 def unloading_share(fleet: Fleet, combines: Iterable[int]) -> float:
@@ -23,7 +27,7 @@ def unloading_share(fleet: Fleet, combines: Iterable[int]) -> float:
 
 
 def earliest_loads(fleet: Fleet, round_: Round) -> tuple[float, ...]:
-    """L_n of a cart that never waits and needs no truck, for each visit, (V,) [kg]."""
+    """L_n of a cart that visits each combine once, never waits and needs no truck, (V,) [kg]."""
     spare = 1.0 - unloading_share(fleet, round_.combines)
     driving = math.fsum(round_.travel_times)
     if driving == 0:
@@ -38,7 +42,7 @@ def earliest_loads(fleet: Fleet, round_: Round) -> tuple[float, ...]:
 
 def driving_scale(fleet: Fleet, round_: Round) -> float:
     """By which factor all driving could at most be slower; less than 1: there is no schedule."""
-    if round_.truck is not None:
+    if round_.truck is not None or round_.carts > 1:
         return travel_scale_max(fleet, round_)
     loads = earliest_loads(fleet, round_)
     scales = [
@@ -50,7 +54,12 @@ def driving_scale(fleet: Fleet, round_: Round) -> float:
 
 def first_to_overflow(fleet: Fleet, round_: Round) -> tuple[int, ...]:
     """The combines whose tanks are the first to run over if the cart gets slower."""
-    loads = earliest_loads(fleet, round_)
+    once = len(set(round_.combines)) == round_.size
+    if round_.truck is None and round_.carts == 1 and once:
+        loads = earliest_loads(fleet, round_)
+    else:
+        early = plan_round(fleet, round_, aim=Aim.EARLY)
+        loads = (math.inf,) if early is None else early.loads_at_start
     if not all(math.isfinite(load) for load in loads):
         return tuple(sorted(set(round_.combines)))
     parts = [load / fleet.capacities[n] for n, load in zip(round_.combines, loads, strict=True)]
@@ -58,6 +67,7 @@ def first_to_overflow(fleet: Fleet, round_: Round) -> tuple[int, ...]:
     return tuple(n for n, part in zip(round_.combines, parts, strict=True) if part >= worst)
 
 
+@lru_cache(maxsize=4096)
 def best_round(fleet: Fleet, order: tuple[int, ...], truck: Truck | None) -> tuple[Round, float]:
     """The round that leaves most time for driving, and its `driving_scale`.
 
@@ -80,6 +90,36 @@ def best_round(fleet: Fleet, order: tuple[int, ...], truck: Truck | None) -> tup
             best = round_, scale
     assert best is not None  # a trip after every visit is always among them
     return best
+
+
+def best_rotation(
+    fleet: Fleet, order: tuple[int, ...], truck: Truck | None, carts: int
+) -> tuple[Round, float]:
+    """The round that several carts make one after another, and its `driving_scale`.
+
+    With a truck, every choice of visits after which to drive by it is tried for a few combines,
+    and trips at equal distances for more.
+
+    Args:
+        fleet: The combines.
+        order: In which they are served.
+        truck: Where carts unload, if anywhere.
+        carts: How many there are, at least two.
+    """
+    size = len(order)
+    if truck is None:
+        choices: list[tuple[bool, ...]] = [(False,) * size]
+    elif size <= _ALL_TRIPS:
+        # After the last visit in any case: which visit is the first makes no difference.
+        choices = [(*trips, True) for trips in product((False, True), repeat=size - 1)]
+    else:
+        everies = [every for every in range(1, size + 1) if size % every == 0]
+        choices = [tuple((n + 1) % every == 0 for n in range(size)) for every in everies]
+    rounds = [round_of(fleet, order, trips, truck, carts) for trips in choices]
+    # Of equals the one with fewest trips.
+    scales = [(round(driving_scale(fleet, each), 9), -sum(each.trips)) for each in rounds]
+    best = max(range(len(rounds)), key=lambda number: scales[number])
+    return rounds[best], scales[best][0]
 
 
 def _trip_intervals(fleet: Fleet, order: tuple[int, ...], truck: Truck) -> Iterator[int]:

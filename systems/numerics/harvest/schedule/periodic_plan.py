@@ -5,6 +5,9 @@ that visit i finds is r_f times the time since the cart left that combine; it is
 s_i. Tanks and cart set bounds, and so every question about the round is a linear programme:
 the longest and the shortest period, and how much slower the cart could drive. For equal
 combines the answers are those of (3.1) to (3.10).
+
+Where a cart that empties every tank has no plan, it may leave grain behind, for its next visit:
+because it is full, or because another combine needs it sooner.
 """
 
 import math
@@ -36,12 +39,14 @@ class PeriodicPlan:
     Attributes:
         fleet: The combines.
         round: The visits.
-        period: After which all repeats [s].
+        period: After which a cart repeats all [s]; of several carts that make the round one
+            after another each comes to a combine a part of it after the one before.
         starts: Of unloading, (V,) [s].
-        emptied: When the tank is empty, (V,) [s].
+        emptied: When the tank is as empty as it gets, (V,) [s].
         leaves: When the cart leaves, (V,) [s].
         loads_at_start: Of the tank that each visit finds, (V,) [kg].
         taken: What the cart takes over in each visit, (V,) [kg].
+        left_over: What it leaves in the tank, (V,) [kg].
     """
 
     fleet: Fleet
@@ -52,10 +57,11 @@ class PeriodicPlan:
     leaves: tuple[float, ...]
     loads_at_start: tuple[float, ...]
     taken: tuple[float, ...]
+    left_over: tuple[float, ...]
 
     @property
     def waits(self) -> tuple[float, ...]:
-        """How long the cart stays with each emptied combine, (V,) [s]."""
+        """How long the cart stays with each combine after unloading it, (V,) [s]."""
         return tuple(leave - empty for leave, empty in zip(self.leaves, self.emptied, strict=True))
 
     @property
@@ -96,7 +102,15 @@ def plan_round(
     require(0 < fill <= 1, "fill", "lie above 0 and up to 1", fill)
     if _is_alone(round_):
         return _plan_alone(fleet, round_, fill, period)
-    model = _Model(fleet, round_, fill)
+    for leaves_grain in (False, True):
+        plan = _plan(_Model(fleet, round_, fill, leaves_grain), aim, period)
+        if plan is not None:
+            return plan
+    return None
+
+
+def _plan(model: "_Model", aim: Aim, period: float | None) -> PeriodicPlan | None:
+    """The plan of one model."""
     if period is None:
         signs = (-1.0,) if aim is Aim.FULL_TANKS else (1.0, -1.0)
         found = [model.solve(sign * model.period_row) for sign in signs]
@@ -109,29 +123,21 @@ def plan_round(
     return None if even is None else model.plan_of(even)
 
 
-def travel_scale_max(
-    fleet: Fleet, round_: Round, fill: float = 1.0, by_truck: bool = True
-) -> float:
+def travel_scale_max(fleet: Fleet, round_: Round, fill: float = 1.0) -> float:
     """The largest factor on all travel times with which the round has a plan.
 
     Infinite if nothing is to be driven; negative or less than 1: as it is, it has none. Minus
-    infinity if even driving in no time does not help. Without `by_truck` the factor leaves the
-    ways by the truck as they are.
+    infinity if even driving in no time does not help.
 
     Args:
         fleet: The combines.
         round_: The visits.
         fill: Part of each tank, and of the cart, that the plan uses.
-        by_truck: Whether ways by the truck are scaled too.
     """
-    driven = [
-        way if by_truck or not trip else 0.0
-        for way, trip in zip(round_.travel_times, round_.trips, strict=True)
-    ]
-    if _is_alone(round_) or not any(driven):
+    if _is_alone(round_) or not any(round_.travel_times):
         possible = plan_round(fleet, round_, fill) is not None
         return math.inf if possible else -math.inf
-    best = _Model(fleet, round_, fill).solve_scale(driven)
+    best = _Model(fleet, round_, fill, leaves_grain=True).solve_scale()
     return -math.inf if best is None else best
 
 
@@ -161,18 +167,20 @@ def _plan_alone(fleet: Fleet, round_: Round, fill: float, period: float | None) 
         leaves=(leave,),
         loads_at_start=(load,),
         taken=(load + rate * leave,),
+        left_over=(0.0,),
     )
 
 
 class _Model:
-    """The linear programme; unknowns are V loads, V waits, in units of a tank and of its filling.
+    """The linear programme; its unknowns are V loads, V waits, and V amounts that are left over.
 
-    Row by row: load_i = r_f (sum of stays and ways since the cart last left that combine), where
-    a stay is load / (r_u - r_f) + wait and a way by the truck takes in addition as long as the
-    grain of its block takes to unload.
+    They are in units of a tank and of the time that one takes to fill. Row by row: load_i = what
+    was left over + r_f (sum of stays and ways since the cart last left that combine), where a stay
+    is (load - left over) / (r_u - r_f) + wait, and a way by the truck takes in addition as long as
+    the grain of its block takes to unload.
     """
 
-    def __init__(self, fleet: Fleet, round_: Round, fill: float) -> None:
+    def __init__(self, fleet: Fleet, round_: Round, fill: float, leaves_grain: bool) -> None:
         self.fleet, self.round = fleet, round_
         size = round_.size
         numbers = list(round_.combines)
@@ -181,40 +189,54 @@ class _Model:
         rates = np.array([fleet.fill_rates[n] for n in numbers])
         net = np.array([fleet.net_rate(n) for n in numbers])
         eye, none = np.eye(size), np.zeros((size, size))
-        loads = np.hstack([eye * self._load_unit[:, None], none])
-        self._waits = np.hstack([none, eye * self.time_unit])
-        self._stays = loads / net[:, None] + self._waits
-        self._taken = loads + rates[:, None] * self._stays
+        loads = np.hstack([eye * self._load_unit[:, None], none, none])
+        left = np.hstack([none, none, eye * self._load_unit[:, None]])
+        self._waits = np.hstack([none, eye * self.time_unit, none])
+        self._stays = (loads - left) / net[:, None] + self._waits
+        self._taken = loads - left + rates[:, None] * self._stays
         # Ways: constant part, part that grows with what the truck gets, part that a scale acts on.
-        self._ways = np.zeros((size, 2 * size))
+        self._ways = np.zeros((size, 3 * size))
         self._stops = np.zeros(size)
         self._driven = np.array(round_.travel_times)
-        room_rows = []
+        # No more is left than was there.
+        rows = [(left - loads) / self._load_unit[:, None]]
         truck = round_.truck
         if truck is not None:
             for visit in np.flatnonzero(round_.trips):
                 grain = self._taken[round_.block(int(visit))].sum(axis=0)
                 self._ways[visit] = grain / truck.unload_rate
                 self._stops[visit] = truck.stop_time
-                room_rows.append(grain / (fill * truck.cart_capacity))
-        self._room_rows = np.array(room_rows).reshape(len(room_rows), 2 * size)
+                rows.append(grain[None, :] / (fill * truck.cart_capacity))
+        self._rows = np.vstack(rows)
+        self._limits = np.append(np.zeros(size), np.ones(len(self._rows) - size))
         # What has passed since the cart last left the combine of each visit: a row of ones.
         since = np.zeros((size, size))
         since_ways = np.zeros((size, size))
+        before = np.zeros((size, size))
         for visit in range(size):
             for back in range(1, round_.previous(visit) + 1):
                 since_ways[visit, (visit - back) % size] += 1.0
                 if back < round_.previous(visit):
                     since[visit, (visit - back) % size] += 1.0
+            before[visit, (visit - round_.previous(visit)) % size] = 1.0
+        if round_.carts > 1:
+            # All of the round but the stay itself, in parts of which each is another cart's.
+            since = np.full((size, size), 1.0 / round_.carts) - np.eye(size)
+            since_ways = np.full((size, size), 1.0 / round_.carts)
         unit = (rates / self._load_unit)[:, None]
-        self._equal = loads / self._load_unit[:, None] - unit * (
+        self._equal = (loads - before @ left) / self._load_unit[:, None] - unit * (
             since @ self._stays + since_ways @ self._ways
         )
         self._since_ways = unit * since_ways
         self._equal_stops = self._since_ways @ self._stops
         self._equal_driven = self._since_ways @ self._driven
         tank, wait = (0.0, fill), (0.0, None)
-        self._bounds: list[tuple[float | None, float | None]] = [*[tank] * size, *[wait] * size]
+        kept = (0.0, fill if leaves_grain else 0.0)
+        self._bounds: list[tuple[float | None, float | None]] = [
+            *[tank] * size,
+            *[wait] * size,
+            *[kept] * size,
+        ]
         self.period_row = (self._stays + self._ways).sum(axis=0) / self.time_unit
         self._period_rest = float(self._stops.sum() + self._driven.sum())
 
@@ -224,19 +246,22 @@ class _Model:
     def solve(self, cost: Vector) -> Vector | None:
         """The unknowns of least cost at the travel times as they are."""
         return optimum(
-            cost, self._room_rows, self._equal, self._equal_stops + self._equal_driven, self._bounds
+            cost,
+            self._rows,
+            self._equal,
+            self._equal_stops + self._equal_driven,
+            self._bounds,
+            self._limits,
         )
 
-    def solve_scale(self, driven: list[float]) -> float | None:
-        """The largest factor on some travel times, (V,) [s], of all."""
-        rooms = len(self._room_rows)
-        scaled = self._since_ways @ np.array(driven)
-        fixed = self._equal_stops + self._equal_driven - scaled
-        equal = np.hstack([self._equal, -scaled[:, None]])
-        room = np.hstack([self._room_rows, np.zeros((rooms, 1))])
+    def solve_scale(self) -> float | None:
+        """The largest factor on all travel times."""
+        equal = np.hstack([self._equal, -self._equal_driven[:, None]])
+        rows = np.hstack([self._rows, np.zeros((len(self._rows), 1))])
         cost = np.zeros(equal.shape[1])
         cost[-1] = -1.0
-        best = optimum(cost, room, equal, fixed, [*self._bounds, (None, None)])
+        bounds = [*self._bounds, (None, None)]
+        best = optimum(cost, rows, equal, self._equal_stops, bounds, self._limits)
         return None if best is None else float(best[-1])
 
     def solve_evenly(self, period: float) -> Vector | None:
@@ -246,22 +271,22 @@ class _Model:
         equal = np.hstack([equal, np.zeros((size + 1, 1))])
         right = (period - self._period_rest) / self.time_unit
         sides = np.append(self._equal_stops + self._equal_driven, right)
-        # least - wait_i <= 0 beside room rows that end at 1.
+        # least - wait_i <= 0 beside the other rows.
         least = np.hstack([-self._waits / self.time_unit, np.ones((size, 1))])
-        room = np.hstack([self._room_rows, np.zeros((len(self._room_rows), 1))])
-        cost = np.append(np.zeros(2 * size), -1.0)
-        limits = np.append(np.zeros(size), np.ones(len(room)))
+        others = np.hstack([self._rows, np.zeros((len(self._rows), 1))])
+        cost = np.append(np.zeros(3 * size), -1.0)
+        limits = np.append(np.zeros(size), self._limits)
         best = optimum(
-            cost, np.vstack([least, room]), equal, sides, [*self._bounds, (0.0, None)], limits
+            cost, np.vstack([least, others]), equal, sides, [*self._bounds, (0.0, None)], limits
         )
         return None if best is None else best[:-1]
 
     def plan_of(self, unknowns: Vector) -> PeriodicPlan:
-        """The plan in [s] and [kg]; loads follow from the waits without the solver's tolerance."""
+        """The plan in [s] and [kg]; loads follow from the rest without the solver's tolerance."""
         size = self.round.size
-        waits = np.maximum(unknowns[size:], 0.0)
-        sides = self._equal_stops + self._equal_driven - self._equal[:, size:] @ waits
-        exact = np.concatenate([np.linalg.lstsq(self._equal[:, :size], sides)[0], waits])
+        rest = np.maximum(unknowns[size:], 0.0)
+        sides = self._equal_stops + self._equal_driven - self._equal[:, size:] @ rest
+        exact = np.concatenate([np.linalg.lstsq(self._equal[:, :size], sides)[0], rest])
         if not np.allclose(exact, unknowns, rtol=0, atol=1e-6):
             # Nothing is driven and nothing waited: loads are only known up to a factor.
             exact = unknowns
@@ -278,4 +303,5 @@ class _Model:
             leaves=tuple(leaves.tolist()),
             loads_at_start=tuple(loads.tolist()),
             taken=tuple((self._taken @ exact).tolist()),
+            left_over=tuple((exact[2 * size :] * self._load_unit).tolist()),
         )

@@ -4,13 +4,15 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from .best_visits import is_served
 from .carts import assign_combines
+from .certain_limit import is_excluded
 from .fleet import Fleet, Truck
-from .limits import best_round
 
 # Of a factor: exact without a truck; with one each trial is a linear programme for every round.
 _ACCURACY, _ACCURACY_WITH_TRUCK = 1e-12, 1e-3
-_FARTHEST = 1e6
+# Nobody changes a machine by more.
+_FARTHEST = 1e3
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ def find_remedies(fleet: Fleet, carts: int = 1, truck: Truck | None = None) -> R
         def works(factor: float) -> bool:
             changed = change(factor)
             return changed is not None and all(
-                best_round(changed[0], order, changed[1])[1] >= 1.0 - 1e-12 for order in orders
+                is_served(changed[0], order, changed[1]) for order in orders
             )
 
         return _threshold(works, accuracy)
@@ -89,6 +91,8 @@ def find_remedies(fleet: Fleet, carts: int = 1, truck: Truck | None = None) -> R
 
 def is_feasible(fleet: Fleet, carts: int, truck: Truck | None) -> bool:
     """Whether some split of the combines leaves every cart time enough to drive."""
+    if is_excluded(fleet, carts, truck):
+        return False
     groups = assign_combines(fleet, carts, truck)
     return all(group.travel_scale >= 1.0 - 1e-12 for group in groups)
 
@@ -121,7 +125,7 @@ def _threshold(works: Callable[[float], bool], accuracy: float) -> float:
 def _combines_served(fleet: Fleet, carts: int, truck: Truck | None) -> int:
     """How many combines from the first on the carts can serve."""
     served = 0
-    while served < fleet.size and is_feasible(first_combines(fleet, served + 1), carts, truck):
+    while served < fleet.size and is_feasible(fleet.part(range(served + 1)), carts, truck):
         served += 1
     return served
 
@@ -130,18 +134,3 @@ def _carts_needed(fleet: Fleet, truck: Truck | None) -> int:
     """The smallest number of carts that will do; 0: none."""
     counts = range(1, fleet.size + 1)
     return next((count for count in counts if is_feasible(fleet, count, truck)), 0)
-
-
-def first_combines(fleet: Fleet, count: int) -> Fleet:
-    """The fleet without all but the first combines.
-
-    Args:
-        fleet: Which.
-        count: How many are left.
-    """
-    return Fleet(
-        capacities=fleet.capacities[:count],
-        fill_rates=fleet.fill_rates[:count],
-        unload_rates=fleet.unload_rates[:count],
-        travel_times=tuple(row[:count] for row in fleet.travel_times[:count]),
-    )

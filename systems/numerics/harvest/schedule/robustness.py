@@ -15,6 +15,8 @@ Matrix = NDArray[np.float64]
 
 # Halvings of the range of a plan's fill; rounds until the worst case has settled; rounding.
 _STEPS, _ROUNDS, _ROUNDING = 40, 10_000, 1e-9
+# A plan that stands times so many times as long stands any.
+_ALWAYS = 1e9
 
 
 def jitter_limit(fleet: Fleet, round_: Round) -> float:
@@ -55,12 +57,17 @@ def plan_jitter(plan: PeriodicPlan) -> float:
     The cart never leaves before the plan, and is 1 + j times as slow from where it was last on
     time. Exact where that is the place before, as in the thesis's plan, which stands no jitter at
     all: its tanks are full to the brim when the cart comes; and for the shortest period, whose
-    plan stands `jitter_limit`. For trips, the cart must hold the grain as well.
+    plan stands `jitter_limit`. For trips, the cart must hold the grain as well. Nothing is certain
+    of carts that share combines, or of tanks that are not emptied.
     """
     if _never_late(plan):
         return math.inf
+    if plan.round.carts > 1 or any(plan.left_over):
+        return 0.0
     low, high = 1.0, 2.0
     while stands_factor(plan, high):
+        if high > _ALWAYS:
+            return math.inf
         low, high = high, 2.0 * high
     while high - low > 1e-10 * high:
         middle = (low + high) / 2
@@ -73,6 +80,8 @@ def stands_factor(plan: PeriodicPlan, factor: float) -> bool:
     """Whether a plan's timetable is certain to hold if times are up to `factor` times as long."""
     if _never_late(plan):
         return True
+    if plan.round.carts > 1 or any(plan.left_over):
+        return factor <= 1.0
     fleet, round_ = plan.fleet, plan.round
     numbers = list(round_.combines)
     rates = np.array([fleet.fill_rates[n] for n in numbers])

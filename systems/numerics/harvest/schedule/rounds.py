@@ -16,15 +16,25 @@ class Round:
     Attributes:
         combines: Which combine each visit serves, (V,).
         travel_times: From each visit's combine to the next visit's, by way of the truck where
-            there is a trip; the last leads back to the first, (V,) [s].
+            there is a trip, but without the time there; the last leads back to the first, (V,) [s].
         trips: Whether the cart drives by the truck after each visit, (V,).
         truck: That truck; none: the cart holds any amount.
+        carts: How many carts make this round, one after another and equally far apart in time;
+            if several, it has one visit to each combine.
+
+    Raises:
+        InvalidInput: Several carts would visit a combine more than once a round.
     """
 
     combines: tuple[int, ...]
     travel_times: tuple[float, ...]
     trips: tuple[bool, ...]
     truck: Truck | None = None
+    carts: int = 1
+
+    def __post_init__(self) -> None:
+        once = len(set(self.combines)) == len(self.combines)
+        require(self.carts == 1 or once, "round", "visit each combine once", self.combines)
 
     @property
     def size(self) -> int:
@@ -79,8 +89,52 @@ def sequential_round(
         size = lcm(every, len(served))
         trips = tuple((visit + 1) % every == 0 for visit in range(size))
     combines = tuple(served[visit % len(served)] for visit in range(size))
+    return round_of(fleet, combines, trips, truck)
+
+
+def round_of(
+    fleet: Fleet,
+    combines: Sequence[int],
+    trips: Sequence[bool],
+    truck: Truck | None = None,
+    carts: int = 1,
+) -> Round:
+    """The round of any visits, with the ways between them.
+
+    Args:
+        fleet: The combines.
+        combines: Of each visit, (V,).
+        trips: Whether the cart drives by the truck after each visit, (V,).
+        truck: Where that is; needed for trips.
+        carts: How many make the round one after another.
+
+    Raises:
+        InvalidInput: Several carts would visit a combine more than once a round.
+    """
     travel = tuple(
-        2 * truck.travel_time if truck is not None and trip else fleet.travel_times[here][there]
+        way_by_truck(fleet, truck, here, there)
+        if truck is not None and trip
+        else fleet.travel_times[here][there]
         for (here, there), trip in zip(pairwise((*combines, combines[0])), trips, strict=True)
     )
-    return Round(combines=combines, travel_times=travel, trips=trips, truck=truck)
+    return Round(
+        combines=tuple(combines),
+        travel_times=travel,
+        trips=tuple(trips),
+        truck=truck,
+        carts=carts,
+    )
+
+
+def way_by_truck(fleet: Fleet, truck: Truck, here: int, there: int) -> float:
+    """From one combine to another by way of the truck, without the time there [s].
+
+    It is never quicker than the way without: the truck moves no cart.
+
+    Args:
+        fleet: The combines.
+        truck: Where the cart unloads.
+        here: Number of the first combine.
+        there: Number of the second.
+    """
+    return max(2.0 * truck.travel_time, fleet.travel_times[here][there])

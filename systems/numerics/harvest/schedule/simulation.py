@@ -7,6 +7,7 @@ the tank and then takes over what is cut. A full tank runs over, and what runs o
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike
 from ...errors import require
 from .fleet import Fleet, require_count
 from .periodic_plan import PeriodicPlan
-from .rounds import Round
+from .rounds import Round, way_by_truck
 from .timetable import LoadLine, Timetable, Visit
 
 # Part of a tank that rounding may put above its capacity.
@@ -29,8 +30,8 @@ class CartRun:
         round: The visits that it repeats.
         first_start: When it is beside the first combine [s].
         plan: It neither starts to unload nor leaves before this plan does; none: it starts when
-            it comes and leaves when the tank is empty. It never leaves a tank that is not empty,
-            unless the cart is full; then it drives by the truck at once.
+            it comes and leaves when the tank is empty. It never leaves more in a tank than the
+            plan does, unless the cart is full; then it drives by the truck at once.
         travel_factors: By how much longer each way takes than planned; one number or one for
             each visit of the whole run, repeated as needed.
         unload_factors: The same for emptying a tank: by as much its load falls more slowly.
@@ -54,7 +55,8 @@ def simulate_schedule(
 
     Args:
         fleet: The combines. One that no cart serves fills and runs over.
-        runs: One for each cart; no combine is served by two of them.
+        runs: One for each cart; one that comes to a combine beside which another cart stands
+            waits until that one has gone.
         cycles: Number of rounds.
         initial_loads: Of the tanks, (N,) [kg]; none: empty.
         start_times: When each combine begins to cut, (N,) [s]; none: at time 0.
@@ -64,8 +66,6 @@ def simulate_schedule(
     """
     require_count("cycles", cycles)
     runs = [runs] if isinstance(runs, CartRun) else list(runs)
-    served = [combine for run in runs for combine in set(run.round.combines)]
-    require(len(set(served)) == len(served), "runs", "share no combine", sorted(served))
     begins = (0.0,) * fleet.size if start_times is None else tuple(start_times)
     loads = (0.0,) * fleet.size if initial_loads is None else tuple(initial_loads)
     for name, values in (("start_times", begins), ("initial_loads", loads)):
@@ -73,22 +73,30 @@ def simulate_schedule(
     for load, capacity in zip(loads, fleet.capacities, strict=True):
         require(0 <= load <= capacity, "initial_loads", "fit into the tanks", load)
     tanks = [_Tank(fleet, n, begins[n], loads[n]) for n in range(fleet.size)]
-    visits: list[Visit] = []
-    carts: list[LoadLine] = []
-    end = max(begins)
-    for number, run in enumerate(runs):
-        made, line = _drive(run, number, cycles, tanks)
-        visits += made
-        carts.append(line)
-        end = max(end, made[-1].leave)
-        for combine in set(run.round.combines):
-            tanks[combine].fill_until(made[-1].leave)
-    for combine in set(range(fleet.size)) - set(served):
-        tanks[combine].fill_until(end)
+    carts = [_Cart(run, number, cycles) for number, run in enumerate(runs)]
+    # Each visit in its turn, so that carts that share a combine find what the others left.
+    waiting = [(cart.next_start(tanks), cart.number) for cart in carts]
+    heapify(waiting)
+    while waiting:
+        start, number = heappop(waiting)
+        cart = carts[number]
+        if start < cart.next_start(tanks):
+            # Another cart is there.
+            heappush(waiting, (cart.next_start(tanks), number))
+            continue
+        cart.visit(tanks)
+        if not cart.is_done:
+            heappush(waiting, (cart.next_start(tanks), number))
+    visits = [visit for cart in carts for visit in cart.visits]
+    end = max([*begins, *(visit.leave for visit in visits)])
+    for n, tank in enumerate(tanks):
+        # Until the first of its carts has made all its rounds, and is missed.
+        last = [cart.visits[-1].leave for cart in carts if n in cart.run.round.combines]
+        tank.fill_until(max(min(last, default=end), tank.time))
     return Timetable(
         visits=tuple(sorted(visits, key=lambda visit: visit.start_unloading)),
         tanks=tuple(tank.line() for tank in tanks),
-        carts=tuple(carts),
+        carts=tuple(cart.line() for cart in carts),
         lost=tuple(tank.lost for tank in tanks),
         overflows={n: tank.overflow for n, tank in enumerate(tanks) if tank.overflow < math.inf},
     )
@@ -98,6 +106,7 @@ class _Tank:
     """Load of one combine's tank, from event to event."""
 
     def __init__(self, fleet: Fleet, combine: int, begin: float, load: float) -> None:
+        self.fleet = fleet
         self.capacity = fleet.capacities[combine]
         self.rate = fleet.fill_rates[combine]
         self.net_rate = fleet.net_rate(combine)
@@ -125,66 +134,97 @@ class _Tank:
         return LoadLine(times=times, loads=loads)
 
 
-def _drive(
-    run: CartRun, number: int, cycles: int, tanks: list[_Tank]
-) -> tuple[list[Visit], LoadLine]:
-    """The visits of one cart, and its own load."""
-    round_, truck = run.round, run.round.truck
-    travel_factors = np.atleast_1d(np.asarray(run.travel_factors, dtype=float)).tolist()
-    unload_factors = np.atleast_1d(np.asarray(run.unload_factors, dtype=float)).tolist()
-    room = math.inf if truck is None else truck.cart_capacity
-    held, time = 0.0, run.first_start
-    points = [(time, held)]
-    visits: list[Visit] = []
-    for count in range(cycles * round_.size):
+class _Cart:
+    """One cart on its rounds, from visit to visit."""
+
+    def __init__(self, run: CartRun, number: int, cycles: int) -> None:
+        self.run, self.number = run, number
+        self._most = cycles * run.round.size
+        self._travel_factors = np.atleast_1d(np.asarray(run.travel_factors, dtype=float)).tolist()
+        self._unload_factors = np.atleast_1d(np.asarray(run.unload_factors, dtype=float)).tolist()
+        truck = run.round.truck
+        self._room = math.inf if truck is None else truck.cart_capacity
+        self._held, self._time = 0.0, run.first_start
+        self._points = [(self._time, self._held)]
+        self.visits: list[Visit] = []
+
+    @property
+    def is_done(self) -> bool:
+        """Whether it has made all its rounds."""
+        return len(self.visits) == self._most
+
+    def line(self) -> LoadLine:
+        """What it holds over time."""
+        times, loads = np.array(self._points).T
+        return LoadLine(times=times, loads=loads)
+
+    def next_start(self, tanks: list[_Tank]) -> float:
+        """When it can begin to unload next: it is there, nobody else is, and the plan says so."""
+        lap, place = divmod(len(self.visits), self.run.round.size)
+        tank = tanks[self.run.round.combines[place]]
+        start = max(self._time, tank.begin, tank.time)
+        if self.run.plan is not None:
+            planned = self.run.first_start + lap * self.run.plan.period
+            start = max(start, planned + self.run.plan.starts[place])
+        return start
+
+    def visit(self, tanks: list[_Tank]) -> None:
+        """Unload, wait as the plan says, and drive to the next combine."""
+        round_, truck, plan = self.run.round, self.run.round.truck, self.run.plan
+        count = len(self.visits)
         lap, place = divmod(count, round_.size)
         tank = tanks[round_.combines[place]]
-        start, planned = max(time, tank.begin), -math.inf
-        if run.plan is not None:
-            lap_start = run.first_start + lap * run.plan.period
-            start = max(start, lap_start + run.plan.starts[place])
-            planned = lap_start + run.plan.leaves[place]
+        start, arrive = self.next_start(tanks), self._time
+        planned, left_planned = -math.inf, 0.0
+        if plan is not None:
+            planned = self.run.first_start + lap * plan.period + plan.leaves[place]
+            left_planned = plan.left_over[place]
         tank.fill_until(start)
-        load, net = tank.load, tank.net_rate / unload_factors[count % len(unload_factors)]
-        until_empty, until_full = load / net, (room - held) / (net + tank.rate)
+        load = tank.load
+        net = tank.net_rate / self._unload_factors[count % len(self._unload_factors)]
+        until_empty = max(load - left_planned, 0.0) / net
+        until_full = (self._room - self._held) / (net + tank.rate)
         emptied = start + min(until_empty, until_full)
-        left_over = load - net * until_full if until_full < until_empty else 0.0
+        left_over = load - net * until_full if until_full < until_empty else min(load, left_planned)
         taken = load - left_over + tank.rate * (emptied - start)
         leave = max(emptied, planned)
         if leave > emptied:
-            leave = min(leave, emptied + max(room - held - taken, 0.0) / tank.rate)
-        points += [(start, held), (emptied, held + taken)]
+            room = max(self._room - self._held - taken, 0.0)
+            leave = min(leave, emptied + room / tank.rate)
+        self._points += [(start, self._held), (emptied, self._held + taken)]
         taken += tank.rate * (leave - emptied)
-        held += taken
-        points.append((leave, held))
+        self._held += taken
+        self._points.append((leave, self._held))
         tank.put(emptied, left_over)
         tank.put(leave, left_over)
-        full = held >= room * (1.0 - _ROUNDING)
+        full = self._held >= self._room * (1.0 - _ROUNDING)
         by_truck = truck is not None and (round_.trips[place] or full)
-        visits.append(
+        self.visits.append(
             Visit(
                 combine=round_.combines[place],
-                arrive=time,
+                arrive=arrive,
                 start_unloading=start,
                 emptied=emptied,
                 leave=leave,
                 load_at_start=load,
                 taken=taken,
                 by_truck=by_truck,
-                cart=number,
+                cart=self.number,
             )
         )
         way = round_.travel_times[place]
-        factor = travel_factors[count % len(travel_factors)]
+        factor = self._travel_factors[count % len(self._travel_factors)]
         if truck is None or not by_truck:
-            time = leave + factor * way
-            continue
-        there = leave + factor * truck.travel_time
-        gone = there + truck.stop_time + held / truck.unload_rate
-        points += [(there, held), (gone, 0.0)]
-        held, time = 0.0, gone + factor * truck.travel_time
-    times, loads = np.array(points).T
-    return visits, LoadLine(times=times, loads=loads)
+            self._time = leave + factor * way
+            return
+        if not round_.trips[place]:
+            # Sooner than planned.
+            there = round_.combines[(place + 1) % round_.size]
+            way = way_by_truck(tank.fleet, truck, round_.combines[place], there)
+        there = leave + factor * way / 2
+        gone = there + truck.stop_time + self._held / truck.unload_rate
+        self._points += [(there, self._held), (gone, 0.0)]
+        self._held, self._time = 0.0, gone + factor * way / 2
 
 
 def plan_timetable(

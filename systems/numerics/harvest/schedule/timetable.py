@@ -14,8 +14,8 @@ class Visit:
         combine: Its number.
         arrive: The cart is there [s].
         start_unloading: Grain flows [s].
-        emptied: The tank is empty, or as empty as the cart has room for [s].
-        leave: The cart drives off [s]; from `emptied` on an empty tank stays empty.
+        emptied: The tank is empty, or as empty as the plan or the cart's room makes it [s].
+        leave: The cart drives off [s]; from `emptied` on the tank stays as it is.
         load_at_start: Of the tank, when unloading starts [kg].
         taken: Grain that the cart took over [kg].
         by_truck: Whether the cart drives by the truck next.

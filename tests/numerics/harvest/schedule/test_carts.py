@@ -10,6 +10,7 @@ from sightfield.systems.numerics.harvest.schedule.answer import answer_schedule,
 from sightfield.systems.numerics.harvest.schedule.carts import assign_combines
 from sightfield.systems.numerics.harvest.schedule.closed_forms import EqualCombines
 from sightfield.systems.numerics.harvest.schedule.fleet import Fleet, Truck, line_of
+from sightfield.systems.numerics.harvest.schedule.limits import best_round
 from sightfield.systems.numerics.harvest.schedule.remedies import find_remedies
 from sightfield.systems.numerics.harvest.schedule.tours import shortest_tour, tour_time
 
@@ -43,7 +44,10 @@ def test_two_carts_with_six_combines_do_at_least_as_well_as_any_even_split(fleet
         others = tuple(n for n in range(6) if n not in first)
         even = min(slowest_driving(fleet, first), slowest_driving(fleet, others))
         assert worst >= even * (1 - 1e-9)
-    assert worst == pytest.approx(min(slowest_driving(fleet, group.order) for group in found))
+    # Other orders of visits may be better still than one visit to each.
+    once = [best_round(fleet, group.order, None)[1] for group in found]
+    assert min(once) == pytest.approx(min(slowest_driving(fleet, group.order) for group in found))
+    assert worst >= min(once) * (1 - 1e-9)
     assert sorted(n for group in found for n in group.order) == list(range(6))
 
 

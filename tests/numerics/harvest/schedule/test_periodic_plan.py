@@ -131,13 +131,20 @@ def test_a_cart_that_holds_little_drives_by_the_truck_more_often():
     assert trips[0] > trips[1]
 
 
-def test_a_truck_at_no_distance_costs_nothing():
+def test_a_truck_at_no_distance_neither_costs_nor_saves_a_way():
     each = at_limit(4, 0.8)
-    round_ = sequential_round(each.fleet(), truck=Truck(1e9))
-    plan = plan_round(each.fleet(), round_)
-    # The way back to the first combine is saved: the truck is beside every combine.
-    busy = 4 * (each.emptying + plan.waits[0]) + 3 * each.travel_time
+    plan = plan_round(each.fleet(), sequential_round(each.fleet(), truck=Truck(1e9)))
+    # The cart drives back to the first combine, be the truck beside it or not.
+    busy = 4 * (each.emptying + plan.waits[0]) + 6 * each.travel_time
     assert plan.period == pytest.approx(busy)
+    assert plan.period == pytest.approx(forms.period(each))
+
+
+def test_the_truck_moves_no_cart():
+    fleet = Fleet.equal(4, 9000.0, 20.0, 150.0, 60.0)
+    for room in (12_000.0, 36_000.0, 1e9):
+        assert best_round(fleet, (0, 1, 2, 3), Truck(room))[1] < 1
+    assert best_round(fleet, (0, 1, 2, 3), None)[1] < 1
 
 
 def test_a_full_cart_leaves_grain_behind_and_drives_by_the_truck():

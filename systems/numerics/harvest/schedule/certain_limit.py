@@ -1,0 +1,161 @@
+"""How slow carts could drive at most, whatever they do: a bound that no strategy beats.
+
+On average over time, carts stay with combine n for a share s_n of it, at least r_f / r_u, since
+the auger delivers no faster. From one visit to the next at most C / r_f passes, or the tank runs
+over, so that visits per second are at least (1 - s_n) r_f / C. Each visit takes a way from
+somewhere and a way to somewhere, as many ways end at a combine as begin there, and the truck must
+be driven by as often as the grain fills a cart. All this takes no more time than the carts have:
+
+    sum s_n + sum (ways per second) x (time of the way) + (time at the truck) <= carts.
+
+The least left side is a linear programme; the largest factor on all ways with which it still
+fits is the bound. Nothing is said of the order, the strategy, or who shares what, so that it
+holds for all of them; of one cart it is also known that it cannot stay for ever among some of
+the combines, which links them.
+"""
+
+import math
+from itertools import combinations
+
+import numpy as np
+from scipy.optimize import linprog
+
+from .fleet import Fleet, Truck
+from .rounds import way_by_truck
+
+# Combines up to which each subset is a constraint of one cart.
+_ALL_SUBSETS = 8
+_STEPS = 60
+
+
+def certain_limit(fleet: Fleet, carts: int, truck: Truck | None = None) -> float:
+    """The factor on all ways beyond which no strategy keeps every tank from running over.
+
+    Less than 1: as things are there is none. 0: not even if carts drove in no time. Infinite:
+    nothing is to be driven that would count.
+
+    Args:
+        fleet: The combines.
+        carts: How many there are.
+        truck: Where carts of finite capacity unload; none: they hold any amount.
+    """
+    if _standing(fleet, truck) > carts * (1.0 + 1e-12):
+        return 0.0
+    programme = _Averages(fleet, carts, truck)
+    if programme.least_time(1e12) <= carts:
+        return math.inf
+    # The least time is concave in the factor: its chord from a factor that fits to one that does
+    # not crosses the carts' time at one that fits.
+    low, high = 0.0, 1.0
+    while programme.least_time(high) <= carts:
+        low, high = high, 2.0 * high
+    for _ in range(_STEPS):
+        if high - low <= 1e-9 * high:
+            break
+        middle = (low + high) / 2
+        low, high = (middle, high) if programme.least_time(middle) <= carts else (low, middle)
+    return high
+
+
+def is_excluded(fleet: Fleet, carts: int, truck: Truck | None = None) -> bool:
+    """Whether it is certain that no strategy keeps every tank from running over.
+
+    Args:
+        fleet: The combines.
+        carts: How many there are.
+        truck: Where carts of finite capacity unload, if anywhere.
+    """
+    if _standing(fleet, truck) > carts * (1.0 + 1e-12):
+        return True
+    return _Averages(fleet, carts, truck).least_time(1.0) > carts * (1.0 + 1e-9)
+
+
+def _standing(fleet: Fleet, truck: Truck | None) -> float:
+    """Carts that would be busy if nobody had to drive."""
+    busy = math.fsum(f / u for f, u in zip(fleet.fill_rates, fleet.unload_rates, strict=True))
+    if truck is not None:
+        cut = math.fsum(fleet.fill_rates)
+        busy += cut / truck.unload_rate + truck.stop_time * cut / truck.cart_capacity
+    return busy
+
+
+class _Averages:
+    """The programme; its unknowns are N shares, N^2 direct ways a second, N^2 by the truck."""
+
+    def __init__(self, fleet: Fleet, carts: int, truck: Truck | None) -> None:
+        size = fleet.size
+        pairs = [(here, there) for here in range(size) for there in range(size)]
+        fill, unload = np.array(fleet.fill_rates), np.array(fleet.unload_rates)
+        filling = np.array(fleet.capacities) / fill
+        self._ways = np.array([fleet.travel_times[here][there] for here, there in pairs])
+        self._by_truck = np.zeros(len(pairs))
+        self._rest = 0.0
+        rows, limits = [], []
+        shape = size + 2 * len(pairs)
+
+        def row_of(
+            ways: list[tuple[int, int]], sign: float, shares: dict[int, float]
+        ) -> np.ndarray:
+            row = np.zeros(shape)
+            for here, there in ways:
+                place = size + here * size + there
+                row[place] += sign
+                row[place + len(pairs)] += sign
+            for n, value in shares.items():
+                row[n] = value
+            return row
+
+        for n in range(size):
+            ways = [(n, there) for there in range(size)]
+            rows.append(row_of(ways, -1.0, {n: -1.0 / filling[n]}))
+            limits.append(-1.0 / filling[n])
+        if carts == 1 and size <= _ALL_SUBSETS:
+            for count in range(1, size):
+                for inside in combinations(range(size), count):
+                    outside = [n for n in range(size) if n not in inside]
+                    ways = [(here, there) for here in inside for there in outside]
+                    rows.append(row_of(ways, -1.0, {}))
+                    within = min(filling[n] for n in outside)
+                    without = min(filling[list(inside)])
+                    limits.append(-1.0 / (within + without))
+        equal = []
+        for n in range(size):
+            leaving = row_of([(n, there) for there in range(size)], 1.0, {})
+            equal.append(leaving - row_of([(here, n) for here in range(size)], 1.0, {}))
+        bounds: list[tuple[float, float | None]] = [
+            (float(share), float(carts)) for share in fill / unload
+        ]
+        bounds += [(0.0, 0.0 if here == there else None) for here, there in pairs]
+        if truck is None:
+            bounds += [(0.0, 0.0)] * len(pairs)
+        else:
+            self._by_truck[:] = [way_by_truck(fleet, truck, here, there) for here, there in pairs]
+            bounds += [(0.0, None)] * len(pairs)
+            row = np.zeros(shape)
+            row[size + len(pairs) :] = -1.0
+            rows.append(row)
+            limits.append(-fill.sum() / truck.cart_capacity)
+            self._rest = fill.sum() / truck.unload_rate
+        self._stop = 0.0 if truck is None else truck.stop_time
+        self._size, self._rows, self._limits = size, np.array(rows), np.array(limits)
+        self._equal, self._bounds = np.array(equal), bounds
+
+    def least_time(self, factor: float) -> float:
+        """Carts that would be busy all the time with ways that are longer by a factor."""
+        cost = np.concatenate(
+            [
+                np.ones(self._size),
+                factor * self._ways,
+                factor * self._by_truck + self._stop,
+            ]
+        )
+        answer = linprog(
+            cost,
+            A_ub=self._rows,
+            b_ub=self._limits,
+            A_eq=self._equal,
+            b_eq=np.zeros(self._size),
+            bounds=self._bounds,
+            method="highs",
+        )
+        return math.inf if answer.status != 0 else float(answer.fun) + self._rest
