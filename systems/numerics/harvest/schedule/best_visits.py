@@ -18,9 +18,10 @@ from .certain_limit import is_excluded
 from .fleet import Fleet, Truck
 from .limits import best_rotation, best_round
 from .periodic_plan import plan_round, travel_scale_max
-from .rounds import Round, round_of, way_by_truck
+from .rounds import Round, round_of
 from .short_words import limits_of, words_of
-from .visit_search import Outcome, Ways, search_visits
+from .visit_search import Outcome, search_visits
+from .ways import ways_of
 
 # By which factor a better order must let the cart be slower, and orders that are tried at most.
 ACCURACY = 1e-3
@@ -93,8 +94,7 @@ def _short_words(fleet: Fleet, order: tuple[int, ...], truck: Truck | None) -> l
     net = np.array(fleet.unload_rates)[numbers] - fill
     if (fill / (net + fill)).sum() >= 1.0:
         return []
-    ways = _ways_of(fleet, order, truck)
-    stop = 0.0 if truck is None else truck.stop_time
+    ways = ways_of(fleet, order, truck)
     found: list[tuple[float, tuple[int, ...], tuple[bool, ...]]] = []
     for words in words_of(size, 2 * size):
         visits = words.shape[1]
@@ -108,8 +108,8 @@ def _short_words(fleet: Fleet, order: tuple[int, ...], truck: Truck | None) -> l
             fill,
             net,
             ways.direct,
-            ways.by_truck - stop,
-            stop,
+            ways.by_truck,
+            ways.stop,
             ways.unloading,
             ways.room,
         )
@@ -160,7 +160,7 @@ def find_visits(
     unload = np.array(fleet.unload_rates)[numbers]
     if (fill / unload).sum() > 1.0:
         return None, Outcome.NONE
-    ways = _ways_of(fleet, order, truck, scale)
+    ways = ways_of(fleet, order, truck, scale)
     said = search_visits(
         np.array(fleet.capacities)[numbers],
         fill,
@@ -176,17 +176,6 @@ def find_visits(
     combines = combines[first:] + combines[:first]
     trips = [*said.trips[first:], *said.trips[:first]]
     return round_of(fleet, combines, trips, truck), said.outcome
-
-
-def _ways_of(fleet: Fleet, order: tuple[int, ...], truck: Truck | None, scale: float = 1.0) -> Ways:
-    """The ways between some combines, longer by a factor."""
-    numbers = np.array(order)
-    direct = scale * np.array(fleet.travel_times)[np.ix_(numbers, numbers)]
-    if truck is None:
-        return Ways(direct, direct, math.inf, 0.0)
-    rows = [[way_by_truck(fleet, truck, here, there) for there in order] for here in order]
-    by_truck = scale * np.array(rows) + truck.stop_time
-    return Ways(direct, by_truck, truck.cart_capacity, 1.0 / truck.unload_rate)
 
 
 def is_served(fleet: Fleet, order: tuple[int, ...], truck: Truck | None) -> bool:

@@ -14,11 +14,14 @@ from itertools import product
 from .fleet import Fleet, Truck
 from .periodic_plan import Aim, plan_round, travel_scale_max
 from .rounds import Round, round_of, sequential_round
+from .short_words import emptying_limit
 
 # A round of more visits is not worth the wait.
 _LONGEST_ROUND = 48
 # Combines up to which all choices of trips are tried.
 _ALL_TRIPS = 7
+# Numbers of visits to a trip that are judged by a programme.
+_JUDGED = 4
 
 
 def unloading_share(fleet: Fleet, combines: Iterable[int]) -> float:
@@ -82,9 +85,14 @@ def best_round(fleet: Fleet, order: tuple[int, ...], truck: Truck | None) -> tup
     if truck is None:
         round_ = sequential_round(fleet, order)
         return round_, driving_scale(fleet, round_)
+    rounds = [
+        sequential_round(fleet, order, truck, every)
+        for every in _trip_intervals(fleet, order, truck)
+    ]
+    # What a cart can do that empties every tank says which are worth a programme.
+    promising = sorted(rounds, key=lambda round_: -emptying_limit(fleet, round_))[:_JUDGED]
     best: tuple[Round, float] | None = None
-    for every in _trip_intervals(fleet, order, truck):
-        round_ = sequential_round(fleet, order, truck, every)
+    for round_ in sorted(promising, key=rounds.index):
         scale = driving_scale(fleet, round_)
         if best is None or scale >= best[1] * (1.0 - 1e-9):
             best = round_, scale

@@ -16,6 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compiled import compiled, kernel
+from .fleet import Fleet
+from .rounds import Round
+from .ways import ways_of
 
 Vector = NDArray[np.float64]
 Words = NDArray[np.int64]
@@ -48,6 +51,33 @@ def _is_first_of_its_rotations(word: tuple[int, ...], combines: int) -> bool:
         return False
     turns = (word[place:] + word[:place] for place, n in enumerate(word) if n == 0)
     return all(word <= turn for turn in turns)
+
+
+def emptying_limit(fleet: Fleet, round_: Round) -> float:
+    """The factor on all ways with which a cart that empties each tank just has a schedule.
+
+    0 or less: there is none. Of one cart, which never waits.
+
+    Args:
+        fleet: The combines.
+        round_: Its visits.
+    """
+    fill = np.array(fleet.fill_rates)
+    ways = ways_of(fleet, range(fleet.size), round_.truck)
+    return float(
+        limits_of(
+            np.array([round_.combines]),
+            np.array([round_.trips]),
+            np.array(fleet.capacities),
+            fill,
+            np.array(fleet.unload_rates) - fill,
+            ways.direct,
+            ways.by_truck,
+            ways.stop,
+            ways.unloading,
+            ways.room,
+        )[0, 0]
+    )
 
 
 @compiled

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compiled import compiled, kernel
+from .ways import Ways
 
 Vector = NDArray[np.float64]
 
@@ -35,22 +36,6 @@ _ROUNDING = 1e-12
 # towards those of the round that they end in.
 _BACK = 1e-4
 _FAILED, _FOUND, _GIVEN_UP = 0, 1, 2
-
-
-class Ways(NamedTuple):
-    """What a cart does between two visits.
-
-    Attributes:
-        direct: From combine (row) to combine (column), (N, N) [s].
-        by_truck: The same by way of the truck, with its stop, (N, N) [s].
-        room: Of the cart; infinite: there is no truck [kg].
-        unloading: How long the truck takes over one unit of grain [s/kg].
-    """
-
-    direct: Vector
-    by_truck: Vector
-    room: float
-    unloading: float
 
 
 class Outcome(Enum):
@@ -96,7 +81,7 @@ def search_visits(
         fill_rates,
         net_rates,
         ways.direct,
-        ways.by_truck,
+        ways.by_truck + ways.stop,
         ways.room,
         ways.unloading,
         most_visits,
