@@ -101,7 +101,19 @@ def wheel_folder(wheel, tmp_path_factory, run_program) -> Path:
     folder = tmp_path_factory.mktemp("target")
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-index", "--no-deps"]
     run_program(*pip, "--target", folder, wheel)
+    _take_compiled(folder / "sightfield")
     return folder
+
+
+def _take_compiled(package: Path) -> None:
+    """Copy to an install what Numba compiled of the checkout's sources, which are the same.
+
+    Numba keeps a hash of the source with it and would compile what differs.
+    """
+    for file in (ROOT / "systems").rglob("*.nb[ic]"):
+        target = package / file.relative_to(ROOT)
+        target.parent.mkdir(exist_ok=True)
+        shutil.copy(file, target)
 
 
 @pytest.fixture(scope="session")

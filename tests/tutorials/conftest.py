@@ -45,6 +45,8 @@ def execute(kernel_specs) -> Callable[[nbformat.NotebookNode, Path], None]:
     def run(notebook: nbformat.NotebookNode, folder: Path) -> None:
         manager = AsyncKernelManager(kernel_spec_manager=kernel_specs, kernel_name="wheel")
         resources = {"metadata": {"path": str(folder)}}
-        NotebookClient(notebook, km=manager, timeout=_STUCK, resources=resources).execute()
+        client = NotebookClient(notebook, km=manager, timeout=_STUCK, resources=resources)
+        # Without that the kernel of a manager of ours, half a gigabyte, would go on to the end.
+        client.execute(cleanup_kc=True)
 
     return run
