@@ -8,7 +8,8 @@ OUT ?= out/demo
 # What notebooks say of themselves.
 KEPT := {'kernelspec', ('language_info', 'name')}
 
-# Test processes, each of which takes whole files; 0 runs the tests in this one.
+# Test processes; each begins with half of the files, in order, and the first that is done takes
+# tests from the end of what the other has left. 0 runs the tests in this one.
 WORKERS ?= 2
 
 # The first Python that is new enough; `make PYTHON=/path/to/python3 ...` overrides.
@@ -35,7 +36,7 @@ demo: $(VENV)/run.stamp  ## track evaders through the thesis's arena; watch it i
 test: $(VENV)/dev.stamp  ## lint and run every test
 	@sh tests/install_tools.sh
 	@$(MAKE) --no-print-directory -j2 lint $(if $(ARGS),,build/kernels.stamp)
-	$(BIN)/pytest -n $(WORKERS) --dist loadfile $(ARGS)
+	$(BIN)/pytest -n $(WORKERS) --dist worksteal $(ARGS)
 
 # Numba's kernels, compiled while one core checks style: test processes would compile them each.
 build/kernels.stamp: $(shell find systems -name '*.py') | $(VENV)/dev.stamp
