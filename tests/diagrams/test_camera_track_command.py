@@ -63,8 +63,8 @@ def test_weights_are_swept(tmp_path):
         (["--sweep", "0", "--seeds", "0"], "`--seeds` must be positive; got 0"),
     ],
 )
-def test_bad_input_is_one_clear_line_and_exit_code_2(arguments, message, tmp_path):
-    done = sightfield("camera", "track", *arguments, "--out", tmp_path / "out")
+def test_bad_input_is_one_clear_line_and_exit_code_2(arguments, message, sightfield_here, tmp_path):
+    done = sightfield_here("camera", "track", *arguments, "--out", tmp_path / "out")
     assert done.returncode == 2
     assert message in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1

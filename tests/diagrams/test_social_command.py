@@ -56,8 +56,8 @@ def test_a_search_leaves_its_folder_complete_and_json_alone_on_standard_output(t
         (["--realtime", "-1"], "`--realtime` must be zero or positive; got -1"),
     ],
 )
-def test_bad_input_is_one_clear_line_and_exit_code_2(arguments, message, tmp_path):
-    done = sightfield("social", *arguments, "--out", tmp_path / "out")
+def test_bad_input_is_one_clear_line_and_exit_code_2(arguments, message, sightfield_here, tmp_path):
+    done = sightfield_here("social", *arguments, "--out", tmp_path / "out")
     assert done.returncode == 2
     assert message in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1

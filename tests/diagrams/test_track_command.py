@@ -96,9 +96,9 @@ def test_the_teams_of_a_scenario_play_in_another_world(tmp_path):
         (["risk_vectors", "--world", "nowhere.yaml"], "not be waypoints in another world"),
     ],
 )
-def test_bad_input_is_one_line_and_leaves_nothing(arguments, message, tmp_path):
+def test_bad_input_is_one_line_and_leaves_nothing(arguments, message, sightfield_here, tmp_path):
     out = tmp_path / "out"
-    done = sightfield("track", *arguments, "--out", out)
+    done = sightfield_here("track", *arguments, "--out", out)
     assert done.returncode == 2
     assert message in done.stderr
     assert done.stderr.startswith("error: ")
