@@ -4,12 +4,14 @@ Short runs of the commands call nearly all of them. Numba keeps what it makes be
 with a hash of each, so that nothing is compiled again until its file is changed.
 """
 
+import contextlib
 import os
 import shlex
 import sys
 import tempfile
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
+from pathlib import Path
 
 from typer.testing import CliRunner
 
@@ -29,11 +31,12 @@ ROOMS = (
     schedule --combines 3 --capacity 9000 --fill-rate 20 --unload-rate 150 --travel-time 60
     """,
     f"""
-    {GAME} --set pursuers.model=point --set pursuers.field=table
+    {GAME} --set pursuers.model=point --set pursuers.field=table --set bodies_block_sight=true
     {GAME} --set 'evaders.policies=[best_response]' --set pursuers.field=lookahead
     {GAME} --set pursuers.field=guarantee --set pursuers.assignment=guarantee {COARSE}
     {GAME} --set pursuers.field=certified --set pursuers.model=point {COARSE}
     {GAME} --set 'evaders.policies=[optimal_distance, random_walk, optimal, best_response]' {COARSE}
+    world map.yaml
     guarantee thesis_3v4 --grid 0.4 --bound lower --sight-range 2
     guarantee thesis_3v4 --grid 0.4 --bound upper
     corner
@@ -43,15 +46,27 @@ ROOMS = (
 )
 
 
+def write_map(folder: Path) -> None:
+    """A room of 3 m by 3 m with a block in it, as ROS keeps maps."""
+    cells = bytearray(b"\xfe" * 900)
+    for row in range(10, 20):
+        cells[30 * row + 8 : 30 * row + 17] = bytes(9)
+    (folder / "map.pgm").write_bytes(b"P5\n30 30\n255\n" + cells)
+    (folder / "map.yaml").write_text(
+        "image: map.pgm\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 0\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+
+
 def run(lines: str) -> None:
-    """Run commands in this process, each in a folder that goes with it."""
-    for line in filter(None, map(str.strip, lines.splitlines())):
-        with tempfile.TemporaryDirectory() as folder:
-            words = [*shlex.split(line), "--out", f"{folder}/out"]
-            os.environ["SIGHTFIELD_GAMES"] = folder
-            done = CliRunner().invoke(make_app(), words)
-        if done.exit_code:
-            sys.exit(f"sightfield {line}\n{done.output}\n{done.exception!r}")
+    """Run commands in this process, in a folder that goes with them."""
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        os.environ["SIGHTFIELD_GAMES"] = folder
+        write_map(Path(folder))
+        for number, line in enumerate(filter(None, map(str.strip, lines.splitlines()))):
+            done = CliRunner().invoke(make_app(), [*shlex.split(line), "--out", f"out/{number}"])
+            if done.exit_code:
+                sys.exit(f"sightfield {line}\n{done.output}\n{done.exception!r}")
 
 
 if __name__ == "__main__":
