@@ -198,10 +198,16 @@ def test_a_world_without_corners_is_kept_for_ever(bound):
     assert table.time([1.0, 1.0], [3.9, 0.1]) == math.inf
 
 
-@pytest.mark.parametrize("bound", BOUNDS)
-@pytest.mark.parametrize("transform", ["mirrored", "turned", "moved", "scaled"])
-def test_no_frame_is_special(bound, transform):
+@pytest.fixture(scope="module", params=BOUNDS)
+def arena_and_table(request):
+    """An arena with two obstacles, and its table by each bound in turn."""
     world = draw_arena(Arena(obstacles=2, shortest=0.8, longest=1.2), 4)
+    return world, solve(world, 0.2, request.param), request.param
+
+
+@pytest.mark.parametrize("transform", ["mirrored", "turned", "moved", "scaled"])
+def test_no_frame_is_special(arena_and_table, transform):
+    world, mine, bound = arena_and_table
     scale = 2.0 if transform == "scaled" else 1.0
     matrix = {
         "mirrored": [[-1, 0], [0, 1]],
@@ -215,9 +221,7 @@ def test_no_frame_is_special(bound, transform):
         return np.asarray(points) @ np.array(matrix, dtype=float).T + shift
 
     other = make_world(carried(world.boundary), [carried(ring) for ring in world.obstacles])
-    mine, theirs = (
-        solve(each, 0.2 * factor, bound) for each, factor in ((world, 1.0), (other, scale))
-    )
+    theirs = solve(other, 0.2 * scale, bound)
     assert theirs.pairs == pytest.approx(mine.pairs, rel=1e-3)
     rng = np.random.default_rng(0)
     for p in rng.choice(mine.places[mine.sighted > 0], 5, replace=False):
