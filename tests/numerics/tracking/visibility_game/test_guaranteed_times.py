@@ -275,8 +275,8 @@ def play(table, world, pursuer, evader, rng, seconds):
 @pytest.mark.parametrize("sight_range", [math.inf, 1.3])
 def test_the_certified_pursuer_keeps_its_word(sight_range, turning_time):
     world = draw_arena(Arena(obstacles=3, shortest=0.8, longest=1.2), 7)
-    table = solve(world, 0.12, "lower", sight_range=sight_range, turning_time=turning_time)
-    assert table.step == pytest.approx(0.06 * math.sqrt(10) + turning_time)
+    table = solve(world, 0.16, "lower", sight_range=sight_range, turning_time=turning_time)
+    assert table.step == pytest.approx(0.08 * math.sqrt(10) + turning_time)
     rng = np.random.default_rng(5)
     index = build_edge_index(world)
     games = 0
