@@ -40,6 +40,7 @@ ROOMS = (
     guarantee thesis_3v4 --grid 0.4 --bound lower --sight-range 2
     guarantee thesis_3v4 --grid 0.4 --bound upper
     corner
+    reproduce --quick --workers 0 --only table-2.1 --only table-2.2
     social --seconds 1 --seed 2 --no-meshcat --no-replay
     camera track omni_2v2 --seconds 0.5 --no-meshcat
     """,
