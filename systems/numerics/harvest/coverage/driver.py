@@ -12,7 +12,7 @@ from ..machines.combine import Combine
 from ..paths.machine_path import TRANSIT, MachinePath, join_paths
 from .cut_ground import CutGround
 from .header_curves import cutting_radius, drive_line
-from .loops import Loop
+from .loops import SPARE, Loop
 
 # Where a loop is joined, ahead of and behind the nearest point [m].
 JOINS = (10.0, 18.0, 28.0, 0.0, 45.0)
@@ -205,6 +205,7 @@ def lay_out_roads(region: BaseGeometry, depths: list[float], radius: float) -> l
         radius: Least, of turns [m].
     """
     best: list[Loop] = []
+    rounded = SPARE * radius
     for depth in depths:
         loops = []
         for part in shapely.get_parts(region.buffer(-depth, quad_segs=24)):
@@ -214,10 +215,10 @@ def lay_out_roads(region: BaseGeometry, depths: list[float], radius: float) -> l
                 shape = shapely.Polygon(ring)
                 hole = place > 0
                 if not hole:
-                    shape = shape.buffer(-radius, quad_segs=24).buffer(radius, quad_segs=24)
+                    shape = shape.buffer(-rounded, quad_segs=24).buffer(rounded, quad_segs=24)
                 for each in shapely.get_parts(shape):
                     if each.area > 1.0:
-                        points = np.array(each.exterior.simplify(0.02).coords)
+                        points = np.array(each.exterior.simplify(0.01).coords)
                         if shapely.LinearRing(points).is_ccw != hole:
                             points = points[::-1]
                         none = np.zeros(0)

@@ -22,8 +22,8 @@ from .loops import crop_to_offset
 from .parking import Passes, park, start_in_bay
 from .precedence import CropPrecedence, can_finish, find_precedence
 from .ring_entry import Gate, drive_rings, find_gate, ring_groups
-from .swath_order import SwathTimes, order_swaths
-from .swaths import Swath
+from .swath_order import OPEN, STANDS, SwathTimes, order_swaths
+from .swaths import Swath, left_neighbour
 
 # Patterns of coverage.
 PATTERNS = ("lands", "thesis")
@@ -37,6 +37,10 @@ LEAST_COVERAGE_HOLES = 0.985
 
 # Largest share of the crop over which bodies drive [-].
 MOST_UNDER_BODIES = 0.002
+
+# What it costs to drive a swath while crop stands on its left, where carts drive, as a part of the
+# time that it takes [-].
+CLOSED = 0.1
 
 # What it costs to get from loop to loop of the headland, in estimates [s].
 OTHER_LOOP = 300.0
@@ -330,7 +334,7 @@ def _drive_swaths(
             work = drive_rings(driver, gate.group, work)
         done = {gate.node // 2 for gate in mine if gate.node is not None}
         land = [k for k in land if k not in done]
-        order, _ = order_swaths(_swath_times([swaths[k] for k in land], driver), (), number)
+        order, _ = order_swaths(_swath_times(swaths, land, done, driver), number)
         rests.append([2 * land[node // 2] + node % 2 for node in order])
     _share_ground(drivers)
     for driver, order in zip(drivers, rests, strict=True):
@@ -354,17 +358,23 @@ def _assign_lands(
     return [lands[j] for j in linear_sum_assignment(away)[1]]
 
 
-def _swath_times(swaths: list[Swath], driver: Driver) -> SwathTimes:
+def _swath_times(
+    swaths: tuple[Swath, ...], land: list[int], done: set[int], driver: Driver
+) -> SwathTimes:
+    """Times between the swaths of a land, and which of them open one another's left side."""
     combine = driver.combine
-    entries = np.array([s.pose(end, outwards=False) for s in swaths for end in (0, 1)]).reshape(
-        -1, 3
-    )
-    exits = np.array([s.pose(end, outwards=True) for s in swaths for end in (1, 0)]).reshape(-1, 3)
+    mine = [swaths[k] for k in land]
+    entries = np.array([s.pose(end, outwards=False) for s in mine for end in (0, 1)]).reshape(-1, 3)
+    exits = np.array([s.pose(end, outwards=True) for s in mine for end in (1, 0)]).reshape(-1, 3)
     between = turn_times(exits[:, None], entries[None], combine)
     between = between + _detours(exits, entries, driver)
     first = turn_times(driver.pose[None], entries, combine)
     first = first + _detours(driver.pose[None], entries, driver)[0]
-    return SwathTimes(between, first, np.zeros(len(entries)))
+    number_of = {k: number for number, k in enumerate(land)} | dict.fromkeys([None, *done], OPEN)
+    sides = [left_neighbour(swaths, k, back=back) for k in land for back in (False, True)]
+    left = np.array([number_of.get(side, STANDS) for side in sides], dtype=np.int64)
+    closed = np.repeat([CLOSED * swath.length / combine.speed for swath in mine], 2)
+    return SwathTimes(between, first, np.zeros(len(entries)), left, closed)
 
 
 def _detours(exits: np.ndarray, entries: np.ndarray, driver: Driver) -> np.ndarray:

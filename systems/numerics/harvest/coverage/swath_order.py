@@ -1,15 +1,22 @@
-"""The order and the directions in which swaths are driven, by annealing."""
+"""The order and the directions in which swaths are driven, by annealing.
+
+A cart drives on the left of a combine, on ground that is cut. So a swath is driven with crop on its
+left only where the way that this saves is worth it.
+"""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled import compiled
+from ...compiled import compiled, kernel
 
 # Steps of the annealing per swath, and the first and last temperatures [s].
 STEPS = 1500
 HOT, COLD = 40.0, 0.3
+
+# In place of the swath on the left: no crop, or crop that none of these swaths cuts.
+OPEN, STANDS = -1, -2
 
 
 class SwathTimes(NamedTuple):
@@ -19,58 +26,63 @@ class SwathTimes(NamedTuple):
         between: From the end of a node to the beginning of another, shape (2 m, 2 m) [s].
         first: From where the combine comes from, shape (2 m,) [s].
         last: What it costs to end with a node, shape (2 m,) [s].
+        left: Number of the swath on the left of who drives a node, OPEN or STANDS, shape (2 m,).
+        closed: What it costs to drive a node while crop stands on its left, shape (2 m,) [s].
     """
 
     between: np.ndarray
     first: np.ndarray
     last: np.ndarray
+    left: np.ndarray
+    closed: np.ndarray
 
 
-def order_swaths(times: SwathTimes, fixed: tuple[int, ...], seed: int) -> tuple[list[int], float]:
-    """Nodes in the best order found, and the time between swaths in it [s].
+def order_swaths(times: SwathTimes, seed: int) -> tuple[list[int], float]:
+    """Nodes in the best order found, and what it costs: time between swaths and of closed ones [s].
 
     Args:
         times: Of m swaths.
-        fixed: Nodes that come first, in this order.
         seed: Of the annealing.
     """
     count = len(times.first) // 2
     if count == 0:
         return [], 0.0
-    taken = {node // 2 for node in fixed}
-    rest = [2 * i for i in range(count) if i not in taken]
-    order = np.array([*fixed, *rest], dtype=np.int64)
+    order = 2 * np.arange(count)
     best = np.empty_like(order)
     draws = np.random.default_rng(seed).random((STEPS * count, 5))
-    total = _anneal(order, best, len(fixed), *times, draws, HOT, COLD)
+    total = _anneal(order, best, times, draws, HOT, COLD)
     return best.tolist(), float(total)
 
 
-@compiled
-def _total(order, between, first, last):
-    total = first[order[0]] + last[order[-1]]
-    for k in range(len(order) - 1):
-        total += between[order[k], order[k + 1]]
+@kernel
+def _total(order, times, done):
+    total = times.first[order[0]] + times.last[order[-1]]
+    done[:] = False
+    for k in range(len(order)):
+        node = order[k]
+        if k > 0:
+            total += times.between[order[k - 1], node]
+        left = times.left[node]
+        if left == STANDS or (left != OPEN and not done[left]):
+            total += times.closed[node]
+        done[node // 2] = True
     return total
 
 
 @compiled
-def _anneal(order, best, fixed, between, first, last, draws, hot, cold):
-    """Write the best order found into `best`; its time."""
+def _anneal(order, best, times, draws, hot, cold):
+    """Write the best order found into `best`; what it costs."""
     count, steps = len(order), len(draws)
-    now = _total(order, between, first, last)
+    done = np.zeros(count, dtype=np.bool_)
+    now = _total(order, times, done)
     best[:] = order
     least = now
     trial = order.copy()
-    free = count - fixed
-    if free < 1:
-        return least
     for step in range(steps):
         heat = hot * (cold / hot) ** (step / steps)
         trial[:] = order
         kind, flip = int(4 * draws[step, 0]), int(2 * draws[step, 3])
-        i = fixed + int(free * draws[step, 1])
-        j = fixed + int(free * draws[step, 2])
+        i, j = int(count * draws[step, 1]), int(count * draws[step, 2])
         if i > j:
             i, j = j, i
         if kind == 0:
@@ -90,7 +102,7 @@ def _anneal(order, best, fixed, between, first, last, draws, hot, cold):
             for k in range(i, j):
                 trial[k + 1] = order[k]
             trial[i] = moved
-        time = _total(trial, between, first, last)
+        time = _total(trial, times, done)
         if time <= now or draws[step, 4] < math.exp((now - time) / heat):
             order[:] = trial
             now = time

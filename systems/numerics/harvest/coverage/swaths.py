@@ -87,7 +87,8 @@ def lay_out_swaths(inside: BaseGeometry, direction: float, combine: Combine) -> 
                 continue
             left, _, right, _ = piece.bounds
             found.append((number + int(band), float(middles[band]), left - clear, right + clear))
-        number += count
+        # One number is left out: strips on both sides of a gap are no neighbours.
+        number += count + 1
     cells = _cells([(strip, left, right) for strip, _, left, right in found])
     c, s = math.cos(direction), math.sin(direction)
     turn = np.array([[c, s], [-s, c]])
@@ -95,6 +96,24 @@ def lay_out_swaths(inside: BaseGeometry, direction: float, combine: Combine) -> 
         Swath(np.array([[left, y], [right, y]]) @ turn, strip, cell)
         for (strip, y, left, right), cell in zip(found, cells, strict=True)
     ]
+
+
+def left_neighbour(swaths: tuple[Swath, ...], number: int, *, back: bool) -> int | None:
+    """The swath that is beside more than half of another one, on the left of who drives that.
+
+    Args:
+        swaths: All of a direction.
+        number: Of the swath that is driven.
+        back: Whether it is driven from its second end to its first.
+    """
+    swath = swaths[number]
+    along = (swath.ends[1] - swath.ends[0]) / swath.length
+    for other, beside in enumerate(swaths):
+        if beside.strip == swath.strip + (-1 if back else 1):
+            begin, end = (beside.ends - swath.ends[0]) @ along
+            if min(end, swath.length) - max(begin, 0.0) > swath.length / 2:
+                return other
+    return None
 
 
 def _spans(region: BaseGeometry) -> list[tuple[float, float]]:

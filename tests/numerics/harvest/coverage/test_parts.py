@@ -10,8 +10,13 @@ import shapely
 from sightfield.systems.numerics.harvest.coverage.header_curves import cutting_radius, drive_line
 from sightfield.systems.numerics.harvest.coverage.lands import split_chain
 from sightfield.systems.numerics.harvest.coverage.precedence import can_finish, find_precedence
-from sightfield.systems.numerics.harvest.coverage.swath_order import SwathTimes, order_swaths
-from sightfield.systems.numerics.harvest.coverage.swaths import lay_out_swaths
+from sightfield.systems.numerics.harvest.coverage.swath_order import (
+    OPEN,
+    STANDS,
+    SwathTimes,
+    order_swaths,
+)
+from sightfield.systems.numerics.harvest.coverage.swaths import lay_out_swaths, left_neighbour
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines.combine import Combine
 from sightfield.systems.numerics.harvest.paths.machine_path import MachinePath
@@ -57,18 +62,46 @@ def test_swaths_cover_a_region_with_a_notch_and_a_hole(direction):
     assert max(shapely.LineString(swath.ends).intersection(notch).length for swath in swaths) < 15
 
 
-def test_annealing_finds_the_best_order_of_four_swaths():
-    rng = np.random.default_rng(5)
-    times = SwathTimes(rng.uniform(5, 60, (8, 8)), rng.uniform(5, 60, 8), rng.uniform(0, 20, 8))
-    totals = []
-    for order in itertools.permutations(range(4)):
-        for ways in itertools.product((0, 1), repeat=4):
+def test_annealing_finds_the_best_order_of_five_swaths():
+    rng = np.random.default_rng(6)
+    # Strips 0 to 3 from the right to the left, the last one beside crop of somebody else, and one
+    # by itself.
+    left = np.array([1, OPEN, 2, 0, 3, 1, STANDS, 2, OPEN, OPEN])
+    times = SwathTimes(
+        rng.uniform(5, 60, (10, 10)),
+        rng.uniform(5, 60, 10),
+        rng.uniform(0, 20, 10),
+        left,
+        rng.uniform(20, 60, 10),
+    )
+    totals, without = [], []
+    for order in itertools.permutations(range(5)):
+        for ways in itertools.product((0, 1), repeat=5):
             nodes = [2 * i + way for i, way in zip(order, ways, strict=True)]
             between = sum(times.between[a, b] for a, b in itertools.pairwise(nodes))
-            totals.append(times.first[nodes[0]] + between + times.last[nodes[-1]])
-    order, total = order_swaths(times, (), 3)
+            without.append(times.first[nodes[0]] + between + times.last[nodes[-1]])
+            closed = 0.0
+            for place, node in enumerate(nodes):
+                beside = int(left[node])
+                if beside == STANDS or (beside != OPEN and beside not in order[:place]):
+                    closed += times.closed[node]
+            totals.append(without[-1] + closed)
+    order, total = order_swaths(times, 3)
     assert total == pytest.approx(min(totals))
-    assert sorted(node // 2 for node in order) == [0, 1, 2, 3]
+    assert np.argmin(totals) != np.argmin(without)
+    assert sorted(node // 2 for node in order) == [0, 1, 2, 3, 4]
+
+
+def test_on_the_left_of_a_swath_is_the_one_beside_most_of_it():
+    # A notch from the north parts the upper strips; a piece apart lies beside none of them.
+    region = shapely.box(0, 0, 150, 28) - shapely.box(60, 14, 160, 30)
+    swaths = lay_out_swaths(region | shapely.box(0, 60, 150, 67), 0.0, COMBINE)
+    lengths = [round(swath.length) for swath in swaths]
+    assert lengths == [152, 152, 62, 62, 152]
+    forth = [left_neighbour(tuple(swaths), k, back=False) for k in range(5)]
+    back = [left_neighbour(tuple(swaths), k, back=True) for k in range(5)]
+    assert forth == [1, None, 3, None, None]
+    assert back == [None, 0, 1, 2, None]
 
 
 def test_a_chain_is_split_so_that_the_latest_ends_earliest():
