@@ -80,42 +80,63 @@ def is_dead_end(dead_ends, m, k, n, j):
 
 @compiled
 def _dead_ends_of(meetings, rule, a, b):
-    """Number of intervals of each row of a pair, and the intervals, row by row."""
+    """Number of intervals of each row of a pair, and the intervals, row by row.
+
+    Rows are told from the last to the first, and each from its end backwards in stretches of b on
+    which nothing changes: conflicts, whether a may drive on, and whether b may.
+    """
     last_a, last_b = meetings.cells[a], meetings.cells[b]
-    # Rows from the last to the first; with what is behind the last it is as if it were all dead.
-    dead, behind = np.ones(last_b + 1, dtype=np.bool_), np.ones(last_b + 1, dtype=np.bool_)
+    crop_of_a = rule.by_crop[rule.places[a, b] : rule.places[a, b] + last_b + 1]
     sizes = np.zeros(last_a + 1, dtype=np.int64)
     begins, ends = np.empty(1024, dtype=np.int64), np.empty(1024, dtype=np.int64)
     count = 0
     for i in range(last_a, -1, -1):
-        dead, behind = behind, dead
-        conflict = _conflicts_of(meetings, a, b, min(i, last_a - 1), last_b)
-        for j in range(last_b, -1, -1):
-            stuck = not (i == last_a and j == last_b)
-            if stuck and i < last_a and not behind[j]:
-                stuck = i + 1 < last_a and rule.by_crop[rule.places[a, b] + j] < i + 1
-            if stuck and j < last_b and not dead[j + 1]:
-                stuck = j + 1 < last_b and rule.by_crop[rule.places[b, a] + i] < j + 1
-            dead[j] = stuck or conflict[min(j, last_b - 1)]
-        # From the last one to the first, as the rows are: both are turned round in the end.
-        for j in range(last_b, -1, -1):
-            if dead[j] and (j == last_b or not dead[j + 1]):
+        # The row behind, whose intervals stand before these, and the conflicts of this one.
+        behind, own = count - (sizes[i + 1] if i < last_a else 0), count
+        at = meetings.rows_at[a, b] + min(i, last_a - 1)
+        first, near = meetings.rows[at], meetings.rows[at + 1] - 1
+        # Below this progress of b machine a may not drive on; it may always arrive.
+        held = last_b if i == last_a else 0
+        if i + 1 < last_a:
+            held = np.searchsorted(crop_of_a, i + 1)
+        hold = rule.by_crop[rule.places[b, a] + i]
+        dead = False
+        upto = last_b + 1
+        while upto > 0:
+            j, begin = upto - 1, 0
+            while near >= first and meetings.begins[near] > j:
+                near -= 1
+            conflict = False
+            if near >= first:
+                # Who has arrived stays on the last cell.
+                beyond = meetings.ends[near] + (1 if meetings.ends[near] == last_b else 0)
+                conflict = j < beyond
+                begin = max(begin, meetings.begins[near] if conflict else beyond)
+            while behind < own and begins[behind] > j:
+                behind += 1
+            a_stands = j < held
+            if not a_stands:
+                begin = max(begin, held)
+            if behind < own:
+                within = j < ends[behind]
+                a_stands = a_stands or within
+                begin = max(begin, begins[behind] if within else ends[behind])
+            b_stands = j == last_b
+            if j >= last_b - 1:
+                begin = j
+            elif j >= hold:
+                b_stands = True
+                begin = max(begin, hold)
+            before, dead = dead, conflict or (a_stands and (dead or b_stands))
+            if dead and not before:
                 if count == len(begins):
                     begins = np.concatenate((begins, np.empty_like(begins)))
                     ends = np.concatenate((ends, np.empty_like(ends)))
-                ends[count] = j + 1
+                ends[count] = upto
                 sizes[i] += 1
                 count += 1
-            if dead[j]:
-                begins[count - 1] = j
+            if dead:
+                begins[count - 1] = begin
+            upto = begin
+    # Rows and their intervals were told from the last one to the first.
     return sizes, begins[:count][::-1].copy(), ends[:count][::-1].copy()
-
-
-@compiled
-def _conflicts_of(meetings, a, b, i, cells):
-    """Which cells of machine b are in conflict with cell i of machine a, shape (cells,)."""
-    conflict = np.zeros(cells, dtype=np.bool_)
-    at = meetings.rows_at[a, b] + i
-    for q in range(meetings.rows[at], meetings.rows[at + 1]):
-        conflict[meetings.begins[q] : meetings.ends[q]] = True
-    return conflict
