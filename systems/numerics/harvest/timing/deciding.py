@@ -99,12 +99,10 @@ def in_conflict(meetings: Meetings, m, k, n, j):
 @kernel
 def is_free(meetings: Meetings, m, k, progress):
     """Whether cell k of machine m is in conflict with no cell where others are or will come to."""
+    row = meetings.cells_at[m] + k
     for n in range(len(progress)):
-        if n != m:
-            at = meetings.rows_at[m, n] + k
-            last = meetings.rows[at + 1] - 1
-            if last >= meetings.rows[at] and meetings.ends[last] > occupied(meetings, n, progress):
-                return False
+        if meetings.farthest[row, n] > occupied(meetings, n, progress):
+            return False
     return True
 
 
@@ -187,8 +185,13 @@ def bring_on(meetings, rule, progress):
 
 
 @kernel
-def _may_enter(meetings, rule, dead_ends, m, progress, trial, is_safe):
-    """Whether machine m may enter its next cell; safe states stay safe, others no dead ends."""
+def _may_enter(meetings, rule, dead_ends, m, progress, trial, refused, is_safe):
+    """Whether machine m may enter its next cell; safe states stay safe, others no dead ends.
+
+    Where it was refused the cell before, and the others have not got beyond where they could have
+    been brought then, the banker is not asked again. Whom his first step runs on he is not asked
+    about at all.
+    """
     k = progress[m] + 1
     if hold_of(rule, m, progress) < k:
         return False
@@ -204,6 +207,9 @@ def _may_enter(meetings, rule, dead_ends, m, progress, trial, is_safe):
     # have been run on to that from the state before.
     if not gets_in_the_way(meetings, m, k, progress):
         return True
+    again = refused[m, m] == k
+    for n in range(len(progress)):
+        again = again and (n == m or progress[n] <= refused[m, n])
     progress[m] = k
     reach = reach_of(meetings, rule, m, progress)
     safe = False
@@ -211,10 +217,13 @@ def _may_enter(meetings, rule, dead_ends, m, progress, trial, is_safe):
         if is_free(meetings, m, ahead, progress):
             safe = True
             break
-    if not safe:
+    if not safe and not again:
         for n in range(len(progress)):
             trial[n] = progress[n]
         safe = bring_on(meetings, rule, trial)
+        for n in range(len(progress)):
+            refused[m, n] = trial[n]
+        refused[m, m] = k
     progress[m] = k - 1
     return safe
 
@@ -228,6 +237,8 @@ def _drive(meetings, rule, dead_ends, durations, priority):
     entered = np.full(meetings.cells.sum() + count, -1)
     progress = np.zeros(count, dtype=np.int64)
     trial = progress.copy()
+    # The cell that each machine was refused last, and how far the others could be brought then.
+    refused = np.full((count, count), -1)
     is_safe = bring_on(meetings, rule, trial)
     event = asked = 0
     # When each machine is at the end of its cell; those that wait there have no time.
@@ -255,7 +266,9 @@ def _drive(meetings, rule, dead_ends, durations, priority):
                 if not waits[n]:
                     continue
                 arrives = progress[n] + 1 == meetings.cells[n]
-                if arrives or _may_enter(meetings, rule, dead_ends, n, progress, trial, is_safe):
+                if arrives or _may_enter(
+                    meetings, rule, dead_ends, n, progress, trial, refused, is_safe
+                ):
                     progress[n] += 1
                     event += 1
                     entered[nodes[n] + progress[n]] = event

@@ -46,6 +46,10 @@ class Meetings(NamedTuple):
         encounters: Number of the encounter of each interval, among all pairs, shape (k,).
         pairs: The two machines of each encounter, shape (E, 2).
         examples: A pair of cells of each encounter, shape (E, 2).
+        cells_at: Number of the first cell of each machine, those of one machine after those of
+            another, shape (N,).
+        farthest: For each cell one after the last cell of each other machine that it is in conflict
+            with, 0 where there is none, shape (sum of cells, N).
     """
 
     cells: np.ndarray
@@ -56,6 +60,8 @@ class Meetings(NamedTuple):
     encounters: np.ndarray
     pairs: np.ndarray
     examples: np.ndarray
+    cells_at: np.ndarray
+    farthest: np.ndarray
 
 
 class Rule(NamedTuple):
@@ -88,6 +94,8 @@ def gather_meetings(cells: np.ndarray, conflicts: dict[tuple[int, int], Conflict
     rows, begins, ends, encounters = [], [none], [none], [none]
     pairs, examples = [np.zeros((0, 2), dtype=np.int64)], [np.zeros((0, 2), dtype=np.int64)]
     row_count, interval_count, encounter_count = 0, 0, 0
+    cells_at = np.cumsum(cells) - cells
+    farthest = np.zeros((int(np.sum(cells)), count), dtype=np.int64)
     for m in range(count):
         for n in range(count):
             if m == n:
@@ -102,6 +110,8 @@ def gather_meetings(cells: np.ndarray, conflicts: dict[tuple[int, int], Conflict
             rows.append(part.rows + interval_count)
             begins.append(part.begins)
             ends.append(part.ends)
+            some = np.flatnonzero(np.diff(part.rows))
+            farthest[cells_at[m] + some, n] = part.ends[part.rows[some + 1] - 1]
             row_count += len(part.rows)
             interval_count += len(part.begins)
             if m < n:
@@ -124,6 +134,8 @@ def gather_meetings(cells: np.ndarray, conflicts: dict[tuple[int, int], Conflict
         np.concatenate(encounters),
         np.concatenate(pairs),
         np.concatenate(examples).astype(np.int64),
+        cells_at,
+        farthest,
     )
 
 

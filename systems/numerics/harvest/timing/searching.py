@@ -13,7 +13,7 @@ from .deciding import Course, gets_in_the_way, reach_of, run_on
 from .rule import Meetings, Rule
 
 # States that are looked at before the search is given up.
-BUDGET = 5000
+BUDGET = 20_000
 
 
 def search_course(meetings: Meetings, rule: Rule, budget: int = BUDGET) -> Course:
@@ -32,11 +32,16 @@ def search_course(meetings: Meetings, rule: Rule, budget: int = BUDGET) -> Cours
     start = np.zeros(count, dtype=np.int64)
     least = start.copy()
     _close(meetings, rule, least)
+    # States as machines were brought on from, and as the search comes to them before that.
     seen: set[bytes] = set()
+    met: set[bytes] = set()
     # Each state with the moves that led to it: who went, and the moves before.
     stack: list[tuple[np.ndarray, tuple | None]] = [(start, None)]
-    while stack and len(seen) < budget:
+    while stack and len(met) < budget:
         progress, moves = stack.pop()
+        if progress.tobytes() in met:
+            continue
+        met.add(progress.tobytes())
         for m, there in _close(meetings, rule, progress):
             moves = (int(m), int(there), moves)
         if (progress == meetings.cells).all():
