@@ -118,7 +118,7 @@ def park(
             break
         if passes.clear(pose, machine) and passes.clear_path(path, parked):
             driver.drive(path)
-            passes.add(driver.path, machine)
+            passes.add(path, machine)
             return True
     entries = [(swath, end) for swath in swaths for end in (0, 1)]
     entries.sort(key=lambda each: float(np.hypot(*(each[0].ends[each[1]] - last[:2]))))
@@ -133,9 +133,9 @@ def park(
             except NoWay:
                 break
             if passes.clear_path(leg, parked):
-                driver.drive(leg)
-                driver.drive(_straight(driver.pose, driver.pose + way * into, 1))
-                passes.add(driver.path, machine)
+                for path in (leg, _straight(leg.poses[-1], leg.poses[-1] + way * into, 1)):
+                    driver.drive(path)
+                    passes.add(path, machine)
                 return True
             break
     return False
