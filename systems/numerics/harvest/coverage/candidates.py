@@ -15,8 +15,11 @@ from .arcs import CORNER_TIME
 from .loops import Loop, lay_out_loops
 from .swaths import Swath, lay_out_swaths
 
-# Numbers of rounds before swaths, and directions besides those of edges [deg].
+# Numbers of rounds before swaths, and most rounds where they cut the field alone.
 ROUNDS = (1, 2, 3)
+MOST_ROUNDS = 6
+
+# Directions of swaths besides those of edges [deg].
 DIRECTIONS = range(0, 180, 15)
 
 # Edges shorter than this tell no direction [m]; directions nearer than this are one [rad].
@@ -58,10 +61,10 @@ def find_candidates(
         inwards: Rounds as far as they go, and swaths for nothing but what they leave; the most
             rounds first.
     """
-    every = list(_all_rounds(region, combine))
+    every = list(itertools.islice(_all_rounds(region, combine), None if inwards else MOST_ROUNDS))
     directions = _directions(field)
     found = []
-    for count in range(1, len(every) + 1) if inwards else ROUNDS:
+    for count in range(1, len(every) + 1):
         loops = tuple(map(tuple, every[:count]))
         driven = sum(loop.length for each in loops for loop in each)
         corners = sum(len(loop.corners) for each in loops for loop in each)
@@ -70,7 +73,7 @@ def find_candidates(
         if inside.area < 1.0:
             found.append(Candidate(region, loops, shapely.Polygon(), (), rounds_time))
             break
-        for direction in directions:
+        for direction in directions if inwards or count in ROUNDS else ():
             swaths = tuple(lay_out_swaths(inside, direction, combine))
             way = sum(swath.length for swath in swaths)
             time = rounds_time + way / combine.speed + TURN_TIME * len(swaths)

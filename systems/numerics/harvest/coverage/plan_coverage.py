@@ -1,5 +1,7 @@
 """Coverage: paths of combines that cut a whole field."""
 
+import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,8 +30,9 @@ from .swaths import Swath, left_neighbour
 # Patterns of coverage.
 PATTERNS = ("lands", "thesis")
 
-# How many candidates are built.
+# How many candidates are built to choose from, and how many of each number of rounds are tried.
 BUILT = 3
+TRIED = 4
 
 # Least share of the crop that a plan cuts, and the same with three holes and more [-].
 LEAST_COVERAGE = 0.995
@@ -96,6 +99,24 @@ def plan_coverage(
         InvalidInput: A value is out of its range.
         NoPlan: The field cannot be cut by such combines.
     """
+    return next(find_coverages(field, combine, count, pattern=pattern))
+
+
+def find_coverages(
+    field: Field, combine: Combine, count: int, *, pattern: str = "lands"
+) -> Iterator[CoveragePaths]:
+    """Ways to cut a whole field: the first BUILT that were found, the quickest first, then others.
+
+    Args:
+        field: The field.
+        combine: One of equal combines.
+        count: Of combines.
+        pattern: See `plan_coverage`.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+        NoPlan: There is none.
+    """
     require(count >= 1, "count", "be at least 1", count)
     require(pattern in PATTERNS, "pattern", f"be one of {', '.join(PATTERNS)}", pattern)
     require(
@@ -104,19 +125,33 @@ def plan_coverage(
         f"be larger than the body's width of {combine.width:g} m",
         combine.header_width,
     )
+    faults: list[str] = []
+    every = _sound_coverages(field, combine, count, pattern, faults)
+    first = sorted(itertools.islice(every, BUILT), key=lambda coverage: coverage.times.max())
+    if not first:
+        raise NoPlan(
+            f"`field` must have room for combines with headers of {combine.header_width:g} m and "
+            f"turns of {combine.turning_radius:g} m; got {field.area / 1e4:.2f} ha with a margin "
+            f"of {field.margin:g} m" + (f" ({faults[0]})" if faults else "")
+        )
+    yield from first
+    yield from every
+
+
+def _sound_coverages(
+    field: Field, combine: Combine, count: int, pattern: str, faults: list[str]
+) -> Iterator[CoveragePaths]:
+    """Coverages that do what they should, one by one; what the others do is added to `faults`."""
     region = crop_to_offset(field, combine)
     candidates = find_candidates(field, region, combine, inwards=pattern == "thesis")
     ground = CutGround.of(field, combine)
     least = LEAST_COVERAGE_HOLES if len(field.obstacles) >= 3 else LEAST_COVERAGE
-    best: CoveragePaths | None = None
-    faults: list[str] = []
-    built = 0
     tried: dict[int, int] = {}
     for candidate in candidates:
         rounds = len(candidate.rounds)
-        if built >= BUILT or (tried.get(rounds, 0) >= 4):
-            continue
         tried[rounds] = tried.get(rounds, 0) + 1
+        if tried[rounds] > TRIED:
+            continue
         try:
             plan = _build(field, combine, count, candidate, ground, adjacent=pattern == "thesis")
         except NoWay as fault:
@@ -124,23 +159,12 @@ def plan_coverage(
             continue
         if plan.coverage < least:
             faults.append(f"{plan.coverage:.1%} would be cut")
-            continue
-        if not can_finish(plan.precedence):
+        elif not can_finish(plan.precedence):
             faults.append("combines would wait for one another")
-            continue
-        if plan.precedence.crop_under_bodies > MOST_UNDER_BODIES * field.area:
+        elif plan.precedence.crop_under_bodies > MOST_UNDER_BODIES * field.area:
             faults.append("bodies would drive over crop")
-            continue
-        built += 1
-        if best is None or plan.times.max() < best.times.max():
-            best = plan
-    if best is None:
-        raise NoPlan(
-            f"`field` must have room for combines with headers of {combine.header_width:g} m and "
-            f"turns of {combine.turning_radius:g} m; got {field.area / 1e4:.2f} ha with a margin "
-            f"of {field.margin:g} m" + (f" ({faults[0]})" if faults else "")
-        )
-    return best
+        else:
+            yield plan
 
 
 def _build(
@@ -219,7 +243,7 @@ def _drive_rounds(
             come_ahead(team[0], begun, count, field.polygon)
             preferred = np.array([team[0].pose])
         if number > 0 and count == 1 and len(outer[0].corners):
-            corners, preferred = True, preferred
+            corners = True
         arcs = split_loops(outer, len(team), combine, preferred=preferred, corners=corners)
         begun.append(arcs[0])
         for driver, mine in zip(team, _share_arcs(team, arcs), strict=True):

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..coverage.plan_coverage import CoveragePaths, plan_coverage
+from ..coverage.plan_coverage import BUILT, CoveragePaths, find_coverages
 from ..coverage.precedence import CropPrecedence
 from ..field.field import Field
 from ..machines.combine import Combine
@@ -61,7 +61,9 @@ class CombinePlan:
 def plan_combines(
     field: Field, combine: Combine, count: int, *, pattern: str = "lands", seed: int = 0
 ) -> CombinePlan:
-    """Plan how combines cut a field.
+    """Plan how combines cut a field: of the best ways to cut it the one that is done first.
+
+    Where combines would block one another in all of them, other ways are tried, until none is left.
 
     Args:
         field: The field.
@@ -71,9 +73,32 @@ def plan_combines(
         seed: Of the orders that are tried.
 
     Raises:
+        InvalidInput: A value is out of its range.
         NoPlan: The combines cannot cut the field, or block one another.
     """
-    coverage = plan_coverage(field, combine, count, pattern=pattern)
+    best: CombinePlan | None = None
+    blocked: list[Standstill] = []
+    for number, coverage in enumerate(find_coverages(field, combine, count, pattern=pattern)):
+        if best is not None and coverage.times.max() >= best.makespan:
+            break
+        plan = _time(field, combine, coverage, seed)
+        if isinstance(plan, Standstill):
+            blocked.append(plan)
+        elif best is None or plan.makespan < best.makespan:
+            best = plan
+        if best is not None and number + 1 >= BUILT:
+            break
+    if best is None:
+        raise NoPlan(
+            f"`count` must be less, for combines would block one another in all of {len(blocked)} "
+            f"ways to cut the field, as in the first of them: {blocked[0]}"
+        )
+    return best
+
+
+def _time(
+    field: Field, combine: Combine, coverage: CoveragePaths, seed: int
+) -> CombinePlan | Standstill:
     outline = combine_outline(combine)
     journeys = [
         Journey(
@@ -84,7 +109,7 @@ def plan_combines(
     grids = [journey.sweep.stations for journey in journeys]
     timetable = time_machines(journeys, crop_needs(coverage.precedence, grids), seed=seed)
     if isinstance(timetable, Standstill):
-        raise NoPlan(f"`count` must be less, for combines would block one another: {timetable}")
+        return timetable
     return CombinePlan(field, combine, coverage, timetable, tuple(journeys))
 
 

@@ -9,9 +9,13 @@ import shapely
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
+from sightfield.systems.numerics.harvest.coverage.plan_coverage import BUILT, find_coverages
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines.combine import Combine
+from sightfield.systems.numerics.harvest.no_plan import NoPlan
+from sightfield.systems.numerics.harvest.plan import combine_plan
 from sightfield.systems.numerics.harvest.plan.combine_plan import plan_combines
+from sightfield.systems.numerics.harvest.timing.standstill import Block, Standstill
 
 COMBINE = Combine(header_width=7.5, speed=1.6, turning_radius=6.5, length=7.5, width=3.4)
 
@@ -57,3 +61,43 @@ def test_combines_on_adjacent_rounds_follow_one_another_inwards(logs):
 def test_combines_on_adjacent_rounds_need_room_beside_the_field():
     with pytest.raises(InvalidInput, match="too narrow"):
         plan_combines(Field.rectangle(200.0, 150.0, margin=6.0), COMBINE, 2, pattern="thesis")
+
+
+def test_of_the_best_ways_to_cut_a_field_the_one_that_is_done_first_is_taken(
+    field_makers, monkeypatch
+):
+    timed = []
+
+    def time_machines(*args, **kwargs):
+        timed.append(times(*args, **kwargs))
+        return timed[-1]
+
+    times = combine_plan.time_machines
+    monkeypatch.setattr(combine_plan, "time_machines", time_machines)
+    plan = plan_combines(field_makers["trapezium_12"](), Combine(), 4)
+    makespans = [timetable.makespan for timetable in timed]
+    assert plan.makespan == min(makespans)
+    # They wait for one another the more in what looked best.
+    assert 1 < len(makespans) <= BUILT
+    assert makespans[0] > min(makespans)
+
+
+def test_where_combines_would_block_one_another_the_field_is_cut_another_way(monkeypatch):
+    field, combine = Field.rectangle(230.0, 150.0), Combine()
+    standstill = Standstill((Block(1, 20.0, (3.0, 4.0), 0, 70.0, "in the way"),), (5, 7))
+    blocked = BUILT
+
+    def time_machines(*args, **kwargs):
+        nonlocal blocked
+        blocked -= 1
+        return times(*args, **kwargs) if blocked < 0 else standstill
+
+    times = combine_plan.time_machines
+    monkeypatch.setattr(combine_plan, "time_machines", time_machines)
+    plan = plan_combines(field, combine, 2)
+    every = list(find_coverages(field, combine, 2))
+    assert len(every) > BUILT + 1
+    assert plan.coverage.length == pytest.approx(every[BUILT].length)
+    blocked = len(every)
+    with pytest.raises(NoPlan, match=f"in all of {len(every)} ways .* machine 1 at 20 m"):
+        plan_combines(field, combine, 2)
