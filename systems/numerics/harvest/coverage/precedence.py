@@ -35,6 +35,21 @@ class CropPrecedence(NamedTuple):
     stations: tuple[np.ndarray, ...]
     crop_under_bodies: float
 
+    def needed_at(self, m: int, n: int, stations: np.ndarray) -> np.ndarray:
+        """The station that combine n must have passed before combine m is at others, -inf for none.
+
+        Args:
+            m, n: Numbers of the combines.
+            stations: Of combine m, shape (k,) [m].
+
+        Returns:
+            Shape (k,) [m].
+        """
+        # What is needed up to a station is told at the one before it.
+        before = np.searchsorted(self.stations[m], stations, side="right") - 1
+        needed = self.needs[m][n]
+        return np.where(needed > 0, needed, -np.inf)[np.maximum(before, 0)]
+
 
 def find_precedence(
     field: Field, paths: tuple[MachinePath, ...], combine: Combine

@@ -12,7 +12,8 @@ import numpy as np
 
 from ...compiled import compiled, kernel
 from .disturbance import factor_at
-from .fleet import fastest_at, last_below, planned_at
+from .fleet import fastest_at, planned_at
+from .last_below import last_below
 from .orders import PASSED, hold_by
 from .visiting import NOTHING, full_hold, loads_of, place_beside, tie_hold
 
@@ -83,11 +84,10 @@ def advance(fleet, orders, pace, loads, stations, speeds, now, step, after, afte
         step: [s].
         after, after_speeds: What comes of it, shape (M,) [m], [m/s].
     """
-    undisturbed = pace.slowness == 0.0 and (pace.chance == 0.0 or pace.longest == 0.0)
     for m in range(len(stations)):
         at, speed = planned_at(fleet.planned, m, now)
         punctual = abs(stations[m] - at) <= ON_TIME and abs(speeds[m] - speed) <= ON_TIME
-        trusts = undisturbed and punctual
+        trusts = pace.undisturbed and punctual
         hold = np.inf
         for n in range(len(stations)):
             if n == m:

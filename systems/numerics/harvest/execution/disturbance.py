@@ -71,12 +71,14 @@ class Pace(NamedTuple):
         chance: Probability of a stop in a slot.
         longest: Of stops [s].
         seed: Of the random numbers.
+        undisturbed: Whether no machine is slowed down or stops.
     """
 
     slowness: float
     chance: float
     longest: float
     seed: int
+    undisturbed: bool
 
 
 def pace_of(disturbance: Disturbance) -> Pace:
@@ -86,6 +88,7 @@ def pace_of(disturbance: Disturbance) -> Pace:
         float(disturbance.stops * STOP_SLOT / 3600.0),
         float(disturbance.longest_stop),
         int(disturbance.seed),
+        disturbance.is_none,
     )
 
 

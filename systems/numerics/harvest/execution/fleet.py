@@ -8,6 +8,7 @@ import numpy as np
 from ...compiled import compiled, kernel
 from ..paths.speed_profile import cornering_limits, fastest_profile
 from ..paths.timed_path import TimedPath
+from .last_below import last_below
 from .orders import PASSED
 from .planned_work import PIECE, PlannedWork
 
@@ -188,25 +189,6 @@ def fastest_at(pieces, m, station):
     way = pieces.stations[k + 1] - pieces.stations[k]
     first, last = pieces.speeds[k] ** 2, pieces.speeds[k + 1] ** 2
     return np.sqrt(first + (last - first) * (station - pieces.stations[k]) / way)
-
-
-@kernel
-def last_below(values, low, high, value):
-    """Number of the last of some values that is not above a value, low - 1 for none.
-
-    Args:
-        values: Never decreasing from low to high, shape (n,).
-        low, high: The first number, and one after the last.
-        value: In the units of the values.
-    """
-    begin = low
-    while low < high:
-        middle = (low + high) // 2
-        if values[middle] <= value:
-            low = middle + 1
-        else:
-            high = middle
-    return max(low, begin) - 1
 
 
 @compiled

@@ -28,6 +28,7 @@ from ..carts.traffic import cart_boxes
 from ..paths.timed_path import TimedPath
 from ..timing.conflicts import GAP, RUN, cells_are_near
 from ..timing.sweep import Sweep
+from .last_below import last_below
 from .planned_work import PlannedWork
 
 # Nobody is farther ahead of anybody else in the plan [s]; it bounds what is looked at, too.
@@ -168,10 +169,7 @@ def _crop_needs(work: PlannedWork, m: int, n: int, sweep: Sweep) -> np.ndarray:
     if m < count:
         if work.precedence is None:
             return found
-        stations, needed = work.precedence.stations[m], work.precedence.needs[m][n]
-        # What is needed up to a station is told at the one before it.
-        before = np.maximum(np.searchsorted(stations, sweep.stations, side="right") - 1, 0)
-        passed = np.where(needed > 0, needed, -np.inf)[before]
+        passed = work.precedence.needed_at(m, n, sweep.stations)
         return np.maximum(passed[:-1], passed[1:])
     path, trailer = work.towed[m - count]
     stations = np.where(work.cut.cutter == n, work.cutting_stations, -np.inf)
@@ -274,10 +272,5 @@ def hold_by(orders, m, n, station):
     """
     low, high = orders.starts[m], orders.starts[m + 1]
     # The first cell that needs more.
-    while low < high:
-        middle = (low + high) // 2
-        if orders.needs[n, middle] <= station + PASSED:
-            low = middle + 1
-        else:
-            high = middle
-    return orders.stations[low] if low < orders.starts[m + 1] else np.inf
+    cell = last_below(orders.needs[n], low, high, station + PASSED) + 1
+    return orders.stations[cell] if cell < high else np.inf

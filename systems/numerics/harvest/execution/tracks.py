@@ -7,6 +7,7 @@ import numpy as np
 
 from ...compiled import compiled, kernel
 from ..paths.machine_path import MachinePath
+from .last_below import last_below
 
 # How far ahead a tractor aims back at its path when it is beside it [m].
 AIM = 4.0
@@ -53,14 +54,7 @@ def pack_tracks(paths: Sequence[MachinePath]) -> Tracks:
 @kernel
 def _piece(tracks, m, station):
     low, high = tracks.starts[m], tracks.starts[m + 1] - 1
-    first = low
-    while low < high:
-        middle = (low + high) // 2
-        if tracks.stations[middle] <= station:
-            low = middle + 1
-        else:
-            high = middle
-    return max(low - 1, first)
+    return max(last_below(tracks.stations, low, high, station), low)
 
 
 @kernel

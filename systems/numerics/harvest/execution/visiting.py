@@ -11,7 +11,8 @@ import numpy as np
 
 from ...compiled import compiled, kernel
 from ..machines.filling import COLUMNS, CUT, LOST, TANK
-from .fleet import cut_up_to, last_below, planned_at, planned_time
+from .fleet import cut_up_to, planned_at, planned_time
+from .last_below import last_below
 from .orders import PASSED, SLACK
 from .planned_work import PIECE
 

@@ -2,10 +2,7 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from ..coverage.plan_coverage import BUILT, CoveragePaths, find_coverages
-from ..coverage.precedence import CropPrecedence
 from ..field.field import Field
 from ..machines.combine import Combine
 from ..machines.outlines import combine_outline
@@ -106,22 +103,14 @@ def _time(
         )
         for path in coverage.paths
     ]
-    grids = [journey.sweep.stations for journey in journeys]
-    timetable = time_machines(journeys, crop_needs(coverage.precedence, grids), seed=seed)
+    precedence = coverage.precedence
+    needs = {
+        (m, n): precedence.needed_at(m, n, journey.sweep.stations)
+        for m, journey in enumerate(journeys)
+        for n, needed in enumerate(precedence.needs[m])
+        if n != m and needed.any()
+    }
+    timetable = time_machines(journeys, needs, seed=seed)
     if isinstance(timetable, Standstill):
         return timetable
     return CombinePlan(field, combine, coverage, timetable, tuple(journeys))
-
-
-def crop_needs(
-    precedence: CropPrecedence, grids: list[np.ndarray]
-) -> dict[tuple[int, int], np.ndarray]:
-    """Crop precedence at the stations of the machines' grids."""
-    needs = {}
-    for m, needed in enumerate(precedence.needs):
-        # What is needed up to a station is told at the one before it.
-        before = np.searchsorted(precedence.stations[m], grids[m], side="right") - 1
-        for n, passed in enumerate(needed):
-            if n != m and passed.any():
-                needs[m, n] = np.where(passed > 0, passed, -np.inf)[np.maximum(before, 0)]
-    return needs

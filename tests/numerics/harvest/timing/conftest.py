@@ -9,7 +9,7 @@ import shapely
 from sightfield.systems.numerics.harvest.machines.combine import Combine
 from sightfield.systems.numerics.harvest.machines.outlines import combine_outline
 from sightfield.systems.numerics.harvest.paths.machine_path import MachinePath
-from sightfield.systems.numerics.harvest.timing.keep_order import holds_now
+from sightfield.systems.numerics.harvest.timing.rule import hold_of
 from sightfield.systems.numerics.harvest.timing.sweep import grid_stations, sweep_of
 from sightfield.systems.numerics.harvest.timing.timed_drive import Journey
 from sightfield.systems.numerics.harvest.timing.timetable import Timetable, time_machines
@@ -20,6 +20,10 @@ RADIUS = COMBINE.turning_radius
 
 # Of the simulation [s].
 STEP = 0.25
+
+# Less than this beyond the end of a cell a machine is still on it, as it is where it stands at the
+# end of it [m].
+TOLERANCE = 0.02
 
 
 def drive(start, *moves):
@@ -152,6 +156,23 @@ def fleet_that_can_arrive(kind, rng, count):
             return journeys
 
 
+def progress_at(timetable, stations):
+    """Progress of machines that are at some stations, shape (N,) [m] -> (N,)."""
+    found = []
+    for grid, station in zip(timetable.stations, stations, strict=True):
+        on = int(np.searchsorted(grid, station - TOLERANCE)) - 1
+        arrived = station >= grid[-1] - TOLERANCE
+        found.append(len(grid) - 1 if arrived else max(on, 0))
+    return np.array(found)
+
+
+def holds_now(timetable, stations):
+    """The station up to which each machine may drive by the rule, shape (N,) [m] -> (N,) [m]."""
+    progress = progress_at(timetable, stations)
+    holds = [hold_of(timetable.rule, m, progress) for m in range(len(progress))]
+    return np.array([grid[k + 1] for grid, k in zip(timetable.stations, holds, strict=True)])
+
+
 def drive_disturbed(journeys, timetable, rng, patience=20_000.0):
     """Speeds off by up to 20% and stops of up to 120 s; stations at all times, shape (T, N) [m]."""
     count = len(journeys)
@@ -230,6 +251,8 @@ def fleets():
         journeys_of=journeys_of,
         fleet_that_can_arrive=fleet_that_can_arrive,
         drive_disturbed=drive_disturbed,
+        progress_at=progress_at,
+        holds_now=holds_now,
         outlines_at=outlines_at,
         least_distance=least_distance,
     )

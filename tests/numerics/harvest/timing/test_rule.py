@@ -1,9 +1,8 @@
-"""Machines that are late, stop and go on: all arrive, none comes near another."""
+"""Machines that drive by the rule, are late, stop and go on: all arrive, none near another."""
 
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.harvest.timing.keep_order import holds_now, progress_at
 from sightfield.systems.numerics.harvest.timing.timetable import Timetable, time_machines
 
 # What the audit of a plan asks for [m].
@@ -20,7 +19,7 @@ def test_late_machines_all_arrive_keep_their_distance_and_the_order(fleets, seed
     assert log[-1] == pytest.approx([journey.path.length for journey in journeys], abs=0.02)
     assert fleets.least_distance(journeys, log) >= LEAST
     # Who goes first has left all that the other one comes to.
-    progress = np.array([progress_at(found, each) for each in log])
+    progress = np.array([fleets.progress_at(found, each) for each in log])
     for (a, b), (i, j), first in zip(
         found.meetings.pairs, found.meetings.examples, found.first, strict=True
     ):
@@ -42,8 +41,8 @@ def test_a_machine_that_has_failed_stops_only_those_that_come_after_it(fleets):
     second = 1 - first
     stations = np.zeros(3)
     stations[first] = 20.0
-    holds = holds_now(found, stations)
+    holds = fleets.holds_now(found, stations)
     assert holds[[first, 2]] == pytest.approx([80.0, 80.0])
     assert 20.0 < holds[second] < 40.0
     stations[first] = 79.99
-    assert holds_now(found, stations) == pytest.approx([80.0] * 3)
+    assert fleets.holds_now(found, stations) == pytest.approx([80.0] * 3)
