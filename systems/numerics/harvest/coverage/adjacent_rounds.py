@@ -36,7 +36,7 @@ def line_up(drivers: list[Driver], loop: Loop) -> None:
         loop: The first round.
     """
     combine = drivers[0].combine
-    first = split_loops([loop], 1, combine, preferred=None, corners=False)[0].begin
+    first = split_loops([loop], 1, drivers[0].ground, preferred=None, corners=False)[0].begin
     for number, driver in enumerate(drivers):
         on = number * ahead_on(loop) - (BEFORE + COMING_OFF) * (number > 0)
         goal = loop.pose((first + on) % loop.length)

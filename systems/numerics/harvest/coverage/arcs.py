@@ -8,7 +8,7 @@ import numpy as np
 
 from ..machines.combine import Combine
 from ..paths.machine_path import MachinePath
-from .cut_ground import GAP
+from .cut_ground import GAP, CutGround
 from .driver import Driver, NoWay
 from .header_curves import cutting_radius
 from .loops import Loop, drive_edge, drive_on
@@ -81,22 +81,31 @@ def first_round_shift(combine: Combine) -> float:
 
 
 def split_loops(
-    loops: list[Loop], count: int, combine: Combine, *, preferred: np.ndarray | None, corners: bool
+    loops: list[Loop],
+    count: int,
+    ground: CutGround,
+    *,
+    preferred: np.ndarray | None,
+    corners: bool,
 ) -> list[Arc]:
     """Arcs of nearly equal times that together are all of some loops.
 
     Args:
         loops: The loops.
         count: Of combines.
-        combine: The combine.
+        ground: On which they come to where arcs begin.
         preferred: Where combines would like to begin, shape (count, 2); None: anywhere.
         corners: Whether arcs begin at split corners only.
+
+    Raises:
+        NoWay: There is no room to come to a loop.
     """
+    combine = ground.combine
     times = np.array([_time(loop, combine) for loop in loops])
     shares = np.maximum(1, np.round(count * times / times.sum())).astype(int)
     arcs: list[Arc] = []
     for loop, share in zip(loops, shares, strict=True):
-        begins = _begins(loop, int(share), combine, preferred, corners=corners)
+        begins = _begins(loop, int(share), ground, preferred, corners=corners)
         overlap = 0.0
         for begin, following in zip(begins, [*begins[1:], begins[0] + loop.length], strict=True):
             end = following
@@ -169,8 +178,9 @@ def _enter(driver: Driver, goal: np.ndarray, loop: Loop, work: int) -> None:
 
 
 def _begins(
-    loop: Loop, share: int, combine: Combine, preferred: np.ndarray | None, *, corners: bool
+    loop: Loop, share: int, ground: CutGround, preferred: np.ndarray | None, *, corners: bool
 ) -> list[float]:
+    combine = ground.combine
     shift = first_round_shift(combine) if loop.number == 0 else combine.header_width
     along, _ = entry_length(shift, combine)
     if preferred is not None:
@@ -186,22 +196,27 @@ def _begins(
         ideal = float(np.interp(clock[-1] * k / share, clock, stations))
         if preferred is not None and len(preferred) == share:
             ideal = loop.station(preferred[k]) + along
-        begins.append(_fitting(loop, ideal, along, corners=corners))
+        begins.append(_fitting(loop, ideal, shift, ground, corners=corners))
     return sorted({round(begin % loop.length, 6) for begin in begins})
 
 
-def _fitting(loop: Loop, ideal: float, along: float, *, corners: bool) -> float:
+def _fitting(loop: Loop, ideal: float, shift: float, ground: CutGround, *, corners: bool) -> float:
+    """The station nearest to an ideal one at which an arc may begin."""
     if corners and len(loop.corners):
         away = (loop.corners - ideal + loop.length / 2) % loop.length - loop.length / 2
         return float(loop.corners[np.argmin(np.abs(away))])
+    along, _ = entry_length(shift, ground.combine)
     for away in np.arange(0.0, loop.length / 2, 2.0):
         for at in (ideal + away, ideal - away):
             begin, end = at - along - 2 * FROM_CORNER, at + 2 * FROM_CORNER
-            if not len(loop.corners_within(begin, end)) and _straight(loop, begin, end):
+            if len(loop.corners_within(begin, end)) or not _straight(loop, begin, end):
+                continue
+            entry = entry_path(loop.pose(at), shift, ground.combine, 0)
+            if ground.admits(entry, cutting=True):
                 return float(at)
     if len(loop.corners):
-        return _fitting(loop, ideal, along, corners=True)
-    return ideal
+        return _fitting(loop, ideal, shift, ground, corners=True)
+    raise NoWay("no room to come to a round")
 
 
 def _straight(loop: Loop, begin: float, end: float) -> bool:

@@ -82,12 +82,13 @@ def start_in_bay(driver: Driver, passes: Passes, machine: int) -> bool:
     assert len(driver.paths[0].poses) == 1
     for way in BACK:
         pose = first - way * ahead
-        if not driver.ground.has_room(pose):
+        path = _straight(pose, first, 1)
+        if not driver.ground.admits(path, cutting=True):
             return False
         if passes.clear(pose, machine):
             if way > 0:
                 # In place of the pose at which it stood.
-                driver.paths[0] = _straight(pose, first, 1)
+                driver.paths[0] = path
                 passes.add(driver.paths[0], machine)
             return True
     return False

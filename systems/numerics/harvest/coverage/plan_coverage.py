@@ -244,7 +244,7 @@ def _drive_rounds(
             preferred = np.array([team[0].pose])
         if number > 0 and count == 1 and len(outer[0].corners):
             corners = True
-        arcs = split_loops(outer, len(team), combine, preferred=preferred, corners=corners)
+        arcs = split_loops(outer, len(team), team[0].ground, preferred=preferred, corners=corners)
         begun.append(arcs[0])
         for driver, mine in zip(team, _share_arcs(team, arcs), strict=True):
             for arc in mine:

@@ -62,6 +62,16 @@ def test_outlines_keep_to_the_ground_and_off_obstacles(planned):
             assert shapely.covers(ground, _placed(part, poses)).all()
 
 
+def test_who_begins_beside_a_bulging_edge_keeps_to_the_margin(field_makers):
+    field, combine = field_makers["blob_12"](), Combine()
+    plan = plan_coverage(field, combine, 2)
+    ground = field.ground.buffer(0.05)
+    for path in plan.paths:
+        poses = path.pose_at(np.arange(0.0, 60.0, 0.5))
+        for part in combine_outline(combine):
+            assert shapely.covers(ground, _placed(part, poses)).all()
+
+
 def test_paths_are_driven_forwards_where_they_cut_and_no_turn_is_too_tight(planned):
     _, plan = planned
     for path in plan.paths:
