@@ -45,6 +45,9 @@ MOST_UNDER_BODIES = 0.002
 # time that it takes [-].
 CLOSED = 0.1
 
+# How often lands are shared out.
+SHARINGS = 4
+
 # What it costs to get from loop to loop of the headland, in estimates [s].
 OTHER_LOOP = 300.0
 
@@ -337,8 +340,7 @@ def _drive_swaths(
         if gate.node is not None:
             times[chain.index(gate.node // 2)] += gate.length / combine.speed
     starts = np.array([driving_time(driver.path, combine) for driver in drivers])
-    lands = [chain[part] for part in split_chain(times, starts)]
-    lands = _assign_lands(lands, drivers, swaths)
+    lands = _share_lands(chain, times, starts, drivers, swaths)
     shares: list[list[Gate]] = [[] for _ in drivers]
     for gate in gates:
         owners = [
@@ -370,16 +372,64 @@ def _drive_swaths(
     return work, lands
 
 
-def _assign_lands(
-    lands: list[list[int]], drivers: list[Driver], swaths: tuple[Swath, ...]
+def _share_lands(
+    chain: list[int],
+    times: np.ndarray,
+    starts: np.ndarray,
+    drivers: list[Driver],
+    swaths: tuple[Swath, ...],
 ) -> list[list[int]]:
-    away = np.zeros((len(drivers), len(lands)))
-    for i, driver in enumerate(drivers):
-        for j, land in enumerate(lands):
-            ends = np.array([swaths[k].ends for k in land]).reshape(-1, 2)
+    """The land of each combine, near to where it is, so that all end at nearly the same time.
+
+    What a land takes is known once its swaths are in order; where that is not what was reckoned
+    with, lands are shared out anew.
+
+    Args:
+        chain: Swaths, of which lands are parts.
+        times: That are reckoned with for each of the chain, shape (m,) [s].
+        starts: When combines begin, shape (N,) [s].
+        drivers: The combines.
+        swaths: All of them.
+    """
+    time_of = dict(zip(chain, times.tolist(), strict=True))
+    owners = np.arange(len(drivers))
+    budgets = starts
+    best: list[list[int]] = []
+    earliest = np.inf
+    for _ in range(SHARINGS):
+        parts = [chain[part] for part in split_chain(times, budgets[owners])]
+        owners = _nearest_drivers(parts, drivers, swaths)
+        lands = [parts[k] for k in np.argsort(owners)]
+        reckoned = np.array([sum(time_of[k] for k in land) for land in lands])
+        ends = starts + reckoned
+        for number, (land, driver) in enumerate(zip(lands, drivers, strict=True)):
+            ends[number] += _turning_time(swaths, land, driver, number) - TURN_TIME * len(land)
+        if ends.max() < earliest:
+            best, earliest = lands, float(ends.max())
+        budgets = ends - reckoned
+    return best
+
+
+def _turning_time(swaths: tuple[Swath, ...], land: list[int], driver: Driver, seed: int) -> float:
+    """What it takes to get to a land from where a combine is, and from swath to swath [s]."""
+    if not land:
+        return 0.0
+    times = _swath_times(swaths, land, set(), driver)
+    order, _ = order_swaths(times, seed)
+    return float(times.first[order[0]] + times.between[order[:-1], order[1:]].sum())
+
+
+def _nearest_drivers(
+    lands: list[list[int]], drivers: list[Driver], swaths: tuple[Swath, ...]
+) -> np.ndarray:
+    """Which combine takes each land, so that their ways there are short, shape (N,)."""
+    away = np.zeros((len(lands), len(drivers)))
+    for i, land in enumerate(lands):
+        ends = np.array([swaths[k].ends for k in land]).reshape(-1, 2)
+        for j, driver in enumerate(drivers):
             if len(ends):
                 away[i, j] = np.hypot(*(ends - driver.pose[:2]).T).min()
-    return [lands[j] for j in linear_sum_assignment(away)[1]]
+    return np.asarray(linear_sum_assignment(away)[1])
 
 
 def _swath_times(
