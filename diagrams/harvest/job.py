@@ -56,14 +56,14 @@ class HarvestJob:
 def prepare_harvest(
     scenario: HarvestScenario,
     folder: Path = Path(),
-    progress: Callable[[str], None] = lambda stage: None,
+    progress: Callable[[str, float], None] = lambda stage, share: None,
 ) -> HarvestJob:
     """Plan a harvest.
 
     Args:
         scenario: What is asked for.
         folder: Where the field's file is looked for.
-        progress: Told what is done next.
+        progress: Told what is done, and which part of it, in [0, 1].
 
     Raises:
         InvalidInput: The field cannot be read, or is too small for the header.
@@ -85,7 +85,7 @@ def prepare_harvest(
         failure=scenario.disturbance.failure,
         progress=progress,
     )
-    progress("schedule")
+    progress("schedule", 1.0)
     return HarvestJob(scenario, field, plan, _schedule(scenario, field, plan))
 
 

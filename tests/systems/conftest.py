@@ -36,7 +36,7 @@ from sightfield.systems.harvest.grain_cart_team import GrainCartTeam
 from sightfield.systems.harvest.machine_drivers import MachineDrivers
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.harvest.carts.cart_motion import standing_motion
-from sightfield.systems.numerics.harvest.carts.visits import CartPlan, Supply
+from sightfield.systems.numerics.harvest.carts.cart_plan import CartPlan, Supply
 from sightfield.systems.numerics.harvest.execution.planned_work import PlannedWork
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines.cart import Cart
@@ -151,7 +151,7 @@ def harvest_job() -> SimpleNamespace:
             carts=Carts(count=3),
         ),
         field=work.field,
-        plan=SimpleNamespace(service=CartPlan(work.plans, work.motions, [], [], [], 0.0, [])),
+        plan=SimpleNamespace(service=CartPlan(work.plans, work.motions, [], [], [], 0.0)),
         trucks=work.supply.trucks,
         reach=7.25,
     )

@@ -93,11 +93,19 @@ def run(
             transient=True,
             disable=not sys.stdout.isatty() or as_json,
         ) as bar:
-            task = bar.add_task("plan", total=None)
-            try:
-                job = prepare_harvest(
-                    asked, folder, lambda stage: bar.update(task, description=f"plan: {stage}")
+            task = bar.add_task("plan", total=1.0)
+
+            def planned(stage: str, share: float) -> None:
+                # How far a stage has come that cannot tell is not shown as a share.
+                bar.update(
+                    task,
+                    description=f"plan: {stage}",
+                    completed=share,
+                    total=1.0 if share > 0 else None,
                 )
+
+            try:
+                job = prepare_harvest(asked, folder, planned)
             except NoPlan as error:
                 bar.stop()
                 print(f"no plan: {error}", file=sys.stderr)

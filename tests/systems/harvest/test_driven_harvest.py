@@ -13,7 +13,8 @@ from sightfield.systems.harvest.auger_transfer import AugerTransfer
 from sightfield.systems.harvest.combine_team import CombineTeam
 from sightfield.systems.harvest.grain_cart_team import GrainCartTeam
 from sightfield.systems.harvest.machine_drivers import MachineDrivers
-from sightfield.systems.numerics.harvest.carts.visits import Supply, serve_combines
+from sightfield.systems.numerics.harvest.carts.cart_plan import Supply
+from sightfield.systems.numerics.harvest.carts.visits import serve_combines
 from sightfield.systems.numerics.harvest.execution.disturbance import Disturbance
 from sightfield.systems.numerics.harvest.execution.planned_work import PlannedWork
 from sightfield.systems.numerics.harvest.machines.cart import Cart

@@ -94,6 +94,21 @@ class CartMotion:
         return float(self.angles_at(np.array([self.timed.end]))[0])
 
 
+def poses_along(motions: Sequence[CartMotion], times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Poses of tractor and trailer at times in order, shape (n, 3) each.
+
+    Args:
+        motions: At least one, each from where the one before it comes to stand; between them the
+            cart stands.
+        times: Shape (n,) [s].
+    """
+    begins = [motion.timed.times[0] for motion in motions[1:]]
+    parts = np.split(times, np.searchsorted(times, begins))
+    poses = [motion.poses_at(part) for motion, part in zip(motions, parts, strict=True)]
+    tractor, trailer = (np.concatenate(each) for each in zip(*poses, strict=True))
+    return tractor, trailer
+
+
 def join_motions(motions: Sequence[CartMotion]) -> CartMotion:
     """Motions of which each begins where and when, or later than, the one before it ends.
 

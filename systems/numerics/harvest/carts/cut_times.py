@@ -38,11 +38,13 @@ class CutTimes(NamedTuple):
             there is none; shape (rows, columns) [s].
         cutter: Number of that combine, -1 for none; shape (rows, columns).
         corner: x, y of the corner of the first cell, shape (2,) [m].
+        slivers: Cells of narrow strips that no header covers, by their numbers in a flat array.
     """
 
     times: np.ndarray
     cutter: np.ndarray
     corner: np.ndarray
+    slivers: np.ndarray
 
 
 class OpenGround(NamedTuple):
@@ -73,7 +75,7 @@ def cut_times(
         field: The field, whose margin is covered too.
         combine: One of the equal combines.
         plans: Of all combines.
-        before: Of plans that were the same until some time.
+        before: Of plans with the same paths, whole ones, with the same times until some time.
         since: That time [s].
     """
     low_x, low_y, high_x, high_y = field.ground.bounds
@@ -109,22 +111,47 @@ def cut_times(
                 combine.header_width / 2 + 1e-6,
                 combine.header_depth / 2,
             )
-    left = crop & np.isinf(times)
+    slivers = before.slivers if before else _slivers_of(crop & np.isinf(times))
+    _close_slivers(times, cutter, slivers)
+    return CutTimes(times, cutter, corner, slivers)
+
+
+def _slivers_of(left: np.ndarray) -> np.ndarray:
+    """Cells in strips of crop that stays, narrower than three cells; numbers in a flat array."""
     wide = np.asarray(ndimage.binary_opening(left, np.ones((3, 3), dtype=bool)))
-    slivers = left & np.logical_not(wide)
-    known = np.where(crop & ~left, times, -np.inf)
-    beside = ndimage.maximum_filter(known, size=5)
-    times[slivers] = np.where(np.isfinite(beside), beside, np.inf)[slivers]
-    return CutTimes(times, cutter, corner)
+    return np.flatnonzero(left & np.logical_not(wide))
+
+
+@kernel
+def _close_slivers(times, cutter, slivers):
+    """Let slivers be cut with the last of what is cut within two cells of them."""
+    rows, columns = times.shape
+    for number in slivers:
+        row, column = number // columns, number % columns
+        latest = -np.inf
+        for i in range(max(row - 2, 0), min(row + 3, rows)):
+            for j in range(max(column - 2, 0), min(column + 3, columns)):
+                if cutter[i, j] >= 0:
+                    latest = max(latest, times[i, j])
+        times[row, column] = latest if latest > -np.inf else np.inf
 
 
 def open_ground(field: Field, cut: CutTimes) -> OpenGround:
     """From when on carts may be where, given when the ground is cut."""
+    return opened(free_cells(field, cut), cut)
+
+
+def free_cells(field: Field, cut: CutTimes) -> np.ndarray:
+    """Cells on which carts may be at some time, shape (rows, columns)."""
     free = field.ground
     if field.obstacles:
         free = free.difference(shapely.union_all([each.buffer(GAP) for each in field.obstacles]))
-    inside = _cells_inside(free, cut.corner, cut.times.shape)
-    return OpenGround(np.where(inside, cut.times, np.inf), cut.corner)
+    return _cells_inside(free, cut.corner, cut.times.shape)
+
+
+def opened(free: np.ndarray, cut: CutTimes) -> OpenGround:
+    """From when on carts may be on free cells, given when the ground is cut."""
+    return OpenGround(np.where(free, cut.times, np.inf), cut.corner)
 
 
 def _runs(flags: np.ndarray) -> list[tuple[int, int]]:

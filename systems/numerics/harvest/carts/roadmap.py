@@ -6,6 +6,7 @@ which end straight, so that the trailer comes into line. When an edge opens is k
 when all ground under tractor and trailer has been cut.
 """
 
+import heapq
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -16,13 +17,14 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
+from ...compiled import compiled
 from ...planning.arc_words.held_controls import half_angle_map, half_angles
 from ...planning.dubins import dubins_between
 from ..field.field import Field
 from ..machines.cart import Cart
 from ..machines.combine import Combine
 from .cart_motion import trailer_poses
-from .cut_times import OpenGround, opens_along
+from .cut_times import OpenGround, opens, opens_along
 from .traffic import cart_boxes
 
 # Radii of arcs, in least turning radii; the quickest word that can be driven counts.
@@ -33,8 +35,9 @@ STRAIGHT = 1.2
 BENT, BENT_AT_END = 1.2, 0.35
 # Spacing of nodes on lines, at least, and how many there may be, both directions counted [m].
 SPACING, MOST = 14.0, 3600
-# How far edges reach straight on [m], and how many leave a node at most.
-FAR, CHOICES = 42.0, 9
+# How far edges reach straight on [m], how many leave a node at most, and how many of the nearest
+# nodes are looked at for them.
+FAR, CHOICES, NEAREST = 42.0, 9, 40
 # How many words of those that compete are looked at.
 RIVALS = 3
 # Way between samples of an edge [m].
@@ -84,11 +87,13 @@ class Roadmap(NamedTuple):
         nodes: Poses of the tractor, shape (n, 3) [m], [m], [rad].
         opens: From when on the ground under a cart that stands in line at a node is open, (n,) [s].
         edges: Between them.
+        reach: How far apart nodes are that edges join, at most [m].
     """
 
     nodes: np.ndarray
     opens: np.ndarray
     edges: Edges
+    reach: float
 
 
 def field_lines(field: Field, combine: Combine, swaths: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -133,23 +138,34 @@ def make_roadmap(ground: OpenGround, cart: Cart, lines: Sequence[np.ndarray]) ->
     opens = node_opens(ground, cart, nodes)
     kept = opens < np.inf
     nodes, opens, line = nodes[kept], opens[kept], line[kept]
-    far = max(FAR, 2.2 * spacing)
-    source, target = _near_pairs(nodes, far)
+    reach = max(FAR, 2.2 * spacing)
+    pairs = KDTree(nodes[:, :2]).query_pairs(reach, output_type="ndarray")
+    source, target = np.concatenate([pairs, pairs[:, ::-1]]).T
+    near = _likely(nodes[source], nodes[target], source)
+    source, target = source[near], target[near]
     rivals = source * (line.max() + 1) + line[target]
-    straight = np.zeros(len(source))
-    edges = connect(ground, cart, nodes[source], straight, nodes[target], rivals)
-    # Of the edges from each node the quickest to each line, and of those the quickest few.
+    words = _words(cart, nodes[source], nodes[target], rivals)
+    # Of the edges from each node the quickest to each line, and of those the quickest few. Most
+    # nodes have enough of them among the first: the others are looked at for the rest alone.
+    rank = _ranks(source[words.pair], words.duration)
+    edges = _driven(ground, cart, nodes[source], None, words.chosen(rank < 2 * CHOICES))
+    for low, high in ((2 * CHOICES, 4 * CHOICES), (4 * CHOICES, np.inf)):
+        edges = _take(edges, _first_of_each(rivals[edges.source], edges.duration, 1))
+        enough = np.bincount(source[edges.source], minlength=len(nodes)) >= CHOICES
+        chosen = (rank >= low) & (rank < high) & ~enough[source[words.pair]]
+        more = _driven(ground, cart, nodes[source], None, words.chosen(chosen))
+        edges = _joined([edges, more])
     edges = _take(edges, _first_of_each(rivals[edges.source], edges.duration, 1))
     edges = edges._replace(
         source=source[edges.source].astype(np.int64), target=target[edges.target].astype(np.int64)
     )
     edges = _take(edges, _first_of_each(edges.source, edges.duration, CHOICES))
-    return _without_dead_ends(Roadmap(nodes, opens, edges))
+    return _without_dead_ends(Roadmap(nodes, opens, edges, reach))
 
 
 def _without_dead_ends(roadmap: Roadmap) -> Roadmap:
     """The largest part of a roadmap in which there is a way from every node to every other one."""
-    nodes, opens, edges = roadmap
+    nodes, opens, edges, reach = roadmap
     links = csr_array(
         (np.ones(len(edges.source)), (edges.source, edges.target)), shape=(len(nodes), len(nodes))
     )
@@ -158,7 +174,7 @@ def _without_dead_ends(roadmap: Roadmap) -> Roadmap:
     number = np.cumsum(kept) - 1
     edges = _take(edges, np.flatnonzero(kept[edges.source] & kept[edges.target]))
     edges = edges._replace(source=number[edges.source], target=number[edges.target])
-    return Roadmap(nodes[kept], opens[kept], edges)
+    return Roadmap(nodes[kept], opens[kept], edges, reach)
 
 
 def reopened(roadmap: Roadmap, ground: OpenGround, cart: Cart, since: float) -> Roadmap:
@@ -173,10 +189,66 @@ def reopened(roadmap: Roadmap, ground: OpenGround, cart: Cart, since: float) -> 
     edges = roadmap.edges
     later = np.flatnonzero(edges.opens > since)
     opens = edges.opens.copy()
-    if len(later):
-        opens[later] = _edge_opens(ground, cart, _take(edges, later))
+    opens[later] = _edge_opens(ground, cart, edges, later)
     nodes = node_opens(ground, cart, roadmap.nodes)
     return roadmap._replace(opens=nodes, edges=edges._replace(opens=opens))
+
+
+def earliest_arrivals(roadmap: Roadmap, node: int, time: float) -> np.ndarray:
+    """The earliest times at all nodes, over ground that opens, among nobody, shape (n,) [s].
+
+    Args:
+        roadmap: With nodes and edges.
+        node: Where the cart is.
+        time: When [s].
+    """
+    edges = roadmap.edges
+    labels = np.full(len(roadmap.nodes), np.inf)
+    labels[node] = time
+    _spread(labels, *_by_node(edges.source, edges.target, len(labels)), edges.opens, edges.duration)
+    return labels
+
+
+def opens_to(roadmap: Roadmap, nodes: np.ndarray) -> np.ndarray:
+    """From when on there is a way from each node to any of some nodes, shape (n,) [s].
+
+    Args:
+        roadmap: With nodes and edges.
+        nodes: Numbers of those to which ways lead.
+    """
+    edges = roadmap.edges
+    labels = np.full(len(roadmap.nodes), np.inf)
+    labels[nodes] = -np.inf
+    none = np.zeros(len(edges.source))
+    _spread(labels, *_by_node(edges.target, edges.source, len(labels)), edges.opens, none)
+    return labels
+
+
+def _by_node(
+    leaving: np.ndarray, reaching: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Edges sorted by the node that they leave, the first of each node, and where they lead."""
+    order = np.argsort(leaving, kind="stable")
+    return order, np.searchsorted(leaving[order], np.arange(count + 1)), reaching
+
+
+@compiled
+def _spread(labels, order, first, reaching, opens, duration):
+    """Lower labels along edges, which are left at their opening or later, as Dijkstra does."""
+    heap = [(0.0, np.int64(-1)) for _ in range(0)]
+    for n in range(len(labels)):
+        if labels[n] < np.inf:
+            heapq.heappush(heap, (labels[n], np.int64(n)))
+    while len(heap) > 0:
+        label, n = heapq.heappop(heap)
+        if label > labels[n]:
+            continue
+        for k in range(first[n], first[n + 1]):
+            e = order[k]
+            there = max(label, opens[e]) + duration[e]
+            if there < labels[reaching[e]]:
+                labels[reaching[e]] = there
+                heapq.heappush(heap, (there, np.int64(reaching[e])))
 
 
 def node_opens(ground: OpenGround, cart: Cart, nodes: np.ndarray) -> np.ndarray:
@@ -193,13 +265,27 @@ def node_opens(ground: OpenGround, cart: Cart, nodes: np.ndarray) -> np.ndarray:
     return latest + AFTER_CUT
 
 
+class _Words(NamedTuple):
+    """Arcs and straights that would join pairs of poses; nothing is known of the ground yet.
+
+    Attributes:
+        pair: Number of the pair, shape (w,).
+        curvatures, lengths: Of the pieces, shape (w, 4) [1/m], [m].
+        duration: Shape (w,) [s].
+    """
+
+    pair: np.ndarray
+    curvatures: np.ndarray
+    lengths: np.ndarray
+    duration: np.ndarray
+
+    def chosen(self, which: np.ndarray) -> "_Words":
+        """Some of them."""
+        return _Words(*(each[which] for each in self))
+
+
 def connect(
-    ground: OpenGround,
-    cart: Cart,
-    starts: np.ndarray,
-    betas: np.ndarray,
-    ends: np.ndarray,
-    rivals: np.ndarray | None = None,
+    ground: OpenGround, cart: Cart, starts: np.ndarray, betas: np.ndarray, ends: np.ndarray
 ) -> Edges:
     """Edges between pairs of poses, where there is one that a cart can drive.
 
@@ -209,13 +295,17 @@ def connect(
         starts: Poses, shape (p, 3).
         betas: Of the trailer at the starts, shape (p,) [rad].
         ends: Poses, shape (p, 3).
-        rivals: Pairs of the same number compete: of them the quickest few are looked at; (p,).
-            Without it each pair competes with itself alone.
 
     Returns:
         The quickest for each pair that has any; source and target are the number of the pair.
     """
-    count = len(starts)
+    words = _words(cart, starts, ends, np.arange(len(starts)))
+    edges = _driven(ground, cart, starts, betas, words)
+    return _take(edges, _first_of_each(edges.source, edges.duration, 1))
+
+
+def _words(cart: Cart, starts: np.ndarray, ends: np.ndarray, rivals: np.ndarray) -> _Words:
+    """The quickest few words of all pairs of the same number among rivals, shape (p,)."""
     lead = STRAIGHT * cart.length
     before = ends.copy()
     before[:, 0] -= lead * np.cos(ends[:, 2])
@@ -232,13 +322,30 @@ def connect(
         curvatures.append(np.column_stack([turns[sane] / radius, np.zeros(len(sane))]))
         lengths.append(np.column_stack([ways[sane], np.full(len(sane), lead)]))
     pair, bends, ways = (np.concatenate(each) for each in (pairs, curvatures, lengths))
-    group = (np.arange(count) if rivals is None else rivals)[pair]
-    duration = (ways / _speeds(cart, bends)).sum(axis=1)
-    chosen = _first_of_each(group, duration, RIVALS)
-    edges = _sampled(cart, starts[pair[chosen]], betas[pair[chosen]], bends[chosen], ways[chosen])
+    words = _Words(pair, bends, ways, (ways / _speeds(cart, bends)).sum(axis=1))
+    return words.chosen(_first_of_each(rivals[pair], words.duration, RIVALS))
+
+
+def _driven(
+    ground: OpenGround, cart: Cart, starts: np.ndarray, betas: np.ndarray | None, words: _Words
+) -> Edges:
+    """Edges of those words that a cart can drive; source and target are the number of the pair."""
+    pair = words.pair
+    bent = np.zeros(len(pair)) if betas is None else betas[pair]
+    edges = _sampled(cart, starts[pair], bent, words.curvatures, words.lengths)
     edges, inside = _opened(ground, cart, edges)
-    edges = edges._replace(source=pair[chosen][inside], target=pair[chosen][inside])
-    return _take(edges, _first_of_each(edges.source, edges.duration, 1))
+    return edges._replace(source=pair[inside], target=pair[inside])
+
+
+def _joined(parts: Sequence[Edges]) -> Edges:
+    """Several edges as one."""
+    columns = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in Edges._fields
+        if name != "first"
+    }
+    counts = np.concatenate([np.diff(part.first) for part in parts])
+    return Edges(first=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64), **columns)
 
 
 def _speeds(cart: Cart, curvatures: np.ndarray) -> np.ndarray:
@@ -249,9 +356,15 @@ def _speeds(cart: Cart, curvatures: np.ndarray) -> np.ndarray:
 
 def _first_of_each(group: np.ndarray, value: np.ndarray, most: int) -> np.ndarray:
     """Numbers of those of least value in each group, no more than so many."""
+    return np.flatnonzero(_ranks(group, value) < most)
+
+
+def _ranks(group: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """How many of its group come before each, by their values, shape (n,)."""
     order = np.lexsort([value, group])
-    begins = np.searchsorted(group[order], group[order])
-    return order[np.arange(len(order)) - begins < most]
+    ranks = np.empty(len(order), dtype=np.int64)
+    ranks[order] = np.arange(len(order)) - np.searchsorted(group[order], group[order])
+    return ranks
 
 
 def _take(edges: Edges, chosen: np.ndarray) -> Edges:
@@ -287,20 +400,40 @@ def _reversed(poses: np.ndarray) -> np.ndarray:
     return np.column_stack([poses[:, :2], poses[:, 2] + math.pi])
 
 
-def _near_pairs(nodes: np.ndarray, far: float) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of which the second is ahead of the first or beside it, and not behind its back."""
-    pairs = KDTree(nodes[:, :2]).query_pairs(far, output_type="ndarray")
-    source, target = np.concatenate([pairs, pairs[:, ::-1]]).T
-    dx, dy = (nodes[target, :2] - nodes[source, :2]).T
+def near_nodes(roadmap: Roadmap, poses: np.ndarray, *, onto: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of a pose and a node of which edges may lead from the one to the other.
+
+    Args:
+        roadmap: With nodes.
+        poses: Of a tractor, shape (n, 3).
+        onto: Whether edges lead to the nodes, or from them.
+
+    Returns:
+        Numbers of poses and of nodes, shape (p,) each.
+    """
+    nodes = roadmap.nodes
+    far = np.hypot(*(poses[:, None, :2] - nodes[None, :, :2]).transpose(2, 0, 1))
+    pose, node = np.nonzero(far < max(roadmap.reach, 1.5 * FAR))
+    ends = (poses[pose], nodes[node]) if onto else (nodes[node], poses[pose])
+    likely = _likely(*ends, pose)
+    return pose[likely], node[likely]
+
+
+def _likely(starts: np.ndarray, ends: np.ndarray, group: np.ndarray) -> np.ndarray:
+    """Numbers of the nearest pairs of each group that an edge would not join in a circle.
+
+    The second pose is ahead of the first or beside it, and not behind its back.
+    """
+    dx, dy = (ends - starts)[:, :2].T
     apart = np.hypot(dx, dy)
-    ahead = (dx * np.cos(nodes[source, 2]) + dy * np.sin(nodes[source, 2])) / (apart + 1e-9)
-    into = (dx * np.cos(nodes[target, 2]) + dy * np.sin(nodes[target, 2])) / (apart + 1e-9)
-    turned = np.abs(np.remainder(nodes[target, 2] - nodes[source, 2] + np.pi, 2 * np.pi) - np.pi)
+    ahead = (dx * np.cos(starts[:, 2]) + dy * np.sin(starts[:, 2])) / (apart + 1e-9)
+    into = (dx * np.cos(ends[:, 2]) + dy * np.sin(ends[:, 2])) / (apart + 1e-9)
+    turned = np.abs(np.remainder(ends[:, 2] - starts[:, 2] + np.pi, 2 * np.pi) - np.pi)
     # Straight on and gently aside; quarter turns; and turns back, to what is beside.
     fits = (ahead > 0.3) & (into > 0.3) & (turned < 2.4)
     fits |= (turned > 2.0) & (ahead > -0.3) & (ahead < 0.9) & (apart < 28.0)
-    fits &= apart > 4.0
-    return source[fits], target[fits]
+    chosen = np.flatnonzero(fits & (apart > 4.0))
+    return chosen[_first_of_each(group[chosen], apart[chosen], NEAREST)]
 
 
 def _sampled(
@@ -359,17 +492,31 @@ def _opened(ground: OpenGround, cart: Cart, edges: Edges) -> tuple[Edges, np.nda
     edges = _take(edges, good)
     if len(good) == 0:
         return edges, good
-    opens = _edge_opens(ground, cart, edges)
+    opens = _edge_opens(ground, cart, edges, np.arange(len(good)))
     inside = np.flatnonzero(opens < np.inf)
     return _take(edges._replace(opens=opens), inside), good[inside]
 
 
-def _edge_opens(ground: OpenGround, cart: Cart, edges: Edges) -> np.ndarray:
+def _edge_opens(ground: OpenGround, cart: Cart, edges: Edges, chosen: np.ndarray) -> np.ndarray:
+    """From when on the ground under some edges is open, shape (n,) [s]."""
     boxes = cart_boxes(cart)
-    latest = np.maximum(
-        opens_along(ground, boxes[0], edges.tractor), opens_along(ground, boxes[1], edges.trailer)
-    )
-    return np.maximum.reduceat(latest, edges.first[:-1]) + AFTER_CUT
+    return _opens_under(ground, boxes, edges.first, edges.tractor, edges.trailer, chosen)
+
+
+@compiled
+def _opens_under(ground, boxes, first, tractor, trailer, chosen):
+    found = np.empty(len(chosen))
+    for i in range(len(chosen)):
+        latest = -np.inf
+        for k in range(first[chosen[i]], first[chosen[i] + 1]):
+            x, y, theta = tractor[k]
+            latest = max(latest, opens(ground, boxes[0], x, y, theta))
+            x, y, theta = trailer[k]
+            latest = max(latest, opens(ground, boxes[1], x, y, theta))
+            if latest == np.inf:
+                break
+        found[i] = latest + AFTER_CUT
+    return found
 
 
 def _moved(poses: np.ndarray, curvatures: np.ndarray, ways: np.ndarray) -> np.ndarray:

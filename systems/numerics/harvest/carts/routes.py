@@ -13,13 +13,24 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...compiled import compiled
 from ..machines.cart import Cart
 from ..paths.machine_path import TRANSIT, MachinePath
 from ..paths.timed_path import TimedPath
 from .cart_motion import CartMotion, trailer_angles, trailer_poses
 from .cut_times import GAP, OpenGround, opens_along
 from .profile import MOMENT, WAY, Moving, Profile, plan_profile, plan_profile_back
-from .roadmap import AFTER_CUT, FAR, SAMPLED, Edges, Roadmap, connect, node_opens
+from .roadmap import (
+    AFTER_CUT,
+    FAR,
+    SAMPLED,
+    Edges,
+    Roadmap,
+    connect,
+    near_nodes,
+    node_opens,
+    opens_to,
+)
 from .search import intervals_of, search
 from .traffic import Traffic, blocked_along, cart_boxes, during, joined
 
@@ -29,8 +40,9 @@ HALF_WAY = 0.6 * WAY
 ROUGH = 0.5
 # Time between moments at which nodes are known to be free [s].
 STEP = 1.0
-# How long a route may take [s], and how often another is looked for.
-LONGEST, ATTEMPTS = 400.0, 5
+# How long a route may take, at least, and in times of two sides of the field at top speed [s]; how
+# often another is looked for.
+LONGEST, SIDES, ATTEMPTS = 400.0, 2.5, 5
 # Room for edges of one search, and for their samples.
 EXTRA, SAMPLES = 4000, 120000
 # Straight way before a cart is beside a combine [m].
@@ -62,16 +74,24 @@ class RoutePlanner:
         cart: One of the equal carts.
         roadmap: On this ground.
         combines: All of them, by time.
-        before: On the same roadmap when combines were elsewhere from some time on.
-        since: That time [s].
+        blocked: Whether combines come too near to each node, at moments STEP apart from 0 on;
+            shape (n, m).
+        last_blocked: Number of the last such moment of each, -1 for none, shape (n,).
+        exits: Nodes from which carts drive to their trucks.
+        ways_out: From when on there is a way from each node to one of these, shape (n,) [s].
+        room: Edges of the roadmap, with room behind them for those of a search, and for their
+            samples.
     """
 
     ground: OpenGround
     cart: Cart
     roadmap: Roadmap
     combines: Traffic
-    before: "RoutePlanner | None" = None
-    since: float = 0.0
+    blocked: np.ndarray
+    last_blocked: np.ndarray
+    exits: np.ndarray
+    ways_out: np.ndarray
+    room: Edges
 
     @cached_property
     def boxes(self) -> np.ndarray:
@@ -79,25 +99,13 @@ class RoutePlanner:
         return cart_boxes(self.cart)
 
     @cached_property
-    def _node_blocked(self) -> tuple[np.ndarray, np.ndarray]:
-        """Whether combines come too near to each node, at moments STEP apart from 0 on, and the
-        number of the last such moment of each."""
-        count = int(self.combines.poses.shape[1] * MOMENT / STEP) + 2
-        nodes = self.roadmap.nodes
-        same = 0
-        known = self.before.__dict__.get("_node_blocked") if self.before else None
-        if known is not None:
-            same = min(max(int(self.since / STEP) - 2, 0), known[0].shape[1] - 2, count - 2)
-        later = self._standing(nodes, self.combines, same * STEP, count - same)
-        blocked = np.hstack([known[0][:, :same], later]) if known is not None else later
-        # What is known stays; what it was known from does not have to.
-        object.__setattr__(self, "before", None)
-        return blocked, _last_of_each(blocked)
+    def longest(self) -> float:
+        """How long a route may take [s]."""
+        sides = float(np.ptp(self.roadmap.nodes[:, :2], axis=0).sum())
+        return max(LONGEST, SIDES * sides / self.cart.speed)
 
     def _standing(self, nodes: np.ndarray, traffic: Traffic, begin: float, count: int):
-        behind = trailer_poses(nodes, np.zeros(len(nodes)), self.cart)
-        gap = GAP + ROUGH
-        return blocked_along(traffic, self.boxes, nodes, behind, gap, begin, STEP, count)
+        return _blocked_at(nodes, self.cart, traffic, begin, count)
 
     def is_free_for_ever(self, poses: np.ndarray, begin: float) -> np.ndarray:
         """Whether no combine ever comes near to carts that stand at poses, shape (n,).
@@ -111,13 +119,19 @@ class RoutePlanner:
         near = self._standing(poses, self.combines, first * STEP, max(count - first, 1))
         return np.logical_not(near.any(axis=1))
 
-    def with_ways_off(self, poses: np.ndarray) -> np.ndarray:
-        """Those of some poses from which a cart in line can drive on to the roadmap, (m, 3)."""
+    def with_ways_out(self, poses: np.ndarray, time: float) -> np.ndarray:
+        """Those of some poses from which a cart in line has a way to the trucks, (m, 3).
+
+        Args:
+            poses: Of the tractor, shape (n, 3).
+            time: By then [s].
+        """
         nodes = self.roadmap.nodes
-        near = np.hypot(*(poses[:, None, :2] - nodes[None, :, :2]).transpose(2, 0, 1)) < FAR
-        start, end = np.nonzero(near)
+        start, end = near_nodes(self.roadmap, poses, onto=True)
+        known = self.ways_out[end] <= time
+        start, end = start[known], end[known]
         off = connect(self.ground, self.cart, poses[start], np.zeros(len(start)), nodes[end])
-        return poses[np.unique(start[off.source])]
+        return poses[np.unique(start[off.source[off.opens <= time]])]
 
     def route_to(
         self, standing: Standing, beside: np.ndarray, end: Moving, others: Traffic
@@ -139,7 +153,7 @@ class RoutePlanner:
         goal[:2] -= RUN_IN * np.array([math.cos(goal[2]), math.sin(goal[2])])
         speed = max(end.speed, 1.0)
         moment = end.time - RUN_IN / speed
-        begin = max(standing.since, moment - LONGEST)
+        begin = max(standing.since, moment - self.longest)
         if moment <= begin:
             return None
         run_in = np.stack([goal, np.asarray(beside, dtype=float)])
@@ -166,12 +180,13 @@ class RoutePlanner:
             beta: The trailer's angle there [rad].
             start: When and how fast the cart is there.
             others: Committed routes of other carts.
-            goal: Poses to stand at, shape (3,) or (n, 3); None: wherever nobody comes.
+            goal: Poses to stand at, shape (3,) or (n, 3); None: wherever nobody comes and from
+                where there is a way to the trucks by now.
         """
 
         def plan(path: MachinePath) -> Profile:
             at, limits, opens, blocked = self._closed(
-                path, beta, others, start.time, start.time + LONGEST
+                path, beta, others, start.time, start.time + self.longest
             )
             return plan_profile(
                 at, limits, opens, blocked, start.time, start, self.cart.acceleration
@@ -182,7 +197,7 @@ class RoutePlanner:
             beta,
             start.time,
             goal,
-            start.time + LONGEST,
+            start.time + self.longest,
             others,
             None,
             plan,
@@ -208,7 +223,7 @@ class RoutePlanner:
         nodes, edges = self._with_ends(pose, beta, goals)
         count = len(self.roadmap.nodes)
         first = int(begin / STEP)
-        known, last_known = self._node_blocked
+        known, last_known = self.blocked, self.last_blocked
         # All that moves after the end of the search is looked at as one moment.
         others_end = others.begin + others.poses.shape[1] * MOMENT
         last = max(math.ceil((max(end, others_end) - first * STEP) / STEP), 1) + 2
@@ -245,6 +260,7 @@ class RoutePlanner:
             estimates = np.hypot(*(nodes - nodes[count])[:, :2].T)
         elif goal is None:
             aims = (owner < count) & (intervals.ends == np.inf)
+            aims[aims] = self.ways_out[owner[aims]] <= begin
             estimates = np.zeros(len(nodes))
         else:
             aims = (owner > count) & (intervals.ends == np.inf)
@@ -278,51 +294,26 @@ class RoutePlanner:
             banned[found.edges[at]] = True
         return None
 
-    @cached_property
-    def _room(self) -> Edges:
-        """The edges of the roadmap, with room behind them for those of a search."""
-        edges = self.roadmap.edges
-        return Edges(
-            *(
-                np.concatenate([each, np.zeros((size, *each.shape[1:]), dtype=each.dtype)])
-                for each, size in zip(
-                    edges,
-                    [SAMPLES if name in SAMPLED else EXTRA for name in Edges._fields],
-                    strict=True,
-                )
-            )
-        )
-
     def _with_ends(
         self, pose: np.ndarray, beta: float, goals: np.ndarray
     ) -> tuple[np.ndarray, Edges]:
         """Nodes and edges with those of a start and of goals, which get the last numbers."""
-        nodes, room = self.roadmap.nodes, self._room
+        nodes, room = self.roadmap.nodes, self.room
         count = len(nodes)
         start = np.array(pose, dtype=float)
-        near = np.flatnonzero(np.hypot(*(nodes[:, :2] - start[:2]).T) < 1.5 * FAR)
+        near = near_nodes(self.roadmap, start[None], onto=True)[1]
         close = np.hypot(*(goals - start)[:, :2].T) < 3 * FAR
         numbers = np.concatenate([near, count + 1 + np.flatnonzero(close)])
         ends = np.vstack([nodes[near], goals[close]])
         off = connect(
             self.ground, self.cart, np.tile(start, (len(ends), 1)), np.full(len(ends), beta), ends
         )
-        parts = [off._replace(source=np.full(len(off.source), count), target=numbers[off.target])]
-        for number, goal in enumerate(goals):
-            close = np.flatnonzero(np.hypot(*(nodes[:, :2] - goal[:2]).T) < 1.5 * FAR)
-            onto = connect(
-                self.ground,
-                self.cart,
-                nodes[close],
-                np.zeros(len(close)),
-                np.tile(goal, (len(close), 1)),
-            )
-            parts.append(
-                onto._replace(
-                    source=close[onto.source],
-                    target=np.full(len(onto.source), count + 1 + number),
-                )
-            )
+        goal, node = near_nodes(self.roadmap, goals, onto=False)
+        onto = connect(self.ground, self.cart, nodes[node], np.zeros(len(node)), goals[goal])
+        parts = [
+            off._replace(source=np.full(len(off.source), count), target=numbers[off.target]),
+            onto._replace(source=node[onto.source], target=count + 1 + goal[onto.source]),
+        ]
         own = self.roadmap.edges
         size, samples = len(own.source), int(own.first[-1])
         columns = {}
@@ -348,11 +339,7 @@ class RoutePlanner:
         tractor = path.pose_at(at)
         betas = trailer_angles(path, self.cart, beta, at)
         trailer = trailer_poses(tractor, betas, self.cart)
-        bends = np.abs(path.curvatures)
-        bend = np.maximum(
-            np.maximum(bends[path.piece_at(at)], bends[path.piece_at(np.maximum(at - WAY, 0.0))]),
-            bends[path.piece_at(np.minimum(at + WAY, path.length))],
-        )
+        bend = _sharpest(path, np.maximum(at - WAY, 0.0), np.minimum(at + WAY, path.length))
         lateral = self.cart.lateral_acceleration
         limits = np.minimum(self.cart.speed, np.sqrt(lateral / np.maximum(bend, 1e-6)))
         opens = AFTER_CUT + np.maximum(
@@ -369,10 +356,92 @@ class RoutePlanner:
         return at, limits, opens, blocked
 
 
-def _last_of_each(blocked: np.ndarray) -> np.ndarray:
+def make_planner(
+    ground: OpenGround,
+    cart: Cart,
+    roadmap: Roadmap,
+    combines: Traffic,
+    trucks: np.ndarray,
+    before: RoutePlanner | None = None,
+    since: float = 0.0,
+) -> RoutePlanner:
+    """Look up when combines come to nodes, and from where there are ways to the trucks.
+
+    Args:
+        ground: From when on carts may be where.
+        cart: One of the equal carts.
+        roadmap: On this ground.
+        combines: All of them, by time.
+        trucks: Poses of the tractor at them, shape (K, 3).
+        before: On the same roadmap, when combines were elsewhere from some time on.
+        since: That time [s].
+    """
+    count = int(combines.poses.shape[1] * MOMENT / STEP) + 2
+    if before is None:
+        blocked = _blocked_at(roadmap.nodes, cart, combines, 0.0, count)
+        room = _with_room(roadmap.edges)
+        truck, node = near_nodes(roadmap, trucks, onto=False)
+        onto = connect(ground, cart, roadmap.nodes[node], np.zeros(len(node)), trucks[truck])
+        exits = np.unique(node[onto.source])
+    else:
+        exits = before.exits
+        same = min(max(int(since / STEP) - 2, 0), before.blocked.shape[1] - 2, count - 2)
+        later = _blocked_at(roadmap.nodes, cart, combines, same * STEP, count - same)
+        blocked = np.hstack([before.blocked[:, :same], later])
+        # Searches write behind the edges, and only the times at which they open are others.
+        opens = before.room.opens.copy()
+        opens[: len(roadmap.edges.opens)] = roadmap.edges.opens
+        room = before.room._replace(opens=opens)
+    out = opens_to(roadmap, exits)
+    last = _last_of_each(blocked)
+    return RoutePlanner(ground, cart, roadmap, combines, blocked, last, exits, out, room)
+
+
+def _blocked_at(
+    nodes: np.ndarray, cart: Cart, traffic: Traffic, begin: float, count: int
+) -> np.ndarray:
+    """Moments STEP apart at which carts in line at nodes are too near to others, (n, count)."""
+    behind = trailer_poses(nodes, np.zeros(len(nodes)), cart)
+    gap = GAP + ROUGH
+    return blocked_along(traffic, cart_boxes(cart), nodes, behind, gap, begin, STEP, count)
+
+
+def _with_room(edges: Edges) -> Edges:
+    """Edges with room behind them."""
+    return Edges(
+        *(
+            np.concatenate([each, np.zeros((size, *each.shape[1:]), dtype=each.dtype)])
+            for each, size in zip(
+                edges,
+                [SAMPLES if name in SAMPLED else EXTRA for name in Edges._fields],
+                strict=True,
+            )
+        )
+    )
+
+
+@compiled
+def _last_of_each(blocked):
     """Number of the last moment at which each is blocked, -1 for none, shape (n,)."""
-    last = blocked.shape[1] - 1 - np.argmax(blocked[:, ::-1], axis=1)
-    return np.where(blocked.any(axis=1), last, -1)
+    last = np.full(len(blocked), -1)
+    for n in range(len(blocked)):
+        for k in range(blocked.shape[1] - 1, -1, -1):
+            if blocked[n, k]:
+                last[n] = k
+                break
+    return last
+
+
+def _sharpest(path: MachinePath, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Largest curvature of a path between stations, shape (n,), (n,) -> (n,) [1/m]."""
+    bends = np.abs(path.curvatures)
+    piece, last = path.piece_at(begin), path.piece_at(end)
+    found = bends[piece]
+    while (piece < last).any():
+        # A piece may be shorter than the way between two stations.
+        piece = np.minimum(piece + 1, last)
+        found = np.maximum(found, bends[piece])
+    return found
 
 
 def _with_moment(intervals, node: int, time: float):

@@ -150,12 +150,9 @@ def _is_met(edges, e, departure, traffic, boxes, gap):
     middle_time = departure + lasts / 2
     for b in range(len(traffic.boxes)):
         box = traffic.boxes[b]
-        middle = (box[0] + box[1]) / 2
         size = math.hypot((box[1] - box[0]) / 2, box[2]) + gap
         at = min(max(round((middle_time - traffic.begin) / SAMPLE), 0), last)
-        pose = traffic.poses[b, at]
-        ox = pose[0] + math.cos(pose[2]) * middle
-        oy = pose[1] + math.sin(pose[2]) * middle
+        ox, oy = traffic.middles[b, at]
         far = radius + size + traffic.quickest[b] * lasts / 2
         if (ox - x) ** 2 + (oy - y) ** 2 > far * far:
             continue
@@ -163,8 +160,7 @@ def _is_met(edges, e, departure, traffic, boxes, gap):
             moment = departure + edges.since[k]
             at = min(max(round((moment - traffic.begin) / SAMPLE), 0), last)
             pose = traffic.poses[b, at]
-            ox = pose[0] + math.cos(pose[2]) * middle
-            oy = pose[1] + math.sin(pose[2]) * middle
+            ox, oy = traffic.middles[b, at]
             for part in range(2):
                 own = edges.tractor[k] if part == 0 else edges.trailer[k]
                 reach = size + math.hypot(boxes[part, 1], boxes[part, 2])

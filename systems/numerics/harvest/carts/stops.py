@@ -93,7 +93,17 @@ def retime_alone(
     return retime
 
 
-def ended(plan: TimedPath) -> TimedPath:
-    """A plan without what comes after a stop that lasts for ever."""
-    kept = plan.times < FOR_EVER
-    return TimedPath(plan.path, plan.times[kept], plan.stations[kept], plan.speeds[kept])
+def ended(plan: TimedPath, until: float = FOR_EVER) -> TimedPath:
+    """A plan without what comes after some time, or after a stop that lasts for ever.
+
+    Args:
+        plan: Of the combine.
+        until: The time [s].
+    """
+    kept = plan.times < until
+    times, stations, speeds = plan.times[kept], plan.stations[kept], plan.speeds[kept]
+    if not kept.all() and until < FOR_EVER:
+        times = np.append(times, until)
+        stations = np.append(stations, plan.station_at(until))
+        speeds = np.append(speeds, plan.speed_at(until))
+    return TimedPath(plan.path, times, stations, speeds)

@@ -1,10 +1,12 @@
 """What tanks hold over time, as combines cut and carts take over."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ...compiled import kernel
 from ..machines.combine import Combine
 from .cut_times import CELL, CutTimes
 
@@ -31,23 +33,17 @@ class Tank:
 
     Args:
         combine: One of the equal combines.
-        cut: When and by whom the ground is cut.
-        number: Of the combine.
-        density: Of the crop [kg/m^2].
-        end: When the last combine has done its work [s].
-
-    Attributes:
         times: Moments TICK apart from 0 on, shape (T,) [s].
         cut: All that was cut until then, shape (T,) [kg].
+
+    Attributes:
+        times, cut: As they were told.
         load: In the tank, if nothing more is taken than was told, shape (T,) [kg].
     """
 
-    def __init__(self, combine: Combine, cut: CutTimes, number: int, density: float, end: float):
+    def __init__(self, combine: Combine, times: np.ndarray, cut: np.ndarray):
         self._combine = combine
-        self.times = np.arange(0.0, end + 2 * TICK, TICK)
-        moments = np.sort(cut.times[cut.cutter == number])
-        self.cut = density * CELL**2 * np.searchsorted(moments, self.times, side="right")
-        self.load = self.cut.copy()
+        self.times, self.cut, self.load = times, cut, cut.copy()
 
     @property
     def capacity(self) -> float:
@@ -89,12 +85,6 @@ class Tank:
         share[-1] = 1.0
         self.load = self.load - pour.taken * share
 
-    def give_up(self) -> float:
-        """Take what is left in the tank at the end out of account: nobody gets it [kg]."""
-        left = self.left
-        self.load[-1] = 0.0
-        return left
-
     @property
     def left(self) -> float:
         """In the tank at the end [kg]."""
@@ -113,4 +103,20 @@ def make_tanks(
         ends: When each combine has done its work [s].
     """
     end = max(ends, default=0.0)
-    return [Tank(combine, cut, number, density, end) for number in range(len(ends))]
+    times = np.arange(0.0, end + 2 * TICK, TICK)
+    cells = np.zeros((len(ends), len(times)))
+    _count_cells(cut.times, cut.cutter, cells)
+    grain = density * CELL**2 * np.cumsum(cells, axis=1)
+    return [Tank(combine, times, each) for each in grain]
+
+
+@kernel
+def _count_cells(times, cutter, cells):
+    """Add the cells that each combine cuts between two moments to the later one."""
+    rows, columns = times.shape
+    for row in range(rows):
+        for column in range(columns):
+            if cutter[row, column] >= 0:
+                k = math.ceil(times[row, column] / TICK)
+                if k < cells.shape[1]:
+                    cells[cutter[row, column], k] += 1.0

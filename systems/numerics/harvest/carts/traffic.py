@@ -11,7 +11,7 @@ from ..machines.cart import Cart
 from ..machines.combine import Combine
 from ..machines.outlines import cart_outline, combine_outline
 from ..paths.timed_path import TimedPath
-from .cart_motion import CartMotion
+from .cart_motion import CartMotion, poses_along
 
 # Time between samples [s].
 SAMPLE = 0.25
@@ -23,6 +23,7 @@ class Traffic(NamedTuple):
     Attributes:
         boxes: Rear, front and half width of each in the frame of its pose, shape (B, 3) [m].
         poses: x, y, theta, shape (B, T, 3) [m], [m], [rad].
+        middles: x, y of the middle of each box, shape (B, T, 2) [m].
         sway: Half of the longest way of a corner to a neighbouring sample, shape (B, T) [m].
         quickest: Highest speed of the middle of each box, shape (B,) [m/s].
         machine: Number of the machine that each belongs to: combines first, then carts; (B,).
@@ -31,6 +32,7 @@ class Traffic(NamedTuple):
 
     boxes: np.ndarray
     poses: np.ndarray
+    middles: np.ndarray
     sway: np.ndarray
     quickest: np.ndarray
     machine: np.ndarray
@@ -51,34 +53,60 @@ def cart_boxes(cart: Cart) -> np.ndarray:
     return np.array([box_of(corners) for corners in cart_outline(cart)])
 
 
-def combine_traffic(combine: Combine, plans: Sequence[TimedPath]) -> Traffic:
-    """The combines, header and body, from time 0 until the last stands."""
+def combine_traffic(
+    combine: Combine,
+    plans: Sequence[TimedPath],
+    before: Traffic | None = None,
+    since: float = 0.0,
+) -> Traffic:
+    """The combines, header and body, from time 0 until the last stands.
+
+    Args:
+        combine: One of the equal combines.
+        plans: Of all combines.
+        before: Of plans that were the same until some time.
+        since: That time [s].
+    """
     boxes = [box_of(corners) for corners in combine_outline(combine)]
     end = max((plan.end for plan in plans), default=0.0)
-    times = np.arange(0.0, end + 2 * SAMPLE, SAMPLE)
+    count = len(np.arange(0.0, end + 2 * SAMPLE, SAMPLE))
+    # The last sample that stays is looked at again: what comes after it tells its sway.
+    kept = 0
+    if before is not None:
+        kept = min(max(int(since / SAMPLE) - 2, 0), before.poses.shape[1] - 1, count - 1)
+    first = max(kept - 1, 0)
+    times = SAMPLE * np.arange(first, count)
     poses = [plan.pose_at(times) for plan in plans]
-    return _traffic(
+    later = _traffic(
         [box for _ in plans for box in boxes],
         [each for each in poses for _ in boxes],
         [number for number in range(len(plans)) for _ in boxes],
     )
+    if before is None or kept == 0:
+        return later
+    return later._replace(
+        poses=np.hstack([before.poses[:, :kept], later.poses[:, kept - first :]]),
+        middles=np.hstack([before.middles[:, :kept], later.middles[:, kept - first :]]),
+        sway=np.hstack([before.sway[:, :kept], later.sway[:, kept - first :]]),
+        quickest=np.maximum(before.quickest, later.quickest),
+    )
 
 
 def cart_traffic(
-    cart: Cart, motions: Sequence[CartMotion], first: int, begin: float = 0.0
+    cart: Cart, motions: Sequence[Sequence[CartMotion]], first: int, begin: float = 0.0
 ) -> Traffic:
     """Carts, tractor and trailer, from a moment until the last stands.
 
     Args:
         cart: One of the equal carts.
-        motions: Of each.
+        motions: Of each, at least one, in order; between and after them it stands.
         first: Number of the first of them among all machines.
         begin: First moment, a multiple of the time between samples [s].
     """
     boxes = cart_boxes(cart)
-    end = max((motion.timed.end for motion in motions), default=0.0)
+    end = max((each[-1].timed.end for each in motions), default=0.0)
     times = np.arange(begin, max(begin, end) + 2 * SAMPLE, SAMPLE)
-    poses = [each for motion in motions for each in motion.poses_at(times)]
+    poses = [each for one in motions for each in poses_along(one, times)]
     return _traffic(
         [box for _ in motions for box in boxes],
         poses,
@@ -100,6 +128,7 @@ def joined(first: Traffic, second: Traffic) -> Traffic:
     return Traffic(
         np.concatenate([first.boxes, second.boxes]),
         np.concatenate([filled(first.poses, True), filled(second.poses, True)]),
+        np.concatenate([filled(first.middles, True), filled(second.middles, True)]),
         np.concatenate([filled(first.sway, False), filled(second.sway, False)]),
         np.concatenate([first.quickest, second.quickest]),
         np.concatenate([first.machine, second.machine]),
@@ -118,21 +147,19 @@ def during(traffic: Traffic, begin: float, end: float) -> Traffic:
     count = round((end - begin) / SAMPLE) + 1
     known = traffic.poses.shape[1]
     at = np.clip(np.arange(first, first + count), 0, known - 1)
-    poses, sway = traffic.poses[:, at], traffic.sway[:, at]
-    return traffic._replace(poses=poses, sway=sway, begin=begin)
+    return traffic._replace(
+        poses=traffic.poses[:, at],
+        middles=traffic.middles[:, at],
+        sway=traffic.sway[:, at],
+        begin=begin,
+    )
 
 
 def without(traffic: Traffic, machine: int) -> Traffic:
     """A traffic without one machine."""
     kept = traffic.machine != machine
-    return Traffic(
-        traffic.boxes[kept],
-        traffic.poses[kept],
-        traffic.sway[kept],
-        traffic.quickest[kept],
-        traffic.machine[kept],
-        traffic.begin,
-    )
+    columns = {name: getattr(traffic, name)[kept] for name in Traffic._fields if name != "begin"}
+    return Traffic(begin=traffic.begin, **columns)
 
 
 def _traffic(boxes: list, poses: list, machine: list) -> Traffic:
@@ -140,6 +167,7 @@ def _traffic(boxes: list, poses: list, machine: list) -> Traffic:
         return Traffic(
             np.zeros((0, 3)),
             np.zeros((0, 1, 3)),
+            np.zeros((0, 1, 2)),
             np.zeros((0, 1)),
             np.zeros(0),
             np.zeros(0, dtype=np.int64),
@@ -158,10 +186,12 @@ def _traffic(boxes: list, poses: list, machine: list) -> Traffic:
             )
             longest[:, 1:] = np.maximum(longest[:, 1:], moved)
             longest[:, :-1] = np.maximum(longest[:, :-1], moved)
-    middle = (sizes[:, 0] + sizes[:, 1])[:, None] / 2
-    moved = np.hypot(np.diff(x + c * middle, axis=1), np.diff(y + s * middle, axis=1))
+    ahead = (sizes[:, 0] + sizes[:, 1])[:, None] / 2
+    middles = np.stack([x + c * ahead, y + s * ahead], axis=-1)
+    moved = np.hypot(*np.moveaxis(np.diff(middles, axis=1), -1, 0))
     quickest = moved.max(axis=1, initial=0.0) / SAMPLE
-    return Traffic(sizes, places, longest / 2, quickest, np.array(machine, dtype=np.int64), 0.0)
+    numbers = np.array(machine, dtype=np.int64)
+    return Traffic(sizes, places, middles, longest / 2, quickest, numbers, 0.0)
 
 
 @kernel
@@ -199,50 +229,58 @@ def gap_between(first, x0, y0, theta0, second, x1, y1, theta1):
 
 
 @kernel
-def blocked_times(traffic, box, x, y, theta, gap, begin, step, blocked):
-    """Mark the moments at which a box that stands would be too near to the traffic.
+def _mark_blocked(traffic, boxes, first, second, gap, begin, step, blocked):
+    """Mark the moments at which a cart that stands would be too near to the traffic.
 
     Between two unmarked moments it is never too near.
 
     Args:
         traffic: The others.
-        box: Rear, front and half width [m].
-        x, y, theta: Its pose [m], [m], [rad].
+        boxes: Of tractor and trailer, shape (2, 3) [m].
+        first, second: Poses of the two, shape (3,).
         gap: Least distance; half of what the others move between two samples is added [m].
         begin: First moment [s].
         step: Time between moments, a multiple of the traffic's [s].
         blocked: Marks are set in it, shape (n,).
     """
-    c, s = math.cos(theta), math.sin(theta)
-    half = (box[1] - box[0]) / 2
-    middle_x, middle_y = x + c * (box[0] + half), y + s * (box[0] + half)
-    reach = math.hypot(half, box[2]) + gap
+    # One circle round both, so that most moments are seen to be free at once.
+    ahead, behind = (boxes[0, 0] + boxes[0, 1]) / 2, (boxes[1, 0] + boxes[1, 1]) / 2
+    x0, y0 = first[0] + math.cos(first[2]) * ahead, first[1] + math.sin(first[2]) * ahead
+    x1, y1 = second[0] + math.cos(second[2]) * behind, second[1] + math.sin(second[2]) * behind
+    middle_x, middle_y = (x0 + x1) / 2, (y0 + y1) / 2
+    size0 = math.hypot((boxes[0, 1] - boxes[0, 0]) / 2, boxes[0, 2])
+    size1 = math.hypot((boxes[1, 1] - boxes[1, 0]) / 2, boxes[1, 2])
+    reach = math.hypot(x1 - x0, y1 - y0) / 2 + max(size0, size1) + gap
     last = traffic.poses.shape[1] - 1
     stride = round(step / SAMPLE)
+    since = round((begin - traffic.begin) / SAMPLE)
     for b in range(len(traffic.boxes)):
         other = traffic.boxes[b]
-        middle = (other[0] + other[1]) / 2
         size = math.hypot((other[1] - other[0]) / 2, other[2]) + reach
         k = 0
         while k < len(blocked):
-            at = round((begin - traffic.begin) / SAMPLE) + k * stride
+            at = since + k * stride
             held = min(max(at, 0), last)
-            pose = traffic.poses[b, held]
-            ox = pose[0] + math.cos(pose[2]) * middle
-            oy = pose[1] + math.sin(pose[2]) * middle
+            dx = traffic.middles[b, held, 0] - middle_x
+            dy = traffic.middles[b, held, 1] - middle_y
             sway = traffic.sway[b, held] * stride
-            far = math.hypot(ox - middle_x, oy - middle_y) - size - sway
+            far = math.sqrt(dx * dx + dy * dy) - size - sway
             if far > 0.0:
                 if at >= last:
                     break
                 k += max(1, int(far / (traffic.quickest[b] * step + 1e-9)))
                 continue
             if not blocked[k] or at >= last:
-                near = gap_between(box, x, y, theta, other, pose[0], pose[1], pose[2])
-                if near < gap + sway:
-                    blocked[k] = True
-                    if at >= last:
-                        blocked[k:] = True
+                pose = traffic.poses[b, held]
+                for part in range(2):
+                    own = first if part == 0 else second
+                    near = gap_between(
+                        boxes[part], own[0], own[1], own[2], other, pose[0], pose[1], pose[2]
+                    )
+                    if near < gap + sway:
+                        blocked[k] = True
+                        if at >= last:
+                            blocked[k:] = True
             if at >= last:
                 break
             k += 1
@@ -256,7 +294,7 @@ def blocked_along(traffic, boxes, first, second, gap, begin, step, count):
         traffic: The others.
         boxes: Of the tractor and the trailer, shape (2, 3) [m].
         first, second: Poses of the tractor and the trailer at some stations, shape (n, 3).
-        gap: See `blocked_times` [m].
+        gap: Least distance; half of what the others move between two samples is added [m].
         begin: First moment [s].
         step: Time between moments [s].
         count: Number of moments.
@@ -266,10 +304,7 @@ def blocked_along(traffic, boxes, first, second, gap, begin, step, count):
     """
     blocked = np.zeros((len(first), count), dtype=np.bool_)
     for k in range(len(first)):
-        x, y, theta = first[k]
-        blocked_times(traffic, boxes[0], x, y, theta, gap, begin, step, blocked[k])
-        x, y, theta = second[k]
-        blocked_times(traffic, boxes[1], x, y, theta, gap, begin, step, blocked[k])
+        _mark_blocked(traffic, boxes, first[k], second[k], gap, begin, step, blocked[k])
     return blocked
 
 

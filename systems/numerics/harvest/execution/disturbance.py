@@ -11,7 +11,7 @@ import numpy as np
 
 from ...compiled import compiled, kernel
 from ...errors import require, require_non_negative
-from ..carts.visits import Failure
+from ..carts.cart_plan import Failure
 
 # How long a machine keeps its slowness [s], and in what time it stops once at most [s].
 PACE_SLOT, STOP_SLOT = 45.0, 600.0

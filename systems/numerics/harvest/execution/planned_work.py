@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from ..carts.cart_motion import CartMotion, trailer_angles, trailer_poses
+from ..carts.cart_plan import Supply, Trip, Visit
 from ..carts.cut_times import CELL, CutTimes, cut_times
-from ..carts.visits import Supply, Trip, Visit
 from ..coverage.precedence import CropPrecedence
 from ..field.field import Field
 from ..machines.cart import Cart

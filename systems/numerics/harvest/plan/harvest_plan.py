@@ -7,8 +7,9 @@ import numpy as np
 import shapely
 
 from ...errors import require
+from ..carts.cart_plan import CartPlan, Failure, Supply
 from ..carts.stops import Stop, ended
-from ..carts.visits import CartPlan, Failure, Supply, serve_combines
+from ..carts.visits import serve_combines
 from ..field.field import Field
 from ..machines.cart import Cart
 from ..machines.combine import Combine
@@ -62,7 +63,7 @@ def plan_harvest(
     pattern: str = "lands",
     seed: int = 0,
     failure: Failure | None = None,
-    progress: Callable[[str], None] = lambda stage: None,
+    progress: Callable[[str, float], None] = lambda stage, share: None,
 ) -> HarvestPlan:
     """Plan a whole harvest.
 
@@ -79,17 +80,18 @@ def plan_harvest(
         seed: Of the orders that are tried.
         failure: Of a cart: what comes after it is planned as if nobody had known of it before. So
             who drives this plan does the same as who plans anew when the cart fails.
-        progress: Told what is done next.
+        progress: Told what is done, and which part of it, in [0, 1].
 
     Raises:
         InvalidInput: The margin has no room for carts, or the only cart fails.
         NoPlan: The combines cannot cut the field, or block one another, or a cart can never get to
             a combine or to its truck.
     """
-    progress("paths and times of the combines")
+    progress("paths and times of the combines", 0.0)
     team = plan_combines(field, combine, combines, pattern=pattern, seed=seed)
     supply = Supply(density=density, trucks=truck_places(team, cart, carts), truck_rate=truck_rate)
-    progress("visits and routes of the carts")
+    stage = "visits and routes of the carts"
+    progress(stage, 0.0)
 
     def retime(stops: Sequence[Stop]) -> list[TimedPath]:
         return [ended(plan) for plan in with_stops(team.timetable, team.journeys, stops)]
@@ -105,6 +107,7 @@ def plan_harvest(
         strategy,
         threshold,
         failure,
+        lambda share: progress(stage, share),
     )
     return HarvestPlan(team, cart, supply, service)
 

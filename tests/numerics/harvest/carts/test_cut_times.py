@@ -11,6 +11,7 @@ from sightfield.systems.numerics.harvest.carts.cut_times import (
     open_ground,
     opens_along,
 )
+from sightfield.systems.numerics.harvest.carts.stops import Stop, with_stop
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines.combine import Combine
 from sightfield.systems.numerics.harvest.machines.outlines import combine_outline
@@ -70,6 +71,20 @@ def test_crop_that_nobody_cuts_stays(hand_made):
     finite = np.isfinite(cut.times).sum() * CELL**2
     assert finite == pytest.approx(header, rel=0.2)
     assert (cut.times == np.inf).sum() * CELL**2 == pytest.approx(120 * 90 - finite, rel=0.01)
+
+
+def test_what_is_later_is_marked_anew_and_nothing_else(hand_made):
+    made = hand_made(120.0, 90.0, 2)
+    before = cut_times(made.field, made.combine, made.plans)
+    stop = Stop(1, float(made.plans[1].station_at(150.0)), 40.0)
+    plans = [made.plans[0], with_stop(made.plans[1], stop, 0.5)]
+    since = 140.0
+    fresh = cut_times(made.field, made.combine, plans)
+    again = cut_times(made.field, made.combine, plans, before, since)
+    assert (again.times == fresh.times).all()
+    assert (again.cutter == fresh.cutter).all()
+    assert (again.times != before.times).mean() > 0.02
+    assert (again.times[before.times <= since] == before.times[before.times <= since]).all()
 
 
 def test_an_open_box_touches_no_obstacle_and_stays_on_the_ground():

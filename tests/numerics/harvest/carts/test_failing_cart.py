@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.harvest.carts.visits import Failure, Supply, serve_combines
+from sightfield.systems.numerics.harvest.carts.cart_plan import Failure, Supply
+from sightfield.systems.numerics.harvest.carts.visits import serve_combines
 from sightfield.systems.numerics.harvest.machines.cart import Cart
 
 TRUCKS = np.array([[60.0, -13.0, 0.1], [100.0, -14.0, 0.0]])
@@ -26,8 +27,10 @@ def test_what_a_failing_cart_leaves_is_fetched_by_the_others(hand_made, audit, c
     for old, new in pairs:
         assert (old.station_at(early) == new.station_at(early)).all()
     # It ends what it was at, and comes to its truck.
-    for job in after.jobs[cart]:
-        assert job.visit is None or job.motion.timed.times[0] < time
+    for visit in after.visits:
+        assert visit.cart != cart or visit.begin < time + 400.0
+    own = [trip for trip in after.trips if trip.cart == cart]
+    assert after.motions[cart].timed.end <= own[-1].end
     assert after.left == pytest.approx(0.0, abs=2.0)
     taken, delivered = (
         sum(visit.taken for visit in after.visits),

@@ -6,7 +6,15 @@ import shapely
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.harvest.carts.cart_motion import CartMotion
 from sightfield.systems.numerics.harvest.carts.cut_times import cut_times, open_ground
-from sightfield.systems.numerics.harvest.carts.roadmap import AFTER_CUT, field_lines, make_roadmap
+from sightfield.systems.numerics.harvest.carts.roadmap import (
+    AFTER_CUT,
+    Edges,
+    Roadmap,
+    earliest_arrivals,
+    field_lines,
+    make_roadmap,
+    opens_to,
+)
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines.cart import Cart
 from sightfield.systems.numerics.harvest.machines.combine import Combine
@@ -65,3 +73,44 @@ def test_edges_keep_off_the_pond_and_on_the_ground(outlines_at, integrated):
         else:
             assert edges.opens[e] < 700.0 or under.distance(left) < 0.6
     assert 20 < late < 130
+
+
+def random_roadmap(rng, nodes=30, edges=90):
+    """One that has no places: only who leads where, how long that takes, and from when on."""
+    none = np.zeros(0)
+    table = dict.fromkeys(Edges._fields, none) | {
+        "source": rng.integers(0, nodes, edges),
+        "target": rng.integers(0, nodes, edges),
+        "duration": rng.uniform(3.0, 40.0, edges),
+        "opens": np.where(rng.random(edges) < 0.5, -np.inf, rng.uniform(0.0, 300.0, edges)),
+    }
+    return Roadmap(np.zeros((nodes, 3)), np.full(nodes, -np.inf), Edges(**table), 0.0)
+
+
+def test_arrivals_wait_for_ground_that_opens():
+    rng = np.random.default_rng(8)
+    for _ in range(20):
+        roadmap = random_roadmap(rng)
+        edges, begin = roadmap.edges, 70.0
+        # By relaxing all edges as often as there are nodes.
+        known = np.full(30, np.inf)
+        known[4] = begin
+        for _ in range(30):
+            there = np.maximum(known[edges.source], edges.opens) + edges.duration
+            np.minimum.at(known, edges.target, there)
+        assert np.allclose(earliest_arrivals(roadmap, 4, begin), known)
+
+
+def test_a_way_opens_with_the_last_of_its_edges():
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        roadmap = random_roadmap(rng)
+        edges = roadmap.edges
+        found = opens_to(roadmap, np.array([5, 17]))
+        for time in (-np.inf, 40.0, 150.0, 400.0):
+            inside = np.zeros(30, dtype=bool)
+            inside[[5, 17]] = True
+            usable = edges.opens <= time
+            for _ in range(30):
+                inside[edges.source[usable & inside[edges.target]]] = True
+            assert (inside == (found <= time)).all()

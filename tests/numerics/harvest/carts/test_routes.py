@@ -11,7 +11,7 @@ from sightfield.systems.numerics.harvest.carts.cart_motion import (
 from sightfield.systems.numerics.harvest.carts.cut_times import cut_times, open_ground
 from sightfield.systems.numerics.harvest.carts.profile import Moving
 from sightfield.systems.numerics.harvest.carts.roadmap import field_lines, make_roadmap
-from sightfield.systems.numerics.harvest.carts.routes import RoutePlanner, Standing
+from sightfield.systems.numerics.harvest.carts.routes import Standing, make_planner
 from sightfield.systems.numerics.harvest.carts.traffic import cart_traffic, combine_traffic
 from sightfield.systems.numerics.harvest.carts.windows import beside, drive_beside, find_windows
 from sightfield.systems.numerics.harvest.machines.cart import Cart
@@ -28,7 +28,7 @@ def test_a_cart_drives_from_its_truck_to_every_window_and_back(hand_made, audit,
     ground = open_ground(made.field, cut_times(made.field, made.combine, made.plans))
     combines = combine_traffic(made.combine, made.plans)
     roadmap = make_roadmap(ground, cart, field_lines(made.field, made.combine, made.swaths))
-    planner = RoutePlanner(ground, cart, roadmap, combines)
+    planner = make_planner(ground, cart, roadmap, combines, TRUCK[None])
     windows = find_windows(made.combine, cart, made.plans, ground, combines)
     place, alone = beside(made.combine, cart), cart_traffic(cart, [], 1)
     motions = [standing_motion(cart, TRUCK, 0.0)]

@@ -5,11 +5,13 @@ import pytest
 import shapely
 
 from sightfield.systems.numerics.harvest.carts.cart_motion import standing_motion
+from sightfield.systems.numerics.harvest.carts.stops import Stop, with_stop
 from sightfield.systems.numerics.harvest.carts.traffic import (
     blocked_along,
     cart_boxes,
     cart_traffic,
     combine_traffic,
+    during,
     gap_between,
     joined,
     without,
@@ -80,11 +82,32 @@ def test_between_open_moments_nobody_is_too_near(hand_made):
 def test_a_machine_that_stands_closes_its_place_for_ever():
     cart = Cart()
     stands = standing_motion(cart, np.array([10.0, 5.0, 0.4]), 3.0)
-    traffic = cart_traffic(cart, [stands], 4)
+    traffic = cart_traffic(cart, [[stands]], 4)
     here = np.array([[11.0, 6.0, 1.0], [60.0, 6.0, 1.0]])
     behind = here - np.array([2.0, 4.0, 0.0])
     blocked = blocked_along(traffic, cart_boxes(cart), here, behind, 0.5, 100.0, 1.0, 50)
     assert blocked[0].all()
     assert not blocked[1].any()
-    both = joined(traffic, cart_traffic(cart, [stands], 5))
+    both = joined(traffic, cart_traffic(cart, [[stands]], 5))
     assert without(both, 4).machine.tolist() == [5, 5]
+
+
+def test_traffic_that_changes_later_is_as_if_made_anew(hand_made):
+    made = hand_made(120.0, 90.0, 2)
+    before = combine_traffic(made.combine, made.plans)
+    since = 83.3
+    stopped = with_stop(made.plans[1], Stop(1, float(made.plans[1].station_at(90.0)), 50.0), 0.5)
+    plans = [made.plans[0], stopped]
+    fresh, again = (
+        combine_traffic(made.combine, plans),
+        combine_traffic(made.combine, plans, before, since),
+    )
+    for name in ("poses", "middles", "sway"):
+        assert np.abs(getattr(fresh, name) - getattr(again, name)).max() < 1e-9
+    same = during(before, 0.0, stopped.end).poses
+    assert np.abs(fresh.poses[:, : same.shape[1]] - same[:, : fresh.poses.shape[1]]).max() > 1.0
+    # The middle of each box is where its corners say.
+    corners = combine_outline(made.combine).body
+    c, s = np.cos(fresh.poses[1, 400, 2]), np.sin(fresh.poses[1, 400, 2])
+    middle = corners.mean(axis=0) @ np.array([[c, s], [-s, c]]) + fresh.poses[1, 400, :2]
+    assert fresh.middles[1, 400] == pytest.approx(middle)

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from sightfield.systems.numerics.harvest.carts.cart_plan import Supply
 from sightfield.systems.numerics.harvest.carts.cut_times import CELL, cut_times
-from sightfield.systems.numerics.harvest.carts.visits import Supply, serve_combines
+from sightfield.systems.numerics.harvest.carts.visits import serve_combines
 from sightfield.systems.numerics.harvest.machines.alongside import STANDING
 from sightfield.systems.numerics.harvest.machines.cart import Cart
 

@@ -10,7 +10,8 @@ import pytest
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
 from sightfield.systems.numerics.harvest.audit.harvest_log import HarvestLog, Machine, Part, Site
 from sightfield.systems.numerics.harvest.carts.cart_motion import trailer_poses
-from sightfield.systems.numerics.harvest.carts.visits import Supply, serve_combines
+from sightfield.systems.numerics.harvest.carts.cart_plan import Supply
+from sightfield.systems.numerics.harvest.carts.visits import serve_combines
 from sightfield.systems.numerics.harvest.execution.advance import advance
 from sightfield.systems.numerics.harvest.execution.disturbance import Disturbance, pace_of
 from sightfield.systems.numerics.harvest.execution.fleet import at_trucks, pack_fleet

@@ -1,0 +1,113 @@
+"""What carts have to do with, and what a plan lets them do."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..paths.timed_path import TimedPath
+from .cart_motion import CartMotion
+from .stops import Stop
+
+
+@dataclass(frozen=True, kw_only=True)
+class Supply:
+    """What carts have to do with.
+
+    Attributes:
+        density: Of the crop [kg/m^2].
+        trucks: Pose of the tractor where each cart begins and is emptied, shape (K, 3).
+        truck_rate: At which a cart is emptied [kg/s].
+    """
+
+    density: float
+    trucks: np.ndarray
+    truck_rate: float = 300.0
+
+
+class Visit(NamedTuple):
+    """A cart's time beside a combine.
+
+    Attributes:
+        cart, combine: Their numbers.
+        begin, end: When grain flows [s].
+        taken: [kg].
+    """
+
+    cart: int
+    combine: int
+    begin: float
+    end: float
+    taken: float
+
+
+class Trip(NamedTuple):
+    """A cart's time at its truck.
+
+    Attributes:
+        cart: Its number.
+        begin, end: When it is emptied [s].
+        delivered: [kg].
+    """
+
+    cart: int
+    begin: float
+    end: float
+    delivered: float
+
+
+class Job(NamedTuple):
+    """What a cart does at a stretch, from standing to standing where nobody comes.
+
+    Attributes:
+        motion: All of it.
+        visit, trip: What it is for.
+        stop: Of the combine that waits for it.
+    """
+
+    motion: CartMotion
+    visit: Visit | None
+    trip: Trip | None
+    stop: Stop | None
+
+    @property
+    def begin(self) -> float:
+        """When the cart sets out [s]."""
+        return float(self.motion.timed.times[0])
+
+    @property
+    def end(self) -> float:
+        """When the cart is free again [s]."""
+        return self.trip.end if self.trip else self.motion.timed.end
+
+
+class Failure(NamedTuple):
+    """A cart fails for good: it ends what it is at, is emptied, and serves nobody any more.
+
+    Attributes:
+        cart: Its number.
+        time: When [s].
+    """
+
+    cart: int
+    time: float
+
+
+@dataclass(frozen=True, eq=False)
+class CartPlan:
+    """What all carts do, and what that asks of combines.
+
+    Attributes:
+        plans: Of the combines, with their stops.
+        motions: Of the carts.
+        visits, trips: In order of their beginnings.
+        stops: Waits of combines for carts; each is a miss.
+        left: Grain that no cart gets, in tanks and in carts at the end [kg].
+    """
+
+    plans: list[TimedPath]
+    motions: list[CartMotion]
+    visits: list[Visit]
+    trips: list[Trip]
+    stops: list[Stop]
+    left: float

@@ -1,0 +1,260 @@
+"""Which cart serves which combine next, in which window, and when: the greedy choice.
+
+Each combine is due when its tank would be full, and before that, so that carts can serve one after
+another. What a cart can reach, and by when, is told: nothing is looked for here.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..machines.combine import Combine
+from .routes import LONGEST
+from .tanks import Tank
+
+# In which order combines are served.
+STRATEGIES = ("sequential", "on-demand")
+# Time between beginnings that are tried [s]; how many are tried.
+TRIED, MOST_TRIED = 15.0, 6
+# Part of a tank for which a cart comes, at least.
+LEAST = 0.1
+# What a visit takes of a cart's time beside ways and the flow of grain [s].
+AROUND = 25.0
+# From the node near it to a place beside a combine [s].
+NEAR = 5.0
+# A tank of which less is left is empty [kg].
+EMPTY = 1.0
+
+
+class Beginnings(NamedTuple):
+    """When carts can begin to drive beside combines.
+
+    Attributes:
+        times: In order, shape (m,) [s].
+        combine: Beside which, shape (m,).
+        window: In which, shape (m,).
+        until: When that ends, shape (m,) [s].
+        node: Of the roadmap, near the pose there, shape (m,).
+    """
+
+    times: np.ndarray
+    combine: np.ndarray
+    window: np.ndarray
+    until: np.ndarray
+    node: np.ndarray
+
+    def chosen(self, which: np.ndarray) -> "Beginnings":
+        """Some of them."""
+        return Beginnings(*(each[which] for each in self))
+
+
+class FreeCart(NamedTuple):
+    """A cart that may be sent.
+
+    Attributes:
+        number: Of the cart.
+        node: Near which it stands.
+        since: From when on [s].
+        room: In it [kg].
+        serves: Whom it may serve, by number.
+        turn: Whose turn it is, where combines are served in turns.
+    """
+
+    number: int
+    node: int
+    since: float
+    room: float
+    serves: Sequence[int]
+    turn: int
+
+
+class Outlook(NamedTuple):
+    """What a choice is made from.
+
+    Attributes:
+        combine: One of the equal combines.
+        density: Of the crop [kg/m^2].
+        tanks: Of all combines.
+        beginnings: Of visits.
+        carts: That may be sent.
+        arrivals: From a node and a time, the earliest times at all nodes, (n,) [s].
+        strategy: "sequential" or "on-demand".
+        threshold: Part of a tank from which on carts come, unless that is too late.
+    """
+
+    combine: Combine
+    density: float
+    tanks: Sequence[Tank]
+    beginnings: Beginnings
+    carts: Sequence[FreeCart]
+    arrivals: Callable[[int, float], np.ndarray]
+    strategy: str
+    threshold: float
+
+
+class Attempt(NamedTuple):
+    """A visit that a cart may make.
+
+    Attributes:
+        cart, combine: Their numbers.
+        window: Number of the window.
+        begin: When [s].
+    """
+
+    cart: int
+    combine: int
+    window: int
+    begin: float
+
+
+class _Target(NamedTuple):
+    """Visits to a combine that a cart might begin.
+
+    Attributes:
+        cart: Which.
+        combine: Its number.
+        beginnings: Of any use.
+        first: Number of the one that is liked best.
+        deadline: The last of them, infinite where nothing hurries [s].
+        lasts: The visit and setting out from it, about [s].
+    """
+
+    cart: FreeCart
+    combine: int
+    beginnings: Beginnings
+    first: int
+    deadline: float
+    lasts: float
+
+    def tried(self, due: float) -> list[int]:
+        """Numbers of the beginnings that are tried, if it should have begun by then."""
+        times, first = self.beginnings.times, self.first
+        if times[first] > due:
+            first = max(int(np.searchsorted(times, due, side="right")) - 1, 0)
+        ranked = [*range(first, len(times)), *range(first - 1, -1, -1)]
+        ranked.sort(key=lambda k: times[k] > max(due, times[first]))
+        kept: list[int] = []
+        for k in ranked:
+            if len(kept) == MOST_TRIED:
+                break
+            if all(abs(times[k] - times[each]) >= TRIED - 0.1 for each in kept):
+                kept.append(k)
+        return kept
+
+
+def choose_visits(outlook: Outlook) -> Iterator[Attempt | int]:
+    """Visits that may come next, best first; at the end the combine that has to wait for a cart.
+
+    Args:
+        outlook: What there is to choose from; some combine has grain.
+
+    Yields:
+        Attempts; at last the number of the combine that is full, or has grain, before any cart can
+        come to it.
+    """
+    full = np.array([tank.full_at() for tank in outlook.tanks])
+    targets = []
+    for cart in outlook.carts:
+        arrivals = outlook.arrivals(cart.node, cart.since)
+        for number in cart.serves:
+            target = _find_target(outlook, cart, number, float(full[number]), arrivals)
+            if target is not None:
+                targets.append(target)
+    while targets:
+        reached = {target.combine for target in targets}
+        missed = [n for n in range(len(full)) if n not in reached and full[n] < np.inf]
+        target, due = _next_target(outlook, targets)
+        tried = target.tried(due)
+        first = min(missed, key=lambda n: full[n], default=-1)
+        if first >= 0 and full[first] < target.beginnings.times[tried[0]]:
+            yield first
+            return
+        for k in tried:
+            window, begin = target.beginnings.window[k], target.beginnings.times[k]
+            yield Attempt(target.cart.number, target.combine, int(window), float(begin))
+        targets.remove(target)
+    yield int(np.argmin(full))
+
+
+def _find_target(
+    outlook: Outlook, cart: FreeCart, number: int, full: float, arrivals: np.ndarray
+) -> _Target | None:
+    """When a cart would come to a combine."""
+    tank, rate = outlook.tanks[number], outlook.combine.unload_rate
+    if full == np.inf and tank.left <= EMPTY:
+        return None
+    those = outlook.beginnings
+    own = (those.combine == number) & (those.times < full) & (those.times > cart.since)
+    there = those.chosen(np.flatnonzero(own & (arrivals[those.node] + NEAR <= those.times)))
+    loads = np.interp(there.times, tank.times, tank.load)
+    filling = min(outlook.combine.fill_rate(outlook.density), 0.9 * rate)
+    lasting = np.minimum(loads / (rate - filling), there.until - there.times)
+    taken = np.minimum(lasting * rate, cart.room)
+    least = LEAST * tank.capacity
+    if full == np.inf:
+        least = min(least, max(0.8 * tank.left, EMPTY))
+    useful = taken >= least
+    if not useful.any():
+        return None
+    good = useful & (loads >= outlook.threshold * tank.capacity)
+    good &= taken >= 0.8 * np.minimum(loads, cart.room)
+    if not good.any():
+        good = useful & (taken >= 0.97 * taken[useful].max())
+    chosen = np.flatnonzero(useful)
+    first = int(np.argmax(good[chosen]))
+    times = there.times[chosen]
+    return _Target(
+        cart,
+        number,
+        there.chosen(chosen),
+        first,
+        float(times[-1]) if full < np.inf else np.inf,
+        float(taken[chosen[first]]) / rate + AROUND,
+    )
+
+
+def _next_target(outlook: Outlook, targets: list[_Target]) -> tuple[_Target, float]:
+    """Whom to serve next, and by when: as the strategy says, if others can wait so long."""
+    in_turn, together = outlook.strategy == "sequential", len(outlook.carts)
+    if in_turn:
+        # The cart that is free first serves its own.
+        cart = min(targets, key=lambda t: t.cart.since).cart
+        targets, together = [target for target in targets if target.cart == cart], 1
+    # Carts come to one combine after the other: whoever is due comes before those due later.
+    by_combine = {t.combine: t for t in sorted(targets, key=lambda t: -t.deadline)}
+    order = sorted(by_combine.values(), key=lambda t: t.deadline)
+    due = [t.deadline for t in order]
+    for k in range(len(order) - together - 1, -1, -1):
+        following = k + together
+        due[k] = min(due[k], due[following] - _lasts(outlook, order[k], order[following]))
+    dues = {t.combine: d for t, d in zip(order, due, strict=True)}
+
+    def begin(target: _Target) -> float:
+        return min(float(target.beginnings.times[target.first]), dues[target.combine])
+
+    def rank(target: _Target) -> tuple[float, float]:
+        if in_turn:
+            turn = (target.combine - target.cart.turn) % len(outlook.tanks)
+            return float(turn), begin(target)
+        return begin(target), float(target.cart.number)
+
+    first = min(targets, key=rank)
+    pressed = [
+        t
+        for t in targets
+        if together == 1
+        and dues[t.combine] < dues[first.combine]
+        and dues[t.combine] < begin(first) + _lasts(outlook, first, t)
+    ]
+    if pressed:
+        first = min(pressed, key=lambda t: dues[t.combine])
+    return first, dues[first.combine]
+
+
+def _lasts(outlook: Outlook, target: _Target, following: _Target) -> float:
+    """Time from the beginning of one visit to that of the next one at its deadline, about."""
+    here, k = target.beginnings, target.first
+    leaves = float(here.times[k]) + target.lasts
+    there = outlook.arrivals(int(here.node[k]), leaves)[following.beginnings.node[-1]]
+    return target.lasts + min(float(there) - leaves, LONGEST)
