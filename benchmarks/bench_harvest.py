@@ -24,7 +24,8 @@ def scenario_of(name, *settings):
 
 @pytest.fixture(scope="module")
 def compiled():
-    small = scenario_of("thesis_2", "field.width=160", "field.height=120", "hours=0.1")
+    settings = ("field.width=200", "field.height=150", "combines.header_width=12", "hours=0.1")
+    small = scenario_of("thesis_2", *settings)
     run_harvest(prepare_harvest(small))
 
 

@@ -9,7 +9,7 @@ when all ground under tractor and trailer has been cut.
 import heapq
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 import shapely
@@ -279,9 +279,9 @@ class _Words(NamedTuple):
     lengths: np.ndarray
     duration: np.ndarray
 
-    def chosen(self, which: np.ndarray) -> "_Words":
+    def chosen(self, which: np.ndarray) -> Self:
         """Some of them."""
-        return _Words(*(each[which] for each in self))
+        return self._make(each[which] for each in self)
 
 
 def connect(

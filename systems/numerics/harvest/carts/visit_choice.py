@@ -5,7 +5,7 @@ another. What a cart can reach, and by when, is told: nothing is looked for here
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -44,9 +44,9 @@ class Beginnings(NamedTuple):
     until: np.ndarray
     node: np.ndarray
 
-    def chosen(self, which: np.ndarray) -> "Beginnings":
+    def chosen(self, which: np.ndarray) -> Self:
         """Some of them."""
-        return Beginnings(*(each[which] for each in self))
+        return self._make(each[which] for each in self)
 
 
 class FreeCart(NamedTuple):

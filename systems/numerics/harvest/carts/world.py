@@ -41,6 +41,7 @@ class World:
         ground: From when on they may be there.
         combines: By time.
         planner: Of routes.
+        tree: Of the nodes of its roadmap, as points that are near where poses are alike.
         until: What is done later than that is not known [s].
     """
 
@@ -52,6 +53,7 @@ class World:
     ground: OpenGround
     combines: Traffic
     planner: RoutePlanner
+    tree: KDTree
     until: float = np.inf
 
     @cached_property
@@ -80,11 +82,7 @@ class World:
 
     def nodes_near(self, poses: np.ndarray) -> np.ndarray:
         """The node of the roadmap that is most like each pose, shape (n,)."""
-        return np.asarray(self._tree.query(_places(poses))[1])
-
-    @cached_property
-    def _tree(self) -> KDTree:
-        return KDTree(_places(self.planner.roadmap.nodes))
+        return np.asarray(self.tree.query(_places(poses))[1])
 
     def arrivals(self, node: int, time: float) -> np.ndarray:
         """The earliest times at all nodes from one of them, shape (n,) [s]."""
@@ -121,7 +119,8 @@ def make_world(
     roadmap = make_roadmap(ground, cart, field_lines(field, combine, swaths))
     combines = combine_traffic(combine, plans)
     planner = make_planner(ground, cart, roadmap, combines, trucks)
-    return World(combine, cart, plans, cut, free, ground, combines, planner)
+    tree = KDTree(_places(roadmap.nodes))
+    return World(combine, cart, plans, cut, free, ground, combines, planner, tree)
 
 
 def changed_world(
@@ -141,11 +140,14 @@ def changed_world(
     """
     plans = [ended(plan, until) for plan in plans]
     since = _first_difference(world.plans, plans)
+    if since == np.inf:
+        return replace(world, until=until), since
     cut = cut_times(field, world.combine, plans, world.cut, since)
     ground = opened(world.free, cut)
     roadmap = reopened(world.planner.roadmap, ground, world.cart, since)
     combines = combine_traffic(world.combine, plans, world.combines, since)
     planner = make_planner(ground, world.cart, roadmap, combines, trucks, world.planner, since)
+    # The nodes, and so their tree, are the same ones.
     after = replace(
         world,
         plans=plans,
@@ -155,8 +157,6 @@ def changed_world(
         planner=planner,
         until=until,
     )
-    # The nodes are the same ones.
-    after.__dict__["_tree"] = world._tree
     return after, since
 
 

@@ -26,7 +26,19 @@ def test_all_grain_comes_to_the_trucks(
     made = hand_made(198.0, 140.0, combines)
     cart = Cart(capacity=capacity, hitch_offset=hitch)
     supply = Supply(density=density, trucks=TRUCKS[:carts])
-    plan = serve_combines(made.field, made.combine, cart, made.plans, made.swaths, supply)
+    shares: list[float] = []
+    plan = serve_combines(
+        made.field,
+        made.combine,
+        cart,
+        made.plans,
+        made.swaths,
+        supply,
+        progress=shares.append,
+    )
+    # It is told how far the plan has come.
+    assert shares[-1] == 1.0
+    assert sum(0.0 < share < 1.0 for share in shares) >= 3
     cut = cut_times(made.field, made.combine, plan.plans)
     grain = density * CELL**2 * (cut.cutter >= 0).sum()
     assert plan.left == pytest.approx(0.0, abs=2.0 * combines)
@@ -64,6 +76,7 @@ def test_all_grain_comes_to_the_trucks(
     assert found.cart_gap >= 0.5
     assert found.crop < 0.05
     assert found.outside == 0.0
-    assert found.along <= cart.acceleration + 1e-6
-    assert found.across <= cart.lateral_acceleration + 1e-6
+    # With a reserve, so that no log has to be let off anything.
+    assert found.along <= 0.97 * cart.acceleration + 1e-6
+    assert found.across <= 0.97 * cart.lateral_acceleration + 1e-6
     assert found.curvature <= 1 / cart.turning_radius + 1e-9
