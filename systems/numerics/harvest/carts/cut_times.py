@@ -38,7 +38,7 @@ class CutTimes(NamedTuple):
             there is none; shape (rows, columns) [s].
         cutter: Number of that combine, -1 for none; shape (rows, columns).
         corner: x, y of the corner of the first cell, shape (2,) [m].
-        slivers: Cells of narrow strips that no header covers, by their numbers in a flat array.
+        slivers: Cells of narrow strips that no header covers, numbered row by row, shape (s,).
     """
 
     times: np.ndarray
@@ -150,7 +150,12 @@ def free_cells(field: Field, cut: CutTimes) -> np.ndarray:
 
 
 def opened(free: np.ndarray, cut: CutTimes) -> OpenGround:
-    """From when on carts may be on free cells, given when the ground is cut."""
+    """From when on carts may be on some cells.
+
+    Args:
+        free: Cells on which they may be at some time, shape (rows, columns).
+        cut: When the ground is cut.
+    """
     return OpenGround(np.where(free, cut.times, np.inf), cut.corner)
 
 

@@ -214,7 +214,7 @@ def opens_to(roadmap: Roadmap, nodes: np.ndarray) -> np.ndarray:
 
     Args:
         roadmap: With nodes and edges.
-        nodes: Numbers of those to which ways lead.
+        nodes: Numbers of those to which ways lead, shape (k,).
     """
     edges = roadmap.edges
     labels = np.full(len(roadmap.nodes), np.inf)

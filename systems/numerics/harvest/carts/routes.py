@@ -77,7 +77,7 @@ class RoutePlanner:
         blocked: Whether combines come too near to each node, at moments STEP apart from 0 on;
             shape (n, m).
         last_blocked: Number of the last such moment of each, -1 for none, shape (n,).
-        exits: Nodes from which carts drive to their trucks.
+        exits: Nodes from which carts drive to their trucks, shape (e,).
         ways_out: From when on there is a way from each node to one of these, shape (n,) [s].
         room: Edges of the roadmap, with room behind them for those of a search, and for their
             samples.

@@ -8,9 +8,9 @@ from ..machines.alongside import MIDDLE, STANDING
 from .cart_motion import trailer_poses
 from .cut_times import GAP
 from .roadmap import node_opens
+from .surroundings import Surroundings
 from .traffic import Traffic, least_gaps
 from .windows import BETWEEN, beside
-from .world import World
 
 # Where the box may be beside a combine that stands, in usual distances to its left and ahead, and
 # how it is turned [rad]: the auger swings.
@@ -27,7 +27,7 @@ PLACES = np.array(
 
 
 def standing_poses(
-    world: World, pose: np.ndarray, time: float, others: Traffic | None = None
+    world: Surroundings, pose: np.ndarray, time: float, others: Traffic | None = None
 ) -> np.ndarray:
     """Poses of the tractor in which the auger of a standing combine reaches, shape (n, 3).
 

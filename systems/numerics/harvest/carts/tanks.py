@@ -37,7 +37,8 @@ class Tank:
         cut: All that was cut until then, shape (T,) [kg].
 
     Attributes:
-        times, cut: As they were told.
+        times: As told, shape (T,) [s].
+        cut: As told, shape (T,) [kg].
         load: In the tank, if nothing more is taken than was told, shape (T,) [kg].
     """
 

@@ -28,11 +28,11 @@ from .profile import Moving
 from .routes import Standing
 from .standing_places import standing_poses
 from .stops import FOR_EVER, Stop, retime_alone
+from .surroundings import SAME, Surroundings, changed_surroundings, make_surroundings
 from .tanks import Pour, make_tanks
 from .traffic import SAMPLE, Traffic, cart_traffic, least_gaps
 from .visit_choice import EMPTY, LEAST, STRATEGIES, Attempt, FreeCart, Outlook, choose_visits
 from .windows import BETWEEN, drive_beside
-from .world import SAME, World, changed_world, make_world
 
 # Part of a cart's accelerations that is planned with: what is driven and logged differs a little.
 PLANNED = 0.97
@@ -60,7 +60,7 @@ class _TooLate(Exception):
 class _Plan(NamedTuple):
     """What is planned so far, and the world that it is planned in."""
 
-    world: World
+    world: Surroundings
     jobs: list[list[Job]]
     stops: list[Stop]
 
@@ -109,7 +109,7 @@ def serve_combines(
         acceleration=PLANNED * cart.acceleration,
         lateral_acceleration=PLANNED * cart.lateral_acceleration,
     )
-    world = make_world(ground, combine, careful, swaths, supply.trucks, list(plans))
+    world = make_surroundings(ground, combine, careful, swaths, supply.trucks, list(plans))
     service = _Service(ground, world, supply, again, strategy, threshold, progress)
     service.run()
     if failure is not None:
@@ -124,7 +124,7 @@ class _Service:
     def __init__(
         self,
         field: Field,
-        world: World,
+        world: Surroundings,
         supply: Supply,
         retime: Retime,
         strategy: str,
@@ -531,7 +531,7 @@ class _Service:
             while True:
                 stops, before = len(self.stops), self.world.plans
                 plans = self.retime(self.stops)
-                self.world, since = changed_world(
+                self.world, since = changed_surroundings(
                     self.world, self.field, self.supply.trucks, plans, until
                 )
                 self._give_up_impossible(before, since)

@@ -30,7 +30,7 @@ SAME = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class World:
+class Surroundings:
     """What carts plan among.
 
     Attributes:
@@ -96,14 +96,14 @@ class World:
         return {}
 
 
-def make_world(
+def make_surroundings(
     field: Field,
     combine: Combine,
     cart: Cart,
     swaths: Sequence[np.ndarray],
     trucks: np.ndarray,
     plans: list[TimedPath],
-) -> World:
+) -> Surroundings:
     """Look at a field for the first time.
 
     Args:
@@ -120,12 +120,16 @@ def make_world(
     combines = combine_traffic(combine, plans)
     planner = make_planner(ground, cart, roadmap, combines, trucks)
     tree = KDTree(_places(roadmap.nodes))
-    return World(combine, cart, plans, cut, free, ground, combines, planner, tree)
+    return Surroundings(combine, cart, plans, cut, free, ground, combines, planner, tree)
 
 
-def changed_world(
-    world: World, field: Field, trucks: np.ndarray, plans: list[TimedPath], until: float = np.inf
-) -> tuple[World, float]:
+def changed_surroundings(
+    world: Surroundings,
+    field: Field,
+    trucks: np.ndarray,
+    plans: list[TimedPath],
+    until: float = np.inf,
+) -> tuple[Surroundings, float]:
     """Look at a field when combines have other times.
 
     Args:
