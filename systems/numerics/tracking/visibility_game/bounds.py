@@ -1,6 +1,7 @@
 """The three bounds of the visibility game: what each puts on grids, and who goes first.
 
-- `middle` takes both players for being on nodes.
+- `middle` takes both players for being on nodes; those of the evader beside a wall stand for the
+  place at the wall too.
 - `lower`: the pursuer is on nodes and goes first; the evader may be anywhere within a slack of its
   node, all of which has to be seen, and between steps as well.
 - `upper`: the evader is on nodes and goes first; the pursuer may be anywhere within a slack of its
@@ -18,13 +19,16 @@ from ...geometry.edge_index import EdgeIndex, build_edge_index
 from ...geometry.world import World
 from ..corner_table import corner_table
 from .ground import (
+    NO_WALL_PLACES,
     Spots,
+    WallPlaces,
     all_ways,
     beside_walls,
     no_walls,
     nodes_by_rim,
     nodes_near,
     nodes_to_follow,
+    wall_places,
     ways,
     without_thin_obstacles,
 )
@@ -74,6 +78,7 @@ class Setting(NamedTuple):
         sight: Edges that block sight.
         corners: Those that nodes keep off, from `corner_table`, shape (k, 6).
         spots: What has to be seen of nodes by walls.
+        wall_places: What has to be seen of them from behind a wall.
         ways: Where a pursuer may go from each node, as in `Rules`.
         moves: The evader's.
         walls: Moves that walls leave to evaders, by `beside_walls`.
@@ -94,6 +99,7 @@ class Setting(NamedTuple):
     sight: EdgeIndex
     corners: np.ndarray
     spots: Spots
+    wall_places: WallPlaces
     ways: tuple[np.ndarray, np.ndarray]
     moves: Moves
     walls: tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -122,6 +128,7 @@ class Setting(NamedTuple):
             tuple(self.evader_grid),
             self.evader_nodes,
             *self.spots,
+            self.wall_places,
             self.corners,
             sight_range,
             self.step,
@@ -212,6 +219,7 @@ def middle_setting(
         sight=build_edge_index(world),
         corners=NO_CORNERS,
         spots=NO_SPOTS,
+        wall_places=wall_places(evader_grid, evader_nodes, evading),
         ways=ways(pursuer_grid, free, pursuing, MOVES.offsets),
         moves=evader,
         walls=beside_walls(evader_grid, evader_nodes, evading, evader),
@@ -268,6 +276,7 @@ def lower_setting(
         sight=build_edge_index(*blocking),
         corners=np.concatenate([corner_table(part) for part in blocking]),
         spots=spots,
+        wall_places=NO_WALL_PLACES,
         ways=ways(pursuer_grid, free, pursuing, offsets),
         moves=evader,
         walls=no_walls(evader_grid, evader),
@@ -309,6 +318,7 @@ def _upper(
         sight=build_edge_index(world),
         corners=NO_CORNERS,
         spots=NO_SPOTS,
+        wall_places=NO_WALL_PLACES,
         ways=all_ways(pursuer_grid, followed, MOVES),
         moves=MOVES,
         walls=beside_walls(evader_grid, evader_nodes, evading, MOVES),

@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ...errors import require
 from ...geometry.edge_index import EdgeIndex, build_edge_index
+from ...geometry.segment_sight import are_clear
 from ...geometry.world import World, world_from_polygon
 from .lattice import BLOCKED, CLEAR, Lattice, Moves, clear_moves, free_nodes
 from .sweeps import FOR_EVER, TILE
@@ -29,6 +30,58 @@ class Spots(NamedTuple):
 
     points: np.ndarray
     nodes: np.ndarray
+
+
+class WallPlaces(NamedTuple):
+    """Places at walls that nodes beside these stand for as well.
+
+    Attributes:
+        points: Shape (n, 2) [m].
+        along: Direction of the wall, free space to its left, shape (n, 2), no unit.
+        nodes: Row and column of the node, shape (n, 2).
+    """
+
+    points: np.ndarray
+    along: np.ndarray
+    nodes: np.ndarray
+
+
+NO_WALL_PLACES = WallPlaces(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 2), dtype=np.int64))
+
+
+def wall_places(grid: Lattice, free: np.ndarray, region: EdgeIndex) -> WallPlaces:
+    """The feet of nodes on walls that are nearer than a cell.
+
+    The strip along a wall that a corner hides from someone nearly in line with it is often thinner
+    than a cell, and no node lies in it. An evader that runs along the wall does.
+
+    Args:
+        grid: The evader's.
+        free: Its nodes, shape (rows, columns), bool.
+        region: Edges of where it can be.
+    """
+    h, points, along, nodes = grid.spacing, [], [], []
+    for _, _, ax, ay, bx, by in region.edges:
+        low = np.floor((np.minimum([ay, ax], [by, bx]) - [grid.y, grid.x]) / h - 1.0).astype(int)
+        high = np.ceil((np.maximum([ay, ax], [by, bx]) - [grid.y, grid.x]) / h + 2.0).astype(int)
+        low, high = np.maximum(low, 0), np.maximum(high, 0)
+        near = np.argwhere(free[low[0] : high[0], low[1] : high[1]]) + low
+        start, way = np.array([ax, ay]), np.array([bx - ax, by - ay])
+        length = math.hypot(*way)
+        offset = grid.at(*near.T) - start
+        along_wall = offset @ way / length
+        aside = (way[0] * offset[:, 1] - way[1] * offset[:, 0]) / length
+        # Up to rounding: so the mirrored world has the same.
+        little = 1e-9 * h
+        beside = (aside >= -little) & (aside <= h - little)
+        beside &= (along_wall >= little) & (along_wall <= length - little)
+        points.append(start + along_wall[beside, None] * way / length)
+        along.append(np.tile(way / length, (int(beside.sum()), 1)))
+        nodes.append(near[beside])
+    found = WallPlaces(*(np.concatenate(each) for each in (points, along, nodes)))
+    # Not past another wall.
+    clear = are_clear(region, grid.at(*found.nodes.T), found.points)
+    return WallPlaces(*(each[clear] for each in found))
 
 
 def ways(

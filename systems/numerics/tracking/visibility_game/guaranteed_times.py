@@ -3,7 +3,8 @@
 Both are put on grids, the evader's finer by the ratio of the speeds, so that both have the same
 moves in cells, and the game is solved in whole steps (`sweeps`). Three bounds (`bounds`):
 
-- `middle` takes both for being on nodes. It errs to either side, the less the finer the grid.
+- `middle` takes both for being on nodes, and evaders beside a wall for being at it too. It errs to
+  either side, the less the finer the grid.
 - `lower` is certified: the pursuer keeps the evader in sight for as long as it says, wherever the
   evader is and whatever way it takes. The evader is followed on nodes (`lattice`), and sight holds
   between steps as well (`sight_rows`). Obstacles that two lines of sight could pass on either side

@@ -3,6 +3,9 @@
 The visibility polygon of each place is cut with the rows of the grid. Nodes that lie on its rim, up
 to rounding, are asked one by one. Farther away than the sight range nothing is seen.
 
+A place at a wall is not seen from behind the wall. Where nodes beside it stand for it too
+(`ground`), they count as seen from there only if it is.
+
 For the certified bound a node stands for all places within a slack of it, and sight has to hold on
 the way from one place of the pursuer to the next. So nodes are taken away that come too near to
 what a corner K hides. Let g(x, w) = (K - x) x (w - K), which is positive where K hides w from x. A
@@ -31,6 +34,7 @@ from ...geometry.edge_index import TOLERANCE, EdgeIndex, point_is_free
 from ...geometry.segment_sight import segment_is_clear
 from ...geometry.visibility_polygon import _visibility_polygon
 from ..corner_frame import to_corner_frame
+from .ground import WallPlaces
 from .sweeps import COLUMN, COLUMNS, ROW, ROWS, SLOT, TILE
 
 # So often at most a row crosses the rim of what is seen; else its nodes are asked one by one.
@@ -51,6 +55,7 @@ def see_runs(
     free: np.ndarray,
     spots: np.ndarray,
     spot_nodes: np.ndarray,
+    walls: WallPlaces,
     corners: np.ndarray,
     sight_range: float,
     step: float,
@@ -66,6 +71,7 @@ def see_runs(
         free: Where evaders can be, shape (rows, columns), bool.
         spots: Points that have to be seen instead of a node near them, shape (m, 2) [m].
         spot_nodes: Row and column of that node, shape (m, 2).
+        walls: Places at walls that have to be seen too, from behind the wall.
         corners: From `corner_table`, shape (k, 6), those that nodes keep off; none for a bound
             that is not certified.
         sight_range: How far the pursuer sees, or infinity [m].
@@ -94,6 +100,7 @@ def see_runs(
         _look_round(polygon, px, py, sight_range, slack, lattice, view)
         _see_nodes(index, px, py, polygon, lattice, crossings, view, seen)
         _see_spots(index, px, py, spots, spot_nodes, view, seen)
+        _see_walls(index, px, py, walls, view, seen)
         if sight_range < np.inf:
             _hide_far(px, py, lattice, sight_range, view, seen)
         low_row, high_row, low_column, high_column = view
@@ -203,6 +210,20 @@ def _see_spots(index, px, py, spots, spot_nodes, view, seen):
         row, column = spot_nodes[k, 0], spot_nodes[k, 1]
         if low_row <= row <= high_row and low_column <= column <= high_column and seen[row, column]:
             seen[row, column] = segment_is_clear(index, px, py, spots[k, 0], spots[k, 1])
+
+
+@kernel
+def _see_walls(index, px, py, walls, view, seen):
+    """From behind a wall, nodes beside it are seen if the places at the wall are."""
+    low_row, high_row, low_column, high_column = view
+    for k in range(len(walls.nodes)):
+        row, column = walls.nodes[k, 0], walls.nodes[k, 1]
+        if not (low_row <= row <= high_row and low_column <= column <= high_column):
+            continue
+        x, y = walls.points[k, 0], walls.points[k, 1]
+        aside = walls.along[k, 0] * (py - y) - walls.along[k, 1] * (px - x)
+        if seen[row, column] and aside < -index.frame[TOLERANCE]:
+            seen[row, column] = segment_is_clear(index, px, py, x, y)
 
 
 @kernel

@@ -16,7 +16,7 @@ ROOMS = {
     "arena": draw_arena(Arena(), 2),
     # Two rooms, of which one is seen through a door alone.
     "door": make_world(
-        [*[(0, 0), (4, 0), (4, 2.4), (2.1, 2.4), (2.1, 1.3), (2, 1.3), (2, 2.4), (0, 2.4)]]
+        [*[(0, 0), (4, 0), (4, 2.4), (2.6, 2.4), (2.6, 1.3), (2, 1.3), (2, 2.4), (0, 2.4)]]
     ),
     # Nothing is ever lost.
     "square": make_world([(0, 0), (2, 0), (2, 2), (0, 2)]),
