@@ -22,6 +22,7 @@ from ..numerics.tracking.visibility_game.responsibilities import (
     responsibilities,
     shared_certificate,
     team_velocities,
+    watchers,
 )
 from ..numerics.tracking.visibility_game.two_evaders import GuaranteedTimesOfTwo
 from .assignment import codes_of
@@ -31,8 +32,9 @@ class TeamGuaranteePursuit(LeafSystem):
     """Every evader is answered for by a pursuer that sees it, and pursuers keep all of theirs.
 
     The team shares the evaders out so that the least guaranteed time is the largest, and holds to
-    that until an evader is lost from its pursuer's sight or another way gains enough. A pursuer
-    with one evader plays by the game of one, with several by the game of two.
+    that until another way gains enough. While a pursuer does not see an evader of its own, a
+    teammate watches that too. A pursuer that watches one evader plays by the game of one, with
+    several by the game of two.
 
     .. pydrake_system::
 
@@ -61,8 +63,8 @@ class TeamGuaranteePursuit(LeafSystem):
 
     `certificate` is for how long all evaders can be kept, by the middle bounds, infinite for ever.
     `responsible` is the pursuer of each evader, or -1; one that nobody sees any more stays with its
-    own. `assignment` is the evader of each pursuer's that it sees and can keep for the shortest
-    time, or -1. Who is responsible is discrete state.
+    own. `assignment` is the evader that each pursuer watches and can keep for the shortest time,
+    or -1. Who is responsible is discrete state.
 
     Source: ours; see `numerics.tracking.visibility_game`.
 
@@ -137,26 +139,25 @@ class TeamGuaranteePursuit(LeafSystem):
         output.set_value(responsibilities(one, two, visible, held, step))
 
     def _owners(self, context):
-        """The pursuer of each evader that it sees, else NOBODY, shape (Ne,)."""
-        owners = np.asarray(self._responsible.Eval(context)).astype(int)
-        visible = self._prospects(context)[2]
-        seen = (owners != NOBODY) & visible[owners, np.arange(len(owners))]
-        return np.where(seen, owners, NOBODY)
+        """The pursuer that answers for each evader, or NOBODY, shape (Ne,)."""
+        return np.asarray(self._responsible.Eval(context)).astype(int)
+
+    def _watching(self, context):
+        """Who watches each evader, or NOBODY, shape (Ne,)."""
+        return watchers(*self._prospects(context), self._owners(context))
 
     def _keep(self, context, discrete_state):
         discrete_state.set_value(self._held, self._responsible.Eval(context))
 
     def _calc_assignment(self, context, output):
-        owners = self._owners(context)
-        output.set_value(hardest(self._prospects(context)[0], owners))
+        output.set_value(hardest(self._prospects(context)[0], self._watching(context)))
 
     def _calc_certificate(self, context, output):
         one, two, _ = self._prospects(context)
-        output.set_value([shared_certificate(one, two, self._owners(context))])
+        output.set_value([shared_certificate(one, two, self._watching(context))])
 
     def _calc_velocity(self, context, output):
         pursuers, evaders = read(self._pursuers, context), read(self._evaders, context)
-        owners = self._owners(context)
         field = team_pursuit(
             FIELDS["margin"],
             self._weightings,
@@ -170,6 +171,13 @@ class TeamGuaranteePursuit(LeafSystem):
             self._period,
         )
         velocity = team_velocities(
-            self._board, pursuers, evaders, owners, field, self._speed, self._period
+            self._board,
+            pursuers,
+            evaders,
+            self._owners(context),
+            self._watching(context),
+            field,
+            self._speed,
+            self._period,
         )
         output.set_value(velocity)

@@ -166,11 +166,12 @@ def test_every_evader_is_somebodys():
         owners = responsible_of(diagram, context)
         sight = diagram.GetOutputPort("visibility").Eval(context).reshape(2, 3)
         assignment = diagram.GetOutputPort("assignment").Eval(context).astype(int)
-        if sight.any(axis=0).all():
-            assert all(sight[owners[j], j] for j in range(3))
+        assert all(0 <= owner < 2 for owner in owners)
         for i in range(2):
-            seen = [j for j in range(3) if owners[j] == i and sight[i, j]]
-            assert assignment[i] in (seen or [-1])
+            # It watches its own that it sees, and those that their own pursuer does not see.
+            watched = [j for j in range(3) if sight[i, j] and owners[j] == i]
+            stood_in = [j for j in range(3) if sight[i, j] and not sight[owners[j], j]]
+            assert assignment[i] in (watched + stood_in or [-1])
         changes += before is not None and (owners != before).any()
         before = owners
     assert context.get_time() > 5.0

@@ -4,9 +4,11 @@ Sight is lost with the first evader that nobody sees, so every evader is to be s
 pursuer can do for its evaders is known from the solved games for one (`guaranteed_times`) and for
 two (`two_evaders`); for more it is taken as the least over pairs of them, which is too much. Of
 all ways to share the evaders out the team takes one whose least time is the largest, and of
-several the one whose second least is, and so on. It changes its mind when an evader is lost from
-its pursuer's sight to another's, or when that makes the least time longer by a tenth and a step. An
-evader that nobody sees stays with the pursuer that had it: nobody else can do more for it.
+several the one whose second least is, and so on. It changes its mind where that makes the least
+time longer by a tenth and some steps. While a pursuer does not see an evader of its own, a teammate
+that does stands in for it: what the team keeps so is what a change is held against. A glimpse that
+is lost for a moment at a corner changes nothing, and an evader that nobody sees stays with the
+pursuer that had it: nobody else can do more for it.
 
 Source: ours.
 """
@@ -37,6 +39,10 @@ NOBODY = -1
 
 # Time that stands for ever in comparisons [s].
 AGES = 1e6
+
+# Sharing them out anew has to make the least time longer by a tenth and so many steps of the game
+# of two, whose grid is coarse: a time is known to a step or two.
+STEPS_GAINED = 3
 
 # More ways than this to share evaders out are not all looked at: then the best is climbed to.
 MOST_WAYS = 20000
@@ -164,33 +170,39 @@ def responsibilities(
     Returns:
         Shape (m,), int; what was held, or NOBODY, for an evader that nobody sees.
     """
-    n, m = visible.shape
-    broken = False
-    owners, best = held.copy(), _share_out(one, two, visible)
-    for j in range(m):
-        if best[j] == NOBODY:
-            # Of those that can be seen alone it is told how long they are kept.
-            owners[j] = NOBODY
-        else:
-            broken = broken or held[j] < 0 or not visible[held[j], j]
-    before, after = np.empty(n), np.empty(n)
-    _times(one, two, owners, before)
+    now = watchers(one, two, visible, held)
+    best = watchers(one, two, visible, np.full_like(held, NOBODY))
+    # Of those that can be seen alone it is told how long they are kept.
+    before, after = np.empty(len(one)), np.empty(len(one))
+    _times(one, two, now, before)
     _times(one, two, best, after)
-    longer = after[0] > (1.0 + GAIN) * before[0] + step
-    return np.where(best == NOBODY, held, best) if broken or longer else held.copy()
+    if after[0] > (1.0 + GAIN) * before[0] + STEPS_GAINED * step:
+        return np.where(best == NOBODY, held, best)
+    return np.where(held == NOBODY, now, held)
 
 
 @compiled
-def _share_out(one, two, visible):
-    """The best way to share evaders out among those who see them."""
+def watchers(
+    one: np.ndarray, two: np.ndarray, visible: np.ndarray, owners: np.ndarray
+) -> np.ndarray:
+    """Who watches each evader: its own pursuer, or while that does not see it, who can best.
+
+    Args:
+        one, two, visible: As of `responsibilities`.
+        owners: The pursuer that answers for each evader, or NOBODY, shape (m,), int.
+
+    Returns:
+        Shape (m,), int; NOBODY for an evader that nobody sees.
+    """
     n, m = visible.shape
-    owners, best = np.full(m, NOBODY), np.full(m, NOBODY)
+    found, best = np.full(m, NOBODY), np.full(m, NOBODY)
     times, most = np.empty(n), np.full(n, -1.0)
     seers, counts = np.zeros((m, n), dtype=np.int64), np.zeros(m, dtype=np.int64)
     ways = 1.0
     for j in range(m):
+        bound = owners[j] >= 0 and visible[owners[j], j]
         for i in range(n):
-            if visible[i, j]:
+            if visible[i, j] and (not bound or i == owners[j]):
                 seers[j, counts[j]] = i
                 counts[j] += 1
                 # To begin with: who keeps it longest.
@@ -203,11 +215,11 @@ def _share_out(one, two, visible):
             left = way
             for j in range(m):
                 if counts[j] > 0:
-                    owners[j] = seers[j, left % counts[j]]
+                    found[j] = seers[j, left % counts[j]]
                     left //= counts[j]
-            _times(one, two, owners, times)
+            _times(one, two, found, times)
             if _exceed(times, most):
-                best[:] = owners
+                best[:] = found
                 most[:] = times
         return best
     climbing = True
@@ -215,11 +227,11 @@ def _share_out(one, two, visible):
         climbing = False
         for j in range(m):
             for k in range(counts[j]):
-                owners[:] = best
-                owners[j] = seers[j, k]
-                _times(one, two, owners, times)
+                found[:] = best
+                found[j] = seers[j, k]
+                _times(one, two, found, times)
                 if _exceed(times, most):
-                    best[j], climbing = owners[j], True
+                    best[j], climbing = found[j], True
                     most[:] = times
     return best
 
@@ -258,10 +270,10 @@ def shared_certificate(one: np.ndarray, two: np.ndarray, owners: np.ndarray) -> 
 
     Args:
         one, two: From `prospects`, shapes (n, m), (n, m, m) [s].
-        owners: The pursuer of each evader, or NOBODY, shape (m,), int.
+        owners: Who watches each evader, or NOBODY, shape (m,), int.
 
     Returns:
-        Infinite for ever; zero where nobody answers for an evader.
+        Infinite for ever; zero where nobody watches an evader.
     """
     if (owners == NOBODY).any():
         return 0.0
@@ -272,14 +284,14 @@ def shared_certificate(one: np.ndarray, two: np.ndarray, owners: np.ndarray) -> 
 
 @compiled
 def hardest(one: np.ndarray, owners: np.ndarray) -> np.ndarray:
-    """The evader that each pursuer can keep for the shortest time of those it answers for.
+    """The evader that each pursuer can keep for the shortest time of those it watches.
 
     Args:
         one: From `prospects`, shape (n, m) [s].
-        owners: The pursuer of each evader, or NOBODY, shape (m,), int.
+        owners: Who watches each evader, or NOBODY, shape (m,), int.
 
     Returns:
-        Shape (n,), -1 for pursuers that answer for none.
+        Shape (n,), -1 for pursuers that watch none.
     """
     found = np.full(len(one), -1)
     for j in range(len(owners)):
@@ -295,16 +307,21 @@ def team_velocities(
     pursuers: np.ndarray,
     evaders: np.ndarray,
     owners: np.ndarray,
+    watching: np.ndarray,
     field: np.ndarray,
     speed: float,
     period: float,
 ) -> np.ndarray:
     """Velocities of a team whose members answer for any number of evaders each.
 
+    One that watches none goes where it could guard one that it answers for, else where it could
+    relieve a teammate that watches several.
+
     Args:
         board: The solved games.
         pursuers, evaders: Positions, shapes (2 n,), (2 m,) [m].
-        owners: The pursuer of each evader, or NOBODY, shape (m,), int.
+        owners: The pursuer that answers for each evader, or NOBODY, shape (m,), int.
+        watching: Who watches each, from `watchers`, shape (m,), int.
         field: Velocities by a pursuit field, shape (2 n,) [m/s].
         speed: Pursuers' top speed [m/s].
         period: For how long a velocity is held, 0 for continuous time [s].
@@ -314,13 +331,17 @@ def team_velocities(
     """
     velocities = field.copy()
     for i in range(len(pursuers) // 2):
-        own = np.flatnonzero(owners == i)
+        own = np.flatnonzero(watching == i)
         at, wish = pursuers[2 * i : 2 * i + 2], field[2 * i : 2 * i + 2]
         vx, vy = wish
         if len(own) > 1:
             vx, vy = _velocity_for_several(board, at[0], at[1], evaders, own, vx, vy, speed, period)
         else:
-            j = own[0] if len(own) == 1 else _whom_to_relieve(board, at, evaders, owners)
+            j = (
+                own[0]
+                if len(own) == 1
+                else _whom_to_relieve(board, i, at, evaders, owners, watching)
+            )
             if j >= 0:
                 evader = evaders[2 * j : 2 * j + 2]
                 vx, vy = velocity_after(board.single, at, evader, wish, speed, period)
@@ -329,14 +350,18 @@ def team_velocities(
 
 
 @compiled
-def _whom_to_relieve(board, pursuer, evaders, owners):
-    """The evader that a pursuer without one could guard soonest, of those whose pursuer answers
-    for others too; -1 for none."""
+def _whom_to_relieve(board, i, pursuer, evaders, owners, watching):
+    """The evader that a pursuer that watches none could guard soonest: of its own, else of those
+    whose watcher has others too; -1 for none."""
     m = len(owners)
-    shared = np.zeros((1, m), dtype=np.bool_)
+    wanted, own = np.zeros((1, m), dtype=np.bool_), False
     for j in range(m):
-        shared[0, j] = owners[j] >= 0 and np.count_nonzero(owners == owners[j]) > 1
-    steps = steps_to_guard(board.single, pursuer, evaders, shared)[0]
+        wanted[0, j] = watching[j] >= 0 and owners[j] == i
+        own = own or wanted[0, j]
+    if not own:
+        for j in range(m):
+            wanted[0, j] = watching[j] >= 0 and np.count_nonzero(watching == watching[j]) > 1
+    steps = steps_to_guard(board.single, pursuer, evaders, wanted)[0]
     j = int(np.argmin(steps))
     return j if steps[j] < np.inf else -1
 

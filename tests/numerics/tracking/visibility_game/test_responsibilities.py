@@ -22,6 +22,7 @@ from sightfield.systems.numerics.tracking.visibility_game.responsibilities impor
     responsibilities,
     shared_certificate,
     team_velocities,
+    watchers,
 )
 from sightfield.systems.numerics.tracking.visibility_game.two_evaders import solve_two_evaders
 
@@ -90,29 +91,51 @@ def test_large_teams_find_a_way_that_no_single_change_betters():
         assert times_of(other, one, two) <= best
 
 
-def test_the_team_changes_its_mind_for_a_gain_or_a_loss_alone():
+def test_the_team_changes_its_mind_for_a_gain_alone():
     visible = np.ones((2, 3), dtype=bool)
     one = np.full((2, 3), AGES)
     two = np.full((2, 3, 3), 10.0)
     held = np.array([0, 0, 1])
-    # Little to gain: with evaders 1 and 2 a pursuer keeps them a step longer, or a tenth.
-    two[:, 1, 2] = two[:, 2, 1] = 10.0 + STEP
+    # Little to gain: with evaders 1 and 2 a pursuer keeps them some steps longer, or a tenth.
+    two[:, 1, 2] = two[:, 2, 1] = 10.0 + 3.0 * STEP
     assert responsibilities(one, two, visible, held, STEP).tolist() == held.tolist()
-    two[:, 1, 2] = two[:, 2, 1] = 11.0 + 0.9 * STEP
+    two[:, 1, 2] = two[:, 2, 1] = 11.0 + 2.9 * STEP
     assert responsibilities(one, two, visible, held, STEP).tolist() == held.tolist()
-    two[:, 1, 2] = two[:, 2, 1] = 11.0 + 1.1 * STEP
+    two[:, 1, 2] = two[:, 2, 1] = 11.0 + 3.1 * STEP
     chosen = responsibilities(one, two, visible, held, STEP)
     assert chosen[1] == chosen[2] != chosen[0]
-    # Lost from sight of its own pursuer, not of the other.
-    two[:] = 10.0
+
+
+def test_a_teammate_stands_in_for_one_that_does_not_see_its_own():
+    visible = np.ones((2, 3), dtype=bool)
+    one, two = np.full((2, 3), AGES), np.full((2, 3, 3), 10.0)
+    held = np.array([0, 0, 1])
+    assert watchers(one, two, visible, held).tolist() == held.tolist()
     visible[0, 1], one[0, 1], two[0, 1], two[0, :, 1] = False, 0.0, 0.0, 0.0
-    assert responsibilities(one, two, visible, held, STEP)[1] == 1
+    # Who answers for it stays the same, as long as the other keeps it as well as anybody could.
+    assert responsibilities(one, two, visible, held, STEP).tolist() == held.tolist()
+    assert watchers(one, two, visible, held).tolist() == [0, 1, 1]
+    # The other would keep it longer beside the first evader, the third being out of its sight's
+    # reach: that gains enough, if it is enough more.
+    two[1, 0, 1] = two[1, 1, 0] = 11.0 + 2.9 * STEP
+    assert responsibilities(one, two, visible, held, STEP).tolist() == held.tolist()
+    two[1, 0, 1] = two[1, 1, 0] = 11.0 + 3.1 * STEP
+    assert responsibilities(one, two, visible, held, STEP).tolist() == [1, 1, 0]
+    # Of two that could stand in, who keeps what it has the longest.
+    visible, one = np.ones((3, 4), dtype=bool), np.full((3, 4), AGES)
+    two = np.broadcast_to(np.array([10.0, 4.0, 6.0])[:, None, None], (3, 4, 4)).copy()
+    visible[0, 1], one[0, 1], two[0, 1], two[0, :, 1] = False, 0.0, 0.0, 0.0
+    held = np.array([0, 0, 1, 2])
+    assert watchers(one, two, visible, held).tolist() == [0, 2, 1, 2]
+    # Nobody sees the last.
+    visible[:, 3], one[:, 3] = False, 0.0
+    assert watchers(one, two, visible, held).tolist() == [0, 2, 1, NOBODY]
 
 
 def test_an_evader_that_nobody_sees_stays_with_its_own_and_changes_nothing():
     visible = np.ones((2, 3), dtype=bool)
     one, two = np.full((2, 3), AGES), np.full((2, 3, 3), 10.0)
-    two[:, 0, 2] = two[:, 2, 0] = 12.5
+    two[:, 0, 2] = two[:, 2, 0] = 14.5
     visible[:, 1], one[:, 1], two[:, 1], two[:, :, 1] = False, 0.0, 0.0, 0.0
     for held in ([0, 0, 1], [1, 0, 0]):
         held = np.array(held)
@@ -174,7 +197,9 @@ def test_every_step_leaves_as_much_as_the_table_of_two_says(tables, board):
         promised = double.time(p, *evaders)
         if not 2 * double.step < promised < np.inf:
             continue
-        velocity = team_velocities(board, p, evaders.ravel(), owners, field, 1.0, double.step)
+        velocity = team_velocities(
+            board, p, evaders.ravel(), owners, owners, field, 1.0, double.step
+        )
         then = p + velocity * double.step
         # Whatever the evaders do, a step less is left.
         ways = (nodes + move for move in rng.integers(-1, 2, (20, 2, 2)))
@@ -192,7 +217,7 @@ def test_one_evader_is_followed_as_by_the_game_of_one(board):
         pursuers, evaders = draw_free(rng, 3).ravel(), draw_free(rng, 4).ravel()
         field = rng.uniform(-1, 1, 6)
         owners = np.array([2, NOBODY, 0, NOBODY])
-        velocity = team_velocities(board, pursuers, evaders, owners, field, 1.0, 0.05)
+        velocity = team_velocities(board, pursuers, evaders, owners, owners, field, 1.0, 0.05)
         for i, j in ((0, 2), (2, 0)):
             at, wish = slice(2 * i, 2 * i + 2), field[2 * i : 2 * i + 2]
             evader = evaders[2 * j : 2 * j + 2]
@@ -206,7 +231,7 @@ def test_one_without_an_evader_relieves_one_that_answers_for_several(board):
     pursuers = np.array([0.6, 0.6, 3.4, 0.6, 3.4, 3.4])
     evaders = np.array([0.5, 3.4, 1.8, 0.5, 3.5, 1.5])
     owners = np.array([0, 0, 1])
-    velocity = team_velocities(board, pursuers, evaders, owners, np.zeros(6), 1.0, 0.05)
+    velocity = team_velocities(board, pursuers, evaders, owners, owners, np.zeros(6), 1.0, 0.05)
     steps = steps_to_guard(board.single, pursuers[4:], evaders, np.array([[True, True, False]]))
     j = int(np.argmin(steps[0]))
     wish = velocity_after(
@@ -214,6 +239,21 @@ def test_one_without_an_evader_relieves_one_that_answers_for_several(board):
     )
     assert np.hypot(*wish) == pytest.approx(1.0)
     np.testing.assert_array_equal(velocity[4:], wish)
+
+
+def test_one_that_sees_none_of_its_own_goes_where_it_could_guard_one(board):
+    pursuers = np.array([0.6, 0.6, 3.4, 3.4])
+    evaders = np.array([0.5, 3.4, 1.8, 0.5, 2.0, 0.3])
+    # The first pursuer watches all three; it is nearest to the second evader, but the first is its.
+    watching = np.zeros(3, dtype=int)
+    for owners, j in (([1, 0, 0], 0), ([0, 1, 0], 1), ([0, 0, 1], 2)):
+        velocity = team_velocities(
+            board, pursuers, evaders, np.array(owners), watching, np.zeros(4), 1.0, 0.05
+        )
+        evader = evaders[2 * j : 2 * j + 2]
+        wish = velocity_after(board.single, pursuers[2:], evader, np.zeros(2), 1.0, 0.05)
+        assert np.hypot(*wish) == pytest.approx(1.0)
+        np.testing.assert_array_equal(velocity[2:], wish)
 
 
 def test_the_certificate_is_the_least_time_of_those_who_answer():
