@@ -6,6 +6,7 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import MatrixGain
 
 from ...systems.numerics.errors import InvalidInput
+from ...systems.numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
 from ...systems.tracking.adversarial_evaders import AdversarialEvaders
 from ...systems.tracking.best_response_evaders import BestResponseEvaders
 from ...systems.tracking.optimal_evaders import OptimalEvaders
@@ -14,8 +15,8 @@ from ...systems.tracking.velocity_selector import VelocitySelector
 from ...systems.tracking.waypoint_evaders import WaypointEvaders
 from .game import TrackingGame
 from .meshcat_velocity import MeshcatVelocity
-from .scenario import GUARANTEE, OPTIMAL_DISTANCE, OPTIMAL_POLICIES
-from .solved_game import solved_game
+from .scenario import CERTIFIED, GUARANTEE, OPTIMAL_DISTANCE, OPTIMAL_POLICIES
+from .solved_game import solved_game, solved_game_of_two
 
 
 def AddEvasion(
@@ -39,7 +40,7 @@ def AddEvasion(
     policies = sorted(set(choices))
     outputs = []
     for policy in policies:
-        output = _add_policy(builder, policy, game, meshcat)
+        output = _add_policy(builder, policy, game, meshcat, shared="responsible" in senses)
         system: System = output.get_system()  # type: ignore[assignment]  # stubs say object
         for k in range(system.num_input_ports()):
             port = system.get_input_port(k)
@@ -57,9 +58,14 @@ def AddEvasion(
 
 
 def _add_policy(
-    builder: DiagramBuilder, policy: str, game: TrackingGame, meshcat: Meshcat | None
+    builder: DiagramBuilder,
+    policy: str,
+    game: TrackingGame,
+    meshcat: Meshcat | None,
+    *,
+    shared: bool,
 ) -> OutputPort:
-    """Add one policy for all evaders."""
+    """Add one policy for all evaders, which pursuers may share out among themselves."""
     scenario, evaders = game.scenario, game.scenario.evaders
     if policy == "you":
         return _add_driver(builder, game, meshcat)
@@ -91,7 +97,8 @@ def _add_policy(
             extra=scenario.pursuers.extra,
             risk_functions=scenario.pursuers.risk_functions,
             radius=evaders.radius,
-            table=solved_game(game) if scenario.pursuers.field == GUARANTEE else None,
+            table=_game_of_pursuers(game),
+            double=solved_game_of_two(game) if shared else None,
         )
     elif policy in OPTIMAL_POLICIES:
         system = OptimalEvaders(
@@ -113,6 +120,12 @@ def _add_policy(
             radius=evaders.radius,
         )
     return builder.AddNamedSystem(f"{policy}_evaders", system).GetOutputPort("velocity")
+
+
+def _game_of_pursuers(game: TrackingGame) -> GuaranteedTimes | None:
+    """The visibility game that the pursuers play by; None where they do not."""
+    bound = {GUARANTEE: "middle", CERTIFIED: "lower"}.get(game.scenario.pursuers.field)
+    return None if bound is None else solved_game(game, bound)
 
 
 def _add_driver(builder: DiagramBuilder, game: TrackingGame, meshcat: Meshcat | None) -> OutputPort:

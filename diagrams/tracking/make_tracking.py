@@ -299,6 +299,7 @@ def _assignment_of(game: TrackingGame) -> System:
         evaders=scenario.evaders.size,
         hold=pursuers.switch,
         period=scenario.period,
+        promised=solved_game(game, "lower") if pursuers.field == CERTIFIED else None,
     )
 
 

@@ -1,5 +1,6 @@
 """Evaders that answer the pursuers' rule."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -33,6 +34,8 @@ from ..numerics.tracking.sight_state import sight_size
 from ..numerics.tracking.visibility_game.board import make_board
 from ..numerics.tracking.visibility_game.bottleneck import SWITCHES
 from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
+from ..numerics.tracking.visibility_game.responsibilities import make_team_board
+from ..numerics.tracking.visibility_game.two_evaders import GuaranteedTimesOfTwo
 from .assignment import codes_of, require_assignment
 
 # Measured best among those of equal cost: see BENCHMARKS.md.
@@ -77,6 +80,9 @@ class BestResponseEvaders(LeafSystem):
     velocity          2 Ne                 m/s   world
     ================  ===================  ====  =====
 
+    Where pursuers share evaders out, `responsible` (Ne) is an input port too, the pursuer that
+    answers for each, as `TeamGuaranteePursuit` gives it.
+
     Plans are discrete state: kind and place of each evader's.
 
     Source: ours; see `numerics.tracking.best_response.rollouts`.
@@ -98,11 +104,14 @@ class BestResponseEvaders(LeafSystem):
         radius: Of an evader: how near its centre comes to a wall [m].
         decision_period: Time between decisions [s].
         rollout: How far and how finely plans are tried.
-        table: The visibility game that pursuers play by whose rule is "guarantee"; without it they
-            are taken for ones that follow the margin field, as "certified" ones are.
+        table: The visibility game that pursuers play by whose rule is "guarantee", or by the lower
+            bound "certified"; without it they are taken for ones that follow the margin field.
+        double: The game of two evaders, where pursuers share evaders out by it; then `responsible`
+            is an input port.
 
     Raises:
-        InvalidInput: A name is unknown, or a number out of its range.
+        InvalidInput: A name is unknown, or a number out of its range; the table is by another bound
+            than the pursuers play by, or too large.
     """
 
     def __init__(
@@ -125,6 +134,7 @@ class BestResponseEvaders(LeafSystem):
         decision_period: float = 0.7,
         rollout: Rollout = DEFAULT_ROLLOUT,
         table: GuaranteedTimes | None = None,
+        double: GuaranteedTimesOfTwo | None = None,
     ):
         super().__init__()
         require_one_of("pursuit", pursuit, KNOWN_PURSUITS)
@@ -139,6 +149,10 @@ class BestResponseEvaders(LeafSystem):
         require_positive("rollout.horizon", rollout.horizon)
         require_positive("rollout.step", rollout.step)
         require(rollout.headings >= 0, "rollout.headings", "be 0 or positive", rollout.headings)
+        committed = 0
+        if table is not None and pursuit == "certified":
+            require(table.bound == "lower", "table", "be by the lower bound", table.bound)
+            committed = math.ceil(table.step / rollout.step - 1e-9)
         index = build_edge_index(world)
         self._rules = GameRules(
             world=index,
@@ -157,9 +171,12 @@ class BestResponseEvaders(LeafSystem):
             evader_speed=float(evader_speed),
             # Wall sliding stops a skin short of the wall; a little more is "at the wall".
             standoff=float(radius) + 10.0 * SKIN * world.tolerance,
+            committed=committed,
         )
-        known = table is not None and pursuit == "guarantee"
-        self._board = make_board(table) if known else None
+        known = table is not None and pursuit in ("guarantee", "certified")
+        shared = known and double is not None
+        self._board = make_board(table) if known and not shared else None
+        self._team = make_team_board(table, double) if shared else None
         self._rollout = Rollout(
             float(rollout.horizon),
             float(rollout.step),
@@ -173,6 +190,8 @@ class BestResponseEvaders(LeafSystem):
         size = sight_size(pursuers, evaders, len(self._rules.corners))
         self._sight = self.DeclareVectorInputPort("sight", size)
         self._assignment = self.DeclareVectorInputPort("assignment", pursuers)
+        if shared:
+            self._responsible = self.DeclareVectorInputPort("responsible", evaders)
         plans = np.zeros((evaders, 3))
         self._plans = self.DeclareDiscreteState(state_vector(plans.ravel()))
         # Whether a first decision was made: a run that is resumed makes no other.
@@ -192,6 +211,9 @@ class BestResponseEvaders(LeafSystem):
         assignment = read(self._assignment, context)
         require_assignment(assignment, self._count)
         assignment = assignment.astype(int)
+        responsible = None
+        if self._team is not None:
+            responsible = read(self._responsible, context).astype(int)
         velocities = self._velocities(context, plans)
         for j in range(self._count):
             plans[j] = choose_plan(
@@ -204,6 +226,8 @@ class BestResponseEvaders(LeafSystem):
                 assignment,
                 plans[j],
                 self._board,
+                self._team,
+                responsible,
             )
         discrete_state.set_value(self._plans, plans.ravel())
 

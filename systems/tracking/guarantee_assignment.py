@@ -17,10 +17,15 @@ from ..numerics.tracking.visibility_game.bottleneck import (
     is_longer,
     with_helpers,
 )
+from ..numerics.tracking.visibility_game.commitments import promised_steps
 from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
-from ..numerics.tracking.visibility_game.pursuit import pair_worths
+from ..numerics.tracking.visibility_game.pursuit import pair_worths, time_of_team
 from ..numerics.tracking.visibility_game.regain import steps_to_guard
+from ..numerics.tracking.visibility_game.sweeps import FOR_EVER
 from .assignment import NOTHING_HELD
+
+# A step that is promised is worth more than all that the middle bound says of a pair.
+PROMISED = 1e6
 
 
 class GuaranteeAssignment(LeafSystem):
@@ -28,9 +33,9 @@ class GuaranteeAssignment(LeafSystem):
 
     If each pursuer plays the game of one against one with its own evader, all evaders stay in
     sight for as long as that, whatever they do. What is held is discrete state, sampled with the
-    period; it is left when another matching has more evaders in the sight of their own pursuers,
-    or guarantees more by a tenth and a step of the game. An evader that no pursuer can be spared
-    for is given to one that does not see it and could guard it soonest.
+    period; it is left when another matching guarantees more by a tenth and a step of the game. An
+    evader that its own pursuer does not see counts for as long as a teammate can mind it. One that
+    no pursuer can be spared for is given to one that does not see it and could guard it soonest.
 
     .. pydrake_system::
 
@@ -60,9 +65,12 @@ class GuaranteeAssignment(LeafSystem):
         evaders: Number of evaders Ne.
         hold: When to change: a name in SWITCHES.
         period: Sampling period of what is held; without one nothing is held [s].
+        promised: The game by the lower bound, where pursuers play by that: then what they promise
+            comes first, and the table tells apart what nothing is promised of.
 
     Raises:
-        InvalidInput: A name is unknown or a number out of its range; the table is too large.
+        InvalidInput: A name is unknown or a number out of its range; the table is too large, or
+            `promised` is by another bound.
     """
 
     def __init__(
@@ -74,12 +82,17 @@ class GuaranteeAssignment(LeafSystem):
         evaders: int,
         hold: str = "none",
         period: float = 0.0,
+        promised: GuaranteedTimes | None = None,
     ):
         super().__init__()
         require_one_of("hold", hold, SWITCHES)
         require_non_negative("period", period)
         require(hold == "none" or period > 0, "period", f"be positive to hold {hold}", period)
-        self._board, self._step, self._hold = make_board(table), table.step, hold
+        self._board, self._hold = make_board(table), hold
+        self._promising = None if promised is None else make_board(promised)
+        self._steps = [each.step for each in (promised, table) if each is not None]
+        if promised is not None:
+            require(promised.bound == "lower", "promised", "be by the lower bound", promised.bound)
         self._shape = (pursuers, evaders)
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
         self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
@@ -98,13 +111,15 @@ class GuaranteeAssignment(LeafSystem):
             output.set_value(held)
             return
         pursuers, evaders = read(self._pursuers, context), read(self._evaders, context)
-        steps, worth = pair_worths(self._board, pursuers, evaders, visible)
-        time = 0.0 if held is None else certificate(held, steps)
-        if np.isinf(time):
+        game = pursuers, evaders, visible
+        lasts = self._guarantees(game)
+        before = (0.0,) if held is None else lasts(held)
+        if np.isinf(before[0]):
             output.set_value(held)
             return
+        worth = self._worths(game)
         chosen = bottleneck(worth)
-        if held is not None and not self._is_better(chosen, held, visible, steps):
+        if held is not None and not self._is_better(chosen, held, visible, lasts, before):
             chosen = held
         else:
             hidden = np.zeros_like(visible) if covered(chosen, visible) == n else ~visible
@@ -112,13 +127,32 @@ class GuaranteeAssignment(LeafSystem):
             chosen = with_helpers(chosen, worth, soonest)
         output.set_value(chosen)
 
-    def _is_better(self, chosen, held, visible, steps):
+    def _guarantees(self, game):
+        """For how long a matching keeps all evaders, as a function of it; the more certain of
+        several answers comes first [s]."""
+        if self._promising is None:
+            return lambda targets: (self._steps[0] * time_of_team(self._board, *game, targets),)
+        tables = (
+            promised_steps(self._promising, *game),
+            pair_worths(self._board, *game)[0],
+        )
+        times = [step * steps for step, steps in zip(self._steps, tables, strict=True)]
+        return lambda targets: tuple(certificate(targets, each) for each in times)
+
+    def _worths(self, game):
+        """What each pair is worth, shape (Np, Ne)."""
+        worth = pair_worths(self._board, *game)[1]
+        if self._promising is None:
+            return worth
+        return worth + PROMISED * np.minimum(promised_steps(self._promising, *game), FOR_EVER)
+
+    def _is_better(self, chosen, held, visible, lasts, before):
         """Whether to leave what is held: for more evaders in sight, or a longer certificate."""
-        more = covered(chosen, visible) - covered(held, visible)
-        if more != 0 or self._hold == "until_lost":
-            return more > 0
-        times = [self._step * certificate(each, steps) for each in (chosen, held)]
-        return is_longer(*times, step=self._step)
+        if self._hold == "until_lost":
+            return covered(chosen, visible) > covered(held, visible)
+        times = zip(lasts(chosen), before, self._steps, strict=True)
+        # The first that differ decide.
+        return next((is_longer(*each) for each in times if each[0] != each[1]), False)
 
     def _what_is_held(self, context):
         if self._hold == "none":

@@ -30,7 +30,16 @@ from ..risk import team_risk
 from ..sight_state import split_sight
 from ..team_pursuit import team_pursuit
 from ..visibility_game.board import Board
+from ..visibility_game.commitments import COMMITMENT, committed_velocities
 from ..visibility_game.pursuit import guarantee_velocities
+from ..visibility_game.responsibilities import (
+    TeamBoard,
+    hardest,
+    prospects,
+    responsibilities,
+    team_velocities,
+    watchers,
+)
 
 # Plans: by the corner game, along a direction, to a point. A row is kind, x, y.
 BY_THE_GAME, ALONG, TO_POINT = 0.0, 1.0, 2.0
@@ -61,6 +70,8 @@ class GameRules(NamedTuple):
         ratio: Speed ratio a = v_e / v_p.
         pursuer_speed, evader_speed: Top speeds [m/s].
         standoff: How near an evader's centre comes to a wall [m].
+        committed: For how many steps of a rollout pursuers with promises commit themselves to a
+            place; 0 where there are none.
     """
 
     world: EdgeIndex
@@ -78,6 +89,7 @@ class GameRules(NamedTuple):
     pursuer_speed: float
     evader_speed: float
     standoff: float
+    committed: int = 0
 
 
 class Rollout(NamedTuple):
@@ -129,6 +141,8 @@ def choose_plan(
     assignment: np.ndarray,
     plan: np.ndarray,
     board: Board | None = None,
+    team: TeamBoard | None = None,
+    responsible: np.ndarray | None = None,
 ) -> np.ndarray:
     """The best plan of one evader.
 
@@ -141,7 +155,11 @@ def choose_plan(
         assignment: Each pursuer's evader, -1 for none, shape (n,), int.
         plan: What it does so far, shape (3,).
         board: The solved visibility game where pursuers play by it, with the field where that
-            knows nothing; None where they follow the field.
+            knows nothing; by the lower bound, as certified pursuers do, or by the middle one. None
+            where they follow the field.
+        team, responsible: The solved games of one evader and of two, and the pursuer that answers
+            for each evader, shape (m,), int, where pursuers share evaders out; their assignment is
+            not asked for then.
 
     Returns:
         Shape (3,).
@@ -150,12 +168,8 @@ def choose_plan(
     forward = _away_from_viewer(rules, j, pursuers, evaders)
     if forward == np.inf:
         return np.array([BY_THE_GAME, 0.0, 0.0])
-    best, least = (
-        plan.copy(),
-        play_plan(
-            rules, rollout, j, pursuers, evaders, velocities, assignment, plan, np.inf, board
-        ),
-    )
+    game = rules, rollout, j, pursuers, evaders, velocities, assignment
+    best, least = plan.copy(), play_plan(*game, plan, np.inf, board, team, responsible)
     trial = np.zeros(3)
     corners = rules.corners
     for number in range(-1, rollout.headings + len(corners)):
@@ -174,9 +188,7 @@ def choose_plan(
                 continue
             ox, oy = corner_stance(cx, cy, corners[c, 2], corners[c, 3], rules.standoff)
             trial[0], trial[1], trial[2] = TO_POINT, cx + ox, cy + oy
-        value = play_plan(
-            rules, rollout, j, pursuers, evaders, velocities, assignment, trial, least, board
-        )
+        value = play_plan(*game, trial, least, board, team, responsible)
         if value < least - 1e-9:
             least = value
             best[:] = trial
@@ -195,13 +207,15 @@ def play_plan(
     plan: np.ndarray,
     least: float,
     board: Board | None = None,
+    team: TeamBoard | None = None,
+    responsible: np.ndarray | None = None,
 ) -> float:
     """What a plan comes to: how long until nobody sees the evader, the less the better [s].
 
     Args:
         rules, rollout, j, pursuers, evaders, velocities, assignment, plan: As of `choose_plan`.
         least: What another plan comes to: a game is not played further than that [s].
-        board: As of `choose_plan`.
+        board, team, responsible: As of `choose_plan`.
 
     Returns:
         The time of loss; where there is none within the horizon, more than that, and the more
@@ -213,7 +227,7 @@ def play_plan(
     visibility, pursuer_corners, evader_corners = split_sight(sight, n, m, k)
     own = np.empty(rules.corner_index.lines.shape[1])
     index, step = rules.world, rollout.step
-    assigned = assignment
+    assigned, owners, commitments = assignment, responsible, np.zeros((n, COMMITMENT))
     at_before, others_before = at, others
     steps = math.ceil(rollout.horizon / step - 1e-9)
     for turn in range(steps + 1):
@@ -236,7 +250,14 @@ def play_plan(
         see_corners(index, rules.corner_index, others, own, evader_corners)
         if turn == steps:
             break
-        if rules.matching != FIXED and turn > 0:
+        seen_by = visibility > 0.5
+        # Compiled for each case: with None the branch is not there at all.
+        if team is not None:
+            one, two = prospects(team, at, others, seen_by)
+            owners = responsibilities(one, two, seen_by, owners, team.steps[1])
+            watching = watchers(one, two, seen_by, owners)
+            assigned = hardest(one, watching)
+        elif rules.matching != FIXED and turn > 0:
             assigned = _assign(rules, assigned, at, others, sight)
         if rules.field == LOOKAHEAD_PURSUIT:
             wished = lookahead_velocities(
@@ -262,12 +283,19 @@ def play_plan(
                 rules.pursuer_speed,
                 step,
             )
-        # Compiled for either case: with None the branch is not there at all.
-        if board is not None:
-            seen_by = visibility > 0.5
-            wished = guarantee_velocities(
-                board, at, others, seen_by, assigned, wished, rules.pursuer_speed, step
+        if team is not None:
+            wished = team_velocities(
+                team, at, others, owners, watching, wished, rules.pursuer_speed, step
             )
+        if board is not None:
+            if rules.committed > 0:
+                wished = committed_velocities(
+                    board, at, others, seen_by, assigned, wished, commitments, rules.committed, step
+                )
+            else:
+                wished = guarantee_velocities(
+                    board, at, others, seen_by, assigned, wished, rules.pursuer_speed, step
+                )
         if plan[0] == BY_THE_GAME or turn * step >= rollout.leg:
             vx, vy = escape_velocity(
                 j,

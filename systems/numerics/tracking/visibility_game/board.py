@@ -27,7 +27,7 @@ class Board(NamedTuple):
         evader_nodes: Where evaders can be, shape (rows, columns), bool.
         distances: From each pursuer node, how far each evader node in sight is from the nearest
             one where it would be lost some day, at most 255, shape (k, TILE * TILE), as
-            `Planes.tiles` [cells].
+            `Planes.tiles` [cells]; by the lower bound none, shape (0, TILE * TILE).
     """
 
     planes: Planes
@@ -45,14 +45,18 @@ def make_board(table: GuaranteedTimes) -> Board:
     """The tables of a solved game, made once for all who look them up.
 
     Args:
-        table: By the middle bound.
+        table: By the middle bound, or by the lower one, which keeps its promises anywhere.
 
     Raises:
         InvalidInput: The distances would take too much memory.
     """
     grid, fine = table.pursuer_grid, table.evader_grid
-    size = table.planes.tiles.nbytes
-    require(size <= MEMORY, "grid", "be coarser for pursuit in so large a world", grid.spacing)
+    if table.bound == "lower":
+        distances = np.empty((0, TILE * TILE), dtype=np.uint8)
+    else:
+        size = table.planes.tiles.nbytes
+        require(size <= MEMORY, "grid", "be coarser for pursuit in so large a world", grid.spacing)
+        distances = distances_to_losing(table.planes, table.rules)
     numbers = np.full((grid.rows, grid.columns), -1)
     numbers[grid.nearest(table.places)] = np.arange(len(table.places))
     return Board(
@@ -63,7 +67,7 @@ def make_board(table: GuaranteedTimes) -> Board:
         np.array([grid.x, grid.y, grid.spacing]),
         np.array([fine.x, fine.y, fine.spacing]),
         table.evader_nodes,
-        distances_to_losing(table.planes, table.rules),
+        distances,
     )
 
 
@@ -72,7 +76,7 @@ def distance_to_losing(board, q, row, column):
     """How far an evader is from where it would be lost some day, with the pursuer at a place.
 
     Args:
-        board: The solved game.
+        board: The game by the middle bound.
         q: Number of the pursuer's node.
         row, column: Of the evader's node.
 

@@ -67,6 +67,45 @@ def guarantee_velocities(
 
 
 @compiled
+def time_of_team(
+    board: Board,
+    pursuers: np.ndarray,
+    evaders: np.ndarray,
+    visible: np.ndarray,
+    assignment: np.ndarray,
+) -> float:
+    """For how long a team keeps all evaders, with those who mind one that its own does not see.
+
+    Args:
+        board: The solved game.
+        pursuers, evaders, visible, assignment: As of `guarantee_velocities`.
+
+    Returns:
+        Steps from now, infinite for ever, 0 where one is lost at once. Who minds two keeps them for
+        the less of both times, which is too much.
+    """
+    nodes = _nodes_of(board, evaders)
+    minded = _who_minds_whom(board, pursuers, nodes, visible, assignment)
+    longest = np.zeros(len(nodes))
+    for i in range(len(minded)):
+        if minded[i].any():
+            px, py = pursuers[2 * i], pursuers[2 * i + 1]
+            steps, _, _ = _best_step(board, px, py, nodes, minded[i], 0.0, 0.0)
+            for j in range(len(nodes)):
+                if minded[i, j]:
+                    longest[j] = max(longest[j], _from_now(steps))
+    return longest.min()
+
+
+@kernel
+def _from_now(steps):
+    """Steps from now, after a step that leaves some: W counts from its end."""
+    if steps == FOR_EVER:
+        return np.inf
+    return steps + 1.0 if steps > 0 else 0.0
+
+
+@compiled
 def velocity_after(
     board: Board,
     pursuer: np.ndarray,
@@ -157,9 +196,7 @@ def pair_worths(
             alone[j] = True
             px, py = pursuers[2 * i], pursuers[2 * i + 1]
             steps, distance, _ = _best_step(board, px, py, nodes, alone, 0.0, 0.0)
-            if steps > 0:
-                # W counts from the end of the step.
-                times[i, j] = np.inf if steps == FOR_EVER else steps + 1
+            times[i, j] = _from_now(steps)
             worths[i, j] = 1.0 + STEP * steps + distance
     return times, worths
 

@@ -12,7 +12,12 @@ from sightfield.systems.numerics.tracking.visibility_game.board import make_boar
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )
-from sightfield.systems.numerics.tracking.visibility_game.pursuit import guarantee_velocities
+from sightfield.systems.numerics.tracking.visibility_game.pursuit import (
+    guarantee_velocities,
+    pair_worths,
+    time_of_team,
+)
+from sightfield.systems.numerics.tracking.visibility_game.sweeps import FOR_EVER, worst_reply
 
 ROOM = make_world([(0, 0), (4, 0), (4, 4), (2.03, 4), (2.03, 2.03), (0, 2.03)])
 WEST = np.array([-0.5, 0.0])
@@ -106,3 +111,33 @@ def test_one_that_sees_both_minds_both_until_the_other_is_there():
         assert left[0] >= left[1] - table.step
         gained += left[0] > left[1] + table.step
     assert gained >= 3
+
+
+def test_a_team_lasts_as_long_as_its_weakest_pair_and_who_minds_two_for_less(table, board):
+    index, rng = build_edge_index(ROOM), np.random.default_rng(6)
+    rows, columns = np.nonzero(table.evader_nodes)
+    less = 0
+    for _ in range(300):
+        p, q = rng.integers(len(table.places), size=2)
+        nodes = rng.integers(len(rows), size=2)
+        e1, e2 = table.evader_grid.at(rows[nodes], columns[nodes])
+        places = np.array([table.places[p], table.places[q]])
+        visible = np.array([[segment_is_clear(index, *a, *e) for e in (e1, e2)] for a in places])
+        game = board, places.ravel(), np.concatenate([e1, e2]), visible
+        times, _ = pair_worths(*game)
+        assignment = np.array([0, 1])
+        if visible[0, 0] and visible[1, 1]:
+            assert time_of_team(*game, assignment) == min(times[0, 0], times[1, 1])
+        if visible[0].all() and not visible[1, 1]:
+            # The first minds both.
+            first, last = table.rules.neighbour_starts[p : p + 2]
+            left = [
+                min(worst_reply(table.planes, int(to), rows[n], columns[n]) for n in nodes)
+                for to in table.rules.neighbours[first:last]
+            ]
+            most = np.inf if max(left) == FOR_EVER else max(left) + 1 if max(left) > 0 else 0
+            assert time_of_team(*game, assignment) == most
+            less += most < min(times[0])
+        if not visible[:, 1].any():
+            assert time_of_team(*game, assignment) == 0
+    assert less > 0
