@@ -173,10 +173,12 @@ class BestResponseEvaders(LeafSystem):
             standoff=float(radius) + 10.0 * SKIN * world.tolerance,
             committed=committed,
         )
-        known = table is not None and pursuit in ("guarantee", "certified")
-        shared = known and double is not None
-        self._board = make_board(table) if known and not shared else None
-        self._team = make_team_board(table, double) if shared else None
+        self._board = self._team = None
+        if table is not None and pursuit in ("guarantee", "certified"):
+            if double is None:
+                self._board = make_board(table)
+            else:
+                self._team = make_team_board(table, double)
         self._rollout = Rollout(
             float(rollout.horizon),
             float(rollout.step),
@@ -190,7 +192,7 @@ class BestResponseEvaders(LeafSystem):
         size = sight_size(pursuers, evaders, len(self._rules.corners))
         self._sight = self.DeclareVectorInputPort("sight", size)
         self._assignment = self.DeclareVectorInputPort("assignment", pursuers)
-        if shared:
+        if self._team is not None:
             self._responsible = self.DeclareVectorInputPort("responsible", evaders)
         plans = np.zeros((evaders, 3))
         self._plans = self.DeclareDiscreteState(state_vector(plans.ravel()))

@@ -131,7 +131,10 @@ class GuaranteeAssignment(LeafSystem):
         """For how long a matching keeps all evaders, as a function of it; the more certain of
         several answers comes first [s]."""
         if self._promising is None:
-            return lambda targets: (self._steps[0] * time_of_team(self._board, *game, targets),)
+            step, (pursuers, evaders, seen) = self._steps[0], game
+            return lambda targets: (
+                step * time_of_team(self._board, pursuers, evaders, seen, targets),
+            )
         tables = (
             promised_steps(self._promising, *game),
             pair_worths(self._board, *game)[0],

@@ -144,7 +144,8 @@ class TeamGuaranteePursuit(LeafSystem):
 
     def _watching(self, context):
         """Who watches each evader, or NOBODY, shape (Ne,)."""
-        return watchers(*self._prospects(context), self._owners(context))
+        one, two, visible = self._prospects(context)
+        return watchers(one, two, visible, self._owners(context))
 
     def _keep(self, context, discrete_state):
         discrete_state.set_value(self._held, self._responsible.Eval(context))

@@ -254,7 +254,7 @@ def play_plan(
         # Compiled for each case: with None the branch is not there at all.
         if team is not None:
             one, two = prospects(team, at, others, seen_by)
-            owners = responsibilities(one, two, seen_by, owners, team.steps[1])
+            owners = responsibilities(one, two, seen_by, owners, team.steps[1])  # pyright: ignore[reportArgumentType]  # comes with a team
             watching = watchers(one, two, seen_by, owners)
             assigned = hardest(one, watching)
         elif rules.matching != FIXED and turn > 0:
@@ -285,7 +285,14 @@ def play_plan(
             )
         if team is not None:
             wished = team_velocities(
-                team, at, others, owners, watching, wished, rules.pursuer_speed, step
+                team,
+                at,
+                others,
+                owners,  # pyright: ignore[reportArgumentType]  # comes with a team
+                watching,  # pyright: ignore[reportPossiblyUnboundVariable]  # with a team
+                wished,
+                rules.pursuer_speed,
+                step,
             )
         if board is not None:
             if rules.committed > 0:
