@@ -144,6 +144,13 @@ def test_where_there_is_no_plan_the_command_exits_with_1_and_says_why():
     assert len(result.stderr.splitlines()) == 1
 
 
+def test_more_combines_than_there_is_work_for_are_refused_not_dropped():
+    result = command("thesis_2", "--combines=500", "--json")
+    assert result.exit_code == 1
+    assert "room for 500 combines" in result.stderr
+    assert "a combine has nothing to cut" in result.stderr
+
+
 def test_a_run_that_does_not_finish_exits_with_1_and_says_who_is_where():
     words = [f"--set={each}" for each in [*SMALL, "hours=0.05"]]
     result = command("thesis_2", *words, "--json")

@@ -67,12 +67,12 @@ class Tank:
             begin, latest: [s].
             room: In the cart [kg].
         """
-        load = self.load_at(begin)
-        before = float(np.interp(begin, self.times, self.cut))
+        # What later visits take that are settled already is not there for this one.
+        spare = np.minimum.accumulate(self.load[::-1])[::-1]
         lasting = np.append(np.arange(0.0, min(latest - begin, 3600.0), TICK / 2), latest - begin)
         lasting = lasting[np.isfinite(lasting)]
         gone = self._combine.unload_rate * lasting
-        there = load + np.interp(begin + lasting, self.times, self.cut) - before
+        there = np.maximum(np.interp(begin + lasting, self.times, spare), 0.0)
         done = np.flatnonzero((gone >= there) | (gone >= room))
         if len(done):
             k = int(done[0])

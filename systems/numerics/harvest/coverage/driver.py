@@ -57,12 +57,24 @@ class Driver:
 
     @property
     def pose(self) -> np.ndarray:
-        """Where it is: x, y, theta, shape (3,) [m], [m], [rad]."""
+        """Where it is: x, y, theta, shape (3,) [m], [m], [rad].
+
+        Raises:
+            NoWay: It has not begun: there is no work for as many combines.
+        """
+        if not self.paths:
+            raise NoWay("a combine has nothing to cut")
         return self.paths[-1].poses[-1]
 
     @property
     def path(self) -> MachinePath:
-        """All that was driven."""
+        """All that was driven.
+
+        Raises:
+            NoWay: Nothing was: there is no work for as many combines.
+        """
+        if not self.paths:
+            raise NoWay("a combine has nothing to cut")
         return join_paths(self.paths)
 
     def drive(self, path: MachinePath) -> None:

@@ -133,8 +133,9 @@ def find_coverages(
     first = sorted(itertools.islice(every, BUILT), key=lambda coverage: coverage.times.max())
     if not first:
         raise NoPlan(
-            f"`field` must have room for combines with headers of {combine.header_width:g} m and "
-            f"turns of {combine.turning_radius:g} m; got {field.area / 1e4:.2f} ha with a margin "
+            f"`field` must have room for {count} combines with headers of "
+            f"{combine.header_width:g} m and turns of {combine.turning_radius:g} m; "
+            f"got {field.area / 1e4:.2f} ha with a margin "
             f"of {field.margin:g} m" + (f" ({faults[0]})" if faults else "")
         )
     yield from first

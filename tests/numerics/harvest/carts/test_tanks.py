@@ -36,6 +36,20 @@ def test_grain_is_in_the_tank_the_cart_or_still_standing(hand_made):
     assert tank.left == pytest.approx(0.0)
 
 
+def test_an_earlier_visit_leaves_what_a_later_one_takes_that_is_settled(hand_made):
+    made = hand_made(120.0, 90.0, 1)
+    cut = cut_times(made.field, made.combine, made.plans)
+    tank = make_tanks(made.combine, cut, 2.2, [plan.end for plan in made.plans])[0]
+    settled = tank.pour(70.0, np.inf, np.inf)
+    tank.take(settled)
+    # All that is there at 60 s, and what is cut until the later visit ends, is promised to that.
+    assert tank.load_at(60.0) > 1000.0
+    early = tank.pour(60.0, 65.0, np.inf)
+    assert early.taken < 100.0
+    tank.take(early)
+    assert tank.load.min() >= -1e-9
+
+
 @pytest.mark.parametrize("where", [0.02, 0.4, 0.999])
 def test_a_combine_that_stops_brakes_stands_and_is_later(hand_made, where):
     made = hand_made(120.0, 90.0, 1)
