@@ -79,7 +79,7 @@ def make_teams(**pursuing):
             smoothing=0.0,
             **({"field": "guarantee"} | pursuing),
         ),
-        evaders=Evaders(top_speed=0.09, positions=[[1.9, 1.1], [3.2, 1.6], [1.0, 2.4]]),
+        evaders=Evaders(top_speed=0.09, positions=[[1.9, 1.1], [3.2, 2.0], [1.0, 2.4]]),
     )
 
 

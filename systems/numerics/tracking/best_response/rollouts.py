@@ -289,7 +289,7 @@ def play_plan(
                 at,
                 others,
                 owners,  # pyright: ignore[reportArgumentType]  # comes with a team
-                watching,  # pyright: ignore[reportPossiblyUnboundVariable]  # with a team
+                watching,  # pyright: ignore[reportPossiblyUnboundVariable]  # comes with a team
                 wished,
                 rules.pursuer_speed,
                 step,

@@ -206,6 +206,7 @@ def middle_setting(
     pursuing, evading = build_edge_index(*pursuer_regions), build_edge_index(*evader_regions)
     pursuer_grid, evader_grid = cover(world.bounds, grid), cover(world.bounds, evader_spacing)
     free, evader_nodes = free_nodes(pursuer_grid, pursuing), free_nodes(evader_grid, evading)
+    reach = float(np.hypot(*evader.offsets.T).max()) * evader_spacing
     return Setting(
         step=PACE * grid,
         slack=0.0,
@@ -219,7 +220,7 @@ def middle_setting(
         sight=build_edge_index(world),
         corners=NO_CORNERS,
         spots=NO_SPOTS,
-        wall_places=wall_places(evader_grid, evader_nodes, evading),
+        wall_places=wall_places(evader_grid, evader_nodes, evading, reach),
         ways=ways(pursuer_grid, free, pursuing, MOVES.offsets),
         moves=evader,
         walls=beside_walls(evader_grid, evader_nodes, evading, evader),

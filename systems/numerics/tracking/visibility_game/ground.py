@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from ...errors import require
-from ...geometry.edge_index import EdgeIndex, build_edge_index
+from ...geometry.edge_index import EdgeIndex, build_edge_index, point_is_free
 from ...geometry.segment_sight import are_clear
 from ...geometry.world import World, world_from_polygon
 from .lattice import BLOCKED, CLEAR, Lattice, Moves, clear_moves, free_nodes
@@ -49,16 +49,21 @@ class WallPlaces(NamedTuple):
 NO_WALL_PLACES = WallPlaces(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 2), dtype=np.int64))
 
 
-def wall_places(grid: Lattice, free: np.ndarray, region: EdgeIndex) -> WallPlaces:
+def wall_places(grid: Lattice, free: np.ndarray, region: EdgeIndex, reach: float) -> WallPlaces:
     """The feet of nodes on walls that are nearer than a cell.
 
     The strip along a wall that a corner hides from someone nearly in line with it is often thinner
     than a cell, and no node lies in it. An evader that runs along the wall does.
 
+    Edges that are shorter than two of its steps have none, nor have walls that are thinner: from
+    the middle it would be round either end in one step. The pursuer, which moves first, could
+    answer neither, though in truth it is quicker, and each such wall would be lost.
+
     Args:
         grid: The evader's.
         free: Its nodes, shape (rows, columns), bool.
         region: Edges of where it can be.
+        reach: The longest way that it goes in a step [m].
     """
     h, points, along, nodes = grid.spacing, [], [], []
     for _, _, ax, ay, bx, by in region.edges:
@@ -68,6 +73,8 @@ def wall_places(grid: Lattice, free: np.ndarray, region: EdgeIndex) -> WallPlace
         near = np.argwhere(free[low[0] : high[0], low[1] : high[1]]) + low
         start, way = np.array([ax, ay]), np.array([bx - ax, by - ay])
         length = math.hypot(*way)
+        if length < 2.0 * reach:
+            continue
         offset = grid.at(*near.T) - start
         along_wall = offset @ way / length
         aside = (way[0] * offset[:, 1] - way[1] * offset[:, 0]) / length
@@ -75,7 +82,11 @@ def wall_places(grid: Lattice, free: np.ndarray, region: EdgeIndex) -> WallPlace
         little = 1e-9 * h
         beside = (aside >= -little) & (aside <= h - little)
         beside &= (along_wall >= little) & (along_wall <= length - little)
-        points.append(start + along_wall[beside, None] * way / length)
+        feet = start + along_wall[beside, None] * way / length
+        across = feet + 2.0 * reach * np.array([way[1], -way[0]]) / length
+        thick = np.array([not point_is_free(region, x, y) for x, y in across], dtype=bool)
+        beside[beside] = thick
+        points.append(feet[thick])
         along.append(np.tile(way / length, (int(beside.sum()), 1)))
         nodes.append(near[beside])
     found = WallPlaces(*(np.concatenate(each) for each in (points, along, nodes)))
