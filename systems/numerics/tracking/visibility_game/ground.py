@@ -89,6 +89,8 @@ def wall_places(grid: Lattice, free: np.ndarray, region: EdgeIndex, reach: float
         points.append(feet[thick])
         along.append(np.tile(way / length, (int(beside.sum()), 1)))
         nodes.append(near[beside])
+    if not points:
+        return NO_WALL_PLACES
     found = WallPlaces(*(np.concatenate(each) for each in (points, along, nodes)))
     # Not past another wall.
     clear = are_clear(region, grid.at(*found.nodes.T), found.points)

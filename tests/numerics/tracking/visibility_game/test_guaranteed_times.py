@@ -55,7 +55,7 @@ def solve_slowly(world, table, seen_at_walls, sight_range=math.inf):
     seen = are_clear(index, places[a], points[b])
     seen &= np.hypot(*(points[b] - places[a]).T) <= sight_range
     seen = seen.reshape(len(places), len(points)) & seen_at_walls(
-        index, places, points, grid.spacing
+        index, places, points, grid.spacing, math.sqrt(5)
     )
     value = np.where(seen, FOR_EVER, 0)
     while True:

@@ -67,7 +67,8 @@ def solve_slowly(world, table, evader_moves, seen_at_walls):
     evader_ways = reachable(index, points, offsets, table.evader_grid.spacing)
     a, b = np.divmod(np.arange(len(places) * len(points)), len(points))
     seen = are_clear(index, places[a], points[b]).reshape(len(places), len(points))
-    seen &= seen_at_walls(index, places, points, table.evader_grid.spacing)
+    reach = np.hypot(*offsets.T).max()
+    seen &= seen_at_walls(index, places, points, table.evader_grid.spacing, reach)
     both = seen[:, :, None] & seen[:, None, :]
     value = np.where(both, np.uint8(FOR_EVER), np.uint8(0))
     while True:
