@@ -18,11 +18,9 @@ from ...systems.numerics.harvest.schedule.first_round import (
 from ...systems.numerics.harvest.schedule.fleet import line_of
 from ...systems.numerics.harvest.schedule.limits import (
     first_to_overflow,
-    unloading_share,
 )
 from ...systems.numerics.harvest.schedule.periodic_plan import Aim, plan_round
 from ...systems.numerics.harvest.schedule.remedies import find_remedies
-from ...systems.numerics.harvest.schedule.rounds import round_of
 
 # A constraint this near to the tightest one binds as well.
 _TIE = 1e-9
@@ -64,7 +62,8 @@ def summarise(
         jitter: Part of each time, that was asked for.
     """
     fleet = answer.fleet
-    limits = constraints(answer, travel_time)
+    travel_time_max = travel_limit(answer) if travel_time is not None else None
+    limits = constraints(answer, travel_time, travel_time_max)
     waits: list[float | None] = [None] * fleet.size
     served: list[float | None] = [None] * fleet.size
     for cart in answer.carts:
@@ -82,7 +81,7 @@ def summarise(
         "combines_max": combines_max(*min(rates)) if len(rates) == 1 else None,
         "carts_used": len(answer.carts),
         "travel_time": travel_time,
-        "travel_time_max": _finite(travel_limit(answer) if travel_time is not None else None),
+        "travel_time_max": _finite(travel_time_max),
         "travel_scale_max": _finite(answer.travel_scale),
         "period": max(plan.period for plan in answer.plans) if answer.feasible else None,
         "period_min": _finite(max(cart.period_min for cart in answer.carts)),
@@ -118,38 +117,39 @@ def travel_limit(answer: ScheduleAnswer) -> float:
         # Beyond N_max this says how far, where a programme only says that there is nothing.
         return travel_time_max(EqualCombines(fleet.size, *kinds.pop(), 0.0))
     limits = [
-        best_visits(fleet, cart.group.order).scale
+        best_visits(fleet, cart.group.order, None, cart.group.carts).scale
         if answer.truck is None
-        else travel_time_limit(
-            fleet, round_of(fleet, cart.round.combines, cart.round.trips, answer.truck)
-        )
+        else travel_time_limit(fleet, cart.round)
         for cart in answer.carts
     ]
     # Adding zero takes the sign off a zero.
     return min(limits) + 0.0
 
 
-def constraints(answer: ScheduleAnswer, travel_time: float | None) -> list[Constraint]:
+def constraints(
+    answer: ScheduleAnswer, travel_time: float | None, travel_time_max: float | None
+) -> list[Constraint]:
     """The conditions of all carts, each for the cart that has least left.
 
     Args:
         answer: The schedule.
         travel_time: Between neighbours, if it is one and the same [s].
+        travel_time_max: Its limit, then [s].
     """
     fleet = answer.fleet
-    share = max(unloading_share(fleet, cart.group.order) for cart in answer.carts)
+    share = max(cart.unloading_share(fleet) for cart in answer.carts)
     scale = answer.travel_scale
     # What part of its limit the driving takes; no driving at all takes none.
     part = 1.0 - 1.0 / scale if scale > 0 else -math.inf
     found = [
         Constraint("unload_rate", 1.0 - share, "", 1.0 - share, "unloading leaves time to drive")
     ]
-    if travel_time is None:
+    if travel_time is None or travel_time_max is None:
         says = "driving takes so long that no tank overflows"
         found.append(Constraint("travel_time", scale - 1.0, "of all ways", part, says))
     else:
         says = "travel time is at most its limit"
-        slack = travel_limit(answer) - travel_time
+        slack = travel_time_max - travel_time
         found.append(Constraint("travel_time", slack, "s", part, says))
     if answer.truck is not None:
         room = answer.truck.cart_capacity

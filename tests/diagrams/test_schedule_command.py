@@ -173,9 +173,28 @@ def test_carts_share_combines_where_no_split_will_do(report, tmp_path):
     )
     assert found["feasible"] is True
     assert [cart["combines"] for cart in found["carts"]] == [list(range(6))] * 4
+    # What is asked of one cart alone is not asked of four.
+    assert found["travel_time_max"] > 60
+    assert found["constraints"]["unload_rate"]["slack"] == pytest.approx(1 - 6 * 20 / 150 / 4)
     phases = [cart["phase"] for cart in found["carts"]]
     assert phases == pytest.approx([k / 4 * found["period"] for k in range(4)])
     assert (tmp_path / "out" / "loads.png").read_bytes().startswith(PNG)
+
+
+def test_what_to_change_is_said_for_carts_that_share(report):
+    fleet = {
+        "combines": 6,
+        "capacity": 9000,
+        "fill_rate": 20,
+        "unload_rate": 150,
+        "travel_time": 60,
+    }
+    truck = {"carts": 4, "cart_capacity": 20_000}
+    found = report(**fleet, **truck, truck_travel_time=240)
+    assert found["feasible"] is False
+    nearer = found["remedies"]["truck_travel_time"]["value"]
+    assert 225 < nearer < 240
+    assert report(**fleet, **truck, truck_travel_time=nearer)["feasible"] is True
 
 
 @pytest.mark.parametrize("travel_time", [15, 25])

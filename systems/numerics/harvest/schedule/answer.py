@@ -40,6 +40,10 @@ class CartPlan:
     jitter: float
     jitter_max: float
 
+    def unloading_share(self, fleet: Fleet) -> float:
+        """Part of its time that goes into unloading alone; more than 1: too much."""
+        return unloading_share(fleet, self.group.order) / self.group.carts
+
 
 @dataclass(frozen=True)
 class ScheduleAnswer:
@@ -248,7 +252,7 @@ def _reasons(fleet: Fleet, cart: CartPlan, fill: float, jitter: float | None) ->
     order, round_ = cart.group.order, cart.round
     carts = "one cart" if cart.group.carts == 1 else f"{cart.group.carts} carts"
     who = f"{carts} with {len(order)} combines"
-    share = unloading_share(fleet, order) / cart.group.carts
+    share = cart.unloading_share(fleet)
     if share > 1.0 + 1e-12:
         return [f"{who}: unloading alone takes {share:.4g} of its time; none is left to drive"]
     if cart.period_min < math.inf and jitter is not None:

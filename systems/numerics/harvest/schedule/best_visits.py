@@ -52,14 +52,20 @@ class BestVisits:
 
 
 @lru_cache(maxsize=4096)
-def best_visits(fleet: Fleet, order: tuple[int, ...], truck: Truck | None = None) -> BestVisits:
+def best_visits(
+    fleet: Fleet, order: tuple[int, ...], truck: Truck | None = None, carts: int = 1
+) -> BestVisits:
     """The visits to some combines with which a cart could drive slowest.
 
     Args:
         fleet: The combines.
-        order: Those that are served; one visit to each in this order is the first candidate.
-        truck: Where the cart unloads; none: it holds any amount.
+        order: Those that are served; one visit to each in this order is the first candidate, and
+            the only one of several carts.
+        truck: Where carts unload; none: they hold any amount.
+        carts: How many serve them, one after another.
     """
+    if carts > 1:
+        return BestVisits(*best_rotation(fleet, order, truck, carts), math.inf)
     round_, scale = best_round(fleet, order, truck)
     if not math.isfinite(scale) and scale > 0:
         return BestVisits(round_, scale, math.inf)
@@ -126,23 +132,6 @@ def _short_words(fleet: Fleet, order: tuple[int, ...], truck: Truck | None) -> l
     ]
 
 
-def best_rotation_of(
-    fleet: Fleet, order: tuple[int, ...], truck: Truck | None, carts: int
-) -> BestVisits:
-    """The same for several carts that follow one another; one cart is as good as `best_visits`.
-
-    Args:
-        fleet: The combines.
-        order: Those that are served.
-        truck: Where the carts unload, if anywhere.
-        carts: How many there are.
-    """
-    if carts == 1:
-        return best_visits(fleet, order, truck)
-    round_, scale = best_rotation(fleet, order, truck, carts)
-    return BestVisits(round_, scale, math.inf)
-
-
 def find_visits(
     fleet: Fleet, order: tuple[int, ...], truck: Truck | None, scale: float = 1.0
 ) -> tuple[Round | None, Outcome]:
@@ -178,16 +167,19 @@ def find_visits(
     return round_of(fleet, combines, trips, truck), said.outcome
 
 
-def is_served(fleet: Fleet, order: tuple[int, ...], truck: Truck | None) -> bool:
-    """Whether one cart can keep up some visits to these combines.
+def is_served(fleet: Fleet, order: tuple[int, ...], truck: Truck | None, carts: int = 1) -> bool:
+    """Whether carts can keep up some visits to these combines.
 
     Args:
         fleet: The combines.
         order: Those that are served.
-        truck: Where the cart unloads, if anywhere.
+        truck: Where carts unload, if anywhere.
+        carts: How many serve them, one after another.
     """
-    if is_excluded(fleet.part(order), 1, truck):
+    if is_excluded(fleet.part(order), carts, truck):
         return False
+    if carts > 1:
+        return best_rotation(fleet, order, truck, carts)[1] >= 1.0 - 1e-12
     if truck is None and best_round(fleet, order, truck)[1] >= 1.0 - 1e-12:
         return True
     found, _ = find_visits(fleet, order, truck, 1.0 + ACCURACY)

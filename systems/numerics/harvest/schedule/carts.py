@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import combinations, pairwise
 
-from .best_visits import BestVisits, best_rotation_of
+from .best_visits import BestVisits, best_visits
 from .fleet import Fleet, Truck, require_count
 from .limits import best_round
 from .tours import shortest_tour
@@ -75,7 +75,7 @@ def assign_combines(
     @cache
     def group_of(combines: Group, shared_by: int = 1) -> CartGroup:
         order = order_of(combines)
-        best = best_rotation_of(fleet, order, truck, shared_by)
+        best = best_visits(fleet, order, truck, shared_by)
         return CartGroup(order=order, best=best, carts=shared_by)
 
     def best_split(scale: Callable[[Group], float], splits: Iterable[Split]) -> Split:

@@ -38,7 +38,7 @@ def find_remedies(fleet: Fleet, carts: int = 1, truck: Truck | None = None) -> R
 
     Combines stay with their carts, except where the number of either changes.
     """
-    orders = [group.order for group in assign_combines(fleet, carts, truck)]
+    groups = assign_combines(fleet, carts, truck)
     accuracy = _ACCURACY if truck is None else _ACCURACY_WITH_TRUCK
 
     def least(change: Callable[[float], tuple[Fleet, Truck | None] | None]) -> float:
@@ -47,7 +47,7 @@ def find_remedies(fleet: Fleet, carts: int = 1, truck: Truck | None = None) -> R
         def works(factor: float) -> bool:
             changed = change(factor)
             return changed is not None and all(
-                is_served(changed[0], order, changed[1]) for order in orders
+                is_served(changed[0], group.order, changed[1], group.carts) for group in groups
             )
 
         return _threshold(works, accuracy)
