@@ -13,11 +13,7 @@ from sightfield.systems.harvest.auger_transfer import AugerTransfer
 from sightfield.systems.harvest.combine_team import CombineTeam
 from sightfield.systems.harvest.grain_cart_team import GrainCartTeam
 from sightfield.systems.harvest.machine_drivers import MachineDrivers
-from sightfield.systems.numerics.harvest.carts.cart_plan import Supply
-from sightfield.systems.numerics.harvest.carts.visits import serve_combines
 from sightfield.systems.numerics.harvest.execution.disturbance import Disturbance
-from sightfield.systems.numerics.harvest.execution.planned_work import PlannedWork
-from sightfield.systems.numerics.harvest.machines.cart import Cart
 from sightfield.systems.numerics.harvest.machines.filling import COLUMNS, CUT, LOST
 
 PERIOD = 0.25
@@ -46,20 +42,7 @@ WIRES = [
 
 @pytest.fixture(scope="module")
 def work():
-    made = runpy.run_path(str(MAKERS))["make_hand_made"](126.0, 100.0, 1)
-    cart = Cart(capacity=20000.0, hitch_offset=0.6)
-    supply = Supply(density=1.6, trucks=np.array([[60.0, -13.0, 0.1]]))
-    plan = serve_combines(made.field, made.combine, cart, made.plans, made.swaths, supply)
-    return PlannedWork(
-        field=made.field,
-        combine=made.combine,
-        cart=cart,
-        supply=supply,
-        plans=plan.plans,
-        motions=plan.motions,
-        visits=plan.visits,
-        trips=plan.trips,
-    )
+    return runpy.run_path(str(MAKERS))["make_served"]()
 
 
 class Run:

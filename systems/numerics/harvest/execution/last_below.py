@@ -12,11 +12,10 @@ def last_below(values, low, high, value):
         low, high: The first number, and one after the last.
         value: In the units of the values.
     """
-    begin = low
     while low < high:
         middle = (low + high) // 2
         if values[middle] <= value:
             low = middle + 1
         else:
             high = middle
-    return max(low, begin) - 1
+    return low - 1

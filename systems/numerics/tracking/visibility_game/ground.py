@@ -10,10 +10,10 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from ...errors import require
-from ...geometry.edge_index import EdgeIndex, build_edge_index, point_is_free
+from ...geometry.edge_index import EdgeIndex, build_edge_index
 from ...geometry.segment_sight import are_clear
 from ...geometry.world import World, world_from_polygon
-from .lattice import BLOCKED, CLEAR, Lattice, Moves, clear_moves, free_nodes
+from .lattice import BLOCKED, CLEAR, Lattice, Moves, are_free, clear_moves, free_nodes
 from .sweeps import FOR_EVER, TILE
 
 # Points on a quarter of the circle round a node.
@@ -84,7 +84,7 @@ def wall_places(grid: Lattice, free: np.ndarray, region: EdgeIndex, reach: float
         beside &= (along_wall >= little) & (along_wall <= length - little)
         feet = start + along_wall[beside, None] * way / length
         across = feet + 2.0 * reach * np.array([way[1], -way[0]]) / length
-        thick = np.array([not point_is_free(region, x, y) for x, y in across], dtype=bool)
+        thick = ~are_free(region, across)
         beside[beside] = thick
         points.append(feet[thick])
         along.append(np.tile(way / length, (int(beside.sum()), 1)))

@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 import shapely
 
+from sightfield.systems.numerics.harvest.carts.cart_plan import Supply
+from sightfield.systems.numerics.harvest.carts.visits import serve_combines
+from sightfield.systems.numerics.harvest.execution.planned_work import PlannedWork
 from sightfield.systems.numerics.harvest.field.field import Field
+from sightfield.systems.numerics.harvest.machines.cart import Cart
 from sightfield.systems.numerics.harvest.machines.combine import Combine
 from sightfield.systems.numerics.harvest.machines.outlines import cart_outline, combine_outline
 from sightfield.systems.numerics.harvest.paths.machine_path import TRANSIT, MachinePath
@@ -90,6 +94,24 @@ def make_hand_made(width, height, combines, margin=22.0, acceleration=0.5):
         path = joined_lines(lines, combine.turning_radius)
         plans.append(at_speed(path, 5.0 + 60.0 * number, combine))
     return HandMade(field, combine, plans, swaths)
+
+
+def make_served():
+    """A plan of one combine on a rectangle, by hand, and of a cart that serves it."""
+    made = make_hand_made(126.0, 100.0, 1)
+    cart = Cart(capacity=20000.0, hitch_offset=0.6)
+    supply = Supply(density=1.6, trucks=np.array([[60.0, -13.0, 0.1]]))
+    plan = serve_combines(made.field, made.combine, cart, made.plans, made.swaths, supply)
+    return PlannedWork(
+        field=made.field,
+        combine=made.combine,
+        cart=cart,
+        supply=supply,
+        plans=plan.plans,
+        motions=plan.motions,
+        visits=plan.visits,
+        trips=plan.trips,
+    )
 
 
 @pytest.fixture(scope="session")

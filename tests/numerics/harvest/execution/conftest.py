@@ -11,7 +11,6 @@ from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
 from sightfield.systems.numerics.harvest.audit.harvest_log import HarvestLog, Machine, Part, Site
 from sightfield.systems.numerics.harvest.carts.cart_motion import trailer_poses
 from sightfield.systems.numerics.harvest.carts.cart_plan import Supply
-from sightfield.systems.numerics.harvest.carts.visits import serve_combines
 from sightfield.systems.numerics.harvest.execution.advance import advance
 from sightfield.systems.numerics.harvest.execution.disturbance import Disturbance, pace_of
 from sightfield.systems.numerics.harvest.execution.fleet import at_trucks, pack_fleet
@@ -234,19 +233,4 @@ def combines_only():
 @pytest.fixture(scope="session")
 def served():
     """A plan of one combine on a rectangle, by hand, and of a cart that serves it."""
-    made = runpy.run_path(str(HERE.parent / "carts" / "conftest.py"))["make_hand_made"](
-        126.0, 100.0, 1
-    )
-    cart = Cart(capacity=20000.0, hitch_offset=0.6)
-    supply = Supply(density=1.6, trucks=np.array([[60.0, -13.0, 0.1]]))
-    plan = serve_combines(made.field, made.combine, cart, made.plans, made.swaths, supply)
-    return PlannedWork(
-        field=made.field,
-        combine=made.combine,
-        cart=cart,
-        supply=supply,
-        plans=plan.plans,
-        motions=plan.motions,
-        visits=plan.visits,
-        trips=plan.trips,
-    )
+    return runpy.run_path(str(HERE.parent / "carts" / "conftest.py"))["make_served"]()
