@@ -14,14 +14,15 @@ from itertools import product
 
 import numpy as np
 
+from .bisection import last_factor
 from .certain_limit import is_excluded
 from .fleet import Fleet, Truck
-from .limits import best_rotation, best_round
+from .limits import best_rotation, best_round, unloading_share
 from .periodic_plan import plan_round, travel_scale_max
 from .rounds import Round, round_of
 from .short_words import limits_of, words_of
 from .visit_search import Outcome, search_visits
-from .ways import ways_of
+from .ways import tanks_of, ways_of
 
 # By which factor a better order must let the cart be slower, and orders that are tried at most.
 ACCURACY = 1e-3
@@ -95,33 +96,20 @@ def _short_words(fleet: Fleet, order: tuple[int, ...], truck: Truck | None) -> l
     size = len(order)
     if not 2 <= size <= _FEW:
         return []
-    numbers = np.array(order)
-    fill = np.array(fleet.fill_rates)[numbers]
-    net = np.array(fleet.unload_rates)[numbers] - fill
-    if (fill / (net + fill)).sum() >= 1.0:
+    if unloading_share(fleet, order) >= 1.0:
         return []
-    ways = ways_of(fleet, order, truck)
+    served = fleet.part(order)
+    tanks, ways = tanks_of(served), ways_of(served, truck)
     found: list[tuple[float, tuple[int, ...], tuple[bool, ...]]] = []
     for words in words_of(size, 2 * size):
         visits = words.shape[1]
         choices = [(False,) * visits]
         if truck is not None:
             choices = [trips for trips in product((False, True), repeat=visits) if any(trips)]
-        limits = limits_of(
-            words,
-            np.array(choices),
-            np.array(fleet.capacities)[numbers],
-            fill,
-            net,
-            ways.direct,
-            ways.by_truck,
-            ways.stop,
-            ways.unloading,
-            ways.room,
-        )
+        limits = limits_of(words, np.array(choices), tanks, ways)
         for place in np.argsort(limits, axis=None)[::-1][:_JUDGED]:
             word, choice = np.unravel_index(place, limits.shape)
-            combines = tuple(int(numbers[n]) for n in words[word])
+            combines = tuple(order[n] for n in words[word])
             found.append((float(limits[word, choice]), combines, choices[choice]))
     found.sort(key=lambda each: (-each[0], len(each[1])))
     least = _NEAR * found[0][0]
@@ -143,20 +131,12 @@ def find_visits(
         truck: Where the cart unloads, if anywhere.
         scale: Factor on all ways.
     """
-    numbers = np.array(order)
     # Where more is filled than a cart unloads nothing can be kept up.
-    fill = np.array(fleet.fill_rates)[numbers]
-    unload = np.array(fleet.unload_rates)[numbers]
-    if (fill / unload).sum() > 1.0:
+    if unloading_share(fleet, order) > 1.0:
         return None, Outcome.NONE
-    ways = ways_of(fleet, order, truck, scale)
-    said = search_visits(
-        np.array(fleet.capacities)[numbers],
-        fill,
-        unload - fill,
-        ways,
-        _MOST_VISITS if truck is None else _MOST_VISITS_BY_TRUCK,
-    )
+    served = fleet.part(order)
+    most_visits = _MOST_VISITS if truck is None else _MOST_VISITS_BY_TRUCK
+    said = search_visits(tanks_of(served), ways_of(served, truck, scale), most_visits)
     if said.outcome is not Outcome.FOUND:
         return None, said.outcome
     # Begin where the order does, so that equal questions have equal answers.
@@ -211,12 +191,4 @@ def travel_time_limit(fleet: Fleet, round_: Round) -> float:
         return -math.inf
     if not any(way for row in fleet.travel_times for way in row):
         return math.inf
-    low, high = 0.0, 1.0
-    while works(high):
-        low, high = high, 2.0 * high
-        if high > 1e9:
-            return math.inf
-    while high - low > 1e-9 * high:
-        middle = (low + high) / 2
-        low, high = (middle, high) if works(middle) else (low, middle)
-    return low
+    return last_factor(works, 0.0, 1.0, 1e-9, 1e9)[0]

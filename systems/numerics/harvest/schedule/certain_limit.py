@@ -20,12 +20,14 @@ from itertools import combinations
 import numpy as np
 from scipy.optimize import linprog
 
+from .bisection import last_factor
 from .fleet import Fleet, Truck
 from .rounds import way_by_truck
 
 # Combines up to which each subset is a constraint of one cart.
 _ALL_SUBSETS = 8
-_STEPS = 60
+# A factor on all ways beyond which nothing is driven that would count.
+_FARTHEST = 1e12
 
 
 def certain_limit(fleet: Fleet, carts: int, truck: Truck | None = None) -> float:
@@ -42,19 +44,11 @@ def certain_limit(fleet: Fleet, carts: int, truck: Truck | None = None) -> float
     if _standing(fleet, truck) > carts * (1.0 + 1e-12):
         return 0.0
     programme = _Averages(fleet, carts, truck)
-    if programme.least_time(1e12) <= carts:
-        return math.inf
-    # The least time is concave in the factor: its chord from a factor that fits to one that does
-    # not crosses the carts' time at one that fits.
-    low, high = 0.0, 1.0
-    while programme.least_time(high) <= carts:
-        low, high = high, 2.0 * high
-    for _ in range(_STEPS):
-        if high - low <= 1e-9 * high:
-            break
-        middle = (low + high) / 2
-        low, high = (middle, high) if programme.least_time(middle) <= carts else (low, middle)
-    return high
+
+    def fits(factor: float) -> bool:
+        return programme.least_time(factor) <= carts
+
+    return math.inf if fits(_FARTHEST) else last_factor(fits, 0.0, 1.0, 1e-9, _FARTHEST)[1]
 
 
 def is_excluded(fleet: Fleet, carts: int, truck: Truck | None = None) -> bool:

@@ -90,12 +90,13 @@ def best_round(fleet: Fleet, order: tuple[int, ...], truck: Truck | None) -> tup
         for every in _trip_intervals(fleet, order, truck)
     ]
     # What a cart can do that empties every tank says which are worth a programme.
-    promising = sorted(rounds, key=lambda round_: -emptying_limit(fleet, round_))[:_JUDGED]
+    limits = [emptying_limit(fleet, round_) for round_ in rounds]
+    promising = sorted(range(len(rounds)), key=lambda number: -limits[number])[:_JUDGED]
     best: tuple[Round, float] | None = None
-    for round_ in sorted(promising, key=rounds.index):
-        scale = driving_scale(fleet, round_)
+    for number in sorted(promising):
+        scale = driving_scale(fleet, rounds[number])
         if best is None or scale >= best[1] * (1.0 - 1e-9):
-            best = round_, scale
+            best = rounds[number], scale
     assert best is not None  # a trip after every visit is always among them
     return best
 

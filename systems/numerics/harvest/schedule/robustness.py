@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.optimize import root_scalar
 
 from ...errors import require_non_negative
+from .bisection import last_factor
 from .fleet import Fleet
 from .periodic_plan import Aim, PeriodicPlan, plan_round
 from .rounds import Round
@@ -64,14 +65,7 @@ def plan_jitter(plan: PeriodicPlan) -> float:
         return math.inf
     if plan.round.carts > 1 or any(plan.left_over):
         return 0.0
-    low, high = 1.0, 2.0
-    while stands_factor(plan, high):
-        if high > _ALWAYS:
-            return math.inf
-        low, high = high, 2.0 * high
-    while high - low > 1e-10 * high:
-        middle = (low + high) / 2
-        low, high = (middle, high) if stands_factor(plan, middle) else (low, middle)
+    low, _ = last_factor(lambda factor: stands_factor(plan, factor), 1.0, 2.0, 1e-10, _ALWAYS)
     # The rounding that capacities are given makes a little of nothing.
     return low - 1.0 if low - 1.0 > 10 * _ROUNDING else 0.0
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ...compiled import compiled, kernel
 from .fleet import Fleet
 from .rounds import Round
-from .ways import ways_of
+from .ways import Tanks, Ways, tanks_of, ways_of
 
 Vector = NDArray[np.float64]
 Words = NDArray[np.int64]
@@ -62,37 +62,12 @@ def emptying_limit(fleet: Fleet, round_: Round) -> float:
         fleet: The combines.
         round_: Its visits.
     """
-    fill = np.array(fleet.fill_rates)
-    ways = ways_of(fleet, range(fleet.size), round_.truck)
-    return float(
-        limits_of(
-            np.array([round_.combines]),
-            np.array([round_.trips]),
-            np.array(fleet.capacities),
-            fill,
-            np.array(fleet.unload_rates) - fill,
-            ways.direct,
-            ways.by_truck,
-            ways.stop,
-            ways.unloading,
-            ways.room,
-        )[0, 0]
-    )
+    words, trips = np.array([round_.combines]), np.array([round_.trips])
+    return float(limits_of(words, trips, tanks_of(fleet), ways_of(fleet, round_.truck))[0, 0])
 
 
 @compiled
-def limits_of(
-    words: Words,
-    trips: NDArray[np.bool_],
-    capacities: Vector,
-    fill_rates: Vector,
-    net_rates: Vector,
-    direct: Vector,
-    by_truck: Vector,
-    stop: float,
-    unloading: float,
-    room: float,
-) -> Vector:
+def limits_of(words: Words, trips: NDArray[np.bool_], tanks: Tanks, ways: Ways) -> Vector:
     """The factor on all ways with which each word just fills a tank or the cart, (W, T).
 
     0 or less: there is none.
@@ -100,15 +75,10 @@ def limits_of(
     Args:
         words: Of one length, (W, V).
         trips: Choices of visits after which the cart drives by the truck, (T, V).
-        capacities: Of the tanks, (N,) [kg].
-        fill_rates: Of the combines, (N,) [kg/s].
-        net_rates: By which a cart empties their tanks, (N,) [kg/s].
-        direct: Ways, (N, N) [s].
-        by_truck: Ways by the truck without the time there, (N, N) [s].
-        stop: Time at the truck besides unloading [s].
-        unloading: How long the truck takes over one unit of grain [s/kg].
-        room: Of the cart [kg].
+        tanks: What is visited.
+        ways: Between visits.
     """
+    fill_rates, net_rates = tanks.fill_rates, tanks.net_rates
     size = words.shape[1]
     limits = np.zeros((len(words), len(trips)))
     rows = np.zeros((size, size + 2))
@@ -124,40 +94,31 @@ def limits_of(
                 while True:
                     here = there - 1 if there > 0 else size - 1
                     if trip[here]:
-                        rows[visit, size] += rate * stop
-                        rows[visit, size + 1] += rate * by_truck[word[here], word[there]]
+                        rows[visit, size] += rate * ways.stop
+                        rows[visit, size + 1] += rate * ways.by_truck[word[here], word[there]]
                         # What the truck gets: all visits back to the trip before.
                         load = here
                         while True:
                             net = net_rates[word[load]]
                             grain = (net + fill_rates[word[load]]) / net
-                            rows[visit, load] -= rate * unloading * grain
+                            rows[visit, load] -= rate * ways.unloading * grain
                             load = load - 1 if load > 0 else size - 1
                             if trip[load] or load == here:
                                 break
                     else:
-                        rows[visit, size + 1] += rate * direct[word[here], word[there]]
+                        rows[visit, size + 1] += rate * ways.direct[word[here], word[there]]
                     if word[here] == word[visit]:
                         break
                     rows[visit, here] -= rate / net_rates[word[here]]
                     there = here
-            limits[number, choice] = _limit(
-                rows, word, trip, capacities, fill_rates, net_rates, room
-            )
+            limits[number, choice] = _limit(rows, word, trip, tanks, ways.room)
     return limits
 
 
 @kernel
-def _limit(
-    rows: Vector,
-    word: Words,
-    trip: NDArray[np.bool_],
-    capacities: Vector,
-    fill_rates: Vector,
-    net_rates: Vector,
-    room: float,
-) -> float:
+def _limit(rows: Vector, word: Words, trip: NDArray[np.bool_], tanks: Tanks, room: float) -> float:
     """The factor of one word from its equations, which are solved in place."""
+    capacities, fill_rates, net_rates = tanks
     size = len(word)
     # Diagonally dominant where there is a solution with loads that are not negative.
     for pivot in range(size):

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compiled import compiled, kernel
-from .ways import Ways
+from .ways import Tanks, Ways
 
 Vector = NDArray[np.float64]
 
@@ -62,32 +62,17 @@ class VisitSearch(NamedTuple):
     visits: int
 
 
-def search_visits(
-    capacities: Vector, fill_rates: Vector, net_rates: Vector, ways: Ways, most_visits: int
-) -> VisitSearch:
-    """Look for visits to some combines that one cart can repeat for ever.
+def search_visits(tanks: Tanks, ways: Ways, most_visits: int) -> VisitSearch:
+    """Look for visits to all tanks that one cart can repeat for ever.
 
     Args:
-        capacities: Of the tanks, (N,) [kg].
-        fill_rates: Of the combines, (N,) [kg/s].
-        net_rates: By which a cart beside them empties the tanks, r_u - r_f, (N,) [kg/s].
+        tanks: What is visited.
         ways: Between visits.
         most_visits: After which the search is given up.
     """
     order = np.zeros(_DEEPEST, dtype=np.int64)
     trip = np.zeros(_DEEPEST, dtype=np.bool_)
-    outcome, first, last, visits = _search(
-        capacities,
-        fill_rates,
-        net_rates,
-        ways.direct,
-        ways.by_truck + ways.stop,
-        ways.room,
-        ways.unloading,
-        most_visits,
-        order,
-        trip,
-    )
+    outcome, first, last, visits = _search(tanks, ways, most_visits, order, trip)
     if outcome != _FOUND:
         ended = Outcome.NONE if outcome == _FAILED else Outcome.GIVEN_UP
         return VisitSearch(ended, (), (), visits)
@@ -104,18 +89,15 @@ def search_visits(
 
 @compiled
 def _search(
-    capacities: Vector,
-    fill_rates: Vector,
-    net_rates: Vector,
-    direct: Vector,
-    by_truck: Vector,
-    room: float,
-    unloading: float,
+    tanks: Tanks,
+    ways: Ways,
     most_visits: int,
     order: NDArray[np.int64],
     trip: NDArray[np.bool_],
 ) -> tuple[int, int, int, int]:
     """The outcome; first and last place in `order` of what can be repeated; visits tried."""
+    capacities, fill_rates, net_rates = tanks
+    direct, room = ways.direct, ways.room
     count = len(capacities)
     choices = 2 * count if np.isfinite(room) else count
     # Of each state of the branch: tanks, what the cart holds, time, and the next choice to try.
@@ -134,7 +116,7 @@ def _search(
         depth = 0
         order[0], held[0], tried[0] = start, 0.0, 0
         loads[0, :] = 0.0
-        _rank(ranking[0], urgency, loads[0], start, capacities, fill_rates, direct)
+        _rank(ranking[0], urgency, loads[0], start, tanks, direct)
         while depth >= 0:
             if tried[depth] == choices:
                 # The oldest are forgotten first.
@@ -152,7 +134,7 @@ def _search(
             if goes_by_truck:
                 if held[depth] == 0.0:
                     continue
-                way = by_truck[here, there] + held[depth] * unloading
+                way = ways.by_truck[here, there] + ways.stop + held[depth] * ways.unloading
                 holds = 0.0
             else:
                 if here == there or full:
@@ -179,9 +161,7 @@ def _search(
             for k in range(count):
                 loads[below, k] = loads[depth, k] + fill_rates[k] * passed
             loads[below, there] = left_over
-            if not _all_in_time(
-                loads[below], there, capacities, fill_rates, net_rates, direct, choices == count
-            ):
+            if not _all_in_time(loads[below], there, tanks, direct, choices == count):
                 continue
             held[below], times[below], order[below] = holds, times[depth] + passed, there
             trip[below] = goes_by_truck
@@ -211,7 +191,7 @@ def _search(
                 continue
             depth = below
             tried[depth] = 0
-            _rank(ranking[depth], urgency, loads[depth], there, capacities, fill_rates, direct)
+            _rank(ranking[depth], urgency, loads[depth], there, tanks, direct)
     return _FAILED, 0, 0, visits
 
 
@@ -221,15 +201,15 @@ def _rank(
     urgency: Vector,
     loads: Vector,
     here: int,
-    capacities: Vector,
-    fill_rates: Vector,
+    tanks: Tanks,
     direct: Vector,
 ) -> None:
     """Put the choices in order: first the combine that must be left for soonest."""
     count = len(loads)
     for choice in range(len(ranking)):
         there = choice % count
-        spare = (capacities[there] - loads[there]) / fill_rates[there] - direct[here, there]
+        filling = (tanks.capacities[there] - loads[there]) / tanks.fill_rates[there]
+        spare = filling - direct[here, there]
         urgency[choice] = spare
         place = choice
         # Direct ways come before those by the truck, which follow in the numbers.
@@ -240,26 +220,17 @@ def _rank(
 
 
 @kernel
-def _all_in_time(
-    loads: Vector,
-    here: int,
-    capacities: Vector,
-    fill_rates: Vector,
-    net_rates: Vector,
-    direct: Vector,
-    empties: bool,
-) -> bool:
+def _all_in_time(loads: Vector, here: int, tanks: Tanks, direct: Vector, empties: bool) -> bool:
     """Whether each tank, and each of any two after the other, can be come to in time.
 
     Args:
         loads: Of the tanks now.
         here: Where the cart is.
-        capacities: Of the tanks.
-        fill_rates: Of the combines.
-        net_rates: By which a cart empties their tanks.
+        tanks: All of them.
         direct: Ways.
         empties: Whether a cart stays until a tank is empty.
     """
+    capacities, fill_rates, net_rates = tanks
     count = len(loads)
     for k in range(count):
         if loads[k] + fill_rates[k] * direct[here, k] > capacities[k] * (1.0 + _ROUNDING):

@@ -1,7 +1,6 @@
-"""What lies between a cart's visits, as arrays for searches."""
+"""What a cart visits, and what lies between its visits, as arrays for searches."""
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +10,20 @@ from .fleet import Fleet, Truck
 from .rounds import way_by_truck
 
 Vector = NDArray[np.float64]
+
+
+class Tanks(NamedTuple):
+    """What a cart visits.
+
+    Attributes:
+        capacities: (N,) [kg].
+        fill_rates: (N,) [kg/s].
+        net_rates: By which a cart beside them empties them, r_u - r_f, (N,) [kg/s].
+    """
+
+    capacities: Vector
+    fill_rates: Vector
+    net_rates: Vector
 
 
 class Ways(NamedTuple):
@@ -31,20 +44,25 @@ class Ways(NamedTuple):
     room: float
 
 
-def ways_of(fleet: Fleet, combines: Sequence[int], truck: Truck | None, scale: float = 1.0) -> Ways:
-    """The ways between some combines, longer by a factor.
+def tanks_of(fleet: Fleet) -> Tanks:
+    """The tanks of all combines."""
+    fill = np.array(fleet.fill_rates)
+    return Tanks(np.array(fleet.capacities), fill, np.array(fleet.unload_rates) - fill)
+
+
+def ways_of(fleet: Fleet, truck: Truck | None, scale: float = 1.0) -> Ways:
+    """The ways between all combines, longer by a factor.
 
     Args:
         fleet: The combines.
-        combines: Which of them, in the order of rows and columns.
         truck: Where carts unload; none: they hold any amount.
         scale: Factor on all ways [-].
     """
-    numbers = np.array(combines)
-    direct = scale * np.array(fleet.travel_times)[np.ix_(numbers, numbers)]
+    direct = scale * np.array(fleet.travel_times)
     if truck is None:
         return Ways(direct, direct, 0.0, 0.0, math.inf)
-    rows = [[way_by_truck(fleet, truck, here, there) for there in combines] for here in combines]
+    numbers = range(fleet.size)
+    rows = [[way_by_truck(fleet, truck, here, there) for there in numbers] for here in numbers]
     return Ways(
         direct,
         scale * np.array(rows),
