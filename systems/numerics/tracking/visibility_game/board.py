@@ -10,7 +10,7 @@ from ...compiled import kernel
 from ...errors import require
 from .distances import distances_to_losing
 from .guaranteed_times import GuaranteedTimes
-from .sweeps import TILE, Planes, Rules, tile_of
+from .sweeps import FOR_EVER, TILE, Planes, Rules, tile_of
 
 # Distances to losing take this much at most [bytes].
 MEMORY = 2e9
@@ -138,3 +138,15 @@ def nearest_evader_node(board, x, y):
                 if distance < nearest:
                     nearest, at_row, at_column = distance, row, column
     return at_row, at_column
+
+
+@kernel
+def steps_from_now(steps):
+    """Steps from now, if a step from now leaves so many; infinite for ever, 0 where it leaves none.
+
+    Args:
+        steps: As of `worst_reply`, which counts from the end of the step.
+    """
+    if steps == FOR_EVER:
+        return np.inf
+    return steps + 1.0 if steps > 0 else 0.0

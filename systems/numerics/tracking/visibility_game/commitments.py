@@ -13,8 +13,8 @@ import math
 import numpy as np
 
 from ...compiled import compiled, kernel
-from .board import Board, nearest_evader_node, nearest_place
-from .sweeps import FOR_EVER, worst_reply
+from .board import Board, nearest_evader_node, nearest_place, steps_from_now
+from .sweeps import worst_reply
 
 # Of each pursuer's commitment: where to, how many steps are left, after whom.
 COMMITMENT = 4
@@ -42,7 +42,7 @@ def promised_steps(
         for j in range(m):
             if visible[i, j]:
                 steps, _ = _committed_step(board, here, pursuers, i, evaders, j)
-                found[i, j] = np.inf if steps == FOR_EVER else (steps + 1.0) * (steps > 0)
+                found[i, j] = steps_from_now(steps)
     return found
 
 

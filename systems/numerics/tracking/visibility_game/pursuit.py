@@ -14,7 +14,13 @@ import math
 import numpy as np
 
 from ...compiled import compiled, kernel
-from .board import Board, distance_to_losing, nearest_evader_node, nearest_place
+from .board import (
+    Board,
+    distance_to_losing,
+    nearest_evader_node,
+    nearest_place,
+    steps_from_now,
+)
 from .regain import way_to_guard
 from .sweeps import FOR_EVER, worst_reply
 
@@ -93,16 +99,8 @@ def time_of_team(
             steps, _, _ = _best_step(board, px, py, nodes, minded[i], 0.0, 0.0)
             for j in range(len(nodes)):
                 if minded[i, j]:
-                    longest[j] = max(longest[j], _from_now(steps))
+                    longest[j] = max(longest[j], steps_from_now(steps))
     return longest.min()
-
-
-@kernel
-def _from_now(steps):
-    """Steps from now, after a step that leaves some: W counts from its end."""
-    if steps == FOR_EVER:
-        return np.inf
-    return steps + 1.0 if steps > 0 else 0.0
 
 
 @compiled
@@ -196,7 +194,7 @@ def pair_worths(
             alone[j] = True
             px, py = pursuers[2 * i], pursuers[2 * i + 1]
             steps, distance, _ = _best_step(board, px, py, nodes, alone, 0.0, 0.0)
-            times[i, j] = _from_now(steps)
+            times[i, j] = steps_from_now(steps)
             worths[i, j] = 1.0 + STEP * steps + distance
     return times, worths
 
