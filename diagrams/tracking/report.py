@@ -41,7 +41,10 @@ def draw_tracks(run: TrackingRun) -> Figure:
     plan, sight = figure.subplots(1, 2, width_ratios=(3, 2))
     draw_world(plan, run.game.world)
     labels = run.game.scenario.pursuers.risk_vectors
-    pursuers, evaders = run.log["pursuer_position"], run.log["evader_position"]
+    pursuers, evaders = (
+        _on_the_picture(run.log[f"{team}_position"], run.game.world.boundary)
+        for team in ("pursuer", "evader")
+    )
     for i in range(pursuers.shape[1]):
         label = f"pursuer {i}" + (f", {labels[i]}" if len(labels) > 1 else "")
         colour = _PURSUERS[i % len(_PURSUERS)]
@@ -64,6 +67,14 @@ def draw_tracks(run: TrackingRun) -> Figure:
         _draw_certificate(sight, run)
     sight.set_title(f"{run.tracking_time:.2f} s, to {ended}")
     return figure
+
+
+def _on_the_picture(positions: np.ndarray, boundary: np.ndarray) -> np.ndarray:
+    """Positions, without those that are farther from the world than it is large."""
+    low, high = boundary.min(axis=0), boundary.max(axis=0)
+    size = np.max(high - low)
+    near = ((positions >= low - size) & (positions <= high + size)).all(axis=-1, keepdims=True)
+    return np.where(near, positions, np.nan)
 
 
 def _draw_certificate(sight: Axes, run: TrackingRun) -> None:

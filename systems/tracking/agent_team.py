@@ -1,11 +1,12 @@
 """A team of point agents, (2.1)."""
 
+import sys
 from typing import Any
 
 import numpy as np
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from ..drake_types import BasicVector_, LeafSystem_, any_scalar
+from ..drake_types import BasicVector_, LeafSystem_, any_scalar, default_instance
 from ..numerics.compiled import compiled
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.tracking.mobile_agents import point_rates, point_step
@@ -14,7 +15,7 @@ from ..numerics.tracking.mobile_agents import point_rates, point_step
 _compiled_step = compiled(point_step)
 
 
-@TemplateSystem.define("AgentTeam_")
+@TemplateSystem.define("AgentTeam_", scope=sys.modules[__name__])
 def AgentTeam_(T):
     step = _compiled_step if T is float else point_step
 
@@ -114,4 +115,4 @@ def AgentTeam_(T):
 
 
 # Any: the class is made at run time.
-AgentTeam: Any = AgentTeam_[None]
+AgentTeam: Any = default_instance(AgentTeam_)

@@ -1,11 +1,12 @@
 """A team of differential-drive robots."""
 
+import sys
 from typing import Any
 
 import numpy as np
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from ..drake_types import BasicVector_, LeafSystem_, any_scalar
+from ..drake_types import BasicVector_, LeafSystem_, any_scalar, default_instance
 from ..numerics.compiled import compiled
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.tracking.mobile_agents import clip_symmetric, drive_step, unicycle_rates
@@ -14,7 +15,7 @@ from ..numerics.tracking.mobile_agents import clip_symmetric, drive_step, unicyc
 _compiled_step = compiled(drive_step)
 
 
-@TemplateSystem.define("DifferentialDriveTeam_")
+@TemplateSystem.define("DifferentialDriveTeam_", scope=sys.modules[__name__])
 def DifferentialDriveTeam_(T):
     step = _compiled_step if T is float else drive_step
 
@@ -154,4 +155,4 @@ def DifferentialDriveTeam_(T):
 
 
 # Any: the class is made at run time.
-DifferentialDriveTeam: Any = DifferentialDriveTeam_[None]
+DifferentialDriveTeam: Any = default_instance(DifferentialDriveTeam_)

@@ -1,10 +1,11 @@
 """How a differential-drive robot follows a velocity meant for a point."""
 
+import sys
 from typing import Any
 
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from ..drake_types import LeafSystem_, any_scalar
+from ..drake_types import LeafSystem_, any_scalar, default_instance
 from ..numerics.compiled import compiled
 from ..numerics.errors import require, require_positive
 from ..numerics.tracking.mobile_agents import heading_commands
@@ -13,7 +14,7 @@ from ..numerics.tracking.mobile_agents import heading_commands
 _compiled_law = compiled(heading_commands)
 
 
-@TemplateSystem.define("HeadingController_")
+@TemplateSystem.define("HeadingController_", scope=sys.modules[__name__])
 def HeadingController_(T):
     law = _compiled_law if T is float else heading_commands
 
@@ -75,4 +76,4 @@ def HeadingController_(T):
 
 
 # Any: the class is made at run time.
-HeadingController: Any = HeadingController_[None]
+HeadingController: Any = default_instance(HeadingController_)

@@ -55,7 +55,7 @@ def test_a_run_that_is_watched_without_a_terminal_goes_by_the_clock():
     assert json.loads(done.stdout)["realtime_factor"] < 2
 
 
-def test_a_scenario_of_ones_own_and_its_world_beside_it(tmp_path):
+def test_a_scenario_of_ones_own_and_its_world_beside_it(sightfield_here, tmp_path):
     (tmp_path / "room.wkt").write_text("POLYGON ((0 0, 4 0, 4 2, 2 2, 2 4, 0 4, 0 0))")
     (tmp_path / "mine.yaml").write_text(
         "world: {file: room.wkt}\n"
@@ -63,17 +63,21 @@ def test_a_scenario_of_ones_own_and_its_world_beside_it(tmp_path):
         "evaders: {top_speed: 0.5, positions: [[1, 1]]}\n"
         "seconds: 5\n"
     )
-    done = sightfield("track", tmp_path / "mine.yaml", "--json", "--set", "pursuers.radius=0.1")
+    done = sightfield_here(
+        "track", tmp_path / "mine.yaml", "--json", "--set", "pursuers.radius=0.1"
+    )
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["robot_radius"] == 0.1
 
 
-def test_the_teams_of_a_scenario_play_in_another_world(tmp_path):
+def test_the_teams_of_a_scenario_play_in_another_world(sightfield_here, tmp_path):
     (tmp_path / "room.wkt").write_text(
         "POLYGON ((0 0, 9 0, 9 7, 0 7, 0 0), (3 3, 5 3, 5 5, 3 5, 3 3))"
     )
     runs = [
-        sightfield("track", "thesis_3v4", "--world", tmp_path / "room.wkt", "--json", "--seed", s)
+        sightfield_here(
+            "track", "thesis_3v4", "--world", tmp_path / "room.wkt", "--json", "--seed", s
+        )
         for s in (1, 1, 2)
     ]
     first, again, other = (json.loads(run.stdout) for run in runs)
@@ -107,16 +111,16 @@ def test_bad_input_is_one_line_and_leaves_nothing(arguments, message, sightfield
     assert not list(tmp_path.iterdir())
 
 
-def test_a_folder_that_is_a_file_is_found_out_before_the_run(tmp_path):
+def test_a_folder_that_is_a_file_is_found_out_before_the_run(sightfield_here, tmp_path):
     (tmp_path / "out").write_text("precious")
-    done = sightfield("track", "thesis_4v3", "--out", tmp_path / "out")
+    done = sightfield_here("track", "thesis_4v3", "--out", tmp_path / "out")
     assert done.returncode == 2
     assert "`out` must be a writable folder" in done.stderr
     assert (tmp_path / "out").read_text() == "precious"
 
 
-def test_nobody_can_drive_without_a_page_but_anybody_can_with_one(tmp_path):
-    done = sightfield(
+def test_nobody_can_drive_without_a_page_but_anybody_can_with_one(sightfield_here):
+    done = sightfield_here(
         "track", "corner_1v1", "--set", "evaders.policies=[you]", "--seconds", 1, "--json"
     )
     assert done.returncode == 0, done.stderr
@@ -124,7 +128,7 @@ def test_nobody_can_drive_without_a_page_but_anybody_can_with_one(tmp_path):
     assert json.loads(done.stdout)["censored"]
 
 
-def test_help_has_units():
-    done = sightfield("track", "--help")
+def test_help_has_units(sightfield_here):
+    done = sightfield_here("track", "--help")
     assert done.returncode == 0
     assert "[s]" in done.stdout

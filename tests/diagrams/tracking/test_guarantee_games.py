@@ -57,7 +57,7 @@ def test_what_can_be_kept_is_kept(radius, policy):
 def test_what_is_lost_is_held_about_as_long_as_the_table_says():
     scenario = make_scenario([0.5, 1.2], [3.0, 1.3])
     game = set_up_game(scenario)
-    table = solve_visibility_game(game.world, pursuer_speed=0.3, evader_speed=0.09, grid=0.05)
+    table = solve_visibility_game(game.world, pursuer_speed=0.3, evader_speed=0.09, grid=0.08)
     promised = table.time([0.5, 1.2], [3.0, 1.3])
     assert 0.5 < promised < 20.0
     assert run_tracking(game).tracking_time > promised - 1.0
@@ -139,14 +139,20 @@ def responsible_of(diagram, context):
     return port.Eval(pursuit.GetMyContextFromRoot(context)).astype(int)
 
 
+@pytest.fixture(scope="module")
+def tables():
+    """The arena's games of two evaders and of one."""
+    world, speeds = ARENA.load(), {"pursuer_speed": 0.3, "evader_speed": 0.09}
+    of_two = solve_two_evaders(world, grid=0.25, **speeds)
+    return of_two, solve_visibility_game(world, grid=0.15, **speeds)
+
+
 @pytest.mark.parametrize("policy", ["adversarial", "best_response"])
-def test_one_pursuer_keeps_two_evaders_about_as_long_as_the_table_says(policy):
+def test_one_pursuer_keeps_two_evaders_about_as_long_as_the_table_says(policy, tables):
     # Alone each could be kept for ever.
     scenario = make_team_scenario([[0.9, 0.6]], [[2.9, 0.7], [0.7, 2.7]], policy, seconds=60.0)
     game = set_up_game(scenario)
-    speeds = {"pursuer_speed": 0.3, "evader_speed": 0.09}
-    table = solve_two_evaders(game.world, grid=0.25, **speeds)
-    alone = solve_visibility_game(game.world, grid=0.15, **speeds)
+    table, alone = tables
     p, evaders = scenario.pursuers.positions[0], scenario.evaders.positions
     promised = table.time(p, *evaders)
     assert all(alone.time(p, e) == np.inf for e in evaders)

@@ -176,7 +176,10 @@ def choose_plan(
         if number < 0:
             trial[0], trial[1], trial[2] = BY_THE_GAME, 0.0, 0.0
         elif number < rollout.headings:
-            angle = forward + 2.0 * math.pi * number / rollout.headings
+            # 0, +1, -1, +2, ...: runs that a wall turns into one are equally good, and the one
+            # nearest to straight away is taken, on either side.
+            turns = (number + 1) // 2 if number % 2 == 1 else -(number // 2)
+            angle = forward + 2.0 * math.pi * turns / rollout.headings
             trial[0], trial[1], trial[2] = ALONG, math.cos(angle), math.sin(angle)
         else:
             c = number - rollout.headings

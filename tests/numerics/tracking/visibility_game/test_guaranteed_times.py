@@ -277,8 +277,8 @@ def play(table, world, pursuer, evader, rng, seconds):
 @pytest.mark.parametrize("sight_range", [math.inf, 1.3])
 def test_the_certified_pursuer_keeps_its_word(sight_range, turning_time):
     world = draw_arena(Arena(obstacles=3, shortest=0.8, longest=1.2), 7)
-    table = solve(world, 0.16, "lower", sight_range=sight_range, turning_time=turning_time)
-    assert table.step == pytest.approx(0.08 * math.sqrt(10) + turning_time)
+    table = solve(world, 0.2, "lower", sight_range=sight_range, turning_time=turning_time)
+    assert table.step == pytest.approx(0.1 * math.sqrt(10) + turning_time)
     rng = np.random.default_rng(5)
     index = build_edge_index(world)
     games = 0
@@ -307,7 +307,7 @@ def test_who_has_to_turn_promises_less():
 
 def test_lower_is_at_most_middle_but_for_steps():
     world = draw_arena(Arena(), 3)
-    middle, lower = solve(world, 0.16), solve(world, 0.16, "lower")
+    middle, lower = solve(world, 0.2), solve(world, 0.2, "lower")
     assert lower.share_for_ever < middle.share_for_ever
     rng = np.random.default_rng(0)
     index = build_edge_index(world)
