@@ -20,6 +20,7 @@ from ...systems.numerics.planning.trailer import Trailer
 from ...systems.numerics.planning.value_function.grid import THESIS_STEP
 from ..outputs import output_folder
 from ..planning.cross_check import contradictions
+from ..planning.memory import quarter_of_memory
 from ..planning.methods import METHODS, chosen_methods
 from ..planning.pictures.plan_picture import save_sweep_picture
 from ..planning.question import PlanningQuestion
@@ -55,7 +56,10 @@ def compare_planners(
         State | None,
         typer.Option(
             metavar="DX DY DTHETA DBETA",
-            help="Half-widths of the goal; inf: free [default: a cell of the thesis's grid].",
+            help=(
+                "Half-widths of the goal's box, along and across its heading; inf: free "
+                "[default: a cell of the thesis's grid]."
+            ),
         ),
     ] = None,
     point: Annotated[bool, typer.Option("--point", help="Reach the goal exactly.")] = False,
@@ -70,7 +74,15 @@ def compare_planners(
     world: Annotated[
         Path | None, typer.Option(help="Keep clear of its walls (WKT, GeoJSON or ROS map).")
     ] = None,
+    width: Annotated[
+        float | None,
+        typer.Option(help="Of the cart, for walls [m] [default: half of its length]."),
+    ] = None,
     grid: GridOption = "thesis",
+    memory: Annotated[
+        float | None,
+        typer.Option(help="That a table may take [GB] [default: a quarter of the machine's]."),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for results, plots and replay.")] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object and nothing else.")
@@ -101,6 +113,8 @@ def compare_planners(
         ),
         world=None if world is None else load_world(world).world,
         grid_step=_grid_step(grid),
+        width=width,
+        memory=quarter_of_memory() if memory is None else 1e9 * memory,
     )
     with output_folder(out) if out is not None else nullcontext() as folder:
         with solving_shown(not as_json) as progress:
@@ -121,7 +135,7 @@ def compare_planners(
 def sweep(
     method: Annotated[str, typer.Option(help=_METHOD_HELP)] = "all",
     goal_tolerance: Annotated[
-        State, typer.Option(metavar="DX DY DTHETA DBETA", help="Half-widths of the goal.")
+        State, typer.Option(metavar="DX DY DTHETA DBETA", help="Half-widths of the goal's box.")
     ] = THESIS_TOLERANCE,
     count: Annotated[int, typer.Option(help="Number of ratios from 0.5 to 3.")] = 26,
     grid: GridOption = "thesis",

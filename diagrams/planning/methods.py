@@ -7,26 +7,31 @@ from ...systems.numerics.errors import require_one_of
 from ...systems.numerics.planning.among_walls.planner import grid_within
 from ...systems.numerics.planning.extremals.planner import plan_by_extremals
 from ...systems.numerics.planning.extremals.primitives import plan_by_primitives
+from ...systems.numerics.planning.from_table.planner import plan_by_value_function
 from ...systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from ...systems.numerics.planning.plan import Plan
 from ...systems.numerics.planning.polished.planner import plan_polished
 from ...systems.numerics.planning.thesis_scheme.planner import METHOD as AVERAGING
 from ...systems.numerics.planning.thesis_scheme.planner import plan_by_averaging
-from ...systems.numerics.planning.value_function.grid import Grid
-from ...systems.numerics.planning.value_function.planner import (
-    grid_around,
-    plan_by_value_function,
-)
+from ...systems.numerics.planning.value_function.grid import Grid, grid_around
 from ...systems.numerics.planning.value_function.tables import open_field_table
 from ...systems.numerics.planning.value_function.value_function import ValueFunction
+from .memory import memory_of
 from .question import PlanningQuestion
 
-# Three times as many as the fine grid has, which takes 0.8 GB.
-NODES_LIMIT = 120_000_000
+
+def too_large(ask: PlanningQuestion, grid: Grid) -> bool:
+    """Whether a table on a grid would take more memory than is allowed.
+
+    Args:
+        ask: Which says how much is allowed.
+        grid: Of the table.
+    """
+    return memory_of(grid, ask.world is not None) > ask.memory
 
 
 def _casadi(ask: PlanningQuestion) -> Plan:
-    return plan_by_casadi(ask.trailer, ask.start, ask.goal, obstacles=ask.world)
+    return plan_by_casadi(ask.trailer, ask.start, ask.goal, obstacles=ask.world, discs=ask.discs)
 
 
 def _in_the_open(method: str, planner: Callable[..., Plan]) -> Callable[[PlanningQuestion], Plan]:
@@ -49,9 +54,13 @@ def _value_function(ask: PlanningQuestion) -> Plan:
     if any(map(math.isinf, ask.goal.tolerance[:2])):
         status = "not applicable: its grid is a square around the goal"
         return Plan(method="value-function", goal=ask.goal, status=status, converged=False)
-    nodes = math.prod(_grid(ask).shape)
-    if ask.table is None and nodes > NODES_LIMIT:
-        status = f"not applicable: its grid would have {nodes:.1e} nodes"
+    grid = _grid(ask)
+    if ask.table is None and too_large(ask, grid):
+        taken = memory_of(grid, ask.world is not None)
+        status = (
+            f"not applicable: its grid would have {math.prod(grid.shape):.1e} nodes, for which "
+            f"{taken / 1e9:.3g} GB are needed and {ask.memory / 1e9:.3g} GB allowed"
+        )
         return Plan(method="value-function", goal=ask.goal, status=status, converged=False)
     return plan_by_value_function(
         ask.trailer,
@@ -61,6 +70,7 @@ def _value_function(ask: PlanningQuestion) -> Plan:
         value=_table(ask),
         progress=ask.progress,
         obstacles=ask.world,
+        discs=ask.discs,
     )
 
 
@@ -82,7 +92,7 @@ def _polished(ask: PlanningQuestion) -> Plan:
         return _blind_to_walls("polished", ask)
     # It only needs a guide: where the grid asked for is too large, the thesis's will do.
     grid = grid_around(ask.trailer, ask.start, ask.goal, ask.grid_step)
-    table = _table(ask) if math.prod(grid.shape) <= NODES_LIMIT else ask.table
+    table = ask.table if too_large(ask, grid) else _table(ask)
     return plan_polished(ask.trailer, ask.start, ask.goal, value=table)
 
 
@@ -95,7 +105,7 @@ def _averaging(ask: PlanningQuestion) -> Plan:
         why = "it drives forwards only"
     elif any(map(math.isinf, goal.tolerance[:2])):
         why = "its grid is a square around the goal"
-    elif math.prod(_grid(ask).shape) > NODES_LIMIT:
+    elif too_large(ask, _grid(ask)):
         why = "its grid would be too large"
     if why is not None:
         status = f"not applicable: {why}"

@@ -6,10 +6,13 @@ from dataclasses import dataclass, field
 from ...systems.numerics.errors import require, require_finite, require_positive
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.planning.goal import Goal
+from ...systems.numerics.planning.ranges import require_plannable
 from ...systems.numerics.planning.trailer import Trailer
 from ...systems.numerics.planning.value_function.grid import THESIS_STEP
 from ...systems.numerics.planning.value_function.solve import Progress
 from ...systems.numerics.planning.value_function.value_function import ValueFunction
+from ...systems.numerics.planning.vehicle.footprint import Discs, covering_discs
+from .memory import quarter_of_memory
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -30,6 +33,10 @@ class PlanningQuestion:
     grid_step: float = THESIS_STEP
     # A value function that is known already, of this cart and goal; see `plan_by_value_function`.
     table: ValueFunction | None = None
+    # Width of the cart [m]; by default half of the trailer's length.
+    width: float | None = None
+    # That a table may take at most [bytes].
+    memory: float = field(default_factory=quarter_of_memory)
     # Told of every pass over that grid; see `solve_value_function`.
     progress: Progress | None = None
 
@@ -44,5 +51,17 @@ class PlanningQuestion:
             bent = abs(math.remainder(state[3], math.tau))
             reach = self.trailer.jackknife + slack
             require(bent <= reach, name, "have |beta| within jackknife", state[3])
+        require_plannable(self.trailer, self.start, self.goal)
+        if self.width is not None:
+            require_positive("width", self.width)
+            # Discs of less would be too many.
+            words = "be at least a fiftieth of the trailer's length"
+            require(self.width >= self.trailer.length / 50, "width", words, self.width)
+        require_positive("memory", self.memory)
         require_positive("grid", self.grid_step)
         require(self.grid_step <= 1, "grid", "have a step of at most 1", self.grid_step)
+
+    @property
+    def discs(self) -> Discs:
+        """What the cart covers."""
+        return covering_discs(self.trailer, self.width)

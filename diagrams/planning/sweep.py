@@ -11,15 +11,14 @@ from ...systems.numerics.errors import require
 from ...systems.numerics.planning.goal import Goal
 from ...systems.numerics.planning.lower_bound import lower_bound
 from ...systems.numerics.planning.plan import Plan
-from ...systems.numerics.planning.value_function.grid import THESIS_STEP
-from ...systems.numerics.planning.value_function.planner import grid_around
+from ...systems.numerics.planning.value_function.grid import THESIS_STEP, grid_around
 from ...systems.numerics.planning.value_function.solve import (
     Progress,
     solve_value_function,
     widened,
 )
 from ...systems.numerics.planning.value_function.value_function import ValueFunction
-from .methods import METHODS, NODES_LIMIT
+from .methods import METHODS, too_large
 from .question import PlanningQuestion
 
 # y_g - y_i of the figure, and the ends of its axis.
@@ -110,7 +109,7 @@ def _shared_table(farthest: PlanningQuestion) -> ValueFunction | None:
     trailer, goal, step = farthest.trailer, farthest.goal, farthest.grid_step
     grid = grid_around(trailer, farthest.start, goal, step)
     _, warnings = widened(goal, grid)
-    if warnings or math.prod(grid.shape) > NODES_LIMIT:
+    if warnings or too_large(farthest, grid):
         return None
     return solve_value_function(trailer, goal, grid, progress=farthest.progress)
 

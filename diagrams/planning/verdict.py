@@ -4,11 +4,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ...systems.numerics.planning.among_walls.clear import require_clear_ends
 from ...systems.numerics.planning.lower_bound import lower_bound
-from ...systems.numerics.planning.minimum_time.footprint import covering_discs
 from ...systems.numerics.planning.plan import Plan
 from ...systems.numerics.planning.value_function.value_function import ValueFunction
+from ...systems.numerics.planning.vehicle.clear import require_clear_ends
+from .evidence import DRIVEN_TOLERANCE
 from .methods import METHODS
 from .question import PlanningQuestion
 from .resimulation import Resimulation, resimulate
@@ -21,7 +21,7 @@ class Row:
     Attributes:
         method: Name of the planner.
         plan: Its answer.
-        driven: Where its controls lead, or None without a path.
+        driven: Where its controls lead, or None without a path, and for one that ends as it begins.
     """
 
     method: str
@@ -31,7 +31,17 @@ class Row:
     @property
     def violation(self) -> float | None:
         """The largest of what is outside the goal and beyond the bounds when it is driven [-]."""
-        return None if self.driven is None else self.driven.violation
+        if self.driven is not None:
+            return self.driven.violation
+        # A cart that is at its goal is not driven.
+        path = self.plan.path
+        return None if path is None else max(self.plan.goal.miss(path.states[-1]))
+
+    @property
+    def holds(self) -> bool:
+        """Whether the plan converged, and its controls lead into the goal when they are driven."""
+        violation = self.violation
+        return self.plan.converged and (violation is None or violation <= DRIVEN_TOLERANCE)
 
     @property
     def beta_final(self) -> float | None:
@@ -58,8 +68,8 @@ class Verdict:
 
     @property
     def best_time(self) -> float:
-        """Least time of a plan that converged; infinite without one [s]."""
-        return min((row.plan.time for row in self.rows if row.plan.converged), default=math.inf)
+        """Least time of a plan that holds; infinite without one [s]."""
+        return min((row.plan.time for row in self.rows if row.holds), default=math.inf)
 
     @property
     def value_function(self) -> ValueFunction | None:
@@ -71,12 +81,13 @@ class Verdict:
         return None
 
     def gap_to_best(self, row: Row) -> float | None:
-        """How much longer than the best plan, relative to it."""
-        return _gap(row.plan, self.best_time)
+        """How much longer than the best plan, relative to it; None where there is no other."""
+        others = [each for each in self.rows if each.holds and each.method != row.method]
+        return _gap(row, self.best_time) if others else None
 
     def gap_to_bound(self, row: Row) -> float | None:
         """How much longer than the lower bound, relative to it."""
-        return _gap(row.plan, self.lower_bound)
+        return _gap(row, self.lower_bound)
 
 
 def ask_methods(question: PlanningQuestion, methods: Sequence[str]) -> Verdict:
@@ -91,8 +102,7 @@ def ask_methods(question: PlanningQuestion, methods: Sequence[str]) -> Verdict:
     """
     if question.world is not None:
         # Those that do not look at walls would not say so.
-        body = covering_discs(question.trailer)
-        require_clear_ends(question.world, body, question.start, question.goal)
+        require_clear_ends(question.world, question.discs, question.start, question.goal)
     rows = []
     for name in methods:
         plan = METHODS[name](question)
@@ -104,8 +114,8 @@ def ask_methods(question: PlanningQuestion, methods: Sequence[str]) -> Verdict:
     return Verdict(question, bound, tuple(rows))
 
 
-def _gap(plan: Plan, reference: float) -> float | None:
-    # A plan that did not converge may end elsewhere: then its time compares with nothing.
-    if not (plan.converged and math.isfinite(reference) and reference > 0):
+def _gap(row: Row, reference: float) -> float | None:
+    # A plan that does not hold may end elsewhere: then its time compares with nothing.
+    if not (row.holds and math.isfinite(reference) and reference > 0):
         return None
-    return plan.time / reference - 1
+    return row.plan.time / reference - 1

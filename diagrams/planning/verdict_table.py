@@ -7,10 +7,11 @@ from rich.markup import escape
 from rich.table import Table
 
 from .cross_check import contradictions
+from .evidence import reasons, status_of
 from .verdict import Row, Verdict
 
-# The usual way down a value function; see `plan_by_value_function`.
-_STEPWISE = "step by step"
+# What the half-widths of a goal are along: its box turns with it.
+_ALONG = ("goal's heading", "across it", "theta", "beta")
 
 
 def as_object(verdict: Verdict) -> dict[str, object]:
@@ -19,8 +20,10 @@ def as_object(verdict: Verdict) -> dict[str, object]:
         "start": list(verdict.question.start),
         "goal": list(verdict.question.goal.state),
         "goal_tolerance": [_finite(width) for width in verdict.question.goal.tolerance],
+        "goal_tolerance_along": list(_ALONG),
         "lower_bound": verdict.lower_bound,
-        "methods": {row.method: _row_object(row) for row in verdict.rows},
+        "best_time": _finite(verdict.best_time),
+        "methods": {row.method: _row_object(verdict, row) for row in verdict.rows},
         "remarks": [f"{row.method}: {remark}" for row in verdict.rows for remark in _remarks(row)],
         "contradictions": contradictions(verdict),
     }
@@ -31,7 +34,7 @@ def as_table(verdict: Verdict) -> Table:
     table = Table(
         title=f"{_goal_words(verdict)}; no path takes less than {verdict.lower_bound:.5f} s",
         # Reasons can be long; below the table they do not squeeze the numbers.
-        caption=escape("\n".join(line for row in verdict.rows for line in _words(row))),
+        caption=escape("\n".join(line for row in verdict.rows for line in _words(verdict, row))),
         caption_justify="left",
         box=SIMPLE_HEAD,
     )
@@ -59,34 +62,32 @@ def as_table(verdict: Verdict) -> Table:
     return table
 
 
-def _words(row: Row) -> list[str]:
+def _words(verdict: Verdict, row: Row) -> list[str]:
     """What a planner says, and what it remarks."""
-    return [f"{row.method}: {each}" for each in (row.plan.status, *_remarks(row))]
+    return [f"{row.method}: {each}" for each in (status_of(verdict, row), *_remarks(row))]
 
 
 def _remarks(row: Row) -> list[str]:
     """What a planner warns of, and where it did without its usual means."""
-    notes, path = row.plan.notes, row.plan.path
+    notes = row.plan.notes
     found: list[str] = []
     for key in ("warnings", "fell_back"):
         said = notes.get(key)
         found += map(str, said) if isinstance(said, list) else []
-    ahead, way = notes.get("fallbacks"), notes.get("way", _STEPWISE)
-    if isinstance(ahead, list) and path is not None:
-        if way != _STEPWISE:
-            found.append(f"step by step it got lost or was late: went by {way}")
-        elif ahead:
-            steps = len(path.controls)
-            found.append(f"fell back from (3.20) to looking ahead in {len(ahead)} of {steps} steps")
     return found
 
 
-def _row_object(row: Row) -> dict[str, object]:
+def _row_object(verdict: Verdict, row: Row) -> dict[str, object]:
     return {
         "time": _finite(row.plan.time),
         "beta_final": row.beta_final,
-        "status": row.plan.status,
+        "status": status_of(verdict, row),
+        "converged": row.holds,
+        "optimal_because": reasons(verdict, row),
+        "gap_to_best": verdict.gap_to_best(row),
+        "gap_to_bound": verdict.gap_to_bound(row),
         "violation": row.violation,
+        "miss": None if row.driven is None else list(row.driven.goal_miss),
         "wall_time": row.plan.wall_time,
     }
 

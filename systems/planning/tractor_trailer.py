@@ -1,5 +1,6 @@
 """The grain cart: a tractor with a trailer."""
 
+import sys
 from collections.abc import Sequence
 from typing import Any
 
@@ -7,7 +8,7 @@ import numpy as np
 from pydrake.common.containers import namedview
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from ..drake_types import BasicVector_, LeafSystem_, any_scalar
+from ..drake_types import BasicVector_, LeafSystem_, any_scalar, default_instance
 from ..numerics.errors import require, require_finite
 from ..numerics.planning.control_bounds import clip_control
 from ..numerics.planning.trailer import Trailer, trailer_rates
@@ -17,7 +18,7 @@ TrailerState = namedview("TrailerState", ["x", "y", "theta", "beta"])
 TrailerControl = namedview("TrailerControl", ["v", "omega"])
 
 
-@TemplateSystem.define("TractorTrailer_")
+@TemplateSystem.define("TractorTrailer_", scope=sys.modules[__name__])
 def TractorTrailer_(T):
     class Impl(LeafSystem_[T]):
         """A tractor that pulls, or pushes, one trailer.
@@ -113,4 +114,4 @@ def TractorTrailer_(T):
 
 
 # Any: the class is made at run time.
-TractorTrailer: Any = TractorTrailer_[None]
+TractorTrailer: Any = default_instance(TractorTrailer_)

@@ -87,7 +87,8 @@ def test_the_world_is_kept_clear_of(run, tmp_path):
     file = tmp_path / "room.wkt"
     file.write_text("POLYGON ((-2 -2, 9 -2, 9 9, -2 9, -2 -2))", encoding="utf-8")
     case = ("--world", file, "--method", "casadi", "--json")
-    assert json.loads(run(*case).stdout)["methods"]["casadi"]["status"] == "optimal"
+    said = json.loads(run(*case).stdout)["methods"]["casadi"]
+    assert (said["status"], said["converged"]) == ("locally optimal", True)
     with pytest.raises(InvalidInput, match="`start` must keep the vehicle clear of walls"):
         run(*case, "--start", -2, 1, 0, 0)
 
@@ -100,6 +101,16 @@ def test_a_file_that_is_no_world_is_refused(run, tmp_path, name, text):
     (tmp_path / name).write_text(text, encoding="utf-8")
     with pytest.raises(InvalidInput, match=r"`world file` must .*room"):
         run("--world", tmp_path / name)
+
+
+def test_a_wide_cart_keeps_its_width(run, tmp_path):
+    file = tmp_path / "lane.wkt"
+    file.write_text("POLYGON ((-3 -0.5, 9 -0.5, 9 0.5, -3 0.5, -3 -0.5))", encoding="utf-8")
+    case = ("--world", file, "--method", "casadi", "--start", 0, 0, 0, 0, "--goal", 5, 0, 0, 0)
+    said = json.loads(run(*case, "--width", 0.9, "--json").stdout)["methods"]["casadi"]
+    assert said["time"] == pytest.approx(4.8, abs=1e-3)
+    with pytest.raises(InvalidInput, match="`start` must keep the vehicle clear of walls"):
+        run(*case, "--width", 1.1)
 
 
 def test_neither_end_may_be_in_an_obstacle(run, tmp_path):
@@ -119,15 +130,18 @@ def test_a_goal_that_the_grid_cannot_resolve_is_said_to_be_wider(run):
 
 def test_a_start_too_far_for_any_grid_leaves_the_others_to_answer(run):
     case = ("--start", -1000, 0, 0, 0, "--goal-tolerance", 0, 0, 0, "inf", "--json")
-    said = json.loads(run(*case, "--method", "value-function").stdout)["methods"]
+    asked = (*case, "--method", "value-function", "--memory", 0.5)
+    said = json.loads(run(*asked).stdout)["methods"]
     assert said["value-function"]["time"] is None
     assert "its grid would have" in said["value-function"]["status"]
+    assert "GB are needed and 0.5 GB allowed" in said["value-function"]["status"]
 
 
 def test_the_defaults_are_the_case_of_figure_3_9(run):
     said = json.loads(run("--method", "primitive", "--json").stdout)
     assert (said["start"], said["goal"]) == ([1, 1, 0, 0], [4, 4, 0, 0])
     assert said["goal_tolerance"] == [0.2, 0.2, 0.251, 0.251]
+    assert said["goal_tolerance_along"] == ["goal's heading", "across it", "theta", "beta"]
 
 
 @pytest.mark.parametrize(
@@ -135,6 +149,20 @@ def test_the_defaults_are_the_case_of_figure_3_9(run):
     [
         (("--start", "nan", 0, 0, 0), "`start` must be a finite number"),
         (("--length", 0), "`length` must be positive"),
+        (("--start", 1e300, 0, 0, 0), "`start` must be within 1e+07 turning radii of the origin"),
+        (("--start", 2e5, 0, 0, 0), "`start` must be within 100000 turning radii of the goal"),
+        (("--goal", 0, -1e300, 0, 0), "`goal` must be within 1e+07 turning radii"),
+        (("--start", 0, 0, 1e300, 0), "`start` must have angles of at most 1e+06 rad"),
+        (("--length", 1e-9), "`length` must be 0.001 to 1000 turning radii"),
+        (("--length", 1e300), "`length` must be 0.001 to 1000 turning radii"),
+        (("--speed", 1e-300), "`length` must be 0.001 to 1000 turning radii"),
+        (("--turn-rate", 1e300), "`length` must be 0.001 to 1000 turning radii"),
+        (("--speed", 1e300, "--turn-rate", 1e-300), "must be a turning radius"),
+        (("--hitch-offset", 1e12), "`hitch_offset` must be at most 100 lengths"),
+        (("--width", 0), "`width` must be positive"),
+        (("--width", 1e-9), "`width` must be at least a fiftieth"),
+        (("--memory", 0), "`memory` must be positive"),
+        (("--memory", "nan"), "`memory` must be a finite number"),
         (("--turn-rate", -1), "`turn_rate` must be positive"),
         (("--goal-tolerance", 0, 0, -1, 0), "`tolerance` must be zero or positive"),
         (("--method", "magic"), "`method` must be one of"),

@@ -6,7 +6,7 @@ from typing import Any, cast
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Polygon
 
 from ....systems.numerics.planning.trailer_pose import trailer_pose
 from ...world_picture import draw_world
@@ -114,12 +114,10 @@ def _draw_paths(axes: Axes, verdict: Verdict) -> None:
         axes.plot(x, y, color=colour, linewidth=width, label=label)
         towed_x, towed_y, _ = trailer_pose(x, y, theta, beta, question.trailer)
         axes.plot(towed_x, towed_y, color=colour, linewidth=0.9, linestyle="--")
-    (x, y), (wide, high) = question.goal.state[:2], question.goal.tolerance[:2]
+    wide, high = question.goal.tolerance[:2]
     if 0 < wide < np.inf and 0 < high < np.inf:
         # Where paths may end.
-        axes.add_patch(
-            Rectangle((x - wide, y - high), 2 * wide, 2 * high, fill=False, ls=":", lw=0.9)
-        )
+        axes.add_patch(Polygon(question.goal.corners(), fill=False, ls=":", lw=0.9))
     for name, state, mark in (("start", question.start, "o"), ("goal", question.goal.state, "s")):
         axes.plot(state[0], state[1], mark, color="black", markersize=5)
         axes.annotate(name, state[:2], xytext=(6, -12), textcoords="offset points")

@@ -118,10 +118,9 @@ class PlanningScene:
         for name, state in (("start", start), ("goal", goal.state)):
             mark = _end_mark(state, self._trailer)
             self._stage.mesh(f"ends/{name}", flat_mesh(mark), _INK)
-        (x, y), (wide, high) = goal.state[:2], goal.tolerance[:2]
+        wide, high = goal.tolerance[:2]
         if 0 < wide < math.inf and 0 < high < math.inf:
-            box = shapely.box(x - wide, y - high, x + wide, y + high)
-            outline = line_mesh([shapely.get_coordinates(box)[:-1]], line)
+            outline = line_mesh([goal.corners()], line)
             self._stage.mesh("ends/box", outline, _INK)
 
     def _draw_value(

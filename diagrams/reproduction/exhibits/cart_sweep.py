@@ -9,8 +9,7 @@ from ....systems.numerics.planning.thesis_scheme.averaging import solve_by_avera
 from ....systems.numerics.planning.thesis_scheme.planner import METHOD as AVERAGING
 from ....systems.numerics.planning.thesis_scheme.planner import plan_by_averaging
 from ....systems.numerics.planning.trailer import Trailer
-from ....systems.numerics.planning.value_function.grid import THESIS_STEP
-from ....systems.numerics.planning.value_function.planner import grid_around
+from ....systems.numerics.planning.value_function.grid import THESIS_STEP, grid_around
 from ...planning.methods import METHODS, VARIANTS
 from ...planning.pictures.plan_picture import save_sweep_picture
 from ...planning.sweep import RATIOS, RISE, sweep_ratios

@@ -1,17 +1,21 @@
 """What a plan is to reach: a configuration, and how near is near enough."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from ..errors import require, require_finite
 
 # Half-widths of one cell of the thesis's grid, in the normalised model (3.5.1).
 THESIS_TOLERANCE = (0.2, 0.2, 0.251, 0.251)
+# A cart this near to its goal is there, for all planners: [m], [rad].
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
 class Goal:
-    """A box around a configuration.
+    """A box around a configuration, in the goal's own frame: it turns with the goal's heading.
 
     A time to a point, to a box and with beta free are three different numbers: every result says
     which goal it is for.
@@ -22,7 +26,8 @@ class Goal:
 
     # (x, y, theta, beta) [m], [m], [rad], [rad].
     state: tuple[float, float, float, float]
-    # Half-widths of the box; 0: exactly, infinite: free.
+    # Half-widths of the box; 0: exactly, infinite: free. The first is along the goal's heading, the
+    # second across it [m], [m], [rad], [rad].
     tolerance: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
@@ -38,11 +43,66 @@ class Goal:
         """Whether the configuration is to be reached exactly."""
         return not any(self.tolerance)
 
+    @property
+    def centred(self) -> "Goal":
+        """The same goal in its own frame: at the origin, heading along x."""
+        return replace(self, state=(0.0, 0.0, 0.0, self.state[3]))
+
+    def to_frame(self, states) -> np.ndarray:
+        """States in the goal's own frame, shape (..., 4); headings turned, but not wrapped.
+
+        Args:
+            states: x, y, theta, beta in the world [m], [m], [rad], [rad].
+        """
+        local = np.array(states, dtype=float)
+        x, y, heading, _ = self.state
+        c, s = math.cos(heading), math.sin(heading)
+        dx, dy = local[..., 0] - x, local[..., 1] - y
+        local[..., 0], local[..., 1] = c * dx + s * dy, c * dy - s * dx
+        local[..., 2] -= heading
+        return local
+
+    def from_frame(self, local) -> np.ndarray:
+        """States in the world, shape (..., 4).
+
+        Args:
+            local: x, y, theta, beta in the goal's own frame [m], [m], [rad], [rad].
+        """
+        states = np.array(local, dtype=float)
+        x, y, heading, _ = self.state
+        c, s = math.cos(heading), math.sin(heading)
+        ahead, left = states[..., 0].copy(), states[..., 1].copy()
+        states[..., 0], states[..., 1] = x + c * ahead - s * left, y + s * ahead + c * left
+        states[..., 2] += heading
+        return states
+
+    def gaps(self, states) -> np.ndarray:
+        """From the goal to states: ahead, to the left, heading and beta, shape (..., 4).
+
+        Angles lie in [-pi, pi).
+        """
+        gaps = self.to_frame(states)
+        gaps[..., 3] -= self.state[3]
+        gaps[..., 2:] = np.remainder(gaps[..., 2:] + math.pi, math.tau) - math.pi
+        return gaps
+
+    def contains(self, states) -> np.ndarray:
+        """Whether states are in the box, shape (..., 4) -> (...,)."""
+        return np.asarray((np.abs(self.gaps(states)) <= self.tolerance).all(axis=-1))
+
+    def reached(self, state) -> bool:
+        """Whether a state is in the box, but for a rounding of `ROUNDING`."""
+        return max(self.miss(state)) <= ROUNDING
+
     def miss(self, state) -> tuple[float, float, float, float]:
         """How far a state is outside the box, entry by entry [m], [m], [rad], [rad]."""
-        gaps = [float(a) - b for a, b in zip(state, self.state, strict=True)]
-        gaps[2:] = [math.remainder(gap, math.tau) for gap in gaps[2:]]
-        x, y, theta, beta = (
-            max(abs(gap) - width, 0.0) for gap, width in zip(gaps, self.tolerance, strict=True)
-        )
+        outside = np.maximum(np.abs(self.gaps(state)) - self.tolerance, 0.0)
+        x, y, theta, beta = outside.tolist()
         return x, y, theta, beta
+
+    def corners(self) -> np.ndarray:
+        """Of the box on the ground, counterclockwise, shape (4, 2) [m]; its widths are finite."""
+        wide, high = self.tolerance[:2]
+        local = np.zeros((4, 4))
+        local[:, 0], local[:, 1] = [wide, wide, -wide, -wide], [-high, high, high, -high]
+        return self.from_frame(local)[:, :2]

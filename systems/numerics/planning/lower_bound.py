@@ -46,8 +46,9 @@ def lower_bound(
     require_positive("tolerance", tolerance)
     radius = trailer.speed / trailer.turn_rate
     scale = np.array([radius, radius, 1.0])
-    pose = np.array(start[:3], dtype=float) / scale
-    box_centre = np.array(goal.state[:3]) / scale
+    # In the goal's own frame, where the box lies along the axes.
+    pose = goal.to_frame(start)[:3] / scale
+    box_centre = np.zeros(3)
     widths = np.array(goal.tolerance[:3]) / scale
     widths[2] = min(widths[2], math.pi)
     length = _searched_length(pose, box_centre, widths, trailer.reverse)

@@ -53,7 +53,11 @@ def test_many_switches_agree_with_a_fine_integration():
 def test_a_missed_goal_is_measured_from_the_box():
     path = driven_path(CART, START, [(1, 0, 1)])
     x, y, theta, beta = exact_straight(1.0)
-    goal = Goal(state=(x + 0.5, y, theta + math.tau, beta), tolerance=(0.2, 0, 0, 0))
+    # Half a metre behind, along the goal's own heading.
+    goal = Goal(
+        state=(x + 0.5 * math.cos(theta), y + 0.5 * math.sin(theta), theta + math.tau, beta),
+        tolerance=(0.2, 0, 0, 0),
+    )
     result = resimulate(CART, path, goal)
     np.testing.assert_allclose(result.goal_miss, (0.3, 0, 0, 0), atol=1e-9)
     assert result.violation == pytest.approx(0.3)

@@ -9,7 +9,7 @@ from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.planning.car_path import advance
 from sightfield.systems.numerics.planning.dubins import dubins_lengths
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
-from sightfield.systems.numerics.planning.lower_bound import lower_bound
+from sightfield.systems.numerics.planning.lower_bound import _gaps, lower_bound
 from sightfield.systems.numerics.planning.reeds_shepp import reeds_shepp_lengths
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.word_families import word_families
@@ -51,10 +51,11 @@ def test_into_a_box_it_is_what_a_dense_search_finds(reverse, tolerance, goal):
     trailer = Trailer(reverse=reverse)
     bound = lower_bound(trailer, START, Goal(state=goal, tolerance=tolerance))
     widths = np.minimum(tolerance[:3], math.pi)
-    axes = [
-        np.linspace(c - w, c + w, 33 if w else 1) for c, w in zip(goal[:3], widths, strict=True)
-    ]
-    poses = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
+    axes = [np.linspace(-w, w, 33 if w else 1) for w in widths]
+    gaps = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
+    # The box turns with the goal.
+    c, s = math.cos(goal[2]), math.sin(goal[2])
+    poses = np.array(goal[:3]) + gaps @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
     lengths = reeds_shepp_lengths if reverse else dubins_lengths
     searched = lengths(START[:3], poses, 1.0).min()
     assert bound <= searched
@@ -73,9 +74,10 @@ def test_no_random_path_into_the_box_is_faster(reverse):
         poses = advance(poses, random.integers(-1, 2, size=count).astype(float), ways)
         driven += np.abs(ways)
     goal = Goal(state=(1.6, 1.0, 0.5, 0.0), tolerance=(0.4, 0.4, 0.4, 0.0))
-    gaps = np.abs(poses - goal.state[:3])
-    gaps[:, 2] = np.abs(np.remainder(gaps[:, 2] + math.pi, math.tau) - math.pi)
-    inside = np.all(gaps <= goal.tolerance[:3], axis=1)
+    c, s = math.cos(0.5), math.sin(0.5)
+    gaps = (poses - goal.state[:3]) @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    gaps[:, 2] = np.remainder(gaps[:, 2] + math.pi, math.tau) - math.pi
+    inside = np.all(np.abs(gaps) <= goal.tolerance[:3], axis=1)
     assert inside.sum() > 100
     bound = lower_bound(Trailer(reverse=reverse), (0, 0, 0, 0), goal)
     assert bound <= driven[inside].min() <= bound + 0.3
@@ -124,3 +126,37 @@ def test_inside_the_box_it_is_nothing():
 def test_bad_input_is_refused(start, tolerance, name):
     with pytest.raises(InvalidInput, match=name):
         lower_bound(Trailer(), start, Goal(state=GOAL), tolerance)
+
+
+@DRIVES
+def test_words_of_a_cell_end_as_near_to_its_middle_as_the_bound_says(reverse):
+    """The slacks of `_gaps` hold to first order for small cells, and are not much too large."""
+    rng = np.random.default_rng(8)
+    start, half = np.array([0.4, -0.7, 1.1]), np.array([2e-4, 1e-4, 3e-4])
+    corners = np.array([(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)])
+
+    def ends(family, choices):
+        poses = np.tile(start, (len(choices), 1))
+        ways = choices @ family.coefficients.T + family.fixed
+        for turn, way in zip(family.turns, ways.T, strict=True):
+            poses = advance(poses, float(turn), way)
+        return poses
+
+    tightness = []
+    for family in word_families(reverse):
+        for _ in range(6):
+            cell = rng.uniform(0.2, np.minimum(family.limits, 3.0))
+            (middle,) = ends(family, cell[None])
+            moved = ends(family, cell + half * np.vstack([corners, corners / 2]))
+            centre, widths = middle + np.array([0.3, -0.4, 0.25]), np.array([0.1, 0.1, 0.05])
+            gaps, slacks = _gaps(start, family, cell[None], half, centre, widths)
+            # Outside the box by 0.2 and 0.3, and by 0.2 in heading.
+            np.testing.assert_allclose(gaps[0], [math.hypot(0.2, 0.3), 0.2], atol=1e-9)
+            shifts = np.hypot(*(moved - middle)[:, :2].T)
+            twists = np.abs(np.remainder(moved[:, 2] - middle[2] + math.pi, math.tau) - math.pi)
+            assert shifts.max() <= slacks[0, 0] * (1 + 2e-3)
+            assert twists.max() <= slacks[0, 1] + 1e-12
+            tightness.append(shifts.max() / slacks[0, 0])
+    # The bound adds the arms of all pieces, which seldom pull the same way.
+    assert max(tightness) > 0.95
+    assert np.median(tightness) > 0.5

@@ -6,15 +6,15 @@ from time import perf_counter
 
 from ...geometry.world import World
 from ..goal import Goal
-from ..minimum_time.footprint import Discs
-from ..minimum_time.overlap import deepest_overlap
 from ..minimum_time.planner import plan_by_casadi
 from ..plan import Plan
 from ..trailer import Trailer
 from ..value_function.grid import Grid
+from ..value_function.obstacles import make_walls
 from ..value_function.value_function import ValueFunction
+from ..vehicle.footprint import Discs
+from ..vehicle.overlap import deepest_overlap
 from .lookup import look_up_in_reach
-from .obstacles import make_walls
 from .search import search_path
 
 METHOD = "value-function"
@@ -68,11 +68,14 @@ def plan_from_table(
         "tolerance": value.goal.tolerance,
         "warnings": list(value.warnings),
     }
+    hint = _hint(value)
     if math.isinf(promised):
+        notes["warnings"] = [*value.warnings, hint]
         return _without_path("unreachable on this grid", value, goal, notes, began)
     search = search_path(value, make_walls(world, discs, value.grid, FINENESS), start)
     notes["steps"] = search.steps
     if search.path is None:
+        notes["warnings"] = [*value.warnings, hint]
         return _without_path("lost on the way", value, goal, notes, began)
     notes["searched"] = float(search.path.times[-1])
     path, status, way = search.path, "arrived", "searched among the walls"
@@ -100,6 +103,16 @@ def plan_from_table(
         residual=residual,
         wall_time=perf_counter() - began,
         notes=notes,
+    )
+
+
+def _hint(value: ValueFunction) -> str:
+    """What to try where the table knows no way."""
+    radius = value.trailer.speed / value.trailer.turn_rate
+    step = value.grid.step
+    return (
+        f"a passage may be narrower than the grid sees, whose nodes are {step:.3g} m apart: "
+        f"half the step, {step / radius / 2:.3g} turning radii, looks closer"
     )
 
 

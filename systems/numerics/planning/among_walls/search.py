@@ -15,12 +15,11 @@ import numpy as np
 
 from ...compiled import compiled
 from ..arc_words.held_controls import control_set, hold_beta, shift_of
-from ..goal import Goal
 from ..plan import TrailerPath
 from ..trailer import Trailer
+from ..value_function.obstacles import Walls, overlaps
 from ..value_function.value_function import ValueFunction
 from .lookup import look_up_in_reach
-from .obstacles import Walls, overlaps
 
 # Looks for walls and for the goal, in one step.
 LOOKS = 8
@@ -91,7 +90,7 @@ def search_path(value: ValueFunction, walls: Walls, start) -> Search:
         ways = _driven(trailer, states, controls, duration)
         steps += ways.shape[1] * ways.shape[2]
         first_wall = _first(~_clear(walls, ways) | _folded(trailer, ways))
-        first_goal = _first(_inside(value.goal, ways))
+        first_goal = _first(value.goal.contains(ways))
         arrived = (first_goal < first_wall) & (first_goal <= LOOKS)
         if arrived.any():
             times = np.array([nodes[k].time for k in batch]) + duration / LOOKS * first_goal
@@ -136,12 +135,6 @@ def _folded(trailer: Trailer, ways: np.ndarray) -> np.ndarray:
     if trailer.jackknife >= math.pi:
         return np.zeros(ways.shape[:-1], dtype=bool)
     return np.abs(_wrapped(ways[..., 3])) > trailer.jackknife
-
-
-def _inside(goal: Goal, ways: np.ndarray) -> np.ndarray:
-    gaps = ways - np.array(goal.state)
-    gaps[..., 2:] = _wrapped(gaps[..., 2:])
-    return np.all(np.abs(gaps) <= np.array(goal.tolerance), axis=-1)
 
 
 def _wrapped(angles: np.ndarray) -> np.ndarray:

@@ -77,7 +77,8 @@ def enter_box(
     """Lower a table by the words that end with one control. Places are in cells.
 
     A word is displaced alike from every node of one theta: so the nodes from which it ends in the
-    box are a rectangle, and their beta is tested through one matrix.
+    box are those in a rectangle, and their beta is tested through one matrix. The rectangle is
+    turned by the heading of the box.
 
     Args:
         table: Times so far, shape (n_theta, n_beta, n_y, n_x).
@@ -90,7 +91,7 @@ def enter_box(
         lasts: dx, dy, dtheta at the samples of the last arc, shape (n_samples, 3).
         last_maps: The same for the trailer, shape (n_samples, 2, 2).
         box: Middle of the goal: x, y, theta, beta.
-        widths: Its half-widths; infinite: free.
+        widths: Its half-widths, along its heading first; those of angles may be infinite: free.
         sample: Time from sample to sample.
         limited: Whether beta must not pass pi.
     """
@@ -100,6 +101,10 @@ def enter_box(
     turn = lasts[1, 2]
     single = x_count * y_count == 1
     pace = math.hypot(lasts[1, 0], lasts[1, 1]) * 1.01
+    box_c, box_s = math.cos(box[2]), math.sin(box[2])
+    # Half of what the turned box covers along the grid.
+    wide = abs(box_c) * widths[0] + abs(box_s) * widths[1]
+    tall = abs(box_s) * widths[0] + abs(box_c) * widths[1]
     for t in range(len(thetas)):
         cos, sin = math.cos(thetas[t]), math.sin(thetas[t])
         for w in range(len(ends)):
@@ -112,9 +117,7 @@ def enter_box(
             y0 = box[1] - (sin * ends[w, 0] + cos * ends[w, 1])
             longest = min(lengths[w], len(lasts) - 1)
             reach = longest * pace
-            if first > longest or (
-                single and max(abs(x0) - widths[0], abs(y0) - widths[1]) > reach
-            ):
+            if first > longest or (single and max(abs(x0) - wide, abs(y0) - tall) > reach):
                 continue
             c, s = math.cos(theta), math.sin(theta)
             for k in range(first, longest + 1):
@@ -122,10 +125,10 @@ def enter_box(
                     break
                 x = x0 - (c * lasts[k, 0] - s * lasts[k, 1])
                 y = y0 - (s * lasts[k, 0] + c * lasts[k, 1])
-                left = max(0, math.ceil(x - widths[0]))
-                right = min(x_count - 1, math.floor(x + widths[0]))
-                low = max(0, math.ceil(y - widths[1]))
-                high = min(y_count - 1, math.floor(y + widths[1]))
+                left = max(0, math.ceil(x - wide))
+                right = min(x_count - 1, math.floor(x + wide))
+                low = max(0, math.ceil(y - tall))
+                high = min(y_count - 1, math.floor(y + tall))
                 if left > right or low > high:
                     continue
                 # Where the box was at the sample before, and how far outside theta was.
@@ -151,6 +154,10 @@ def enter_box(
                         for i in range(left, right + 1):
                             if table[t, b, j, i] <= time:
                                 continue
+                            ahead = abs(box_c * (i - x) + box_s * (j - y)) - widths[0]
+                            aside = abs(box_c * (j - y) - box_s * (i - x)) - widths[1]
+                            if max(ahead, aside) > 1e-9:
+                                continue
                             if folded < 0.0:
                                 start = 2.0 * math.atan2(start_s, start_c)
                                 after = 2.0 * math.atan2(end_s, end_c)
@@ -163,10 +170,11 @@ def enter_box(
                                     _excess(before - box[3], widths[3]),
                                     _excess(after - box[3], widths[3]),
                                 )
-                            moved_x = abs(i - x_before) - widths[0]
-                            moved_y = abs(j - y_before) - widths[1]
-                            part = _later(folded, moved_x, abs(i - x) - widths[0])
-                            part = _later(part, moved_y, abs(j - y) - widths[1])
+                            dx, dy = i - x_before, j - y_before
+                            before_ahead = abs(box_c * dx + box_s * dy) - widths[0]
+                            before_aside = abs(box_c * dy - box_s * dx) - widths[1]
+                            part = _later(folded, before_ahead, min(ahead, 0.0))
+                            part = _later(part, before_aside, min(aside, 0.0))
                             value = np.float32(time + part * (k - p) * sample)
                             if value < table[t, b, j, i]:
                                 table[t, b, j, i] = value

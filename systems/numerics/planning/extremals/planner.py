@@ -105,6 +105,9 @@ def plan_by_extremals(trailer: Trailer, start, goal: Goal) -> Plan:
     if best is None:
         return failure("no extremal found")
     status = "optimal among extremals" if best.extremal.holds else "feasible, not an extremal"
+    if any(goal.tolerance[:3]):
+        # A box is entered sooner than its middle is reached.
+        status += " to the middle of the box"
     return Plan(
         method=_METHOD,
         goal=goal,

@@ -5,10 +5,10 @@ from functools import lru_cache
 
 import casadi as ca
 import numpy as np
-import shapely
 
 from ...geometry.world import World
-from .footprint import Discs
+from ..vehicle.footprint import Discs
+from ..vehicle.free_distance import signed_distance
 
 # Nodes of the spline along the longer side of the world.
 SPLINE_NODES = 120
@@ -33,14 +33,18 @@ class ClearanceField:
     spacing: float
 
     def function(self) -> ca.Function:
-        """From a state to the free distance around each disc, negative: an overlap [m]."""
-        state = ca.MX.sym("state", 4)
-        free = [
-            self.spline(ca.vertcat(*self.discs.centre(k, state, ca.cos, ca.sin)))
-            - self.discs.radii[k]
-            for k in range(len(self.discs))
-        ]
-        return ca.Function("free", [state], [ca.vertcat(*free)])
+        """From a state to the free distance around each disc, negative: an overlap [m].
+
+        The state is in a frame whose pose in the world is the second argument.
+        """
+        state, pose = ca.MX.sym("state", 4), ca.MX.sym("pose", 3)
+        c, s = ca.cos(pose[2]), ca.sin(pose[2])
+        free = []
+        for k in range(len(self.discs)):
+            x, y = self.discs.centre(k, state, ca.cos, ca.sin)
+            place = ca.vertcat(pose[0] + c * x - s * y, pose[1] + s * x + c * y)
+            free.append(self.spline(place) - self.discs.radii[k])
+        return ca.Function("free", [state, pose], [ca.vertcat(*free)])
 
 
 @lru_cache(maxsize=8)
@@ -57,11 +61,3 @@ def clearance_field(world: World, discs: Discs) -> ClearanceField:
     distance = signed_distance(world, points)
     spline = ca.interpolant("distance", "bspline", [x.tolist(), y.tolist()], distance.tolist())
     return ClearanceField(discs, spline, spacing)
-
-
-def signed_distance(world: World, points: np.ndarray) -> np.ndarray:
-    """From points, shape (n, 2), to the nearest wall, shape (n,); positive in free space [m]."""
-    shapely.prepare(world.polygon)
-    inside = shapely.covers(world.polygon, shapely.points(points))
-    distance = shapely.distance(world.polygon.boundary, shapely.points(points))
-    return np.where(inside, 1.0, -1.0) * distance

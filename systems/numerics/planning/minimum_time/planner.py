@@ -6,13 +6,14 @@ from time import perf_counter
 
 import numpy as np
 
-from ...errors import InvalidInput, require, require_finite
+from ...errors import require
 from ...geometry.world import World
-from ..among_walls.clear import require_clear_ends, walls_part
 from ..goal import Goal
 from ..plan import Plan, TrailerPath
 from ..trailer import Trailer
-from .footprint import Discs, covering_discs
+from ..vehicle.clear import require_clear_ends, walls_part
+from ..vehicle.footprint import Discs, covering_discs
+from ..vehicle.start import checked_start
 from .guess import resampled
 from .problem import Attempt, Problem
 from .refinement import ACCEPTED_OVERLAP, kept_clear, with_placed_switches
@@ -67,7 +68,7 @@ def plan_by_casadi(
         if walls_part(obstacles, discs, state.tolist(), goal):
             return Plan(method=METHOD, goal=goal, status="unreachable", converged=False)
     problem = Problem(trailer, state, goal, max_iterations, obstacles, discs)
-    if not any(goal.miss(problem.start)):
+    if goal.reached(problem.start):
         return _no_way_to_go(problem, perf_counter() - began)
     groups = [seeds] if seeds is not None else default_seeds(problem)
     attempts: list[Attempt] = []
@@ -128,21 +129,3 @@ def _commonest(statuses: list[str]) -> str:
     """The word that most failures have in common."""
     failures = [each for each in statuses if each != "optimal"]
     return max(failures, key=failures.count) if failures else "no path found"
-
-
-def checked_start(trailer: Trailer, start: Sequence[float]) -> np.ndarray:
-    """The start as an array, shape (4,), after refusing what cannot be one.
-
-    Raises:
-        InvalidInput: It is not x, y, theta and beta, finite, with beta within the jackknife limit.
-    """
-    try:
-        entries = [float(value) for value in start]
-    except (TypeError, ValueError):
-        raise InvalidInput(f"`start` must be four numbers; got {start}") from None
-    require(len(entries) == 4, "start", "be (x, y, theta, beta)", start)
-    for value in entries:
-        require_finite("start", value)
-    bent = abs(math.remainder(start[3], math.tau))
-    require(bent <= trailer.jackknife, "start", "have |beta| within jackknife", start[3])
-    return np.array(start, dtype=float)

@@ -1,7 +1,7 @@
 """One question to the solver, and one run of the solver on it."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,8 +9,8 @@ from ...geometry.world import World
 from ..goal import Goal
 from ..plan import TrailerPath
 from ..trailer import Trailer
+from ..vehicle.footprint import Discs
 from .clearance import clearance_field
-from .footprint import Discs
 from .guess import FREE, Guess, nearest_goal_state
 from .programme import Programme, minimum_time_programme
 
@@ -21,8 +21,10 @@ _STATUSES = {
     "Infeasible_Problem_Detected": "no path found",
     "Maximum_Iterations_Exceeded": "iteration limit",
 }
-# Largest violation of a constraint that still counts as none, in the units of the state.
+# Largest violation of a constraint that still counts as none, in the units of the state, and
+# relative to how far the start is from the goal: beside it, to stay would be no path.
 ACCEPTED_VIOLATION = 1e-6
+ACCEPTED_SHARE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,17 +36,19 @@ class Attempt:
         violation: Largest violation of a constraint, in the units of the state.
         status: In words.
         iterations: Of the solver.
+        accepted: Violation up to which it is a path, in the units of the state.
     """
 
     path: TrailerPath
     violation: float
     status: str
     iterations: int
+    accepted: float = ACCEPTED_VIOLATION
 
     @property
     def is_path(self) -> bool:
         """Whether the last iterate keeps the constraints, optimal or not."""
-        return self.violation <= ACCEPTED_VIOLATION
+        return self.violation <= self.accepted
 
     @property
     def time(self) -> float:
@@ -91,7 +95,11 @@ class Problem:
         return minimum_time_programme(shape, intervals, self.max_iterations, arcs, field)
 
     def solve(self, guess: Guess, margin: float = 0.0) -> Attempt:
-        """Run the solver from a guess, keeping a margin from walls at the nodes [m]."""
+        """Run the solver from a guess, keeping a margin from walls at the nodes [m].
+
+        It works in the goal's own frame, where the box bounds each entry by itself.
+        """
+        guess = replace(guess, states=self.goal.to_frame(guess.states))
         n, arcs = len(guess.controls), len(guess.durations)
         programme = self.programme(n, arcs)
         low, high = self._state_bounds(guess)
@@ -104,6 +112,7 @@ class Problem:
             x0=np.clip(first, lbx, ubx),
             lbx=lbx,
             ubx=ubx,
+            p=self.goal.state[:3] if programme.discs else [],
             lbg=np.append(np.zeros(defects), np.full(clearances, margin)),
             ubg=np.append(np.zeros(defects), np.full(clearances, np.inf)),
         )
@@ -116,19 +125,25 @@ class Problem:
         states, controls, durations = np.split(values, [4 * n + 4, 6 * n + 4])
         steps = np.repeat(durations * arcs / n, n // arcs)
         path = TrailerPath(
-            np.append(0.0, np.cumsum(steps)), states.reshape(-1, 4), controls.reshape(-1, 2)
+            np.append(0.0, np.cumsum(steps)),
+            self.goal.from_frame(states.reshape(-1, 4)),
+            controls.reshape(-1, 2),
         )
+        # Not but for rounding where it was told to start.
+        path.states[0] = self.start
         stats = programme.solver.stats()
         words = str(stats["return_status"])
         status = _STATUSES.get(words, words.replace("_", " ").lower())
-        return Attempt(path, violation, status, int(stats["iter_count"]))
+        accepted = min(ACCEPTED_VIOLATION, ACCEPTED_SHARE * max(self.goal.miss(self.start)))
+        return Attempt(path, violation, status, int(stats["iter_count"]), accepted)
 
     def _state_bounds(self, guess: Guess) -> tuple[np.ndarray, np.ndarray]:
         low, high = np.full(guess.states.shape, -np.inf), np.full(guess.states.shape, np.inf)
         if self.trailer.jackknife < math.pi:
             low[:, 3], high[:, 3] = -self.trailer.jackknife, self.trailer.jackknife
-        low[0] = high[0] = self.start
-        target, width = nearest_goal_state(self.goal, guess.states[-1]), self.goal.tolerance
+        low[0] = high[0] = self.goal.to_frame(self.start)
+        target = nearest_goal_state(self.goal.centred, guess.states[-1])
+        width = self.goal.tolerance
         low[-1] = np.maximum(low[-1], target - width)
         high[-1] = np.minimum(high[-1], target + width)
         return low, high

@@ -24,7 +24,8 @@ class Programme:
 
     Its variables are the states, node by node, then the controls (v, omega), interval by interval,
     then the durations of the arcs. Its constraints are that each interval ends where the next
-    begins, then the free distance around each disc at each node.
+    begins, then the free distance around each disc at each node. With obstacles its parameter is
+    the pose, in the world, of the frame that the states are in.
 
     Attributes:
         solver: What solves it; arguments as those of `casadi.nlpsol`.
@@ -69,9 +70,10 @@ def minimum_time_programme(
     steps = ca.vec(ca.repmat(durations.T / each, each, 1)).T
     ends = advance.map(intervals)(states[:, :-1], controls, steps)
     constraints = [ca.vec(states[:, 1:] - ends)]
+    pose = ca.MX.sym("pose", 0 if field is None else 3)
     if field is not None:
         distances = field.function().map(intervals + 1)
-        constraints.append(ca.vec(distances(states)))
+        constraints.append(ca.vec(distances(states, ca.repmat(pose, 1, intervals + 1))))
     options = {
         "print_time": False,
         # Splines cannot be written out in scalars.
@@ -87,6 +89,7 @@ def minimum_time_programme(
     }
     programme = {
         "x": ca.vertcat(ca.vec(states), ca.vec(controls), durations),
+        "p": pose,
         "f": ca.sum1(durations),
         "g": ca.vertcat(*constraints),
     }

@@ -1,8 +1,8 @@
 """What makes good solutions better: switches in place, and walls kept clear between nodes."""
 
+from ..vehicle.overlap import deepest_overlap
 from .arcs import split_into_arcs
 from .guess import FREE, resampled
-from .overlap import deepest_overlap
 from .problem import Attempt, Problem
 
 # Of each arc, when switches are put in their places; paths of more arcs are left as they are.

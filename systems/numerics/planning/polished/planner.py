@@ -10,7 +10,7 @@ from ..dubins import dubins_paths
 from ..extremals.planner import plan_by_extremals
 from ..goal import Goal
 from ..minimum_time.guess import resampled
-from ..minimum_time.planner import checked_start, plan_by_casadi
+from ..minimum_time.planner import plan_by_casadi
 from ..minimum_time.problem import Attempt, Problem
 from ..minimum_time.refinement import with_placed_switches
 from ..minimum_time.seeds import seed_along
@@ -21,6 +21,7 @@ from ..value_function.descents import descents
 from ..value_function.grid import THESIS_STEP
 from ..value_function.tables import open_field_table
 from ..value_function.value_function import ValueFunction
+from ..vehicle.start import checked_start
 
 METHOD = "polished"
 # Ways down the table that are tried at most, and seeds in all: the rest are the shortest car paths.
@@ -71,7 +72,7 @@ def plan_polished(
     """
     began = perf_counter()
     state = checked_start(trailer, start)
-    if not any(goal.miss(state)):
+    if goal.reached(state):
         return replace(plan_by_casadi(trailer, start, goal), method=METHOD)
     if value is None:
         value = open_field_table(trailer, start, goal, step)

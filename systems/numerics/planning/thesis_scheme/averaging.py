@@ -7,6 +7,7 @@ Source: Zhang 2014, (3.15)-(3.17) and Table 3.1.
 """
 
 import math
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
@@ -108,12 +109,14 @@ def _sign(values: np.ndarray) -> np.ndarray:
 
 def _inside(grid: Grid, box: Goal) -> np.ndarray:
     """Nodes in a box, shape of the grid."""
-    gaps = [axis - middle for axis, middle in zip(grid.axes(), box.state, strict=True)]
-    gaps[2:] = [np.remainder(gap + math.pi, math.tau) - math.pi for gap in gaps[2:]]
-    x, y, theta, beta = (
-        np.abs(gap) <= width + 1e-9 for gap, width in zip(gaps, box.tolerance, strict=True)
-    )
-    return theta[:, None, None, None] & beta[:, None, None] & y[:, None] & x
+    x, y, theta, beta = grid.axes()
+    # Rounding must not drop a node on the face of the box.
+    wide = replace(box, tolerance=tuple(width + 1e-9 for width in box.tolerance))
+    ground = np.zeros((len(y), len(x), 4))
+    ground[..., 0], ground[..., 1], ground[..., 2:] = x, y[:, None], box.state[2:]
+    angles = np.empty((len(theta), len(beta), 4))
+    angles[..., :2], angles[..., 2], angles[..., 3] = box.state[:2], theta[:, None], beta
+    return wide.contains(angles)[:, :, None, None] & wide.contains(ground)
 
 
 @compiled

@@ -8,7 +8,6 @@ import numpy as np
 
 from ...errors import InvalidInput
 from ..goal import Goal
-from ..minimum_time.planner import checked_start
 from ..plan import Plan, TrailerPath
 from ..trailer import Trailer
 from ..value_function.grid import THESIS_STEP
@@ -16,6 +15,7 @@ from ..value_function.rollout import drive, inside
 from ..value_function.solve import Progress
 from ..value_function.tables import open_field_table
 from ..value_function.value_function import ValueFunction
+from ..vehicle.start import checked_start
 from .averaging import solve_by_averaging
 
 METHOD = "averaging"
@@ -66,12 +66,13 @@ def plan_by_averaging(
         arrived = bool(inside(value, states[-1]))
     times = pace * np.arange(len(states))
     path = TrailerPath(times, np.array(states), np.array(controls).reshape(-1, 2))
-    words = "arrived" if arrived else "lost on the way"
+    there = arrived and not any(goal.miss(states[-1]))
+    words = "arrived" if there else "arrived in a wider box" if arrived else "lost on the way"
     return Plan(
         method=METHOD,
         goal=goal,
         status=words if math.isfinite(promised) else "unreachable",
-        converged=arrived and value.converged,
+        converged=there and value.converged,
         time=float(times[-1]) if arrived else math.inf,
         path=path if arrived else None,
         iterations=value.sweeps,

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arc_words.held_controls import control_set, hold_beta, shift_of
+from ..goal import Goal
 from ..plan import TrailerPath
-from .rollout import inside
 from .value_function import ValueFunction
 
 # Ways that stay after each step, half of them at most with the same first turn.
@@ -72,7 +72,9 @@ class _Arrival(NamedTuple):
     winding: int
 
 
-def descents(value: ValueFunction, start, width: int = WIDTH) -> list[Descent]:
+def descents(
+    value: ValueFunction, start, width: int = WIDTH, aim: Goal | None = None
+) -> list[Descent]:
     """Ways into the goal box, the quickest first; empty where the table promises none.
 
     One for each first turn and each number of whole turns, as far as they arrive in time: they are
@@ -82,9 +84,11 @@ def descents(value: ValueFunction, start, width: int = WIDTH) -> list[Descent]:
         value: The table.
         start: x, y, theta, beta, shape (4,) [m], [m], [rad], [rad].
         width: How many ways are followed at once.
+        aim: A box within that of the table, in the table's frame, to enter; by default all of it.
     """
     start = np.array(start, dtype=float)
     promised = float(value.time_to_go(start))
+    box = value.goal if aim is None else aim
     if not math.isfinite(promised):
         return []
     limit = _PATIENCE * promised + 2 * math.tau / value.trailer.turn_rate
@@ -98,7 +102,7 @@ def descents(value: ValueFunction, start, width: int = WIDTH) -> list[Descent]:
         fronts.append(front)
         durations = _durations(value, front.states, pairs)
         along = _driven(value, front.states, pairs, durations)
-        hits = inside(value, along)
+        hits = box.contains(value.to_table(along))
         entered = hits.any(axis=0)
         before = front.first_turns[:, None]
         turned = np.where(before, before, np.sign(pairs[:, 1]).astype(int))

@@ -1,16 +1,22 @@
 """The grid on which a value function stands."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...errors import require, require_finite, require_positive
+from ..goal import Goal
+from ..trailer import Trailer
 
 # Table 3.1: h_x = h_y = 0.2 and h_theta = h_beta = 0.251 = 2 pi / 25, over twelve turning radii.
 THESIS_STEP = 0.2
 THESIS_ANGLES = 25
 HALF_WIDTH = 6.0
+
+# Room for loops around the start and the goal, in turning radii.
+MARGIN = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,3 +170,32 @@ class Grid:
             self.theta_step * np.arange(self.theta_count),
             self.beta_step * np.arange(self.beta_count),
         )
+
+
+def grid_around(trailer: Trailer, start: Sequence[float], goal: Goal, step: float) -> Grid:
+    """The usual grid around a goal, grown where the start needs more room.
+
+    Args:
+        trailer: For its turning radius.
+        start: x, y, theta, beta [m], [m], [rad], [rad].
+        goal: The middle.
+        step: Distance of nodes in turning radii.
+    """
+    radius = trailer.speed / trailer.turn_rate
+    square = Grid.of_step(step, goal.state[:2], radius=radius)
+    margin = MARGIN * radius
+    # Equally far on both sides of the goal, so that it stays a node and a mirror axis.
+    widths = [
+        max(square.bounds[2 + k] - goal.state[k], abs(start[k] - goal.state[k]) + margin)
+        for k in range(2)
+    ]
+    nodes = [math.ceil(width / square.step - 1e-9) for width in widths]
+    return Grid(
+        x_min=goal.state[0] - nodes[0] * square.step,
+        y_min=goal.state[1] - nodes[1] * square.step,
+        step=square.step,
+        x_count=2 * nodes[0] + 1,
+        y_count=2 * nodes[1] + 1,
+        theta_count=square.theta_count,
+        beta_count=square.beta_count,
+    )

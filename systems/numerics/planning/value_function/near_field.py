@@ -8,15 +8,15 @@ import math
 
 import numpy as np
 
-from ..among_walls.obstacles import Walls
-from ..among_walls.walled_words import alike, drop_walled
 from ..arc_words.box_entries import enter_box
 from ..arc_words.held_controls import half_angles
 from ..arc_words.words import endings_of, within_jackknife, words_of
 from ..goal import Goal
 from ..trailer import Trailer
 from .grid import Grid
+from .obstacles import Walls
 from .sweeps import FAR
+from .walled_words import alike, drop_walled
 
 # Arcs before the last: how many, the lattice of their durations, in angles between theta nodes, and
 # how long a word may be [1 / turn rate].

@@ -17,17 +17,18 @@ import numpy as np
 
 from ...errors import require
 from ...geometry.world import World
-from ..among_walls.obstacles import make_walls, shut_ways
-from ..among_walls.sweeps import sweep_walled_row
 from ..arc_words.held_controls import normalised
 from ..goal import Goal
-from ..minimum_time.footprint import Discs, covering_discs
+from ..ranges import require_plannable_cart
 from ..trailer import Trailer
+from ..vehicle.footprint import Discs, covering_discs
 from .grid import Grid
 from .motions import Motions, make_motions
 from .near_field import first_hits
+from .obstacles import make_walls, shut_ways
 from .sweeps import FAR, LIMIT, settle_row, sweep_row
 from .value_function import ValueFunction
+from .walled_sweeps import sweep_walled_row
 from .warm_start import carried_over
 
 # Passes with cubic interpolation, in the open.
@@ -73,6 +74,7 @@ def solve_value_function(
     """
     if polish is None:
         polish = POLISH if obstacles is None else 0
+    require_plannable_cart(trailer)
     require(isinstance(polish, int) and polish >= 0, "polish", "be zero or more", polish)
     started = perf_counter()
     box, warnings = widened(goal, grid)
@@ -93,11 +95,10 @@ def solve_value_function(
         same = warm_start.goal == box and warm_start.placement == (0.0, 0.0, 0.0)
         require(same, "warm_start", "be for the goal as the grid resolves it", warm_start.goal)
         sweep.start_from(carried_over(warm_start, grid) / np.float32(unit))
-    sweeps, change, converged = 0, math.inf, False
-    while sweeps < LINEAR_LIMIT and not converged:
+    sweeps, change = 0, math.inf
+    while sweeps < LINEAR_LIMIT and change >= (ROUGH_CHANGE if polish else LINEAR_CHANGE):
         change = sweep(cubic=False, upwards=sweeps % 2 == 0)
         sweeps += 1
-        converged = change < (ROUGH_CHANGE if polish else LINEAR_CHANGE)
         if progress:
             progress(sweeps, change * unit)
     for _ in range(polish):
@@ -114,7 +115,7 @@ def solve_value_function(
         scheme="cubic" if polish else "linear",
         sweeps=sweeps,
         residual=change * unit,
-        converged=converged,
+        converged=change < LINEAR_CHANGE,
         wall_time=perf_counter() - started,
         warnings=warnings,
         walled=walls is not None,

@@ -5,8 +5,7 @@ from collections.abc import Callable, Sequence
 
 from ..goal import Goal
 from ..trailer import Trailer
-from .grid import Grid
-from .planner import grid_around
+from .grid import Grid, grid_around
 from .solve import Progress, solve_value_function
 from .value_function import ValueFunction
 

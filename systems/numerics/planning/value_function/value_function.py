@@ -29,7 +29,8 @@ class ValueFunction:
         scheme: "cubic" or "linear", of the last passes.
         sweeps: Passes over the grid.
         residual: Largest change of a node in the last pass [s].
-        converged: Whether the passes ended because nothing changed any more.
+        converged: Whether nothing changed any more in the last pass. A few cubic passes leave a
+            residual beside barriers, and a table that has not converged.
         wall_time: [s].
         warnings: What a reader should know of the answer.
         walled: Whether there are obstacles.
@@ -74,9 +75,7 @@ class ValueFunction:
 
     def _settled(self, flat: np.ndarray, out: np.ndarray) -> np.ndarray:
         """Times with the box and the jackknife limit seen to."""
-        gaps = np.abs(flat - np.array(self.goal.state))
-        gaps[:, 2:] = np.abs(np.remainder(gaps[:, 2:] + math.pi, math.tau) - math.pi)
-        out[(gaps <= self.goal.tolerance).all(axis=1) & np.isfinite(out)] = 0.0
+        out[self.goal.contains(flat) & np.isfinite(out)] = 0.0
         beta = np.remainder(flat[:, 3] + math.pi, math.tau) - math.pi
         if self.trailer.jackknife < math.pi:
             out[np.abs(beta) > self.trailer.jackknife + 1e-9] = np.inf

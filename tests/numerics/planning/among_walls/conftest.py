@@ -9,8 +9,8 @@ import shapely
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.planning.driven_path import refined_path
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
-from sightfield.systems.numerics.planning.minimum_time.footprint import covering_discs
 from sightfield.systems.numerics.planning.trailer import Trailer
+from sightfield.systems.numerics.planning.vehicle.footprint import covering_discs
 
 
 @pytest.fixture(scope="session")

@@ -2,15 +2,19 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.planning.among_walls.planner import grid_within
+from sightfield.systems.numerics.planning.among_walls.planner import grid_within, plan_from_table
+from sightfield.systems.numerics.planning.from_table.planner import plan_by_value_function
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.value_function.planner import plan_by_value_function
+from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.value_function import ValueFunction
+from sightfield.systems.numerics.planning.vehicle.footprint import covering_discs
 
 CART = Trailer()
 
@@ -91,3 +95,23 @@ def test_the_grid_covers_the_world_with_a_node_at_the_goal(headland):
     for at, low in zip(goal.state[:2], (low_x, low_y), strict=True):
         cells = (at - low) / grid.step
         assert cells == pytest.approx(round(cells), abs=1e-9)
+
+
+def test_where_the_table_knows_no_way_a_finer_grid_is_proposed():
+    world = make_world([(0, 0), (4, 0), (4, 4), (0, 4)])
+    goal = Goal(state=(2.0, 2.0, 0.0, 0.0), tolerance=(0.4, 0.4, 0.8, 0.8))
+    grid = Grid(x_min=0.0, y_min=0.0, step=0.4, x_count=11, y_count=11, theta_count=8, beta_count=8)
+    nowhere = ValueFunction(
+        table=np.full(grid.shape, np.inf, dtype=np.float32),
+        grid=grid,
+        trailer=Trailer(),
+        goal=goal,
+        scheme="linear",
+        sweeps=1,
+        residual=0.0,
+        converged=True,
+        walled=True,
+    )
+    plan = plan_from_table(nowhere, (1.0, 2.0, 0.0, 0.0), goal, world, covering_discs(Trailer()))
+    assert plan.status == "unreachable on this grid"
+    assert "half the step, 0.2 turning radii" in plan.notes["warnings"][-1]

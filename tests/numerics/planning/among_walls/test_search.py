@@ -2,12 +2,12 @@
 
 import pytest
 
-from sightfield.systems.numerics.planning.among_walls.obstacles import make_walls
 from sightfield.systems.numerics.planning.among_walls.planner import FINENESS, grid_within
 from sightfield.systems.numerics.planning.among_walls.search import search_path
-from sightfield.systems.numerics.planning.minimum_time.footprint import covering_discs
 from sightfield.systems.numerics.planning.trailer import Trailer
+from sightfield.systems.numerics.planning.value_function.obstacles import make_walls
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
+from sightfield.systems.numerics.planning.vehicle.footprint import covering_discs
 
 CART = Trailer()
 

@@ -8,6 +8,7 @@ import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.planning.driven_path import driven_path
+from sightfield.systems.numerics.planning.extremals.planner import plan_by_extremals
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from sightfield.systems.numerics.planning.polished.planner import plan_polished
@@ -135,3 +136,21 @@ def test_one_table_serves_neighbouring_starts_and_every_goal():
     assert wider.grid.holds(-13.0, 0.0)
     assert math.isfinite(wider.time_to_go((-9.0, 1.0, 0.0, 0.0)))
     assert open_field_table(Trailer(), (-90.0, 0.0, 0.0, 0.0), BOX, 0.5) is None
+
+
+@pytest.mark.parametrize("off", [1e-3, 1e-6, 3e-7, 1e-8])
+def test_just_beside_a_point_it_is_no_path_to_stay(off):
+    """Ahead of the goal by a hair the cart has to come round; all planners say so alike."""
+    goal = Goal(state=(2.0, 1.0, 0.4, 0.0))
+    start = goal.from_frame([off, 0.0, 0.0, 0.0])
+    asked = (Trailer(), start, goal)
+    plans = [plan(*asked) for plan in (plan_polished, plan_by_casadi, plan_by_extremals)]
+    assert [plan.time for plan in plans] == pytest.approx([9.4152] * 3, abs=2e-3)
+
+
+def test_within_a_rounding_it_is_there():
+    goal = Goal(state=(2.0, 1.0, 0.4, 0.0))
+    start = goal.from_frame([5e-10, 0.0, 0.0, 0.0])
+    asked = (Trailer(), start, goal)
+    plans = [plan(*asked) for plan in (plan_polished, plan_by_casadi, plan_by_extremals)]
+    assert [plan.time for plan in plans] == [0, 0, 0]

@@ -66,3 +66,11 @@ def test_its_path_leads_straight_ahead_into_the_box(table):
 def test_reverse_is_refused():
     with pytest.raises(InvalidInput, match="forwards only"):
         solve_by_averaging(Trailer(reverse=True), GOAL, Grid.of_step(0.4))
+
+
+def test_a_path_into_a_wider_box_has_not_converged(table):
+    """To the point no path is as quick; the table's box is a cell wide."""
+    point = Goal(state=GOAL.state)
+    plan = plan_by_averaging(Trailer(), (-3.0, 0.0, 0.0, 0.0), point, value=table)
+    assert plan.path is not None
+    assert (plan.status, plan.converged) == ("arrived in a wider box", False)

@@ -1,4 +1,4 @@
-"""Paths that look far ahead, and what is done about loops."""
+"""Paths that look far ahead, and promises that they do not keep."""
 
 from dataclasses import replace
 
@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.planning.driven_path import driven_path
+from sightfield.systems.numerics.planning.from_table.planner import plan_by_value_function
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.descents import descents
-from sightfield.systems.numerics.planning.value_function.planner import plan_by_value_function
 from sightfield.systems.numerics.planning.value_function.rollout import inside, is_late
 
 GOAL = Goal(state=(0.0, 0.0, 0.0, 0.0), tolerance=THESIS_TOLERANCE)
@@ -74,7 +74,6 @@ def test_off_the_table_there_is_no_way(solved):
 
 
 def test_only_paths_that_keep_the_promise_have_converged(solved):
-    """Stepping by (3.20) alone, one random start in four gets lost or goes in a loop."""
     plans = [
         plan_by_value_function(Trailer(), start, GOAL, value=solved())
         for start in random_starts(24, 5)
@@ -85,9 +84,8 @@ def test_only_paths_that_keep_the_promise_have_converged(solved):
             ("arrived later than promised", False) if late else ("arrived", True)
         )
         assert GOAL.miss(plan.path.states[-1]) == (0, 0, 0, 0)
-    assert {plan.notes["way"] for plan in plans} == {"step by step", "looking far ahead"}
     # Where the table is wrong beside a barrier, it promises too much.
-    assert sum(plan.converged for plan in plans) >= 22
+    assert sum(plan.converged for plan in plans) >= 23
 
 
 def test_a_path_later_than_promised_has_not_converged(solved):

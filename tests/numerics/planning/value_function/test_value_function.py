@@ -219,3 +219,12 @@ def test_a_warm_start_needs_fewer_passes_for_the_same_times(solved, states):
         solve_value_function(Trailer(length=2.0), box, Grid.of_step(0.2), warm_start=coarse)
     with pytest.raises(InvalidInput, match="polish"):
         solve_value_function(Trailer(), box, Grid.of_step(0.2), polish=0, warm_start=coarse)
+
+
+def test_a_table_has_converged_when_nothing_changes_any_more(solved):
+    """Eight cubic passes leave a residual beside barriers; linear ones run until there is none."""
+    linear, cubic = solved(polish=0), solved(polish=8)
+    assert linear.converged
+    assert linear.residual < 1e-3
+    assert cubic.residual > 1e-2
+    assert not cubic.converged

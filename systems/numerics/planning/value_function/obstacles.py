@@ -8,11 +8,11 @@ import numpy as np
 from ...compiled import compiled, kernel
 from ...geometry.world import World
 from ..arc_words.held_controls import control_set, hold_beta
-from ..minimum_time.clearance import signed_distance
-from ..minimum_time.footprint import TRACTOR, TRAILER, Discs
 from ..trailer import Trailer
-from ..value_function.grid import Grid
-from ..value_function.motions import step_multiples
+from ..vehicle.footprint import TRACTOR, TRAILER, Discs
+from ..vehicle.free_distance import signed_distance
+from .grid import Grid
+from .motions import step_multiples
 
 # Places that are looked at in one angle between theta nodes.
 LOOKS = 2

@@ -7,22 +7,17 @@ from time import perf_counter
 
 from ...errors import require
 from ...geometry.world import World
-from ..among_walls.clear import require_clear_ends, walls_part
 from ..among_walls.planner import METHOD, grid_within, plan_from_table
-from ..driven_path import refined_path
 from ..goal import Goal
-from ..minimum_time.footprint import Discs, covering_discs
-from ..minimum_time.planner import checked_start
 from ..plan import Plan
 from ..trailer import Trailer
-from .descents import descents
-from .grid import THESIS_STEP, Grid
-from .rollout import STEPS_PER_ANGLE, is_late, roll_out
-from .solve import Progress, solve_value_function, widened
-from .value_function import ValueFunction
-
-# Room for loops around the start and the goal, in turning radii.
-MARGIN = 3.0
+from ..value_function.grid import THESIS_STEP, grid_around
+from ..value_function.rollout import is_late, roll_out
+from ..value_function.solve import Progress, solve_value_function, widened
+from ..value_function.value_function import ValueFunction
+from ..vehicle.clear import require_clear_ends, walls_part
+from ..vehicle.footprint import Discs, covering_discs
+from ..vehicle.start import checked_start
 
 
 def plan_by_value_function(
@@ -37,12 +32,11 @@ def plan_by_value_function(
     obstacles: World | None = None,
     discs: Discs | None = None,
 ) -> Plan:
-    """Solve for the time to go, and drive greedily down it.
+    """Solve for the time to go, and drive down it by the policy of the table.
 
     The path is what was driven, and `time` is how long that took; the notes hold the
-    `value_function`, its `time_to_go`, the times of `fallbacks` from (3.20), and `warnings`, for
-    example of a tolerance that the grid cannot resolve. Then the plan is not converged: it is for
-    a wider box.
+    `value_function`, its `time_to_go`, and `warnings`, for example of a tolerance that the grid
+    cannot resolve. Then the plan is not converged: it is for a wider box.
 
     Args:
         trailer: The cart.
@@ -91,26 +85,16 @@ def plan_by_value_function(
         require(same, "value", "be for the same beta and tolerance", value.goal)
         value = value.moved(*goal.state[:3])
     driven = roll_out(value, start)
-    path, way = driven.path if driven.arrived else None, "step by step"
-    fallbacks = driven.fallbacks
-    if path is None or driven.late:
-        # The sign alone can lead into a loop; longer views lead out of it.
-        far = descents(value, start)
-        if far and (path is None or far[0].time < path.times[-1]):
-            step = value.grid.theta_step / trailer.turn_rate / STEPS_PER_ANGLE
-            path, way = refined_path(far[0].path, trailer, step), "looking far ahead"
-            fallbacks = path.times[:-1]
+    path = driven.path if driven.arrived else None
     time = float(path.times[-1]) if path is not None else math.inf
     late = is_late(value, driven.promised, time)
     notes: dict[str, object] = {
         "value_function": value,
-        "way": way,
         "time_to_go": driven.promised,
         "sweeps": value.sweeps,
         "scheme": value.scheme,
         "grid": value.grid.shape,
         "tolerance": value.goal.tolerance,
-        "fallbacks": fallbacks.tolist(),
         "warnings": list(value.warnings),
     }
     if math.isinf(driven.promised):
@@ -125,40 +109,12 @@ def plan_by_value_function(
         method=METHOD,
         goal=goal,
         status=status,
-        converged=path is not None and not late and value.converged and not value.warnings,
+        # The table only chooses the word: what is promised is a path into the goal.
+        converged=path is not None and not late and not value.warnings,
         time=time,
         path=path,
         iterations=value.sweeps,
         residual=value.residual,
         wall_time=perf_counter() - began,
         notes=notes,
-    )
-
-
-def grid_around(trailer: Trailer, start: Sequence[float], goal: Goal, step: float) -> Grid:
-    """The usual grid around a goal, grown where the start needs more room.
-
-    Args:
-        trailer: For its turning radius.
-        start: x, y, theta, beta [m], [m], [rad], [rad].
-        goal: The middle.
-        step: Distance of nodes in turning radii.
-    """
-    radius = trailer.speed / trailer.turn_rate
-    square = Grid.of_step(step, goal.state[:2], radius=radius)
-    margin = MARGIN * radius
-    # Equally far on both sides of the goal, so that it stays a node and a mirror axis.
-    widths = [
-        max(square.bounds[2 + k] - goal.state[k], abs(start[k] - goal.state[k]) + margin)
-        for k in range(2)
-    ]
-    nodes = [math.ceil(width / square.step - 1e-9) for width in widths]
-    return Grid(
-        x_min=goal.state[0] - nodes[0] * square.step,
-        y_min=goal.state[1] - nodes[1] * square.step,
-        step=square.step,
-        x_count=2 * nodes[0] + 1,
-        y_count=2 * nodes[1] + 1,
-        theta_count=square.theta_count,
-        beta_count=square.beta_count,
     )

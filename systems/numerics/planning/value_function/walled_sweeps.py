@@ -9,7 +9,7 @@ half of its weight: that puts the edge of what is in reach between the nodes, to
 import numpy as np
 
 from ...compiled import compiled, kernel
-from ..value_function.sweeps import FAR, LIMIT, between, blend, blend_four
+from .sweeps import FAR, LIMIT, between, blend, blend_four
 
 # Weight of the reachable nodes from which on they stand for their cell.
 MAJORITY = np.float32(0.5)

@@ -1,6 +1,7 @@
 """Ends that overlap a wall, and goals that walls part from the start."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import shapely
@@ -8,8 +9,8 @@ import shapely
 from ...errors import require
 from ...geometry.world import World
 from ..goal import Goal
-from ..minimum_time.footprint import TRACTOR, Discs
-from ..minimum_time.overlap import deepest_overlap
+from .footprint import TRACTOR, Discs
+from .overlap import deepest_overlap
 
 
 def require_clear_ends(world: World, discs: Discs, start: Sequence[float], goal: Goal) -> None:
@@ -38,10 +39,8 @@ def walls_part(world: World, discs: Discs, start: Sequence[float], goal: Goal) -
     # A buffer is a polygon with many corners: they must not leave an end outside.
     near = 1e-3 * max(radii, default=0.0) + world.tolerance
     x, y = float(start[0]), float(start[1])
-    dx, dy = (min(width, world.size) + near for width in goal.tolerance[:2])
-    box = shapely.box(
-        goal.state[0] - dx, goal.state[1] - dy, goal.state[0] + dx, goal.state[1] + dy
-    )
+    wide, high = (min(width, 2 * world.size) + near for width in goal.tolerance[:2])
+    box = shapely.Polygon(replace(goal, tolerance=(wide, high, 0.0, 0.0)).corners())
     place = shapely.Point(x, y).buffer(near)
     return not any(
         part.intersects(place) and part.intersects(box) for part in shapely.get_parts(free)

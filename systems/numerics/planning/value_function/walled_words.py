@@ -6,8 +6,8 @@ import numpy as np
 
 from ...compiled import compiled
 from ..arc_words.words import Endings, Words
-from ..value_function.sweeps import FAR
 from .obstacles import Walls, overlaps
+from .sweeps import FAR
 
 # Samples of a last arc from one look for walls to the next.
 LOOK = 2

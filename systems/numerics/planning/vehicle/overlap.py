@@ -3,8 +3,8 @@
 import numpy as np
 
 from ...geometry.world import World
-from .clearance import signed_distance
 from .footprint import Discs
+from .free_distance import signed_distance
 
 
 def deepest_overlap(world: World, discs: Discs, states: np.ndarray, between: int = 8) -> float:

@@ -1,0 +1,247 @@
+"""A word of arcs with the durations that take the least time into a goal box.
+
+The controls stay, in their order; how long each is held is chosen anew, for a start that may be
+another than the word was made for. More switches let a word come near to singular arcs, too: arcs
+of no duration are put in between, and those that save time grow.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import minimize
+
+from ...compiled import compiled, kernel
+from ..goal import Goal
+from ..trailer import Trailer
+from .held_controls import control_set
+from .quickest import ArcWord
+
+# Of the solver: most steps, and the change of the duration at which it stops [1 / turn rate].
+MOST_STEPS = 60
+PRECISION = 1e-7
+# Steps by which a word that ends a little outside the box is brought into it.
+CORRECTIONS = 5
+# Largest miss of an end that counts as none, by which a box is drawn in, in turning radii and
+# radians.
+KEPT = 1e-6
+# Arcs that are held for less are left out [1 / turn rate].
+SHORTEST = 1e-9
+# Times that more switches are tried, for so many arcs at most, and how much they must save,
+# relative to the duration.
+ROUNDS = 4
+MOST_ARCS = 14
+WORTH = 2e-5
+# Difference of durations for slopes [1 / turn rate].
+_NUDGE = 1e-6
+
+
+class _Cart(NamedTuple):
+    """The trailer's lengths in turning radii."""
+
+    length: float
+    hitch: float
+
+
+def shortest(trailer: Trailer, start, word: ArcWord, goal: Goal) -> ArcWord | None:
+    """A word near another that takes the least time into a box, with more switches if they help.
+
+    Args:
+        trailer, start, word, goal: As for `shortened`.
+    """
+    best = shortened(trailer, start, word, goal)
+    for _ in range(ROUNDS):
+        if best is None or not 0 < len(best.durations) <= MOST_ARCS:
+            break
+        found = shortened(trailer, start, with_more_switches(best, trailer), goal)
+        if found is None or found.time > best.time * (1 - WORTH):
+            break
+        best = found
+    return best
+
+
+def shortened(trailer: Trailer, start, word: ArcWord, goal: Goal) -> ArcWord | None:
+    """The same controls with the least time into a box; None if no durations near lead into it.
+
+    A local optimum: whatever is on the way, such as the jackknife limit, is not looked at.
+
+    Args:
+        trailer: Which drives.
+        start: x, y, theta, beta [m], [m], [rad], [rad].
+        word: At least one arc.
+        goal: The box.
+    """
+    radius = trailer.speed / trailer.turn_rate
+    scale = np.array([radius, radius, 1.0, 1.0])
+    cart, local = _normalised(trailer, goal.to_frame(start))
+    controls = word.controls / [trailer.speed, trailer.turn_rate]
+    durations = word.durations * trailer.turn_rate
+    widths = np.array(goal.tolerance) / scale
+    bound = np.isfinite(widths) & (widths < [math.inf, math.inf, math.pi, math.pi])
+    # An end on a face of the box must not be outside by rounding.
+    widths = np.where(widths > 2 * KEPT, widths - KEPT, 0.0)
+    exact, loose = bound & (widths == 0), bound & (widths > 0)
+    # Which of the turns of the goal the word is for: then gaps do not jump.
+    end = np.empty(4)
+    _end(local, controls, durations, cart, end)
+    turns = math.tau * round(end[2] / math.tau)
+    known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+
+    def looked_up(held: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        key = held.tobytes()
+        if key not in known:
+            known.clear()
+            gaps, slopes = np.empty(4), np.empty((4, len(held)))
+            _end_and_slopes(local, controls, np.maximum(held, 0.0), cart, gaps, slopes)
+            gaps[2] -= turns
+            gaps[3] = math.remainder(gaps[3] - goal.state[3], math.tau)
+            known[key] = gaps, slopes
+        return known[key]
+
+    def room(held):
+        gaps = looked_up(held)[0][loose]
+        return np.concatenate([widths[loose] - gaps, widths[loose] + gaps])
+
+    def room_slopes(held):
+        slopes = looked_up(held)[1][loose]
+        return np.concatenate([-slopes, slopes])
+
+    constraints = []
+    if loose.any():
+        constraints.append({"type": "ineq", "fun": room, "jac": room_slopes})
+    if exact.any():
+        constraints.append(
+            {
+                "type": "eq",
+                "fun": lambda held: looked_up(held)[0][exact],
+                "jac": lambda held: looked_up(held)[1][exact],
+            }
+        )
+    ones = np.ones(len(durations))
+    answer = minimize(
+        lambda held: float(held.sum()),
+        durations,
+        jac=lambda _: ones,
+        bounds=[(0.0, None)] * len(durations),
+        constraints=constraints,
+        method="SLSQP",
+        options={"maxiter": MOST_STEPS, "ftol": PRECISION},
+    )
+    held = np.where(answer.x < SHORTEST, 0.0, answer.x)
+    if not np.isfinite(held).all():
+        return None
+    # The solver may stop a little outside, where many words take as long as each other.
+    for _ in range(CORRECTIONS):
+        gaps, slopes = looked_up(held)
+        excess = np.where(bound, gaps - np.clip(gaps, -widths, widths), 0.0)
+        if np.abs(excess).max() <= KEPT:
+            return merged(ArcWord(word.controls, held / trailer.turn_rate))
+        off, on = np.flatnonzero(excess), np.flatnonzero(held)
+        change, *_ = np.linalg.lstsq(slopes[np.ix_(off, on)], -excess[off], rcond=None)
+        held[on] = np.maximum(held[on] + change, 0.0)
+    return None
+
+
+def end_of(trailer: Trailer, start, word: ArcWord) -> np.ndarray:
+    """Where a word leads, shape (4,); beta in (-pi, pi].
+
+    Args:
+        trailer: Which drives.
+        start: x, y, theta, beta [m], [m], [rad], [rad].
+        word: Its arcs, or none.
+    """
+    cart, local = _normalised(trailer, np.array(start, dtype=float))
+    end = np.empty(4)
+    controls = word.controls / [trailer.speed, trailer.turn_rate]
+    _end(local, controls, word.durations * trailer.turn_rate, cart, end)
+    end[:2] *= trailer.speed / trailer.turn_rate
+    return end
+
+
+def merged(word: ArcWord) -> ArcWord:
+    """The same word without arcs that take no time, and with neighbours that are alike as one."""
+    controls: list[np.ndarray] = []
+    durations: list[float] = []
+    for control, duration in zip(word.controls, word.durations.tolist(), strict=True):
+        if duration <= 0.0:
+            continue
+        if controls and (controls[-1] == control).all():
+            durations[-1] += duration
+        else:
+            controls.append(control)
+            durations.append(duration)
+    return ArcWord(np.array(controls).reshape(-1, 2), np.array(durations))
+
+
+def after(word: ArcWord, time: float) -> ArcWord:
+    """What is left of a word when it has been followed for a time [s]."""
+    ends = np.cumsum(word.durations)
+    left = np.minimum(word.durations, np.maximum(ends - time, 0.0))
+    return merged(word._replace(durations=left))
+
+
+def with_more_switches(word: ArcWord, trailer: Trailer) -> ArcWord:
+    """Each arc in two, with arcs of all other controls and no duration in between."""
+    pairs = control_set(trailer) * [trailer.speed, trailer.turn_rate]
+    controls, durations = [*pairs], [0.0] * len(pairs)
+    for control, duration in zip(word.controls, word.durations.tolist(), strict=True):
+        others = [pair for pair in pairs if (pair != control).any()]
+        controls += [control, *others, control]
+        durations += [duration / 2, *[0.0] * len(others), duration / 2]
+    controls += [*pairs]
+    durations += [0.0] * len(pairs)
+    return ArcWord(np.array(controls), np.array(durations))
+
+
+def _normalised(trailer: Trailer, state: np.ndarray) -> tuple[_Cart, np.ndarray]:
+    """Trailer and state with lengths in turning radii."""
+    radius = trailer.speed / trailer.turn_rate
+    cart = _Cart(trailer.length / radius, trailer.hitch_offset / radius)
+    return cart, state / [radius, radius, 1.0, 1.0]
+
+
+@compiled
+def _end_and_slopes(start, controls, durations, cart, end, slopes):
+    _end(start, controls, durations, cart, end)
+    nudged = durations.copy()
+    moved = np.empty(4)
+    for k in range(len(durations)):
+        nudged[k] = durations[k] + _NUDGE
+        _end(start, controls, nudged, cart, moved)
+        nudged[k] = durations[k]
+        for n in range(4):
+            gap = moved[n] - end[n]
+            if n == 3:
+                gap -= 2 * math.pi * np.rint(gap / (2 * math.pi))
+            slopes[n, k] = gap / _NUDGE
+
+
+@kernel
+def _end(start, controls, durations, cart, end):
+    """Where a word leads, in turning radii; beta in (-pi, pi], by the maps of `half_angle_map`."""
+    x, y, theta = start[0], start[1], start[2]
+    s, c = math.sin(start[3] / 2), math.cos(start[3] / 2)
+    for k in range(len(durations)):
+        v, omega, time = controls[k, 0], controls[k, 1], durations[k]
+        half = omega * time / 2
+        chord = v * time * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
+        x += chord * math.cos(theta + half)
+        y += chord * math.sin(theta + half)
+        theta += 2 * half
+        pull = -v / (2 * cart.length)
+        rise = omega * (1 + cart.hitch / cart.length) / 2
+        fall = omega * (cart.hitch / cart.length - 1) / 2
+        square = pull * pull + rise * fall
+        root = math.sqrt(abs(square))
+        phase = root * time
+        if phase < 1e-9:
+            even, odd = 1.0, time
+        elif square > 0:
+            even, odd = 1.0, math.tanh(phase) / root
+        else:
+            even, odd = math.cos(phase), math.sin(phase) / root
+        s, c = (even + pull * odd) * s + rise * odd * c, fall * odd * s + (even - pull * odd) * c
+        size = math.sqrt(s * s + c * c)
+        s, c = s / size, c / size
+    end[0], end[1], end[2] = x, y, theta
+    end[3] = 2 * math.atan2(s, c)

@@ -1,0 +1,1 @@
+"""Plans by the value function, in the open and among walls."""

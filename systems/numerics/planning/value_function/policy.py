@@ -1,0 +1,170 @@
+"""The way down a table: what the roll-out, the feedback system and the command drive.
+
+The best descents of the table, and the quickest word of three arcs, are words of held controls; the
+durations of each are chosen anew to take the least time into the goal box, exactly, so that errors
+of the table decide at most which word is taken. A cart that follows a word keeps to it while it
+still leads into the box, chooses its durations anew when it does not, and takes another only when
+that does not help.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from ..arc_words.quickest import LONGEST, ArcWord, quickest_word, word_path
+from ..arc_words.shortened import end_of, merged, shortened, shortest, with_more_switches
+from ..dubins import dubins_paths
+from ..goal import Goal
+from ..reeds_shepp import reeds_shepp_paths
+from ..trailer import Trailer
+from .descents import descents
+from .value_function import ValueFunction
+
+# Descents that are shortened.
+WAYS = 4
+# Words of a car are tried that take at most so much longer than the quickest descent, and so many
+# of Reeds and Shepp [1 / turn rate].
+LONGER_CAR_PATH, REEDS_SHEPP_WORDS = 2.0, 8
+# A word that is kept may take this much longer than it was to take, relative to it, and this much
+# in all [1 / turn rate].
+LONGER, SLACK = 0.1, 0.2
+# How much more time than into the whole box a way may take that keeps off its edge
+# [1 / turn rate].
+DETOUR = 0.5
+# Of the margin, what a way that is kept may lose before it is chosen anew.
+HALF = 0.5
+# A switch must save more time than this [1 / turn rate].
+SWITCH = 1e-6
+# No arcs: the cart is there.
+STANDSTILL = ArcWord(np.zeros((0, 2)), np.zeros(0))
+
+
+def best_word(value: ValueFunction, state, margin: float = 0.0) -> ArcWord | None:
+    """The quickest way into the goal box that the table knows of; None where it knows none.
+
+    Among walls the words are descents of the table as they are: to shorten them could lead nearer
+    to a wall than the table knows.
+
+    Args:
+        value: The table.
+        state: x, y, theta, beta [m], [m], [rad], [rad].
+        margin: Part of the half-widths of the box to keep off its edge, in [0, 1); it is given up
+            where it would cost a detour.
+    """
+    local = value.to_table(state)
+    whole = _best_into(value, local, value.goal)
+    if margin == 0.0 or whole is None:
+        return whole
+    inner = _best_into(value, local, _inner(value.goal, margin))
+    if inner is None or inner.time > whole.time + DETOUR / value.trailer.turn_rate:
+        return whole
+    return inner
+
+
+def next_word(
+    value: ValueFunction, state, word: ArcWord | None, margin: float = 0.0
+) -> ArcWord | None:
+    """The way to go on from a state for a cart that has followed a word so far.
+
+    Args:
+        value: The table.
+        state: x, y, theta, beta, perhaps not quite where the word was to lead.
+        word: What is left of the word; None: none was followed.
+        margin: See `best_word`.
+
+    Returns:
+        No arcs: the cart is there. None: the table knows no way.
+    """
+    local = value.to_table(state)
+    if word is None or not len(word.durations):
+        # Standing in the box, it does not set out again to be farther from its edge.
+        there = word is not None and bool(value.goal.contains(local))
+        return STANDSTILL if there else best_word(value, state, margin)
+    if value.walled or _inner(value.goal, HALF * margin).contains(
+        end_of(value.trailer, local, word)
+    ):
+        return word
+    longest = (1 + LONGER) * word.time + SLACK / value.trailer.turn_rate
+    for goal in (_inner(value.goal, margin), value.goal):
+        anew = shortened(value.trailer, local, word, goal)
+        if anew is not None and anew.time <= longest and _allowed(value, local, anew):
+            return anew
+    # Beside the grid, what it follows leads back.
+    return best_word(value, state, margin) or word
+
+
+def _best_into(value: ValueFunction, local: np.ndarray, aim: Goal) -> ArcWord | None:
+    if aim.contains(local):
+        return STANDSTILL
+    trailer = value.trailer
+    at_home = replace(value, placement=(0.0, 0.0, 0.0))
+    ways = [
+        merged(ArcWord(way.path.controls, np.diff(way.path.times)))
+        for way in descents(at_home, local, aim=aim)[:WAYS]
+    ]
+    if value.walled:
+        return ways[0] if ways else None
+    words = list(ways)
+    if ways and ways[0].time * trailer.turn_rate < LONGEST:
+        entry = quickest_word(trailer, local, aim)
+        words += [] if entry is None else [entry]
+    longest = LONGER_CAR_PATH + ways[0].time * trailer.turn_rate if ways else math.inf
+    words += _car_words(trailer, local, aim, longest)
+    found = [shortened(trailer, local, word, aim) for word in words]
+    near = sorted(
+        (word for word in found if word is not None and _allowed(value, local, word)),
+        key=lambda word: _rank(word, trailer),
+    )
+    for word in near[:2]:
+        better = shortest(trailer, local, word, aim)
+        if better is not None and _allowed(value, local, better):
+            near.append(better)
+    # A descent arrives as it is, should its durations not be for the better.
+    return min([*near, *ways], key=lambda word: _rank(word, trailer), default=None)
+
+
+def _rank(word: ArcWord, trailer: Trailer) -> float:
+    """Sorts words by time; of those that take as long, by their switches."""
+    return word.time * trailer.turn_rate + SWITCH * len(word.durations)
+
+
+def _car_words(trailer: Trailer, local: np.ndarray, aim: Goal, longest: float) -> list[ArcWord]:
+    """Words of a car to the middle of the box, with more switches for the trailer."""
+    radius = trailer.speed / trailer.turn_rate
+    first, last = tuple(local[:3].tolist()), aim.state[:3]
+    paths = dubins_paths(first, last, radius)
+    if trailer.reverse:
+        paths += reeds_shepp_paths(first, last, radius)[:REEDS_SHEPP_WORDS]
+    words = []
+    for path in paths:
+        ways = np.array(path.lengths)
+        if np.abs(ways).sum() <= longest * radius:
+            turns = np.sign(ways) * np.array(path.turns) * trailer.turn_rate
+            controls = np.column_stack([np.sign(ways) * trailer.speed, turns])
+            word = merged(ArcWord(controls, np.abs(ways) / trailer.speed))
+            words.append(with_more_switches(word, trailer))
+    return words
+
+
+def _allowed(value: ValueFunction, local: np.ndarray, word: ArcWord) -> bool:
+    """Whether a word keeps on the grid and within the jackknife limit."""
+    states = word_path(value.trailer, local, word).states if len(word.durations) else local[None]
+    x_min, y_min, x_max, y_max = value.grid.bounds
+    x, y = states[:, 0], states[:, 1]
+    if not ((x >= x_min) & (x <= x_max) & (y >= y_min) & (y <= y_max)).all():
+        return False
+    limit = max(value.trailer.jackknife, abs(float(_wrapped(local[3]))))
+    return limit >= math.pi or bool((np.abs(_wrapped(states[:, 3])) <= limit + 1e-9).all())
+
+
+def _inner(goal: Goal, margin: float) -> Goal:
+    """The goal with its box drawn in by part of its half-widths."""
+    if margin == 0.0:
+        return goal
+    x, y, theta, beta = ((1 - margin) * width for width in goal.tolerance)
+    return replace(goal, tolerance=(x, y, theta, beta))
+
+
+def _wrapped(angles):
+    return np.remainder(angles + math.pi, math.tau) - math.pi

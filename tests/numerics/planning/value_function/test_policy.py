@@ -1,0 +1,160 @@
+"""The one policy of a table: the quickest word into the box, and keeping to it."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sightfield.systems.numerics.planning.arc_words.quickest import ArcWord
+from sightfield.systems.numerics.planning.arc_words.shortened import after, end_of
+from sightfield.systems.numerics.planning.driven_path import driven_path
+from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
+from sightfield.systems.numerics.planning.polished.planner import plan_polished
+from sightfield.systems.numerics.planning.trailer import Trailer
+from sightfield.systems.numerics.planning.value_function.following import AT_REST, follow
+from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.policy import best_word, next_word
+from sightfield.systems.numerics.planning.value_function.rollout import roll_out
+from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
+
+GOAL = Goal(state=(0.0, 0.0, 0.0, 0.0), tolerance=THESIS_TOLERANCE)
+
+
+def random_starts(count, seed):
+    rng = np.random.default_rng(seed)
+    return rng.uniform([-4, -4, -np.pi, -1.5], [4, 4, np.pi, 1.5], (count, 4))
+
+
+def test_it_arrives_as_soon_as_what_is_polished(solved):
+    value = solved().moved(1.0, -2.0, 0.7)
+    goal = Goal(state=(1.0, -2.0, 0.7, 0.0), tolerance=THESIS_TOLERANCE)
+    for start in goal.from_frame(random_starts(12, 31)):
+        driven = roll_out(value, start)
+        assert driven.arrived
+        assert goal.contains(driven.path.states[-1])
+        best = plan_polished(Trailer(), start, goal, value=value).time
+        assert driven.path.times[-1] <= best * 1.002
+        pieces = [
+            (*control, time)
+            for control, time in zip(
+                driven.path.controls.tolist(), np.diff(driven.path.times), strict=True
+            )
+        ]
+        end = driven_path(Trailer(), start, pieces, 0.02).states[-1]
+        assert max(goal.miss(end)) < 1e-6
+
+
+def test_a_coarse_table_serves_nearly_as_well(solved):
+    """The table chooses the word; how long it takes is no matter of the table's errors."""
+    coarse = Goal(state=GOAL.state, tolerance=(0.4, 0.4, 0.55, 0.55))
+    one, other = (solve_value_function(Trailer(), coarse, Grid.of_step(h)) for h in (0.4, 0.25))
+    times = np.array(
+        [
+            [roll_out(value, start).path.times[-1] for value in (one, other)]
+            for start in random_starts(12, 32)
+        ]
+    )
+    assert np.median(np.abs(times[:, 0] / times[:, 1] - 1)) < 1e-4
+
+
+def test_the_jackknife_limit_is_kept():
+    cart = Trailer(jackknife=0.9)
+    value = solve_value_function(
+        cart, Goal(state=GOAL.state, tolerance=(0.4, 0.4, 0.55, 0.55)), Grid.of_step(0.4)
+    )
+    for start in random_starts(8, 33) * [1, 1, 1, 0.5]:
+        driven = roll_out(value, start)
+        if driven.arrived:
+            assert np.abs(driven.path.states[:, 3]).max() < 0.9 + 1e-6
+
+
+def test_a_word_is_kept_while_it_leads_into_the_box(solved):
+    value, start = solved(), (-3.0, 1.0, 0.5, 0.2)
+    word = best_word(value, start, 0.1)
+    later = end_of(value.trailer, start, ArcWord(word.controls[:1], word.durations[:1] / 2))
+    left = after(word, word.durations[0] / 2)
+    assert next_word(value, later, left, 0.1) is left
+    # Pushed aside, it keeps the controls and changes their durations.
+    pushed = later + np.array([0.0, 0.08, 0.0, 0.0])
+    anew = next_word(value, pushed, left, 0.1)
+    assert GOAL.contains(end_of(value.trailer, pushed, anew))
+    assert anew.time < left.time + 0.3
+    # Put elsewhere, it takes another word.
+    elsewhere = np.array([2.0, -2.0, 3.0, 0.0])
+    assert GOAL.contains(end_of(value.trailer, elsewhere, next_word(value, elsewhere, left, 0.1)))
+
+
+def test_at_the_goal_it_stands_and_keeps_standing(solved):
+    value = solved()
+    there = next_word(value, (0.15, 0.0, 0.0, 0.0), None, 0.1)
+    assert not len(there.durations)
+    assert not len(next_word(value, (0.19, 0.0, 0.0, 0.0), there, 0.1).durations)
+    assert len(next_word(value, (0.21, 0.0, 0.0, 0.0), there, 0.1).durations)
+
+
+def test_measurements_are_filtered_by_where_the_controls_lead(solved):
+    """A step of the measurements is believed by and by; without noise they stay as they are."""
+    value = solved()
+    for delay in (0.0, 0.05, 0.1):
+        options = {"period": 0.05, "delay": delay, "trust": 0.25}
+        states, following = [np.array([-3.0, 1.0, 0.5, 0.2])] * 3, AT_REST
+        late = round(delay / 0.05)
+        for _ in range(30):
+            following = follow(value, following, states[-1 - late], **options)
+            np.testing.assert_allclose(following.estimate, states[-1 - late], atol=1e-9)
+            held = ArcWord(following.control[None], np.array([0.05]))
+            states.append(end_of(value.trailer, states[-1], held))
+        pushed = states[-1 - late] + np.array([0.0, 0.04, 0.0, math.tau])
+        following = follow(value, following, pushed, **options)
+        expected = states[-1 - late] + np.array([0.0, 0.01, 0.0, 0.0])
+        np.testing.assert_allclose(following.estimate, expected, atol=1e-9)
+
+
+def test_without_a_promise_there_is_no_word(solved):
+    assert best_word(solved(), (90.0, 0.0, 0.0, 0.0)) is None
+    assert next_word(solved(), (90.0, 0.0, 0.0, 0.0), None) is None
+    asked = follow(solved(), AT_REST, (90.0, 0.0, 0.0, 0.0), period=0.1)
+    np.testing.assert_array_equal(asked.control, [0.0, 0.0])
+
+
+def test_a_late_measurement_is_carried_on_by_the_controls_given(solved):
+    """Followed with a delay that is known, the way is the one without a delay."""
+    value, period = solved(), 0.07
+    start = np.array([-3.0, 1.0, 0.5, 0.2])
+    ways = []
+    for delay in (0.0, 0.1):
+        following, controls = AT_REST, []
+        # Samples 0.01 apart; it stands until the first control acts.
+        states = [start] * 11
+        for step in range(60):
+            measured = states[7 * step] if delay else states[-1]
+            following = follow(value, following, measured, period=period, delay=delay)
+            controls.append(following.control)
+            held, state = following.control[None], states[-1]
+            words = [ArcWord(held, np.array([0.01 * k])) for k in range(1, 8)]
+            states += [end_of(value.trailer, state, word) for word in words]
+        ways.append(np.array(controls))
+        assert GOAL.contains(states[-1])
+    np.testing.assert_allclose(ways[0], ways[1], atol=1e-6)
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_backwards_too(solved, reverse):
+    word = best_word(solved(reverse=reverse), (1.0, 0.0, 0.0, 0.0))
+    if reverse:
+        np.testing.assert_allclose(word.controls, [[-1.0, 0.0]])
+        assert word.time == pytest.approx(0.8, abs=1e-4)
+    else:
+        assert word.time > 4
+
+
+def test_the_margin_is_given_up_rather_than_the_entry(solved):
+    """A box that can only just be entered at its edge is, before the cart comes round again."""
+    value = solved()
+    start = (-2.0, 0.19, 0.0, 0.0)
+    assert best_word(value, start, 0.9).time < best_word(value, start).time + 0.5
+    narrow = replace(value, trailer=replace(value.trailer, jackknife=0.05))
+    word = best_word(narrow, start, 0.5)
+    assert word is not None
+    assert word.time < 2.5
