@@ -13,6 +13,7 @@ from ...systems.numerics.errors import InvalidInput, require, require_positive
 from ...systems.numerics.harvest.schedule.answer import answer_schedule
 from ...systems.numerics.harvest.schedule.first_round import drawn_timetable
 from ...systems.numerics.harvest.schedule.fleet import Fleet, Truck, line_of, require_count
+from ...systems.numerics.units import read_quantities, read_quantity
 from ..outputs import output_folder
 from ..schedule.load_diagram import save_load_diagram
 from ..schedule.schedule_table import schedule_tables
@@ -21,13 +22,15 @@ from ..schedule.summary import summarise
 # More take splits and programmes of a size that nobody waits for.
 _MOST_COMBINES = 20
 _MOST_CYCLES = 1000
-_EACH = "one number, or one for each combine with commas between"
+_EACH = "one, or one for each combine with commas between"
 
 
 def schedule(
     combines: Annotated[int, typer.Option(help="How many combines there are.")],
-    capacity: Annotated[str, typer.Option(help=f"Of a combine's tank [kg]: {_EACH}.")],
-    fill_rate: Annotated[str, typer.Option(help=f"Grain that a combine cuts [kg/s]: {_EACH}.")],
+    capacity: Annotated[str, typer.Option(help=f"Of a combine's tank [kg], as 9 t: {_EACH}.")],
+    fill_rate: Annotated[
+        str, typer.Option(help=f"Grain that a combine cuts [kg/s], as 70 t/h: {_EACH}.")
+    ],
     unload_rate: Annotated[str, typer.Option(help=f"Of a combine's auger [kg/s]: {_EACH}.")],
     travel_time: Annotated[
         str | None,
@@ -39,19 +42,19 @@ def schedule(
     ] = None,
     carts: Annotated[int, typer.Option(help="How many grain carts there are.")] = 1,
     cart_capacity: Annotated[
-        float | None, typer.Option(help="Of a cart, which then drives by a truck [kg].")
+        str | None, typer.Option(help="Of a cart, which then drives by a truck [kg].")
     ] = None,
     truck_travel_time: Annotated[
-        float | None,
+        str | None,
         typer.Option(
             help="One way between a combine and the truck [s] [default: half the longest way]."
         ),
     ] = None,
     truck_unload_rate: Annotated[
-        float | None, typer.Option(help="From cart to truck [kg/s] [default: at once].")
+        str | None, typer.Option(help="From cart to truck [kg/s] [default: at once].")
     ] = None,
     truck_stop_time: Annotated[
-        float | None, typer.Option(help="Spent at the truck besides unloading [s].")
+        str | None, typer.Option(help="Spent at the truck besides unloading [s].")
     ] = None,
     fill: Annotated[
         float, typer.Option(help="Part of each tank that the plan uses, up to 1.")
@@ -70,8 +73,9 @@ def schedule(
 ) -> None:
     """Serve combines in turn so that all keep cutting and no tank runs over.
 
-    Combines are numbered from 0 in the order of their rows. Any unit of amount does in place of
-    the kilogram.
+    Combines are numbered from 0 in the order of their rows. Quantities may have units, as 9 t,
+    300 bu wheat, 70 t/h, 1.5 min; without one they are in kg and s. If none has one, any unit of
+    amount does in place of the kilogram.
     """
     require_count("combines", combines)
     require(combines <= _MOST_COMBINES, "combines", f"be at most {_MOST_COMBINES}", combines)
@@ -80,14 +84,20 @@ def schedule(
     require(cycles <= _MOST_CYCLES, "cycles", f"be at most {_MOST_CYCLES}", cycles)
     ways, gap = _ways(combines, travel_time, travel_times)
     fleet = Fleet(
-        capacities=_each("capacity", capacity, combines),
-        fill_rates=_each("fill_rate", fill_rate, combines),
-        unload_rates=_each("unload_rate", unload_rate, combines),
+        capacities=_each("capacity", capacity, "kg", combines),
+        fill_rates=_each("fill_rate", fill_rate, "kg/s", combines),
+        unload_rates=_each("unload_rate", unload_rate, "kg/s", combines),
         travel_times=ways,
     )
     # The nearest place that is equally far from all combines.
     middle = max(max(row) for row in ways) / 2
-    truck = _truck(cart_capacity, truck_travel_time, truck_unload_rate, truck_stop_time, middle)
+    truck = _truck(
+        _one("cart_capacity", cart_capacity, "kg"),
+        _one("truck_travel_time", truck_travel_time, "s"),
+        _one("truck_unload_rate", truck_unload_rate, "kg/s"),
+        _one("truck_stop_time", truck_stop_time, "s"),
+        middle,
+    )
     answer = answer_schedule(fleet, carts, truck, fill, jitter)
     summary = summarise(answer, carts, gap, fill, jitter)
     text = json.dumps(summary, indent=2, allow_nan=False)
@@ -112,7 +122,7 @@ def _ways(
     require(one, "travel_time", "come alone or as travel_times in a file", "both or none")
     if travel_times is not None:
         return _matrix(travel_times, combines), None
-    numbers = _numbers("travel_time", travel_time or "")
+    numbers = read_quantities("travel_time", travel_time or "", "s")
     if len(numbers) == 1:
         return line_of(numbers * (combines - 1)), _not_negative(numbers[0])
     what = f"be one number or {combines - 1}, one for each gap"
@@ -140,12 +150,12 @@ def _matrix(path: Path, combines: int) -> tuple[tuple[float, ...], ...]:
         ) from None
     lines = [line for line in csv.reader(text.splitlines()) if line]
     require(len(lines) == combines, "travel_times", f"have {combines} rows", len(lines))
-    return tuple(_numbers("travel_times", ",".join(line)) for line in lines)
+    return tuple(read_quantities("travel_times", ",".join(line), "s") for line in lines)
 
 
-def _each(name: str, text: str, combines: int) -> tuple[float, ...]:
+def _each(name: str, text: str, unit: str, combines: int) -> tuple[float, ...]:
     """One number for each combine."""
-    numbers = _numbers(name, text)
+    numbers = read_quantities(name, text, unit)
     if len(numbers) == 1:
         return numbers * combines
     what = f"be one number or {combines}, one for each combine"
@@ -153,11 +163,8 @@ def _each(name: str, text: str, combines: int) -> tuple[float, ...]:
     return numbers
 
 
-def _numbers(name: str, text: str) -> tuple[float, ...]:
-    try:
-        return tuple(float(word) for word in text.split(","))
-    except ValueError:
-        raise InvalidInput(f"`{name}` must be numbers with commas between; got {text}") from None
+def _one(name: str, text: str | None, unit: str) -> float | None:
+    return None if text is None else read_quantity(name, text, unit)
 
 
 def _truck(

@@ -8,13 +8,20 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ...systems.numerics.harvest.audit.harvest_log import LOG_FILE, MACHINES_FILE
+from ...systems.numerics.harvest.field.taskdata import NAME as TASKDATA_FILE
+from ...systems.numerics.harvest.plan_files.plan_geojson import plan_geojson
+from ...systems.numerics.harvest.plan_files.plan_taskdata import plan_taskdata
 from ..visuals.replay import write_replay
 from .colours import combine_colour
 from .coverage_picture import draw_cut
+from .driver_map import draw_map
 from .run import HarvestRun
 from .summary import UNITS, log_arrays, machines, planned_tanks
+from .timetable_picture import draw_timetable
 
 _TONNE = 1000.0
+# As terminals look for it.
+TASKDATA = f"TASKDATA/{TASKDATA_FILE}"
 
 
 def write_report(run: HarvestRun, summary: dict[str, object], folder: Path) -> list[str]:
@@ -26,12 +33,20 @@ def write_report(run: HarvestRun, summary: dict[str, object], folder: Path) -> l
         folder: Exists.
     """
     names = ["summary.json", LOG_FILE, MACHINES_FILE, "log_units.json", "loads.png", "field.png"]
+    names += ["plan.geojson", TASKDATA, "timetable.png", "map.png"]
     (folder / names[0]).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     np.savez_compressed(folder / names[1], **log_arrays(run))  # type: ignore[arg-type]  # none is called allow_pickle
     (folder / names[2]).write_text(json.dumps(machines(run), indent=2) + "\n", encoding="utf-8")
     (folder / names[3]).write_text(json.dumps(UNITS, indent=2) + "\n", encoding="utf-8")
     draw_loads(run).savefig(folder / names[4], dpi=120)
     draw_field(run).savefig(folder / names[5], dpi=120)
+    plan = run.job.plan
+    text = json.dumps(plan_geojson(plan), ensure_ascii=False)
+    (folder / names[6]).write_text(text + "\n", encoding="utf-8")
+    (folder / names[7]).parent.mkdir()
+    (folder / names[7]).write_bytes(plan_taskdata(plan))
+    draw_timetable(run.job).savefig(folder / names[8], dpi=120)
+    draw_map(run.job).savefig(folder / names[9], dpi=150)
     if run.scene is not None:
         write_replay(run.scene, folder / "replay.html", title="Sightfield: harvest")
         names.append("replay.html")

@@ -1,14 +1,16 @@
 """What a harvest is made of: field, combines, carts, strategy, clock."""
 
 import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
+import numpy as np
 from pydantic import ConfigDict
 
 from ...systems.numerics.errors import (
     require,
+    require_finite,
     require_non_negative,
     require_one_of,
     require_positive,
@@ -17,10 +19,25 @@ from ...systems.numerics.harvest.coverage.plan_coverage import PATTERNS
 from ...systems.numerics.harvest.execution.disturbance import Disturbance
 from ...systems.numerics.harvest.field.field import MARGIN, Field
 from ...systems.numerics.harvest.field.field_files import read_field
+from ...systems.numerics.harvest.field.place import Place
 from ...systems.numerics.harvest.machines.cart import Cart
 from ...systems.numerics.harvest.machines.combine import Combine
+from ...systems.numerics.units import (
+    Hours,
+    KilogramsPerSecond,
+    KilogramsPerSquareMetre,
+    Metres,
+    Seconds,
+    area_text,
+)
 from ..scenario_files import NO_OTHER_KEYS
 
+# Larger fields are not planned in one [m], [m^2].
+LONGEST, LARGEST = 1e4, 1e7
+# Slower machines [m/s], [m/s^2] would be planned for days.
+SLOWEST = {"speed": 0.1, "acceleration": 0.05}
+# No field has more combines or carts.
+MOST_MACHINES = 100
 STRATEGIES = ("sequential", "on-demand")
 
 
@@ -35,19 +52,36 @@ class FieldSource:
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
     # Sides of a rectangle [m].
-    width: float = 0.0
-    height: float = 0.0
-    # Instead: a file, WKT or GeoJSON; relative to the scenario's folder.
+    width: Metres = 0.0
+    height: Metres = 0.0
+    # Instead: a file, WKT, GeoJSON, Shapefile or ISO 11783 task data; relative to the scenario's
+    # folder.
     file: str = ""
     # Of a file: "wgs84" for longitude and latitude [deg], or "metres".
     coordinates: str = "wgs84"
     # Width of the strip outside of the boundary that may be driven on [m].
-    margin: float = MARGIN
+    margin: Metres = MARGIN
+    # Of a file with several parts, which one, from 1; 0: the only one.
+    part: int = 0
+    # Another file with areas that nothing drives on, in the same coordinates; or empty.
+    no_go: str = ""
+    # Where the field is entered, besides gates of the file and in its coordinates.
+    gates: tuple[tuple[float, float], ...] = ()
+    # Likewise, where trucks may stand; without any they stand at gates, or else on the margin.
+    trucks: tuple[tuple[float, float], ...] = ()
+    # Of a field in metres: longitude and latitude of its zero [deg]; null: nobody knows.
+    origin: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         require_one_of("coordinates", self.coordinates, ("metres", "wgs84"))
         require_non_negative("margin", self.margin)
+        for name, points in (("gates", self.gates), ("trucks", self.trucks)):
+            for value in (each for point in points for each in point):
+                require_finite(name, value)
         if not self.file:
+            for name in ("part", "no_go"):
+                came = getattr(self, name)
+                require(not came, name, "come with a file", came)
             require_positive("width", self.width)
             require_positive("height", self.height)
 
@@ -55,11 +89,36 @@ class FieldSource:
         """Make the field.
 
         Raises:
-            InvalidInput: The file holds no field.
+            InvalidInput: The file holds no field, or one that is too large.
         """
         if not self.file:
-            return Field.rectangle(self.width, self.height, margin=self.margin)
-        return read_field(folder / self.file, coordinates=self.coordinates, margin=self.margin)
+            field = Field.rectangle(self.width, self.height, margin=self.margin)
+            field = replace(field, gates=_points(self.gates), trucks=_points(self.trucks))
+        else:
+            field = read_field(
+                folder / self.file,
+                coordinates=self.coordinates,
+                margin=self.margin,
+                part=self.part,
+                no_go=folder / self.no_go if self.no_go else "",
+                gates=self.gates,
+                trucks=self.trucks,
+            )
+        x_low, y_low, x_high, y_high = field.outline.bounds
+        extent = max(x_high - x_low, y_high - y_low)
+        require(extent <= LONGEST, "field", f"be at most {LONGEST / 1e3:g} km long", extent)
+        area = field.outline.area
+        largest = f"have at most {area_text(LARGEST)}"
+        require(area <= LARGEST, "field", largest, area_text(area))
+        if self.origin is not None:
+            metres = not field.place.geographic
+            require(metres, "origin", "be of a field in metres", self.origin)
+            field = replace(field, place=Place(origin=self.origin))
+        return field
+
+
+def _points(points: tuple[tuple[float, float], ...]) -> np.ndarray:
+    return np.array(points, dtype=float).reshape(-1, 2)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,6 +137,7 @@ class Combines(Combine):
     def __post_init__(self) -> None:
         super().__post_init__()
         require(self.count >= 1, "count", "be at least 1", self.count)
+        require(self.count <= MOST_MACHINES, "count", f"be at most {MOST_MACHINES}", self.count)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,11 +153,12 @@ class Carts(Cart):
     # Number of carts.
     count: int = 1
     # At which a cart is emptied into its truck [kg/s].
-    truck_rate: float = 300.0
+    truck_rate: KilogramsPerSecond = 300.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
         require(self.count >= 1, "count", "be at least 1", self.count)
+        require(self.count <= MOST_MACHINES, "count", f"be at most {MOST_MACHINES}", self.count)
         require_positive("truck_rate", self.truck_rate)
 
 
@@ -125,7 +186,7 @@ class HarvestScenario:
     # Where.
     field: FieldSource
     # Grain on the field [kg/m^2].
-    density: float = 0.8
+    density: KilogramsPerSquareMetre = 0.8
     # Who cuts.
     combines: Combines = dataclasses.field(default_factory=Combines)
     # Who carries.
@@ -140,11 +201,11 @@ class HarvestScenario:
     # For the schedule: part of each tank that is filled, so that a cart may come late.
     fill: float = 0.6
     # For the schedule: the cart's way from each combine to the next [s]; null: from the field.
-    travel_time: float | None = None
+    travel_time: Seconds | None = None
     # Time step [s].
-    period: float = 0.25
+    period: Seconds = 0.25
     # The run ends then at the latest [h].
-    hours: float = 12.0
+    hours: Hours = 12.0
     # What goes wrong on the way.
     disturbance: Disturbances = dataclasses.field(default_factory=Disturbances)
     # Of the orders of combines that are tried.
@@ -156,6 +217,10 @@ class HarvestScenario:
         require_one_of("pattern", self.pattern, PATTERNS)
         require(0 < self.threshold <= 1, "threshold", "lie above 0 and up to 1", self.threshold)
         require(0 < self.fill <= 1, "fill", "lie above 0 and up to 1", self.fill)
+        for name, machine in (("combines", self.combines), ("carts", self.carts)):
+            for key, least in SLOWEST.items():
+                value = getattr(machine, key)
+                require(value >= least, f"{name}.{key}", f"be at least {least:g}", value)
         if self.travel_time is not None:
             require_non_negative("travel_time", self.travel_time)
         require_positive("period", self.period)

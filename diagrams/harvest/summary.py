@@ -7,7 +7,6 @@ import numpy as np
 from ...systems.numerics.harvest.audit.audit import audit_harvest
 from ...systems.numerics.harvest.audit.harvest_log import ARRAYS, HarvestLog, site_of
 from ...systems.numerics.harvest.carts.cart_motion import trailer_poses
-from ...systems.numerics.harvest.execution.planned_work import grain_stations
 from ...systems.numerics.harvest.machines.filling import DONE, FULL, LOST, OVERFLOW_TIME
 from ...systems.numerics.harvest.machines.outlines import cart_outline, combine_outline
 from .run import HarvestRun
@@ -145,15 +144,7 @@ def _idle(run: HarvestRun) -> float:
 
 def planned_tanks(run: HarvestRun) -> np.ndarray:
     """What the plan says of every tank at the samples, shape (T, N) [kg]."""
-    service, work = run.job.plan.service, run.job.work
-    tanks = np.empty(run.log["tank"].shape)
-    for n, plan in enumerate(service.plans):
-        stations = plan.station_at(run.times)
-        tanks[:, n] = np.interp(stations, grain_stations(plan.path), work.grain[n])
-    for visit in service.visits:
-        share = np.clip((run.times - visit.begin) / (visit.end - visit.begin), 0.0, 1.0)
-        tanks[:, visit.combine] -= visit.taken * share
-    return tanks
+    return run.job.work.tanks_at(run.times)
 
 
 def log_arrays(run: HarvestRun) -> dict[str, np.ndarray]:
@@ -207,6 +198,7 @@ def machines(run: HarvestRun) -> dict[str, object]:
     part = {
         "boundary": field.world.boundary.tolist(),
         "holes": [ring.tolist() for ring in field.world.obstacles],
+        "no_go": [list(map(list, each.exterior.coords)) for each in field.no_go],
     }
     return {
         "combines": [combine] * team.count,

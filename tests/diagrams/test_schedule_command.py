@@ -48,6 +48,30 @@ def test_three_combines_are_those_of_the_thesis(report):
     assert found["combines_max"] == 12
 
 
+def test_quantities_with_units_are_the_same_schedule(report):
+    plain = report(capacity=9000, fill_rate=20, unload_rate=150, travel_time=60)
+    units = report(capacity="9 t", fill_rate="72 t/h", unload_rate="9 t/min", travel_time="1 min")
+    assert units["period"] == pytest.approx(plain["period"], rel=1e-12)
+    assert units["travel_time_max"] == pytest.approx(plain["travel_time_max"], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"capacity": "9 m"}, "`capacity` must be a number in kg, .*; got 9 m"),
+        ({"capacity": "300 bu"}, "`capacity` must name the crop"),
+        ({"capacity": "9 t, 8, 7"}, "`capacity` must have a unit behind each number"),
+        ({"fill_rate": "20 t/ha"}, "`fill_rate` must be a number in kg/s"),
+        ({"travel_time": "1 km"}, "`travel_time` must be a number in s"),
+        ({"cart_capacity": "12 s"}, "`cart_capacity` must be a number in kg"),
+    ],
+)
+def test_wrong_units_are_one_line(run, changes, says):
+    with pytest.raises(InvalidInput, match=says) as caught:
+        run(**({"travel_time": 15} | changes))
+    assert "\n" not in str(caught.value)
+
+
 def test_an_infeasible_schedule_says_what_to_change(report):
     found = report(travel_time=25)
     assert found["feasible"] is False

@@ -11,6 +11,7 @@ from rich.table import Table
 from ....systems.numerics.harvest.audit.audit import GAP, Audit, audit_harvest
 from ....systems.numerics.harvest.audit.faults import Fault
 from ....systems.numerics.harvest.audit.harvest_log import read_harvest
+from ....systems.numerics.units import area_text
 
 # Units of the figures; those that are not here have none.
 UNITS = {
@@ -59,11 +60,19 @@ def _as_json(found: Audit) -> dict[str, object]:
     return {"passed": found.passed, **found.figures, "faults": faults}
 
 
+def shown(value: object, unit: str) -> tuple[str, str]:
+    """A figure and its unit for a table; areas are told in hectares unless they are small."""
+    if isinstance(value, float) and unit == "m^2":
+        number, said = area_text(value).split(" ")
+        return number, said
+    text = "-" if value is None else f"{value:.5g}" if isinstance(value, float) else str(value)
+    return text, unit
+
+
 def _show(found: Audit) -> None:
     table = Table(show_header=False, box=None, padding=(0, 2))
     for name, value in found.figures.items():
-        text = "-" if value is None else f"{value:.5g}" if isinstance(value, float) else str(value)
-        table.add_row(name.replace("_", " "), text, UNITS.get(name, ""))
+        table.add_row(name.replace("_", " "), *shown(value, UNITS.get(name, "")))
     Console().print(table)
     # A fault is one line, however narrow the terminal.
     for kind in dict.fromkeys(fault.kind for fault in found.faults):

@@ -4,7 +4,6 @@ import json
 import sys
 from collections.abc import Sequence
 from contextlib import nullcontext
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -20,6 +19,23 @@ from ...harvest.job import prepare_harvest
 from ...harvest.scenario import HarvestScenario
 from ...outputs import output_folder
 from ...scenario_files import builtin_scenarios, find_scenario, load_scenario
+from .audit import UNITS as AUDIT_UNITS
+from .audit import shown
+
+# Units of what is printed; what is not here has none.
+_UNITS = {
+    **AUDIT_UNITS,
+    "makespan": "s",
+    "combine_wait_time": "s",
+    "combine_stop_time": "s",
+    "grain_in_carts": "kg",
+    "grain_in_tanks": "kg",
+    "grain_lost": "kg",
+    "overflow_time": "s",
+    "load_deviation": "tanks",
+    "latest": "s",
+    "wall_time": "s",
+}
 
 
 def run(
@@ -29,17 +45,24 @@ def run(
     ] = "thesis_2",
     field: Annotated[
         Path | None,
-        typer.Option(help="Harvest this field: WKT or GeoJSON."),
+        typer.Option(help="Harvest this field: WKT, GeoJSON, Shapefile or ISOXML task data."),
     ] = None,
     coordinates: Annotated[
         str | None,
         typer.Option(help="Of the field's file: wgs84, in degrees [default], or metres."),
     ] = None,
+    part: Annotated[
+        int | None, typer.Option(help="Of a file with several parts: which one, from 1.")
+    ] = None,
     combines: Annotated[int | None, typer.Option(help="Number of combines.")] = None,
     strategy: Annotated[str | None, typer.Option(help="sequential or on-demand.")] = None,
     setting: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Set a key, as carts.speed=4."),
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help='Set a key, as carts.speed=4 or "carts.speed=15 km/h".',
+        ),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for summary, log, plots and replay.")
@@ -73,10 +96,14 @@ def run(
     if strategy is not None:
         settings.append(f"strategy={strategy}")
     path = find_scenario(scenario, scenarios)
-    asked = load_scenario(HarvestScenario, path, settings)
     folder = path.parent
     if field is not None:
-        asked, folder = replace(asked, field=replace(asked.field, file=str(field))), Path()
+        # Before what is set, so that a part or a no-go layer may be set for it.
+        settings.insert(0, "field.file=" + json.dumps(str(field)))
+        folder = Path()
+    if part is not None:
+        settings.append(f"field.part={part}")
+    asked = load_scenario(HarvestScenario, path, settings)
     attended = sys.stdout.isatty() and sys.stdin.isatty() and not as_json
     live = attended if meshcat is None else meshcat
     console = Console(stderr=as_json)
@@ -138,8 +165,7 @@ def run(
 def _show(console: Console, summary: dict[str, object], reasons: Sequence[str]) -> None:
     table = Table(show_header=False, box=None, padding=(0, 2))
     for key, value in summary.items():
-        text = f"{value:.5g}" if isinstance(value, float) else str(value)
-        table.add_row(key.replace("_", " "), text)
+        table.add_row(key.replace("_", " "), *shown(value, _UNITS.get(key, "")))
     console.print(table)
     for reason in reasons:
         console.print(f"Note: {reason}.")

@@ -92,7 +92,7 @@ def load_world(
             outline.unreachable_area,
             None,
         )
-    polygons = _polygons(_read_geometry(path, source))
+    polygons = polygons_of(read_geometry(path, source))
     rim = _outermost(polygons)
     origin = None
     if coordinates == "wgs84":
@@ -118,7 +118,16 @@ def _pockets(rim: shapely.Polygon, others: list[shapely.Polygon]) -> float:
     return float(shapely.union_all(filled).area - shapely.union_all(walls).area)
 
 
-def _read_geometry(path: Path, source: str) -> BaseGeometry:
+def read_geometry(path: Path, source: str) -> BaseGeometry:
+    """What a file of WKT or GeoJSON holds, without heights.
+
+    Args:
+        path: The file.
+        source: "wkt" or "geojson".
+
+    Raises:
+        InvalidInput: The file is malformed, or holds nothing.
+    """
     try:
         text = path.read_text(encoding="utf-8-sig")
         # A coordinate that is not a number is reported below, not warned of.
@@ -134,10 +143,14 @@ def _read_geometry(path: Path, source: str) -> BaseGeometry:
     return shapely.force_2d(geometry)
 
 
-def _polygons(geometry: BaseGeometry) -> list[shapely.Polygon]:
-    """The polygons of a geometry, out of however many collections."""
+def polygons_of(geometry: BaseGeometry) -> list[shapely.Polygon]:
+    """The polygons of a geometry, out of however many collections.
+
+    Raises:
+        InvalidInput: There is none, or something else, or one that crosses itself.
+    """
     if isinstance(geometry, shapely.GeometryCollection | shapely.MultiPolygon):
-        found = [polygon for part in geometry.geoms for polygon in _polygons(part)]
+        found = [polygon for part in geometry.geoms for polygon in polygons_of(part)]
         require(len(found) > 0, "world file", "hold a polygon", f"an empty {geometry.geom_type}")
         return found
     if not isinstance(geometry, shapely.Polygon) or geometry.is_empty:

@@ -5,18 +5,23 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import shapely
 from typer.testing import CliRunner
 
 from sightfield.diagrams.commands.app import make_app
 from sightfield.diagrams.harvest import scenarios
+from sightfield.diagrams.harvest.driver_map import draw_map
 from sightfield.diagrams.harvest.job import prepare_harvest
 from sightfield.diagrams.harvest.run import STILL, run_harvest
-from sightfield.diagrams.harvest.scenario import HarvestScenario
+from sightfield.diagrams.harvest.scenario import FieldSource, HarvestScenario
 from sightfield.diagrams.harvest.summary import planned_tanks, summarise
+from sightfield.diagrams.harvest.timetable_picture import draw_timetable
 from sightfield.diagrams.scenario_files import builtin_scenarios, find_scenario, load_scenario
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
 from sightfield.systems.numerics.harvest.audit.harvest_log import read_harvest
+from sightfield.systems.numerics.harvest.field.field_files import read_field
+from sightfield.systems.numerics.harvest.plan_files.plan_lines import swaths_of
 
 SMALL = [
     "field.width=120",
@@ -102,12 +107,94 @@ def test_every_scenario_that_comes_along_is_valid(name):
         ("pattern=spiral", "pattern"),
         ("period=0.8", "period"),
         ("carts.count=0", "count"),
+        ("combines.count=500", r"`combines\.count` must be at most 100; got 500"),
+        ("carts.count=500", r"`carts\.count` must be at most 100; got 500"),
+        ("combines.speed=9 t", r"`combines\.speed` must be a number in m/s"),
+        ("combines.speed=1e308", r"`combines\.speed` must be at most 100 m/s"),
+        ("combines.capacity=300 bu", r"`combines\.capacity` must name the crop"),
+        ("field.width=1e306 km", r"`field\.width` must be"),
+        ("combines.speed=1e-3", r"`combines\.speed` must be at least 0\.1"),
+        ("carts.acceleration=1e-6", r"`carts\.acceleration` must be at least 0\.05"),
+        ("field.trucks=[[1, .nan]]", r"`field\.trucks` must be a finite number"),
+        ("field.part=2", r"`field\.part` must come with a file"),
+        ("travel_time=1 km", r"`travel_time` must be a number in s"),
     ],
 )
 def test_a_setting_that_cannot_be_is_named(setting, named):
     path = find_scenario("thesis_2", scenarios)
     with pytest.raises(InvalidInput, match=named):
         load_scenario(HarvestScenario, path, [setting])
+
+
+@pytest.mark.parametrize(
+    ("source", "says"),
+    [
+        ({"width": 1e5, "height": 90.0}, "`field` must be at most 10 km long"),
+        ({"width": 9e3, "height": 9e3}, "`field` must have at most 1000 ha; got 8100 ha"),
+        ({"width": 90.0, "height": 90.0, "origin": (0.0, 90.0)}, "`origin` must be a longitude"),
+    ],
+)
+def test_fields_that_no_plan_can_hold_are_refused_before_it(source, says):
+    with pytest.raises(InvalidInput, match=says):
+        FieldSource(**source).load()
+
+
+def test_scenarios_have_units():
+    settings = [
+        "combines.speed=5.4 km/h",
+        "combines.header_width=30 ft",
+        "combines.capacity=300 bu wheat",
+        "carts.capacity=20 t",
+        "density=8 t/ha",
+        "hours=90 min",
+        "disturbance.stops=2 1/h",
+    ]
+    asked = load_scenario(HarvestScenario, find_scenario("thesis_2", scenarios), settings)
+    assert asked.combines.speed == pytest.approx(1.5)
+    assert asked.combines.header_width == pytest.approx(9.144)
+    assert asked.combines.capacity == pytest.approx(300 * 60 * 0.45359237)
+    assert (asked.carts.capacity, asked.density, asked.hours) == pytest.approx((2e4, 0.8, 1.5))
+    assert asked.disturbance.stops == pytest.approx(2.0)
+
+
+def test_the_timetable_shows_every_second_of_every_machine(small_job):
+    figure = draw_timetable(small_job)
+    work = small_job.work
+    rows, *tanks, carts = figure.axes
+    # Thick bars are what combines do; thin ones, when they are emptied.
+    for n, plan in enumerate(work.plans):
+        bars = [each for each in rows.patches if abs(each.get_y() + 0.35 - n) < 1e-9]
+        whole = [(bar.get_x(), bar.get_x() + bar.get_width()) for bar in bars]
+        begins, ends = np.array(sorted(whole)).T
+        np.testing.assert_allclose(begins[1:], ends[:-1], atol=1e-6)
+        assert (begins[0], ends[-1]) == pytest.approx((plan.times[0], plan.end))
+        level = tanks[n].lines[0].get_ydata()
+        assert 0.3 < level.max() * 1000 / work.combine.capacity <= 1 + 1e-9
+        assert level[-1] == pytest.approx(0.0, abs=0.01)
+    taken = sum(visit.taken for visit in work.visits)
+    assert carts.lines[0].get_ydata().max() * 1000 <= taken + 1e-6
+    assert rows.get_xlim()[1] >= work.end
+
+
+def test_the_map_numbers_every_swath_once_at_its_place_and_names_starts_and_trucks(small_job):
+    figure = draw_map(small_job)
+    figure.canvas.draw()
+    axes = figure.axes[0]
+    swaths = swaths_of(small_job.plan)
+    labels = [each for each in axes.texts if each.get_text().isdigit() and each.get_bbox_patch()]
+    for swath in swaths:
+        line = shapely.LineString(swath.points)
+        mine = [
+            each
+            for each in labels
+            if each.get_text() == str(swath.number)
+            and line.distance(shapely.Point(each.get_position())) < 1e-6
+        ]
+        assert len(mine) >= 1 or line.length < 0.012 * 144.0
+    assert len(labels) <= len(swaths)
+    said = {each.get_text() for each in axes.texts}
+    assert {"start 0", "start 1", "truck, cart 0", "y (north unknown)"} <= said
+    assert "1.08 ha" in figure.get_suptitle()
 
 
 def command(*words):
@@ -123,7 +210,10 @@ def test_the_command_writes_its_report_and_prints_json(tmp_path):
     assert summary["strategy"] == "on-demand"
     assert summary["finished"]
     names = {"summary.json", "log.npz", "log_units.json", "loads.png", "field.png", "replay.html"}
-    assert {path.name for path in out.iterdir()} == names | {"machines.json"}
+    names |= {"machines.json", "plan.geojson", "TASKDATA", "timetable.png", "map.png"}
+    assert {path.name for path in out.iterdir()} == names
+    assert json.loads((out / "plan.geojson").read_text())["coordinates"] == "metres"
+    assert read_field(out / "TASKDATA").area == pytest.approx(120 * 90, rel=1e-6)
     log, site = read_harvest(out)
     assert np.diff(log.time).max() <= 0.5
     assert (len(site.combines), len(site.carts), site.margin) == (2, 1, 12.0)
@@ -145,9 +235,9 @@ def test_where_there_is_no_plan_the_command_exits_with_1_and_says_why():
 
 
 def test_more_combines_than_there_is_work_for_are_refused_not_dropped():
-    result = command("thesis_2", "--combines=500", "--json")
+    result = command("thesis_2", "--combines=90", "--json")
     assert result.exit_code == 1
-    assert "room for 500 combines" in result.stderr
+    assert "room for 90 combines" in result.stderr
     assert "a combine has nothing to cut" in result.stderr
 
 

@@ -55,7 +55,7 @@ def ground_of(site: Site) -> Ground:
     ]
     crops = [part.boundary.difference(shapely.union_all(part.holes)) for part in site.parts]
     crop = shapely.union_all(crops)
-    holes = [hole for part in site.parts for hole in part.holes]
+    holes = [hole for part in site.parts for hole in (*part.holes, *part.no_go)]
     return Ground(crop, shapely.union_all(holes).difference(crop), shapely.union_all(grown))
 
 

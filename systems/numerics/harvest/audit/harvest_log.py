@@ -89,10 +89,12 @@ class Part(NamedTuple):
     Attributes:
         boundary: A simple polygon [m].
         holes: In it; they may touch or overlap [m].
+        no_go: Polygons that nothing may drive on, wherever they are [m].
     """
 
     boundary: shapely.Polygon
     holes: tuple[shapely.Polygon, ...]
+    no_go: tuple[shapely.Polygon, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,14 +229,18 @@ def _machine(entry: dict[str, Any], name: str, front: str, rear: str) -> Machine
 
 def _part(entry: dict[str, Any], name: str) -> Part:
     boundary = shapely.Polygon(_ring(entry.get("boundary"), f"{name}.boundary"))
-    rings = entry.get("holes", [])
-    require(isinstance(rings, list), f"{name}.holes", "be a list of rings", _shown(rings))
-    holes = [shapely.Polygon(_ring(ring, f"{name}.holes[{i}]")) for i, ring in enumerate(rings)]
+    holes, no_go = (_polygons(entry, name, key) for key in ("holes", "no_go"))
     for i, hole in enumerate(holes):
         outside = hole.difference(boundary).area
         least = 1e-6 * boundary.area
         require(outside <= least, f"{name}.holes[{i}]", "lie inside", f"{outside:.3g} m^2 outside")
-    return Part(boundary, tuple(holes))
+    return Part(boundary, tuple(holes), tuple(no_go))
+
+
+def _polygons(entry: dict[str, Any], name: str, key: str) -> list[shapely.Polygon]:
+    rings = entry.get(key, [])
+    require(isinstance(rings, list), f"{name}.{key}", "be a list of rings", _shown(rings))
+    return [shapely.Polygon(_ring(ring, f"{name}.{key}[{i}]")) for i, ring in enumerate(rings)]
 
 
 def _ring(points: Any, name: str) -> np.ndarray:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...compiled import compiled, kernel
 from ...errors import require, require_non_negative
+from ...units import PerHour, Seconds
 from ..carts.cart_plan import Failure
 
 # How long a machine keeps its slowness [s], and in what time it stops once at most [s].
@@ -30,16 +31,16 @@ class Disturbance:
     # By what part of its speed a machine is slower, at most; each 45 s it is another part.
     slowness: float = 0.0
     # How often each machine stops, on average [1/h].
-    stops: float = 0.0
+    stops: PerHour = 0.0
     # How long it then stands at most [s].
-    longest_stop: float = 120.0
+    longest_stop: Seconds = 120.0
     # Of the random numbers.
     seed: int = 0
     # Number of a cart that fails for good, -1: none. What comes after it is planned anew, for the
     # others, so it has to be told when the harvest is planned: see `plan_harvest`.
     failing_cart: int = -1
     # When it fails [s].
-    fails_at: float = 0.0
+    fails_at: Seconds = 0.0
 
     def __post_init__(self) -> None:
         require(0 <= self.slowness < 1, "slowness", "be at least 0, below 1", self.slowness)

@@ -58,6 +58,26 @@ class PlannedWork:
         ends = [path.end for path in self.timed]
         return max([*ends, *(trip.end for trip in self.trips)])
 
+    def tanks_at(self, times: np.ndarray) -> np.ndarray:
+        """What is in every tank at times, shape (t,) [s] -> (t, N) [kg]."""
+        tanks = np.empty((len(times), len(self.plans)))
+        for n, plan in enumerate(self.plans):
+            tanks[:, n] = np.interp(
+                plan.station_at(times), grain_stations(plan.path), self.grain[n]
+            )
+        for visit in self.visits:
+            tanks[:, visit.combine] -= visit.taken * _share(visit.begin, visit.end, times)
+        return tanks
+
+    def loads_at(self, times: np.ndarray) -> np.ndarray:
+        """What is in every cart at times, shape (t,) [s] -> (t, K) [kg]."""
+        loads = np.zeros((len(times), len(self.motions)))
+        for visit in self.visits:
+            loads[:, visit.cart] += visit.taken * _share(visit.begin, visit.end, times)
+        for trip in self.trips:
+            loads[:, trip.cart] -= trip.delivered * _share(trip.begin, trip.end, times)
+        return loads
+
     @cached_property
     def cut(self) -> CutTimes:
         """When and by whom the ground is cut."""
@@ -134,6 +154,11 @@ def work_of(plan: HarvestPlan) -> PlannedWork:
         trips=plan.service.trips,
         precedence=plan.combines.coverage.precedence,
     )
+
+
+def _share(begin: float, end: float, times: np.ndarray) -> np.ndarray:
+    """Part of a time that is over, in [0, 1]."""
+    return np.clip((times - begin) / max(end - begin, 1e-9), 0.0, 1.0)
 
 
 def grain_stations(path: MachinePath) -> np.ndarray:

@@ -1,12 +1,15 @@
 """A field: its boundary, the obstacles in it, and the strip round it that may be driven on."""
 
 from dataclasses import dataclass
+from dataclasses import field as attribute
 from functools import cached_property
 
+import numpy as np
 import shapely
 
 from ...errors import require_non_negative, require_positive
 from ...geometry.world import World, make_world
+from .place import Place
 
 # Width of the strip outside of the boundary, unless told otherwise [m].
 MARGIN = 12.0
@@ -20,6 +23,11 @@ class Field:
         world: The crop's region; its obstacles are places without crop that nothing drives on.
         margin: Width of the strip outside of the boundary on which combines may turn and the cart
             may drive [m].
+        no_go: Polygons beyond the crop that nothing drives on, on the margin for instance.
+        gates: Where the field is entered, shape (g, 2) [m].
+        trucks: Where trucks may stand, shape (t, 2); none: anywhere on the margin [m].
+        place: Where it lies on Earth.
+        name: Of the field in its file, or empty.
 
     Raises:
         InvalidInput: The margin is negative.
@@ -27,6 +35,11 @@ class Field:
 
     world: World
     margin: float = MARGIN
+    no_go: tuple[shapely.Polygon, ...] = ()
+    gates: np.ndarray = attribute(default_factory=lambda: np.zeros((0, 2)))
+    trucks: np.ndarray = attribute(default_factory=lambda: np.zeros((0, 2)))
+    place: Place = Place()  # noqa: RUF009  # It is frozen.
+    name: str = ""
 
     def __post_init__(self) -> None:
         require_non_negative("margin", self.margin)
@@ -64,8 +77,11 @@ class Field:
 
     @cached_property
     def ground(self) -> shapely.Polygon:
-        """Everything that may be driven on, once the crop is cut: the field with its margin."""
+        """Everything that may be driven on, once the crop is cut: the field with its margin.
+
+        Bits of the margin that a no-go area cuts off from the field are left out.
+        """
         wide = self.outline.buffer(self.margin, join_style="mitre", mitre_limit=2.0)
-        ground = wide.difference(shapely.union_all(list(self.obstacles)))
-        assert isinstance(ground, shapely.Polygon)
-        return ground
+        ground = wide.difference(shapely.union_all([*self.obstacles, *self.no_go]))
+        reached = [part for part in shapely.get_parts(ground) if part.intersects(self.polygon)]
+        return max(reached, key=lambda part: part.intersection(self.polygon).area)

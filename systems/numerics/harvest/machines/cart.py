@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from ...errors import require, require_positive
 from ...planning.trailer import Trailer
+from ...units import Kilograms, Metres, MetresPerSecond, MetresPerSecondSquared
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,21 +18,21 @@ class Cart:
     """
 
     # On the way [m/s].
-    speed: float = 6.0
+    speed: MetresPerSecond = 6.0
     # Largest along the way, speeding up and slowing down [m/s^2].
-    acceleration: float = 1.0
+    acceleration: MetresPerSecondSquared = 1.0
     # Largest across it, which a loaded cart stands [m/s^2].
-    lateral_acceleration: float = 2.0
+    lateral_acceleration: MetresPerSecondSquared = 2.0
     # Least radius of the tractor's turns, at any speed [m].
-    turning_radius: float = 5.0
+    turning_radius: Metres = 5.0
     # From the hitch to the trailer's axle [m].
-    length: float = 5.0
+    length: Metres = 5.0
     # From the tractor's rear axle back to the hitch [m].
-    hitch_offset: float = 0.0
+    hitch_offset: Metres = 0.0
     # Of tractor and trailer [m].
-    width: float = 2.5
+    width: Metres = 2.5
     # How much grain it holds; infinite: any amount [kg].
-    capacity: float = math.inf
+    capacity: Kilograms = math.inf
 
     def __post_init__(self) -> None:
         for name in (

@@ -3,6 +3,13 @@
 from dataclasses import dataclass
 
 from ...errors import require, require_non_negative, require_positive
+from ...units import (
+    Kilograms,
+    KilogramsPerSecond,
+    Metres,
+    MetresPerSecond,
+    MetresPerSecondSquared,
+)
 
 # What a combine does when its tank is full and nobody unloads it.
 WHEN_FULL = ("stop", "spill")
@@ -19,25 +26,25 @@ class Combine:
     """
 
     # Width of the header [m].
-    header_width: float = 9.0
+    header_width: Metres = 9.0
     # Of the header, fore and aft [m].
-    header_depth: float = 2.0
+    header_depth: Metres = 2.0
     # Speed, forwards and backwards [m/s].
-    speed: float = 1.5
+    speed: MetresPerSecond = 1.5
     # Largest, speeding up and slowing down [m/s^2].
-    acceleration: float = 0.5
+    acceleration: MetresPerSecondSquared = 0.5
     # Least radius of turns [m].
-    turning_radius: float = 6.0
+    turning_radius: Metres = 6.0
     # Tank [kg].
-    capacity: float = 9000.0
+    capacity: Kilograms = 9000.0
     # What the auger delivers [kg/s].
-    unload_rate: float = 120.0
+    unload_rate: KilogramsPerSecond = 120.0
     # Of the body behind the header [m].
-    length: float = 8.0
+    length: Metres = 8.0
     # Of the body [m].
-    width: float = 3.6
+    width: Metres = 3.6
     # From the end of the header to the near side of a cart that is filled [m].
-    cart_gap: float = 1.5
+    cart_gap: Metres = 1.5
     # "stop": a full combine waits for a cart; "spill": it goes on, and its grain is lost.
     when_full: str = "stop"
 

@@ -20,6 +20,8 @@ from .combine_plan import CombinePlan, plan_combines
 
 # Where the first truck stands, as a part of the way round the field.
 FIRST_TRUCK = 0.125
+# How far a cart is emptied from the place of its truck, at most [m].
+NEAR_TRUCK = 60.0
 # Straight pieces of work that are shorter are no way for a cart [m].
 SHORTEST_LINE = 30.0
 # Between a cart at its truck and all combines, at least [m].
@@ -124,9 +126,10 @@ def swath_lines(team: CombinePlan) -> list[np.ndarray]:
 
 
 def truck_places(team: CombinePlan, cart: Cart, count: int) -> np.ndarray:
-    """Poses of the tractor beside trucks on the margin, about evenly round the field, shape (K, 3).
+    """Poses of the tractor beside trucks on the margin, shape (K, 3).
 
-    There carts have room from the beginning on, and no combine ever comes there.
+    They are near the places where the field has room for trucks, else near its gates, else about
+    evenly round it. There carts have room from the beginning on, and no combine ever comes there.
 
     Args:
         team: Paths of the combines.
@@ -134,7 +137,7 @@ def truck_places(team: CombinePlan, cart: Cart, count: int) -> np.ndarray:
         count: Of carts.
 
     Raises:
-        InvalidInput: The margin has no room for so many.
+        InvalidInput: The margin has no room for so many, or none near the places of trucks.
     """
     field = team.field
     # Not as far out as carts may drive: there a cell less is open where a field lies aslant.
@@ -162,9 +165,13 @@ def truck_places(team: CombinePlan, cart: Cart, count: int) -> np.ndarray:
             passed.append(_boxes(along, part[0, 0], part[1, 0], part[2, 1]))
     near = shapely.STRtree(np.concatenate(passed)).query(outlines, "dwithin", distance=FREE)
     fits[near[0]] = False
+    places = field.trucks if len(field.trucks) else field.gates
     chosen: list[int] = []
     for k in range(count):
-        ideal = edge.length * ((FIRST_TRUCK + k / count) % 1.0)
+        if len(places):
+            ideal = edge.project(shapely.Point(places[k % len(places)]))
+        else:
+            ideal = edge.length * ((FIRST_TRUCK + k / count) % 1.0)
         apart = np.abs((ways - ideal + edge.length / 2) % edge.length - edge.length / 2)
         apart[~fits] = np.inf
         for other in chosen:
@@ -176,6 +183,13 @@ def truck_places(team: CombinePlan, cart: Cart, count: int) -> np.ndarray:
             f"have room for {count} carts beside combines",
             field.margin,
         )
+        if len(places):
+            place = places[k % len(places)]
+            far = float(np.hypot(*(here[chosen[-1]] - place)))
+            most = NEAR_TRUCK + SHORTEST_LINE * (k // len(places))
+            near_enough = f"have room for cart {k} within {most:g} m of ({place[0]:.1f}, "
+            near_enough += f"{place[1]:.1f}) on the margin"
+            require(far <= most, "trucks", near_enough, f"{far:.0f} m")
     return poses[chosen]
 
 

@@ -56,8 +56,7 @@ class Ground:
             InvalidInput: The gap is negative, or no ground is left.
         """
         require_non_negative("gap", gap)
-        wide = field.outline.buffer(field.margin, join_style="mitre", mitre_limit=2.0)
-        region = wide.difference(shapely.union_all(list(field.obstacles)))
+        region: BaseGeometry = field.ground
         if within is not None:
             region = region.intersection(within)
         return cls(region.buffer(-gap) if gap > 0 else region)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.geometry.maps.local_plane import local_plane
+from sightfield.systems.numerics.geometry.maps.local_plane import from_local_plane, local_plane
 
 PLACES = [(0.0, 0.0), (6.06, 51.51), (-88.2, 40.1), (151.2, -33.9), (179.99, 78.0)]
 
@@ -48,3 +48,12 @@ def test_distances_do_not_depend_on_where_the_origin_is():
         np.testing.assert_allclose(
             sides, np.linalg.norm(np.diff(local_plane(field, place), axis=0), axis=1), rtol=1e-6
         )
+
+
+@pytest.mark.parametrize("place", PLACES[1:-1])
+def test_metres_become_the_degrees_that_they_came_from(place):
+    """To a tenth of a millimetre within 9 km, about 1e-9 degrees."""
+    origin = np.array(place)
+    away = np.random.default_rng(0).uniform(-0.05, 0.05, (200, 2))
+    degrees = from_local_plane(local_plane(origin + away, origin), origin)
+    np.testing.assert_allclose(degrees, origin + away, atol=1e-9)

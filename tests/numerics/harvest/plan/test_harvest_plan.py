@@ -1,6 +1,7 @@
 """Whole plans of harvests, by the audit, which shares no code with them."""
 
 import runpy
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,12 @@ from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines.cart import Cart
 from sightfield.systems.numerics.harvest.machines.combine import Combine
-from sightfield.systems.numerics.harvest.plan.harvest_plan import plan_harvest
+from sightfield.systems.numerics.harvest.plan.combine_plan import plan_combines
+from sightfield.systems.numerics.harvest.plan.harvest_plan import (
+    NEAR_TRUCK,
+    plan_harvest,
+    truck_places,
+)
 
 
 @pytest.fixture(scope="module")
@@ -86,3 +92,21 @@ def test_without_a_margin_carts_have_no_place():
             carts=1,
             density=0.8,
         )
+
+
+def test_carts_are_emptied_where_trucks_stand_or_else_at_gates():
+    """Places on the margin, in turn; a place far from the field's edge has no room."""
+    plain = Field.rectangle(120.0, 90.0)
+    team = plan_combines(plain, Combine(), 1)
+
+    def places(count, **told):
+        given = {name: np.array(points) for name, points in told.items()}
+        there = replace(team, field=replace(plain, **given))
+        return truck_places(there, Cart(), count)[:, :2]
+
+    gate, truck = [[130.0, 50.0]], [[60.0, -8.0], [60.0, 97.0]]
+    assert np.hypot(*(places(1, gates=gate) - gate).T).max() < NEAR_TRUCK
+    both = places(2, gates=gate, trucks=truck)
+    assert np.hypot(*(both - truck).T).max() < NEAR_TRUCK
+    with pytest.raises(InvalidInput, match=r"`trucks` must have room for cart 0 within 60 m of"):
+        places(1, trucks=[[60.0, -300.0]])

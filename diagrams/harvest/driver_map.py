@@ -1,0 +1,197 @@
+"""A map for drivers: swaths with numbers and directions, entries, trucks, gates, scale, north."""
+
+import math
+
+import numpy as np
+import shapely
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import FancyArrowPatch, Patch, PathPatch, Polygon
+from matplotlib.path import Path as Outline
+
+from ...systems.numerics.harvest.paths.machine_path import MachinePath
+from ...systems.numerics.harvest.plan_files.plan_lines import Swath, path_points, swaths_of
+from ...systems.numerics.units import area_text
+from .colours import combine_colour
+from .job import HarvestJob
+
+# Of the sheet, A4 across [inch].
+SHEET = (11.7, 8.3)
+CROP, SHUT, NO_GO, WAY = "#f6efd2", "#b7c9d6", "#e8b4ad", "0.35"
+# Shorter swaths have no number of their own, as parts of the width of the field [-].
+SHORT = 0.012
+# Where numbers may be, as parts of the length of a swath [-], and how large they are, as parts of
+# the width of the field [-].
+NUMBER_AT = (0.2, 0.15, 0.25, 0.1, 0.3, 0.35, 0.4)
+NUMBER_SIZE = 0.027
+
+
+def draw_map(job: HarvestJob) -> Figure:
+    """What a driver needs of a plan, on a sheet: where to begin, what to cut in which order.
+
+    Args:
+        job: Whose plan is drawn.
+    """
+    field, plan = job.field, job.plan
+    figure = Figure(figsize=SHEET, layout="constrained")
+    axes = figure.subplots()
+    axes.add_patch(_patch(field.polygon, facecolor=CROP, edgecolor="black", linewidth=1.4))
+    for obstacle in field.obstacles:
+        axes.add_patch(_patch(obstacle, facecolor=SHUT, edgecolor="black", hatch="//"))
+    for area in field.no_go:
+        axes.add_patch(_patch(area, facecolor=NO_GO, edgecolor="darkred", hatch="xx"))
+    low_x, low_y, high_x, high_y = field.ground.bounds
+    size = max(high_x - low_x, high_y - low_y)
+    for n, timed in enumerate(plan.service.plans):
+        colour = combine_colour(n)
+        lines = _turns(timed.path)
+        axes.add_collection(
+            LineCollection(lines, colors=colour, linewidths=0.6, linestyles=":", alpha=0.7)
+        )
+    numbers: list[tuple[float, float]] = []
+    for swath in swaths_of(plan):
+        _draw_swath(axes, swath, size, numbers)
+    for n, timed in enumerate(plan.service.plans):
+        colour = combine_colour(n)
+        start, end = timed.path.poses[0], timed.path.poses[-1]
+        _arrow_into(axes, start, colour, 0.05 * size, f"start {n}")
+        axes.plot(*end[:2], "s", color=colour, markersize=9, markeredgecolor="black", zorder=6)
+    for k, truck in enumerate(plan.supply.trucks):
+        axes.plot(*truck[:2], "P", color="black", markersize=12, markeredgecolor="white", zorder=7)
+        _name(axes, (truck[0], truck[1]), f"truck, cart {k}")
+    for gate in field.gates:
+        axes.plot(*gate, "D", color="gold", markersize=10, markeredgecolor="black", zorder=7)
+        _name(axes, (gate[0], gate[1]), "gate")
+    pad = 0.03 * size
+    axes.set_xlim(low_x - pad, high_x + pad)
+    axes.set_ylim(low_y - pad - 0.08 * size, high_y + pad)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    _draw_scale(axes, (low_x, low_y - pad - 0.05 * size), size)
+    _draw_north(axes, (low_x + 0.4 * size, low_y - pad - 0.08 * size), size, field.place.geographic)
+    _write_legend(figure, job)
+    return figure
+
+
+def _draw_swath(axes: Axes, swath: Swath, size: float, numbers: list[tuple[float, float]]) -> None:
+    """Draw a swath with its number, which keeps off those that were drawn before."""
+    colour = combine_colour(swath.combine)
+    axes.plot(*swath.points.T, color=colour, linewidth=1.5, solid_capstyle="butt", zorder=3)
+    line = shapely.LineString(swath.points)
+    if line.length < SHORT * size:
+        return
+    arrow_at = line.length * 0.6
+    places = [_point(line, part * line.length) for part in NUMBER_AT]
+    gaps = [min((math.dist(place, each) for each in numbers), default=math.inf) for place in places]
+    free = [place for place, gap in zip(places, gaps, strict=True) if gap >= NUMBER_SIZE * size]
+    x, y = free[0] if free else places[int(np.argmax(gaps))]
+    numbers.append((x, y))
+    font = 8
+    axes.text(
+        x, y, str(swath.number), color="white", fontsize=font, weight="bold", ha="center",
+        va="center", zorder=5, bbox={"boxstyle": "circle,pad=0.15", "fc": colour, "ec": "none"},
+    )  # fmt: skip
+    step = min(line.length * 0.05, 2.0)
+    here, there = (_point(line, arrow_at + each) for each in (-step, step))
+    head = FancyArrowPatch(
+        here, there, arrowstyle="-|>", mutation_scale=16, color=colour, linewidth=0, zorder=4
+    )
+    axes.add_patch(head)
+
+
+def _point(line: shapely.LineString, along: float) -> tuple[float, float]:
+    point = line.interpolate(along)
+    return point.x, point.y
+
+
+def _turns(path: MachinePath) -> list[np.ndarray]:
+    """Lines between swaths."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], ~path.cutting, [0]]).astype(int)))
+    return [path_points(path, first, last) for first, last in edges.reshape(-1, 2).tolist()]
+
+
+def _arrow_into(axes: Axes, pose: np.ndarray, colour: str, length: float, said: str) -> None:
+    x, y, heading = pose.tolist()
+    tail = (x - length * math.cos(heading), y - length * math.sin(heading))
+    arrow = FancyArrowPatch(
+        tail, (x, y), arrowstyle="-|>", mutation_scale=22, color=colour, linewidth=3.5, zorder=6,
+        shrinkA=0, shrinkB=0,
+    )  # fmt: skip
+    axes.add_patch(arrow)
+    axes.plot(x, y, "o", color=colour, markersize=8, markeredgecolor="black", zorder=6)
+    _name(axes, tail, said)
+
+
+def _name(axes: Axes, point: tuple[float, float], said: str) -> None:
+    axes.annotate(
+        said, point, xytext=(7, 7), textcoords="offset points", fontsize=8, weight="bold",
+        zorder=8, bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.8},
+    )  # fmt: skip
+
+
+def _draw_scale(axes: Axes, corner: tuple[float, float], size: float) -> None:
+    """A bar of a round length, half of it black."""
+    power = 10.0 ** math.floor(math.log10(size / 4))
+    length = max(each * power for each in (1, 2, 5) if each * power <= size / 4)
+    x, y = corner
+    high = 0.008 * size
+    for k, colour in enumerate(("black", "white")):
+        left = x + k * length / 2
+        box = [(left, y), (left + length / 2, y), (left + length / 2, y + high), (left, y + high)]
+        axes.add_patch(Polygon(box, facecolor=colour, edgecolor="black", linewidth=0.8))
+    for k, said in enumerate(("0", f"{length / 2:g}", f"{length:g} m")):
+        axes.text(x + k * length / 2, y - high / 2, said, ha="center", va="top", fontsize=9)
+
+
+def _draw_north(axes: Axes, foot: tuple[float, float], size: float, known: bool) -> None:
+    """An arrow to the north, or where nobody knows it along y."""
+    x, y = foot
+    tip = (x, y + 0.07 * size)
+    arrow = FancyArrowPatch(foot, tip, arrowstyle="-|>", mutation_scale=20, color="black", lw=2.5)
+    axes.add_patch(arrow)
+    said = "N" if known else "y (north unknown)"
+    axes.text(x + 0.012 * size, y + 0.035 * size, said, va="center", fontsize=13, weight="bold")
+
+
+def _write_legend(figure: Figure, job: HarvestJob) -> None:
+    field, combine = job.field, job.scenario.combines
+    name = f"{field.name}: " if field.name else ""
+    figure.suptitle(
+        f"{name}{area_text(field.area)}, header {combine.header_width:g} m; "
+        "each combine cuts its swaths in the order of their numbers",
+        fontsize="large",
+    )
+    handles: list[Line2D | Patch] = [
+        Line2D([], [], color=combine_colour(n), linewidth=2.5, label=f"combine {n}")
+        for n in range(len(job.plan.service.plans))
+    ]
+    handles += [
+        Line2D([], [], color=WAY, linewidth=0.8, linestyle=":", label="turn, header up"),
+        Line2D([], [], color=WAY, marker="s", linestyle="", label="end"),
+        Line2D([], [], color="black", marker="P", linestyle="", label="truck"),
+    ]
+    if len(field.gates):
+        handles.append(
+            Line2D(
+                [],
+                [],
+                marker="D",
+                linestyle="",
+                color="gold",
+                markeredgecolor="black",
+                label="gate",
+            )
+        )
+    if field.obstacles:
+        handles.append(Patch(facecolor=SHUT, edgecolor="black", hatch="//", label="obstacle"))
+    if field.no_go:
+        handles.append(Patch(facecolor=NO_GO, edgecolor="darkred", hatch="xx", label="no-go"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=6, frameon=False)
+
+
+def _patch(polygon: shapely.Polygon, **look: object) -> PathPatch:
+    rings = [np.array(ring.coords)[:, :2] for ring in (polygon.exterior, *polygon.interiors)]
+    outlines = Outline.make_compound_path(*(Outline(ring, closed=True) for ring in rings))
+    return PathPatch(outlines, **look)
