@@ -1,11 +1,11 @@
-"""`sightfield social`: find an evader in the pictures of friends, and go to it."""
+"""`sightfield social`: find an evader in the pictures of friends, and go to it; a server to try."""
 
 import json
 import sys
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -23,9 +23,11 @@ from ..social.scenario import SocialScenario
 from ..social.social_game import set_up_social_game
 from ..social.summary import summarise
 from ..tracking.live_page import open_live_page
+from .run_by_default import RunByDefault
+from .social_server import server
 
 
-def social(
+def run(
     scenario: Annotated[
         str,
         typer.Argument(help=f"YAML file, or one of: {', '.join(builtin_scenarios(scenarios))}."),
@@ -92,7 +94,7 @@ def social(
             console.print(f"Watch it at [bold]{page.web_url()}[/]")
         with open_network(game, choice) as opened, _bar(console, attended) as bar:
             task = bar.add_task("simulated", total=loaded.seconds)
-            run = run_social_search(
+            done = run_social_search(
                 game,
                 opened,
                 page,
@@ -100,8 +102,8 @@ def social(
                 realtime_rate=rate,
                 progress=lambda time: bar.update(task, completed=time),
             )
-        summary = summarise(run, path.stem, network)
-        written = write_report(run, summary, folder) if folder is not None else []
+        summary = summarise(done, path.stem, network)
+        written = write_report(done, summary, folder) if folder is not None else []
     if as_json:
         print(json.dumps(summary, indent=2))
     else:
@@ -134,3 +136,16 @@ def _show(value: object) -> str:
     if isinstance(value, dict):
         return ", ".join(f"{key} {_show(each)}" for key, each in value.items())
     return str(value)
+
+
+social: Any = typer.Typer(
+    cls=RunByDefault,
+    help=(
+        "Find an evader in the pictures of friends. Without a command: run, whose options "
+        "`sightfield social run --help` lists."
+    ),
+    invoke_without_command=True,
+    rich_markup_mode=None,
+)
+social.command()(run)
+social.command()(server)

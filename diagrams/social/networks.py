@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ...hardware_io.social.local_server import LocalServer
 from ...systems.numerics.errors import InvalidInput, require, require_one_of
 from ...systems.numerics.social.network.interface import SocialNetwork
 from ...systems.numerics.social.network.memory_network import MemoryNetwork
@@ -56,7 +57,8 @@ def open_network(game: SocialGame, choice: NetworkChoice) -> Iterator[SocialNetw
     """A network whose common agents answer as the game's do.
 
     Raises:
-        InvalidInput: The accounts are not those of the game, or matrix-nio is not installed.
+        InvalidInput: The accounts are not those of the game, the server does not answer or refuses
+            a token, or matrix-nio is not installed.
     """
     if choice.kind == "memory":
         yield MemoryNetwork(game.temperaments, game.scenario.seed)
@@ -64,6 +66,7 @@ def open_network(game: SocialGame, choice: NetworkChoice) -> Iterator[SocialNetw
     try:
         from ...hardware_io.social.accounts import load_directory
         from ...hardware_io.social.matrix_network import MatrixNetwork
+        from ...hardware_io.social.provisioning import check_accounts
     except ModuleNotFoundError as error:
         raise InvalidInput(
             f"`--network` must be memory without the extra [social]; got matrix ({error})"
@@ -78,9 +81,24 @@ def open_network(game: SocialGame, choice: NetworkChoice) -> Iterator[SocialNetw
         f"have {game.scenario.agents.size} common agents",
         len(directory.agents),
     )
+    # A server that goes away later is waited for; one that was never there is a mistake.
+    check_accounts(directory)
     network = MatrixNetwork(
         directory, game.temperaments, seed=game.scenario.seed, outbox=choice.outbox
     )
     with network:
         yield network
         network.flush(_PATIENCE)
+
+
+def open_trial_server(folder: Path, port: int) -> LocalServer:
+    """A homeserver on this machine, a context manager that starts and stops it.
+
+    Args:
+        folder: For everything that it keeps.
+        port: Where it listens.
+
+    Raises:
+        InvalidInput: Synapse is not installed.
+    """
+    return LocalServer(folder, port)

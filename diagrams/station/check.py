@@ -17,6 +17,7 @@ from .hardware import (
     open_poses,
     open_radio,
     serial_ports,
+    without_password,
 )
 from .scenario import StationScenario
 
@@ -123,6 +124,7 @@ def _bodies(scenario: StationScenario) -> str:
 def _camera(scenario: StationScenario) -> str:
     if scenario.omni_camera.source == "none":
         return "the scenario has none"
+    place = without_password(scenario.omni_camera.place)
     with closing(open_camera(scenario.omni_camera)) as source:
         deadline = time.monotonic() + _PATIENCE
         frame = source.read()
@@ -130,9 +132,9 @@ def _camera(scenario: StationScenario) -> str:
             time.sleep(0.02)
             frame = source.read()
     if frame is None:
-        raise SightfieldError(f"{scenario.omni_camera.place} opens, but gives no picture")
+        raise SightfieldError(f"{place} opens, but gives no picture")
     height, width = np.shape(frame.picture)[:2]
-    return f"{scenario.omni_camera.place} gives pictures of {width} x {height}"
+    return f"{place} gives pictures of {width} x {height}"
 
 
 def _view(port: int) -> str:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
+from ...hardware_io.cameras.camera_address import without_password
 from ...hardware_io.cameras.camera_port import CameraPort
 from ...hardware_io.cameras.frame_source import FrameSource, NoCamera
 from ...hardware_io.cameras.opencv_capture import OpenCvCapture
@@ -32,6 +33,7 @@ from ...hardware_io.viewer.messages import Scene
 from ...hardware_io.viewer.operator import Operator
 from ...hardware_io.viewer.operator_port import OperatorPort
 from ...hardware_io.viewer.state_publisher import Shows, StatePublisher
+from ...hardware_io.viewer.stop_page import StopPage
 from ...hardware_io.viewer.viewer_link import ViewerLink
 from ...systems.numerics.errors import InvalidInput
 from ...systems.station.age_limit import AgeLimit
@@ -51,6 +53,7 @@ __all__ = [
     "Scene",
     "Shows",
     "StatePublisher",
+    "StopPage",
     "ViewerLink",
     "build_emulator",
     "find_view",
@@ -63,6 +66,7 @@ __all__ = [
     "port_name",
     "read_run_log",
     "serial_ports",
+    "without_password",
 ]
 
 # Commands go out, and samples are written, this long after the tick at which poses are sampled:

@@ -6,14 +6,20 @@ from pathlib import Path
 import numpy as np
 from pydrake.systems.framework import System
 
-from ...systems.numerics.errors import InvalidInput, require
+from ...systems.numerics.errors import require
 from ..scenario_files import build
 from ..tracking.game import TrackingGame, set_up_game
 from ..tracking.make_tracking import OwnAssignment
 from .hardware import RunLog, Shows, read_run_log
 from .ports import COMMANDS
-from .run import run_station
+from .recorded import ticks_of
+from .run import logged_ports, run_station
 from .scenario import StationScenario
+
+# How many times as many ticks may be missing as are there.
+_MOST_MISSING = 100
+# What of a run may be of somebody's own.
+_OWN = ("assignment", "evasion")
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +46,8 @@ class Comparison:
     """How a run played again compares with what was recorded.
 
     Attributes:
-        ticks: How many were played.
+        ticks: How many of the log were compared.
+        missing: How many before or between them are lost.
         identical: Whether every command is the same, bit for bit.
         differing: Names of all ports of which some sample differs.
         first_difference: Tick of the first command that differs, or None.
@@ -48,6 +55,7 @@ class Comparison:
     """
 
     ticks: int
+    missing: int
     identical: bool
     differing: tuple[str, ...]
     first_difference: int | None
@@ -61,13 +69,27 @@ def load_recording(path: Path) -> Recording:
         InvalidInput: It is no such log, or its scenario is none.
     """
     log = read_run_log(path)
-    try:
-        tree, mode = log.about["scenario"], str(log.about["mode"])
-        own = tuple(map(str, log.about.get("own", ())))
-    except (KeyError, TypeError):
-        raise InvalidInput(f"`log` must be of a run of a station; got {path}") from None
+    tree, mode, own = (log.about.get(key) for key in ("scenario", "mode", "own"))
+    # Logs of the first version do not say whose the parts were.
+    own = own or []
+    good = isinstance(tree, dict) and isinstance(mode, str) and mode.isprintable()
+    good = good and isinstance(own, list) and all(each in _OWN for each in own)
+    require(good, "log", "be of a run of a station", path)
+    assert isinstance(mode, str)
     scenario = build(StationScenario, tree)
-    return Recording(log, mode, scenario, set_up_game(scenario.tracking), own)
+    ports = logged_ports(scenario)
+    sizes = {name: samples.shape[1] for name, samples in log.samples.items()}
+    require(sizes == ports, "log", "have the ports of its scenario", path)
+    require(len(log.times) > 0, "log", "hold samples", "none")
+    require(log.times[0] >= 0, "log", "have samples from 0 s on", f"{log.times[0]:g} s")
+    ends = scenario.seconds + scenario.period
+    require(log.times[-1] <= ends, "log", f"end at {scenario.seconds:g} s", f"{log.times[-1]:g} s")
+    ticks = log.times / scenario.period
+    steps = np.diff(np.floor(ticks + 1e-9))
+    # More that is missing would take longer to play than it is worth.
+    good = bool((steps > 0).all() and ticks[-1] <= _MOST_MISSING * len(ticks))
+    require(good, "log", f"have a sample every {scenario.period:g} s", path)
+    return Recording(log, mode, scenario, set_up_game(scenario.tracking), tuple(own))
 
 
 def replay(
@@ -97,6 +119,7 @@ def replay(
         wish = "be the one that was recorded with" if needed else "be the scenario's"
         require((given is not None) == needed, name, wish, "none" if needed else "another")
     first = recording.log
+    rows = ticks_of(first.times, recording.scenario.period)
     run_station(
         recording.scenario,
         recording.game,
@@ -107,21 +130,24 @@ def replay(
         mode="replay",
         view=view,
         realtime_rate=realtime_rate,
-        ticks=len(first.times),
+        ticks=int(rows[-1]) + 1,
     )
-    second = read_run_log(log)
+    again = {name: samples[rows] for name, samples in read_run_log(log).samples.items()}
     # As bytes: a NaN equals itself then, and minus zero does not equal zero.
     differing = tuple(
         name
         for name, samples in first.samples.items()
-        if samples.tobytes() != second.samples[name].tobytes()
+        if samples.tobytes() != again[name].tobytes()
     )
-    before, after = first.samples[COMMANDS], second.samples[COMMANDS]
-    rows = np.flatnonzero([a.tobytes() != b.tobytes() for a, b in zip(before, after, strict=True)])
+    before, after = first.samples[COMMANDS], again[COMMANDS]
+    other = np.flatnonzero([a.tobytes() != b.tobytes() for a, b in zip(before, after, strict=True)])
+    with np.errstate(invalid="ignore", over="ignore"):
+        differences = np.abs(before - after)
     return Comparison(
         ticks=len(before),
-        identical=len(rows) == 0,
+        missing=int(rows[-1]) + 1 - len(rows),
+        identical=len(other) == 0,
         differing=differing,
-        first_difference=int(rows[0]) if len(rows) else None,
-        greatest_difference=float(np.nanmax(np.abs(before - after), initial=0.0)),
+        first_difference=int(rows[other[0]]) if len(other) else None,
+        greatest_difference=float(np.nanmax(differences, initial=0.0)),
     )

@@ -1,6 +1,8 @@
 """What a run on a station leaves in its folder beside its log: numbers, arrays, a plot."""
 
+import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +13,9 @@ from ..tracking.summary import summarise
 from .hardware import RunLog
 from .ports import SENT
 from .run import StationRun
+
+# No evader has so high a number.
+_MANY = 1e6
 
 
 def tracking_run(run: StationRun, log: RunLog, game: TrackingGame) -> TrackingRun:
@@ -23,7 +28,8 @@ def tracking_run(run: StationRun, log: RunLog, game: TrackingGame) -> TrackingRu
         for name, shape in shapes.items()
     }
     arrays["visibility"] = arrays["visibility"] > 0.5
-    arrays["assignment"] = np.rint(arrays["assignment"]).astype(int)
+    known = np.isfinite(arrays["assignment"]) & (np.abs(arrays["assignment"]) < _MANY)
+    arrays["assignment"] = np.rint(np.where(known, arrays["assignment"], -1)).astype(int)
     return TrackingRun(
         game=game,
         times=log.times,
@@ -53,8 +59,17 @@ def summarise_station(
         ticks (samples in the log), poses_valid (part of all poses that were), pose_age (mean and
         greatest of those seen) [s],
         link_quality (mean of each robot, from 0 to 1, null if never known), ranges_valid (part of
-        all infrared ranges that were), top_command (fastest that was sent) [m/s].
+        all infrared ranges that were), top_command (fastest that was sent) [m/s]. What is not
+        finite is None.
     """
+    # A device may have said anything; what comes of it is None.
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _finite(_numbers(run, log, game, scenario, seconds, mode))
+
+
+def _numbers(
+    run: StationRun, log: RunLog, game: TrackingGame, scenario: str, seconds: float, mode: str
+) -> dict[str, object]:
     valid = np.concatenate([log.samples[f"{team}.valid"] for team in ("pursuer", "evader")], axis=1)
     ages = np.concatenate([log.samples[f"{team}.age"] for team in ("pursuer", "evader")], axis=1)
     seen = ages[np.isfinite(ages)]
@@ -68,14 +83,24 @@ def summarise_station(
         "ticks": len(log.times),
         "poses_valid": float(valid.mean()),
         "pose_age": [float(seen.mean()), float(seen.max())] if len(seen) else None,
-        "link_quality": [float(each) if np.isfinite(each) else None for each in quality],
+        "link_quality": [float(each) for each in quality],
         "ranges_valid": float(log.samples["infrared.valid"].mean()),
         "top_command": float(speeds.max()),
     }
+
+
+def _finite(value: Any) -> Any:
+    """The same, with None for every number that JSON does not know."""
+    if isinstance(value, dict):
+        return {key: _finite(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [_finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def write_station_report(
     run: StationRun, log: RunLog, game: TrackingGame, summary: dict[str, object], folder: Path
 ) -> list[str]:
     """Write `summary.json`, arrays with their units, and `tracks.png`; return the names."""
-    return write_report(tracking_run(run, log, game), summary, folder)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return write_report(tracking_run(run, log, game), summary, folder)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, System
 
 from ...systems.station.command_gate import STOPPED
 from ..tracking.game import TrackingGame
@@ -27,7 +27,9 @@ from .hardware import (
     port_name,
 )
 from .make_station import MakeStation
+from .memory import Memory
 from .ports import COMMANDS, IMAGE, MODE, SENT, device_ports
+from .recorded import Gaps
 from .scenario import StationScenario
 from .station_files import station_tree
 from .station_tracking import AddStationTracking
@@ -110,19 +112,37 @@ def run_station(
     # Without a camera there is nothing to see.
     pictures = (IMAGE,) if scenario.omni_camera.source != "none" else ()
     ports = logged_ports(scenario)
-    with RunWriter(log, ports=ports, pictures=pictures, about=about) as writer:
-        builder = DiagramBuilder()
-        station = MakeStation(scenario, hardware, game=game, operator=operator)
-        builder.AddSystem(station)
-        tracking = AddStationTracking(builder, station, game, **own)
+    builder = DiagramBuilder()
+    station = MakeStation(scenario, hardware, game=game, operator=operator)
+    builder.AddSystem(station)
+    tracking = AddStationTracking(builder, station, game, **own)
+    memory = Memory(builder.GetSystems())
+    with RunWriter(log, ports=ports, pictures=pictures, memory=memory.sizes, about=about) as writer:
         _add_recorder(builder, station, tracking, writer, scenario.period)
         if view is not None:
             _add_view(builder, station, tracking, scenario, view)
         diagram = builder.Build()
         diagram.set_name("laboratory")
-        return _advance(
-            diagram, tracking["loss"], scenario, operator, realtime_rate, ticks, at_tick
-        )
+        simulator = Simulator(diagram)
+        simulator.set_target_realtime_rate(realtime_rate)
+        context = simulator.get_mutable_context()
+        gaps = Gaps(hardware, scenario.period) if isinstance(hardware, RunLog) else None
+
+        def advance(tick: int) -> None:
+            """Do all of a tick, and write down what is kept of it."""
+            known = None if gaps is None else gaps.memory_after(tick)
+            if known is not None:
+                # After the tick's updates, and before anything looks.
+                simulator.AdvanceTo(tick * scenario.period + 0.5 * AFTER_TICK)
+                memory.write(context, known)
+            # Midway between two ticks everything that one does is done.
+            simulator.AdvanceTo((tick + 0.5) * scenario.period)
+            writer.memory(tick * scenario.period, memory.read(context))
+            at_tick(tick * scenario.period)
+
+        # Samples everything once: kernels are compiled, or loaded, before the clock starts.
+        simulator.Initialize()
+        return _play(advance, context, tracking["loss"], scenario, operator, ticks)
 
 
 def _add_recorder(
@@ -170,30 +190,23 @@ def _add_view(
         builder.Connect(station.GetOutputPort(port), publisher.GetInputPort(name))
 
 
-def _advance(
-    diagram: Diagram,
+def _play(
+    advance: Callable[[int], None],
+    context: Context,
     loss_port: OutputPort,
     scenario: StationScenario,
     operator: Operator | None,
-    realtime_rate: float,
     ticks: int | None,
-    at_tick: Callable[[float], None],
 ) -> StationRun:
-    simulator = Simulator(diagram)
-    simulator.set_target_realtime_rate(realtime_rate)
-    context = simulator.get_context()
+    """Advance tick by tick until the run ends."""
     monitor: Any = loss_port.get_system()
     loss_context = monitor.GetMyContextFromRoot(context)
-    # Samples everything once: kernels are compiled, or loaded, before the clock starts.
-    simulator.Initialize()
     period = scenario.period
     count = ticks or math.floor(scenario.seconds / period + 1e-9) + 1
     how, lost, began = HORIZON, np.array([math.inf, -1.0]), time.perf_counter()
     for tick in range(count):
         stopped = operator is not None and operator.mode == STOPPED
-        # Midway between two ticks everything that one does is done.
-        simulator.AdvanceTo((tick + 0.5) * period)
-        at_tick(tick * period)
+        advance(tick)
         lost = np.asarray(loss_port.Eval(loss_context))
         if ticks is None and stopped:
             how = STOP

@@ -3,11 +3,12 @@
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 from ...systems.numerics.errors import InvalidInput
 from ...systems.numerics.station.freshness import freshness
 from ..tracking.game import TrackingGame
-from .hardware import Devices, Operator, Scene, ViewerLink, open_devices, open_view
+from .hardware import Devices, Operator, Scene, StopPage, ViewerLink, open_devices, open_view
 from .scenario import StationScenario
 
 # How long the motion capture may take until it has seen every robot [s].
@@ -76,6 +77,9 @@ def show_on_view(
 ) -> Iterator[tuple[ViewerLink, str]]:
     """The link to the operator's view, which is opened if there is none, and its address.
 
+    The address holds the run's key. The controller serves a page of its own beside it, with a stop
+    that works while the view does not: its address is that of the link's scene.
+
     Args:
         scenario: The laboratory.
         game: What is played.
@@ -101,5 +105,8 @@ def show_on_view(
         # A body that is a little smaller than the distance its centre keeps.
         radius=0.75 * pursuers.radius or 0.05,
     )
-    with ViewerLink(view.states, view.words, scene, operator) as link:
-        yield link, view.url
+    with (
+        StopPage(operator, title, port) as stop,
+        ViewerLink(view.states, view.words, replace(scene, stop_page=stop.url), operator) as link,
+    ):
+        yield link, f"{view.url}#{link.key}"

@@ -7,6 +7,7 @@ from typing import Any
 
 from ..scenario_files import build, find_scenario, read_tree, with_settings
 from ..tracking.game import TrackingGame
+from .hardware import without_password
 from .scenario import StationScenario
 
 
@@ -34,8 +35,12 @@ def load_station(path: Path, overrides: Sequence[str] = ()) -> StationScenario:
 
 
 def station_tree(scenario: StationScenario, game: TrackingGame) -> dict[str, Any]:
-    """A laboratory as nested mappings, complete without any file, for `build`."""
+    """A laboratory as nested mappings, complete without any file, for `build`.
+
+    Passwords of the camera are left out: nobody who reads a log shall look through it.
+    """
     tree = asdict(scenario)
+    tree["omni_camera"]["place"] = without_password(tree["omni_camera"]["place"])
     world = game.world
     if scenario.tracking.world.file:
         tree["tracking"]["world"] = {

@@ -6,6 +6,7 @@ import time
 import cv2
 
 from ...systems.numerics.errors import InvalidInput
+from .camera_address import without_password
 from .frame_source import Frame
 
 # How long a camera that gives no picture is left alone before it is asked again [s].
@@ -32,7 +33,8 @@ class OpenCvCapture:
             cv2.utils.logging.setLogLevel(level)
         if not self._capture.isOpened():
             raise InvalidInput(
-                f"`omni_camera.place` must be a camera that OpenCV can open; got {place}"
+                "`omni_camera.place` must be a camera that OpenCV can open; got "
+                f"{without_password(place)}"
             )
         # A stream's old pictures are worth nothing.
         self._capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)

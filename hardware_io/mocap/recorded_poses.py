@@ -32,6 +32,9 @@ class RecordedPoses:
         for team in teams:
             known = len(log.times) > 0 and f"{team}.poses" in log.samples
             require(known, "log", f"have {team}.poses", sorted(log.samples))
+            poses, ages = log.samples[f"{team}.poses"], log.samples.get(f"{team}.age")
+            good = ages is not None and poses.shape[1] == 3 * ages.shape[1]
+            require(good, "log", f"have {team}.age of each robot", sorted(log.samples))
         self._poses = np.concatenate([log.samples[f"{team}.poses"] for team in teams], axis=1)
         self._ages = np.concatenate([log.samples[f"{team}.age"] for team in teams], axis=1)
         self._times = log.times - log.times[0]

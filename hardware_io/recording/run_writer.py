@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...systems.numerics.errors import InvalidInput
-from .log_format import ABOUT, END, MAGIC, PICTURE, SAMPLES, pack
+from .log_format import ABOUT, END, MAGIC, MEMORY, PICTURE, SAMPLES, pack
 
 # What the disk may lose when the machine itself fails [s].
 _SYNC_PERIOD = 1.0
@@ -19,10 +19,13 @@ _SYNC_PERIOD = 1.0
 class RunWriter:
     """Writes a log, each record at once: a crash of the program loses none of them.
 
+    None but the user may read it: a camera sees who is there.
+
     Args:
         path: Of the log; must not exist.
         ports: Sizes of the ports by name, in the order of the samples.
         pictures: Names of the ports of pictures.
+        memory: Sizes of what the diagram keeps from tick to tick, by the names of its systems.
         about: What else is to be known, ready for JSON.
 
     Raises:
@@ -35,6 +38,7 @@ class RunWriter:
         *,
         ports: Mapping[str, int],
         pictures: tuple[str, ...] = (),
+        memory: Mapping[str, int] | None = None,
         about: Mapping[str, Any] | None = None,
     ) -> None:
         self.path = path
@@ -43,11 +47,19 @@ class RunWriter:
         self._size = sum(self.ports.values())
         self._synced = time.monotonic()
         try:
-            self._file = path.open("xb", buffering=0)
+            path.touch(0o600, exist_ok=False)
+            self._file = path.open("r+b", buffering=0)
         except OSError as error:
             raise InvalidInput(f"`log` must be a new file; got {path} ({error.strerror})") from None
-        header = {"ports": self.ports, "pictures": self.pictures, "about": about or {}}
-        self._write(MAGIC + pack(ABOUT, 0.0, json.dumps(header).encode()))
+        self._memory_size = sum((memory or {}).values())
+        header = {
+            "ports": self.ports,
+            "pictures": self.pictures,
+            "memory": dict(memory or {}),
+            "about": about or {},
+        }
+        # Twice: without it the samples are mere numbers.
+        self._write(MAGIC + 2 * pack(ABOUT, 0.0, json.dumps(header).encode()))
 
     def __enter__(self) -> "RunWriter":
         return self
@@ -79,6 +91,16 @@ class RunWriter:
         """
         number = self.pictures.index(port).to_bytes(2, "little")
         self._write(pack(PICTURE, time, number + png))
+
+    def memory(self, time: float, values: np.ndarray) -> None:
+        """Write what the diagram keeps after a tick: a replay goes on from it after damage.
+
+        Args:
+            time: [s].
+            values: Shape (sum of the sizes,).
+        """
+        assert values.shape == (self._memory_size,)
+        self._write(pack(MEMORY, time, values.astype("<f8").tobytes()))
 
     def close(self) -> None:
         """Say that nothing follows."""

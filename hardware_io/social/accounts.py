@@ -11,9 +11,12 @@ An agent's token is needed only where this program posts and answers for it.
 """
 
 import os
+import stat
 from dataclasses import asdict, dataclass
+from ipaddress import ip_address
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import yaml
 
@@ -72,7 +75,8 @@ class SocialDirectory:
         agents: The common agents.
 
     Raises:
-        InvalidInput: The address is none, or two agents share an account or an album.
+        InvalidInput: The address is none, or plain http:// to another machine, or two agents share
+            an account or an album.
     """
 
     homeserver: str
@@ -82,6 +86,10 @@ class SocialDirectory:
     def __post_init__(self):
         address = self.homeserver.startswith(("http://", "https://"))
         require(address, "homeserver", "begin with http:// or https://", self.homeserver)
+        # Tokens and pictures would go over the network for all to read.
+        plain = self.homeserver.startswith("http://") and not _is_here(self.homeserver)
+        wish = "be https:// but for a server on this machine"
+        require(not plain, "homeserver", wish, self.homeserver)
         for name in ("user", "album"):
             values = [getattr(agent, name) for agent in self.agents]
             require(len(set(values)) == len(values), "agents", f"differ in `{name}`", values)
@@ -91,11 +99,11 @@ def load_directory(path: str | Path) -> SocialDirectory:
     """Read a directory from a YAML file.
 
     Raises:
-        InvalidInput: The file cannot be read, or is not such a directory.
+        InvalidInput: The file cannot be read, is not such a directory, or others may read it.
     """
     try:
         content: Any = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-        return SocialDirectory(
+        found = SocialDirectory(
             homeserver=content["homeserver"],
             pursuer=Account(**content["pursuer"]),
             agents=tuple(AgentAccount(**agent) for agent in content["agents"]),
@@ -105,6 +113,10 @@ def load_directory(path: str | Path) -> SocialDirectory:
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, AttributeError) as e:
         what = " ".join(str(e).split())
         raise InvalidInput(f"`accounts` must be a file of accounts; got {path}: {what}") from None
+    mode = stat.S_IMODE(Path(path).stat().st_mode)
+    wish = f"be readable by you alone, as it holds tokens: chmod 600 {path}"
+    require(not mode & 0o077, "accounts", wish, f"mode {mode:o}")
+    return found
 
 
 def save_directory(directory: SocialDirectory, path: str | Path) -> None:
@@ -114,6 +126,15 @@ def save_directory(directory: SocialDirectory, path: str | Path) -> None:
     with open(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w") as file:
         yaml.safe_dump(content, file, sort_keys=False)
     new.replace(path)
+
+
+def _is_here(address: str) -> bool:
+    """Whether an address is of this machine, whatever a name server says."""
+    try:
+        host = urlsplit(address).hostname or ""
+        return host == "localhost" or ip_address(host).is_loopback
+    except ValueError:
+        return False
 
 
 def _require_user(user: str) -> None:

@@ -7,13 +7,14 @@ alone invites, removes and posts, and members read all of it, earlier pictures t
 
 import hashlib
 import hmac
+import http.client
 import json
 import secrets
 import urllib.error
 import urllib.request
 from typing import Any
 
-from ...systems.numerics.errors import SightfieldError
+from ...systems.numerics.errors import InvalidInput, SightfieldError, require
 from .accounts import Account, AgentAccount, SocialDirectory
 
 
@@ -88,7 +89,39 @@ def make_directory(
     )
 
 
-def _call(address: str, body: dict[str, Any] | None = None, token: str | None = None) -> Any:
+def check_accounts(directory: SocialDirectory) -> None:
+    """Ask the server whether it is there, and knows everybody whose token is here.
+
+    Raises:
+        InvalidInput: It does not answer, or refuses a token, or a token is of another account.
+    """
+    server = directory.homeserver
+    try:
+        _call(f"{server}/_matrix/client/versions", patience=10)
+    except ServerRefusal as refusal:
+        raise InvalidInput(
+            f"`homeserver` must be a Matrix server that answers; got {server} ({refusal})"
+        ) from None
+    for account in (directory.pursuer, *directory.agents):
+        if account.token is None:
+            continue
+        try:
+            known = _call(f"{server}/_matrix/client/v3/account/whoami", token=account.token)
+        except ServerRefusal as refusal:
+            raise InvalidInput(
+                f"`accounts` must have a token for {account.user} that the server takes; got one "
+                f"that it refuses ({refusal})"
+            ) from None
+        user = known.get("user_id") if isinstance(known, dict) else None
+        require(user == account.user, "accounts", f"have the token of {account.user}", user)
+
+
+def _call(
+    address: str,
+    body: dict[str, Any] | None = None,
+    token: str | None = None,
+    patience: float = 60.0,
+) -> Any:
     """GET, or POST of a body, and the answer."""
     headers = {"Content-Type": "application/json"}
     if token is not None:
@@ -96,10 +129,11 @@ def _call(address: str, body: dict[str, Any] | None = None, token: str | None = 
     data = None if body is None else json.dumps(body).encode()
     try:
         request = urllib.request.Request(address, data, headers)
-        with urllib.request.urlopen(request, timeout=60) as answer:
+        with urllib.request.urlopen(request, timeout=patience) as answer:
             return json.load(answer)
     except urllib.error.HTTPError as error:
-        said = error.read().decode(errors="replace")
+        said = " ".join(error.read().decode(errors="replace").split())
         raise ServerRefusal(f"{address} says {error.code}: {said[:200]}") from None
-    except (urllib.error.URLError, OSError, ValueError) as error:
-        raise ServerRefusal(f"{address} does not answer: {error}") from None
+    except (urllib.error.URLError, OSError, ValueError, http.client.HTTPException) as error:
+        said = " ".join(str(error).split())
+        raise ServerRefusal(f"{address} does not answer: {said}") from None

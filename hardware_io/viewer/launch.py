@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import os
 import subprocess
 import sys
 import time
@@ -10,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...systems.numerics.errors import InvalidInput, SightfieldError, require
+from .endpoints import endpoints
 
 # How long a view may take to come up [s].
 _PATIENCE = 20.0
@@ -55,8 +57,10 @@ def find_view(port: int) -> View | None:
     with contextlib.suppress(ValueError):
         report = json.loads(text)
     ours = isinstance(report, dict) and report.get("program") == "sightfield viewer"
-    require(ours, "--port", "be free, or that of a viewer that is open", port)
-    return View(url, report["states"], report["words"], report["pid"])
+    ours = ours and report.get("user") == os.getuid() and isinstance(report.get("pid"), int)
+    require(ours, "--port", "be free, or that of a viewer of yours that is open", port)
+    # Not what the report says: controllers speak to no one but the user's own viewer.
+    return View(url, *endpoints(port), report["pid"])
 
 
 def open_view(port: int) -> View:

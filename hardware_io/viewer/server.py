@@ -3,6 +3,7 @@
 import json
 import os
 import time
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,10 @@ from meshcat.servers.zmqserver import WebSocketHandler
 from zmq.eventloop.zmqstream import ZMQStream
 
 from .drawing import Drawing
-from .messages import Scene, State, decode
-from .operator import WORDS
+from .endpoints import endpoints
+from .messages import WORDS, Scene, State, Word, decode, encode_word
 from .scene_store import SceneStore
+from .web_guard import HEADERS, is_host, is_origin
 
 # After so long without a word what is shown is stale [s].
 STALE_AFTER = 1.0
@@ -24,6 +26,8 @@ STALE_AFTER = 1.0
 _LOOK = 200
 # What of the laboratory's traffic may be heard is this machine's own.
 _HERE = "127.0.0.1"
+# The header in which a page says its key.
+KEY = "X-Sightfield-Key"
 
 
 class ViewServer:
@@ -40,15 +44,19 @@ class ViewServer:
         self._state: State | None = None
         self._run, self._ended = "", ""
         self._heard, self._drawn_stale = 0.0, False
+        # What another run said last, by its number: when, and its title.
+        self._others: dict[str, tuple[float, str]] = {}
+        # First the page: who has its port has the sockets, too.
+        server = self._application().listen(port, address=_HERE)
+        self.port: int = next(iter(server._sockets.values())).getsockname()[1]
+        where = endpoints(self.port)
         context = zmq.Context()
         pull = context.socket(zmq.PULL)
-        self._states = pull.bind_to_random_port(f"tcp://{_HERE}")
+        pull.bind(where.states)
         self._stream = ZMQStream(pull)
         self._stream.on_recv(lambda frames: self.hear(frames[0]))
         self._publisher = context.socket(zmq.PUB)
-        self._words = self._publisher.bind_to_random_port(f"tcp://{_HERE}")
-        server = self._application().listen(port, address=_HERE)
-        self.port: int = next(iter(server._sockets.values())).getsockname()[1]
+        self._publisher.bind(where.words)
         self._timer = tornado.ioloop.PeriodicCallback(self._look, _LOOK)
         self._timer.start()
 
@@ -58,11 +66,13 @@ class ViewServer:
         return tornado.web.Application(
             [
                 ("/", _Page),
-                ("/state", _StateHandler, {"view": self}),
-                ("/say/(.*)", _SayHandler, {"view": self}),
-                ("/scene", WebSocketHandler, {"bridge": self._store}),
-                ("/meshcat/(.*)", tornado.web.StaticFileHandler, assets),
-            ]
+                ("/state", _StateHandler),
+                ("/say/(.*)", _SayHandler),
+                ("/scene", _SceneHandler, {"bridge": self._store}),
+                ("/meshcat/(.*)", _Assets, assets),
+            ],
+            default_handler_class=_ViewHandler,
+            view=self,
         )
 
     @property
@@ -80,7 +90,15 @@ class ViewServer:
         if message is None:
             return
         _, run, content = message
+        if run != self._run and self._scene is not None and not self.stale:
+            # One run at a time: a second one waits until the first is over, or silent.
+            if isinstance(content, Scene):
+                self._others[run] = (time.monotonic(), content.title)
+            elif isinstance(content, str):
+                self._others.pop(run, None)
+            return
         if isinstance(content, Scene):
+            # The scene of a run that is over is repeated by nobody.
             if run != self._run or self._scene != content:
                 self._run, self._scene, self._state, self._ended = run, content, None, ""
                 self._drawing.scene(content)
@@ -94,19 +112,45 @@ class ViewServer:
             self._state, self._heard = content, time.monotonic()
         self._draw()
 
-    def say(self, word: str) -> None:
-        """Tell every controller what the operator said."""
-        self._publisher.send(word.encode())
+    def steers(self, key: str) -> bool:
+        """Whether who knows a key may start and pause the run that is shown.
 
-    def report(self) -> dict[str, Any]:
-        """Everything that a page shows beside the scene, and where controllers connect."""
+        Args:
+            key: Of a page.
+        """
+        return self._scene is not None and Word(word="start", run=self._run, key=key).is_for(
+            self._run, self._scene.lock
+        )
+
+    def say(self, word: str, key: str) -> bool:
+        """Tell controllers what the operator said, if that may be: whether it may.
+
+        Args:
+            word: One of WORDS; a stop is for all runs.
+            key: Of the page.
+        """
+        allowed = word == "stop" or self.steers(key)
+        if allowed:
+            self._publisher.send(encode_word(Word(word=word, run=self._run, key=key)))
+        return allowed
+
+    def report(self, key: str = "") -> dict[str, Any]:
+        """Everything that a page shows beside the scene, and where controllers connect.
+
+        Args:
+            key: Of the page.
+        """
+        now = time.monotonic()
+        others = [title for heard, title in self._others.values() if now - heard < STALE_AFTER]
         return {
             "program": "sightfield viewer",
             "pid": os.getpid(),
-            "states": f"tcp://{_HERE}:{self._states}",
-            "words": f"tcp://{_HERE}:{self._words}",
-            "scene": None if self._scene is None else vars(self._scene),
-            "state": None if self._state is None else vars(self._state),
+            "user": os.getuid(),
+            "run": self._run,
+            "steers": self.steers(key),
+            "others": sorted(others),
+            "scene": None if self._scene is None else asdict(self._scene),
+            "state": None if self._state is None else asdict(self._state),
             "stale": self.stale,
             "silence": time.monotonic() - self._heard if self._state is not None else None,
             "ended": self._ended,
@@ -122,32 +166,61 @@ class ViewServer:
             self._drawing.state(self._scene, self._state, stale=self._drawn_stale)
 
 
-class _Page(tornado.web.RequestHandler):
+class _Guarded(tornado.web.RequestHandler):
+    """Answers calls for this machine, from its own pages."""
+
+    @property
+    def view(self) -> ViewServer:
+        """Whose calls these are."""
+        return self.settings["view"]
+
+    def set_default_headers(self) -> None:
+        for name, value in HEADERS.items():
+            self.set_header(name, value)
+
+    def prepare(self) -> None:
+        request = self.request
+        known = is_origin(request.headers.get("Origin"), (self.view.port,))
+        if not (known and is_host(request.headers.get("Host"), self.view.port)):
+            raise tornado.web.HTTPError(403)
+
+
+class _ViewHandler(_Guarded):
+    """Answers that nothing is there."""
+
     def get(self) -> None:
-        self.set_header("Cache-Control", "no-store")
+        raise tornado.web.HTTPError(404)
+
+
+class _Assets(_Guarded, tornado.web.StaticFileHandler):
+    """Meshcat's own files."""
+
+
+class _SceneHandler(_Guarded, WebSocketHandler):
+    """The line on which a page hears of the scene."""
+
+    def check_origin(self, origin: str) -> bool:
+        return is_origin(origin, (self.view.port,))
+
+    def on_message(self, message: str | bytes) -> None:
+        """Drop it: pages have nothing to say of the scene."""
+
+
+class _Page(_Guarded):
+    def get(self) -> None:
         self.write((Path(__file__).parent / "page.html").read_text(encoding="utf-8"))
 
 
-class _ViewHandler(tornado.web.RequestHandler):
-    def initialize(self, view: ViewServer) -> None:
-        self.view = view
-
-
-class _StateHandler(_ViewHandler):
+class _StateHandler(_Guarded):
     def get(self) -> None:
-        self.set_header("Cache-Control", "no-store")
         self.set_header("Content-Type", "application/json")
-        self.write(json.dumps(self.view.report()))
+        self.write(json.dumps(self.view.report(self.request.headers.get(KEY, ""))))
 
 
-class _SayHandler(_ViewHandler):
+class _SayHandler(_Guarded):
     def post(self, word: str) -> None:
-        # A page of somebody else's, open in the same browser, has no say here.
-        origin = self.request.headers.get("Origin", "")
-        if word not in WORDS or origin not in ("", f"http://{self.request.host}"):
-            self.set_status(403)
-            return
-        self.view.say(word)
+        if word not in WORDS or not self.view.say(word, self.request.headers.get(KEY, "")):
+            raise tornado.web.HTTPError(403)
 
 
 def serve(port: int) -> None:

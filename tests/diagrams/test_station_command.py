@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from sightfield.diagrams.commands.app import main
-from sightfield.hardware_io.recording.log_format import ABOUT, MAGIC, pack, records
+from sightfield.hardware_io.recording.log_format import ABOUT, MAGIC, SAMPLES, pack, records
 
 
 @pytest.fixture(scope="module")
@@ -82,6 +82,19 @@ def test_a_run_that_was_broken_off_is_played_as_far_as_it_goes(station, simulate
     assert done.returncode == 0, done.stderr
     assert "every command is the same, bit for bit" in done.stdout
     assert "The run was broken off" in done.stdout
+
+
+def test_a_damaged_log_is_played_as_far_as_its_bytes_tell_and_is_a_failure(
+    station, simulated, tmp_path
+):
+    data = bytearray((simulated[0] / "run.log").read_bytes())
+    tenth = [each for each in records(bytes(data)) if each.kind == SAMPLES][10]
+    data[tenth.start + 20] ^= 1
+    (tmp_path / "damaged.log").write_bytes(data)
+    done = station("replay", tmp_path / "damaged.log")
+    assert done.returncode == 1
+    assert "60 ticks, and every command is the same, bit for bit." in done.stdout
+    assert "The log is damaged: 1 of its records lost" in done.stdout
 
 
 def test_a_log_is_never_written_over(station, simulated):

@@ -31,7 +31,8 @@ def replay(
         ),
     ] = None,
 ) -> None:
-    """Play a recorded run through the diagrams that made it; exit code 1 if commands differ."""
+    """Play a recorded run through the diagrams that made it; exit code 1 if commands differ,
+    or records are lost."""
     recording = load_recording(log)
     require_non_negative("--realtime", realtime or 0.0)
     rate = realtime if realtime is not None else float(view)
@@ -50,7 +51,7 @@ def replay(
                     port=port,
                 )
             )
-            console.print(f"Operator's view: [bold]{url}[/]")
+            console.print(f"Operator's view: [bold]{url}[/]", soft_wrap=True)
         result = play_again(recording, scratch / "replay.log", view=link, realtime_rate=rate)
         if link is not None:
             link.end("the end of the log")
@@ -60,6 +61,8 @@ def replay(
         "ticks": result.ticks,
         "complete": recording.log.complete,
         "unread_bytes": recording.log.unread,
+        "lost_records": recording.log.lost,
+        "missing_ticks": result.missing,
         "identical": result.identical,
         "first_difference": result.first_difference,
         "greatest_difference": result.greatest_difference,
@@ -83,5 +86,10 @@ def replay(
             f"The run was broken off: its log was not closed, {recording.log.unread} bytes at its "
             "end are no whole record."
         )
-    if not result.identical:
+    if recording.log.lost and not as_json:
+        console.print(
+            f"The log is damaged: {recording.log.lost} of its records lost, {result.missing} of "
+            "them ticks; what is left was played."
+        )
+    if not result.identical or recording.log.lost:
         raise typer.Exit(1)

@@ -34,6 +34,9 @@ from .options import (
     new_log,
 )
 
+# Who says what is typed.
+_TERMINAL = "the terminal"
+
 
 def run(
     scenario: ScenarioArgument = DEFAULT_SCENARIO,
@@ -93,11 +96,14 @@ def run(
             link, url = stack.enter_context(
                 show_on_view(laboratory, game, title=name, mode=mode, operator=operator, port=port)
             )
-            console.print(f"Operator's view: [bold]{url}[/]")
+            console.print(f"Operator's view: [bold]{url}[/]", soft_wrap=True)
+            console.print(f"A page with a stop alone: [bold]{link.stop_page}[/]")
         stack.enter_context(_ends_orderly(operator))
         actions = {" ": "stop", "\x1b": "stop", "s": "start", "S": "start"}
-        bindings = {key: lambda word=word: operator.say(word) for key, word in actions.items()}
-        bindings |= {"p": operator.toggle, "P": operator.toggle}
+        bindings = {
+            key: lambda word=word: operator.say(word, _TERMINAL) for key, word in actions.items()
+        }
+        bindings |= dict.fromkeys("pP", lambda: operator.toggle(_TERMINAL))
         if stack.enter_context(keys(bindings)) and not as_json:
             console.print("[bold]Space[/]: emergency stop. [bold]P[/]: pause. [bold]S[/]: start.")
         done = run_station(
@@ -146,8 +152,9 @@ def _ends_orderly(operator: Operator) -> Iterator[None]:
 
     def stop(number: int, frame: object) -> None:
         signal.signal(number, before[number])
+        name = "Ctrl-C" if number == signal.SIGINT else "a request to end"
         # Not here: the thread that was interrupted may hold the radio's lock.
-        threading.Thread(target=operator.say, args=("stop",), daemon=True).start()
+        threading.Thread(target=operator.say, args=("stop", name), daemon=True).start()
 
     for number in numbers:
         signal.signal(number, stop)

@@ -125,7 +125,7 @@ def test_a_run_is_shown_on_the_view_to_its_end(load_laboratory, tmp_path):
         while report()["ended"] != "the horizon" and time.monotonic() < deadline:
             time.sleep(0.05)
         shown = report()
-        assert url == f"http://127.0.0.1:{port}/"
+        assert url == f"http://127.0.0.1:{port}/#{link.key}"
         assert shown["ended"] == "the horizon"
         assert shown["scene"]["pursuers"] == ["pursuer 0", "pursuer 1", "pursuer 2"]
         assert len(shown["scene"]["obstacles"]) == 5

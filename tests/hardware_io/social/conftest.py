@@ -3,13 +3,9 @@
 import asyncio
 import itertools
 import json
-import signal
 import socket
-import subprocess
-import sys
 import threading
 import time
-import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -19,12 +15,11 @@ import numpy as np
 import pytest
 
 from sightfield.hardware_io.social.accounts import SocialDirectory
+from sightfield.hardware_io.social.local_server import LocalServer
 from sightfield.hardware_io.social.matrix_network import MatrixNetwork
 from sightfield.hardware_io.social.provisioning import make_directory
 from sightfield.systems.numerics.social.network.acceptance import OwnAcceptance, Temperaments
 from sightfield.systems.numerics.social.network.interface import Answer, Picture
-
-SECRET = "a secret that only these tests know"
 
 
 def free_port() -> int:
@@ -33,97 +28,16 @@ def free_port() -> int:
         return probe.getsockname()[1]
 
 
-def settings(folder: Path, port: int) -> dict:
-    """Synapse's configuration: SQLite, no federation, and a low limit on messages."""
-    plenty = {"per_second": 1000, "burst_count": 1000}
-    return {
-        "server_name": "maze.test",
-        "public_baseurl": f"http://127.0.0.1:{port}/",
-        "pid_file": str(folder / "synapse.pid"),
-        "listeners": [
-            {
-                "port": port,
-                "type": "http",
-                "bind_addresses": ["127.0.0.1"],
-                "resources": [{"names": ["client"], "compress": False}],
-            }
-        ],
-        "database": {"name": "sqlite3", "args": {"database": str(folder / "synapse.db")}},
-        "log_config": str(folder / "log.json"),
-        "media_store_path": str(folder / "media"),
-        "signing_key_path": str(folder / "signing.key"),
-        "registration_shared_secret": SECRET,
-        "macaroon_secret_key": SECRET,
-        "form_secret": SECRET,
-        "report_stats": False,
-        "trusted_key_servers": [],
-        "suppress_key_server_warning": True,
-        # Low enough that a burst of pictures meets it.
-        "rc_message": {"per_second": 3, "burst_count": 6},
-        "rc_login": dict.fromkeys(("address", "account", "failed_attempts"), plenty),
-        "rc_joins": {"local": plenty, "remote": plenty},
-        "rc_invites": dict.fromkeys(("per_room", "per_user", "per_issuer"), plenty),
-        "rc_registration": plenty,
-        "rc_room_creation": plenty,
-    }
-
-
-class Synapse:
-    """A homeserver that can be stopped and started again with what it knows.
+class Synapse(LocalServer):
+    """A homeserver with a low limit on messages, which a burst of pictures meets.
 
     Attributes:
-        url: Its address.
-        secret: With which accounts are registered.
+        port: Where it listens.
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder, port = folder, free_port()
-        self.url, self.secret = f"http://127.0.0.1:{port}", SECRET
-        self.port = port
-        logging = {
-            "version": 1,
-            "handlers": {
-                "file": {"class": "logging.FileHandler", "filename": str(folder / "synapse.log")}
-            },
-            "root": {"level": "WARNING", "handlers": ["file"]},
-        }
-        (folder / "log.json").write_text(json.dumps(logging))
-        # JSON is YAML.
-        (folder / "homeserver.yaml").write_text(json.dumps(settings(folder, port)))
-        self._process: subprocess.Popen | None = None
-        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        subprocess.run(self._command("--generate-keys"), check=True, cwd=folder, **quiet)
-
-    def _command(self, *more: str) -> list[str]:
-        config = str(self._folder / "homeserver.yaml")
-        return [sys.executable, "-m", "synapse.app.homeserver", "-c", config, *more]
-
-    def start(self) -> None:
-        with (self._folder / "output.log").open("a") as output:
-            self._process = subprocess.Popen(
-                self._command(), cwd=self._folder, stdout=output, stderr=output
-            )
-        for _ in range(600):
-            if self._process.poll() is not None:
-                break
-            try:
-                urllib.request.urlopen(f"{self.url}/_matrix/client/versions", timeout=5).close()
-                return
-            except (urllib.error.URLError, OSError):
-                time.sleep(0.1)
-        logs = [self._folder / name for name in ("output.log", "synapse.log")]
-        said = "\n".join(log.read_text()[-3000:] for log in logs if log.exists())
-        pytest.fail(f"Synapse does not come up:\n{said}")
-
-    def stop(self) -> None:
-        if self._process is not None:
-            self._process.send_signal(signal.SIGTERM)
-            try:
-                self._process.wait(20)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
-                self._process.wait()
-            self._process = None
+        self.port = free_port()
+        super().__init__(folder, self.port, {"rc_message": {"per_second": 3, "burst_count": 6}})
 
     @contextmanager
     def down(self) -> Iterator[None]:
@@ -250,7 +164,7 @@ class Maze:
     def directory(self, agents: int = 1) -> SocialDirectory:
         """Fresh accounts."""
         prefix = f"test{next(self._numbers)}"
-        return make_directory(self.synapse.url, SECRET, agents, prefix=prefix)
+        return make_directory(self.synapse.url, self.synapse.secret, agents, prefix=prefix)
 
     def always(self, friending=(1.0,), unfriending=(0.0,), rejection=(0.0,)) -> Temperaments:
         """By default one agent, who accepts when it gets to it."""

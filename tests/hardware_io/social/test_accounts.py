@@ -74,3 +74,35 @@ def test_a_file_that_is_not_there_is_refused(tmp_path):
 def test_what_is_no_account_is_refused(make, name):
     with pytest.raises(InvalidInput, match=f"`{name}`"):
         make()
+
+
+def test_a_file_that_others_may_read_is_refused(tmp_path):
+    path = tmp_path / "accounts.yaml"
+    save_directory(directory(), path)
+    for mode in (0o644, 0o640, 0o602):
+        path.chmod(mode)
+        with pytest.raises(InvalidInput, match=f"`accounts` must be readable by you .* {mode:o}$"):
+            load_directory(path)
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "http://matrix.example.org",
+        "http://10.0.0.7:8008",
+        "http://127.0.0.1.example.org",
+        "http://",
+    ],
+)
+def test_tokens_do_not_go_over_the_network_for_all_to_read(address):
+    with pytest.raises(
+        InvalidInput, match="`homeserver` must be https:// but for a server on this"
+    ):
+        directory(homeserver=address)
+
+
+@pytest.mark.parametrize(
+    "address", ["https://x.org", "http://localhost:8008", "http://[::1]:8008", "http://127.0.0.1:1"]
+)
+def test_what_stays_on_this_machine_may_be_plain(address):
+    assert directory(homeserver=address).homeserver == address

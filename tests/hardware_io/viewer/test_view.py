@@ -84,7 +84,8 @@ def wait_for(condition, patience=10.0):
     return condition()
 
 
-def say(view, word, **headers):
+def say(view, word, key="", **headers):
+    headers["X-Sightfield-Key"] = key
     request = urllib.request.Request(f"{view.url}say/{word}", method="POST", headers=headers)
     opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
     opener.open(request).close()
@@ -134,11 +135,17 @@ def test_a_port_out_of_range_is_refused(port):
 
 def test_the_words_of_the_page_reach_the_operator(view):
     operator = Operator()
-    with ViewerLink(view.states, view.words, SCENE, operator) as link:
+
+    def tell(link, word):
         link.show(STATE)
+        # Until the view has heard of the run, it lets nobody steer it.
+        with contextlib.suppress(urllib.error.HTTPError):
+            say(view, word, link.key)
+
+    with ViewerLink(view.states, view.words, SCENE, operator) as link:
         for word, mode in (("pause", PAUSED), ("start", RUNNING), ("stop", STOPPED)):
             # A line that was opened just now misses what is said before it stands.
-            assert wait_for(lambda word=word, mode=mode: say(view, word) or operator.mode == mode)
+            assert wait_for(lambda word=word, mode=mode: tell(link, word) or operator.mode == mode)
 
 
 @pytest.mark.parametrize(("word", "origin"), [("dance", ""), ("start", "http://elsewhere.example")])

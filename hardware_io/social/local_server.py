@@ -1,0 +1,190 @@
+"""A Matrix homeserver on this machine: Synapse in a process of its own, to try a search on."""
+
+import json
+import os
+import secrets
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from ...systems.numerics.errors import InvalidInput, SightfieldError, require
+from .accounts import save_directory
+from .provisioning import make_directory
+
+# How long a server may take to come up, and to end [s].
+_PATIENCE = 60.0
+# What nobody meets who tries something out.
+_PLENTY = {"per_second": 1000, "burst_count": 1000}
+
+
+class LocalServer:
+    """A homeserver on loopback, without federation, that can be stopped and started again.
+
+    Attributes:
+        url: Its address.
+        secret: With which accounts are registered.
+
+    Args:
+        folder: For everything that it keeps; the user's alone.
+        port: Where it listens.
+        settings: Of Synapse's, instead of these here.
+
+    Raises:
+        InvalidInput: Synapse is not installed, or the port is taken.
+    """
+
+    def __init__(self, folder: Path, port: int, settings: Mapping[str, Any] | None = None) -> None:
+        if find_spec("synapse") is None:
+            raise InvalidInput(
+                "`social server` must come with the extra [social-server]: "
+                "pip install sightfield[social-server]; got no Synapse"
+            )
+        self._folder = folder
+        self._process: subprocess.Popen[bytes] | None = None
+        self.url, self.secret = f"http://127.0.0.1:{port}", secrets.token_urlsafe(32)
+        logging = {
+            "version": 1,
+            "handlers": {
+                "file": {"class": "logging.FileHandler", "filename": str(folder / "synapse.log")}
+            },
+            "root": {"level": "WARNING", "handlers": ["file"]},
+        }
+        (folder / "log.json").write_text(json.dumps(logging))
+        config = self._settings(port) | dict(settings or {})
+        # JSON is YAML. The secret makes accounts.
+        (folder / "homeserver.yaml").touch(0o600)
+        (folder / "homeserver.yaml").write_text(json.dumps(config))
+        keys = self._command("--generate-keys")
+        made = subprocess.run(keys, check=False, cwd=folder, capture_output=True)
+        if made.returncode:
+            raise SightfieldError(f"Synapse makes no keys in {folder}; ended {made.returncode}")
+
+    def _settings(self, port: int) -> dict[str, Any]:
+        """Synapse's configuration: SQLite, no federation, no limit that a trial would meet."""
+        return {
+            "server_name": "maze.test",
+            "public_baseurl": f"{self.url}/",
+            "pid_file": str(self._folder / "synapse.pid"),
+            "listeners": [
+                {
+                    "port": port,
+                    "type": "http",
+                    "bind_addresses": ["127.0.0.1"],
+                    "resources": [{"names": ["client"], "compress": False}],
+                }
+            ],
+            "database": {
+                "name": "sqlite3",
+                "args": {"database": str(self._folder / "synapse.db")},
+            },
+            "log_config": str(self._folder / "log.json"),
+            "media_store_path": str(self._folder / "media"),
+            "signing_key_path": str(self._folder / "signing.key"),
+            "registration_shared_secret": self.secret,
+            "macaroon_secret_key": secrets.token_urlsafe(32),
+            "form_secret": secrets.token_urlsafe(32),
+            "report_stats": False,
+            "trusted_key_servers": [],
+            "suppress_key_server_warning": True,
+            "rc_message": _PLENTY,
+            "rc_login": dict.fromkeys(("address", "account", "failed_attempts"), _PLENTY),
+            "rc_joins": {"local": _PLENTY, "remote": _PLENTY},
+            "rc_invites": dict.fromkeys(("per_room", "per_user", "per_issuer"), _PLENTY),
+            "rc_registration": _PLENTY,
+            "rc_room_creation": _PLENTY,
+        }
+
+    def _command(self, *more: str) -> list[str]:
+        config = str(self._folder / "homeserver.yaml")
+        return [sys.executable, "-m", "synapse.app.homeserver", "-c", config, *more]
+
+    def start(self) -> None:
+        """Start it, and wait until it answers.
+
+        Raises:
+            InvalidInput: Something else answers there.
+            SightfieldError: It does not come up.
+        """
+        require(not self._answers(), "--port", "be free", self.url)
+        with (self._folder / "output.log").open("a") as output:
+            self._process = subprocess.Popen(
+                self._command(),
+                cwd=self._folder,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=output,
+                # Ctrl-C in a terminal is for this program, which ends the server in its turn.
+                start_new_session=True,
+                env=os.environ | {"PYTHONUNBUFFERED": "1"},
+            )
+        deadline = time.monotonic() + _PATIENCE
+        while time.monotonic() < deadline:
+            self.check()
+            if self._answers():
+                return
+            time.sleep(0.1)
+        self.stop()
+        raise SightfieldError(f"Synapse does not come up; {self._last_words()}")
+
+    def check(self) -> None:
+        """Look whether it is still there.
+
+        Raises:
+            SightfieldError: It has ended.
+        """
+        if self._process is not None and self._process.poll() is not None:
+            raise SightfieldError(
+                f"Synapse ended with {self._process.returncode}; {self._last_words()}"
+            )
+
+    def stop(self) -> None:
+        """End it; what it knows stays in its folder."""
+        if self._process is not None:
+            self._process.terminate()
+            try:
+                self._process.wait(20)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+            self._process = None
+
+    def make_accounts(self, agents: int, path: Path) -> None:
+        """Make accounts for a search, and write their file, readable by its owner alone.
+
+        Args:
+            agents: How many common agents.
+            path: Of the file.
+
+        Raises:
+            ServerRefusal: The server does not make them.
+        """
+        save_directory(make_directory(self.url, self.secret, agents), path)
+
+    def __enter__(self) -> "LocalServer":
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def _answers(self) -> bool:
+        # No proxy knows the way to this machine.
+        opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
+        try:
+            opener.open(f"{self.url}/_matrix/client/versions", timeout=5).close()
+        except urllib.error.HTTPError:
+            return True
+        except OSError:
+            return False
+        return True
+
+    def _last_words(self) -> str:
+        logs = [self._folder / name for name in ("output.log", "synapse.log")]
+        lines = [line for log in logs if log.exists() for line in log.read_text().splitlines()]
+        return f"it said: {lines[-1][:300]}" if lines else "it said nothing"
