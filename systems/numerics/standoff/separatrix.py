@@ -18,14 +18,16 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from .loop import StandoffLoop
-from .normalised import normalise
+from .normalised import NormalisedLoop, normalise
 
 # From the saddle, as a part of its distance to the equilibrium; the square is what is neglected.
 _OFFSET = 1e-6
 # How many times farther than the saddle the border is traced before it counts as endless.
 _FAR = 1e6
-# K_I / (K_P^2 s) below which an explicit solver takes very many steps.
+# K_I / (K_P^2 s) below which motions first creep along m + w = 0 (see `_creep`).
 _WEAK = 1e-3
+# How far from there m + w is when the creeping is over.
+_LEFT = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,26 +67,19 @@ def separatrix(loop: StandoffLoop) -> Separatrix:
         return [x_rate * pace, w_rate * pace]
 
     saddle = np.array([1.0, -unit.miss(1.0)])
-    # Of the smooth equations there: d(m) / dx, and d(m q) / dx.
-    growth = 2 / unit.other - 1
-    force = growth * unit.inertia(1.0) - 2 * unit.damping / unit.other * unit.miss(1.0)
-    slowest = (growth - math.sqrt(growth**2 + 4 * unit.ratio * force)) / 2
-    direction = np.array([-1.0, growth - slowest])
-    start = saddle + _OFFSET * direction / np.hypot(*direction)
+    start = _creep(unit) if unit.ratio < _WEAK else _beside_saddle(unit)
+    first = np.array([start[0], start[1] - unit.miss(start[0])])
     far = _FAR / min(1.0, unit.ratio)
     emptied = _event(lambda state: state[1], terminal=False)
     stopped = _event(lambda state: unit.miss(state[0]) + state[1], terminal=True)
     escaped = _event(lambda state: far - math.hypot(state[0], state[1]), terminal=True)
-    # With a weak integral the motions creep along m + w = 0. Both ways are good to 1e-9.
-    stiff = unit.ratio < _WEAK
-    tolerance = 1e-10 if stiff else 1e-12
     path = solve_ivp(
         backward,
         (0.0, 1000.0),
-        start,
-        method="Radau" if stiff else "DOP853",
-        rtol=tolerance,
-        atol=tolerance,
+        first[:, -1],
+        method="DOP853",
+        rtol=1e-12,
+        atol=1e-12,
         # Finer than the accuracy asks for, so that the points make a smooth line.
         max_step=0.05,
         events=(emptied, stopped, escaped),
@@ -94,10 +89,53 @@ def separatrix(loop: StandoffLoop) -> Separatrix:
     at_empty, at_still = path.y_events[0], path.y_events[1]
     return Separatrix(
         saddle=(float(origin[0] + units[0]), float(saddle[1] * units[1])),
-        points=origin + np.vstack([saddle, path.y.T]) * units,
+        points=origin + np.vstack([saddle, first.T, path.y.T[1:]]) * units,
         empty=float(unit.rest + unit.distance * at_empty[0, 0]),
         still=float(unit.rest + unit.distance * at_still[0, 0]) if len(at_still) else None,
     )
+
+
+def _beside_saddle(unit: NormalisedLoop) -> np.ndarray:
+    """x and v = m + w where the border leaves the saddle, shape (2, 1)."""
+    # Of the smooth equations there: d(m) / dx, and d(m q) / dx.
+    growth = _slope(unit, 1.0)
+    force = growth * unit.inertia(1.0) - 2 * unit.damping / unit.other * unit.miss(1.0)
+    root = math.sqrt(growth**2 + 4 * unit.ratio * force)
+    # The stable root, without the difference of two numbers that are nearly equal.
+    stable = -2 * unit.ratio * force / (growth + root) if growth > 0 else (growth - root) / 2
+    along = _OFFSET / math.hypot(1.0, growth - stable)
+    return np.array([[1.0 - along], [-stable * along]])
+
+
+def _creep(unit: NormalisedLoop) -> np.ndarray:
+    """The border's part that creeps along m + w = 0, in x and v = m + w, shape (2, n).
+
+    With a weak integral v is of the order of the ratio here: as the sum of m and w rounding would
+    swallow it, and an explicit solver would take very many steps.
+    """
+
+    def backward(_, state):
+        x, v = state
+        push = unit.ratio * unit.miss(x) * unit.inertia(x)
+        pace = 1.0 / math.hypot(v, push)
+        return [-v * pace, -(_slope(unit, x) * v + push) * pace]
+
+    path = solve_ivp(
+        backward,
+        (0.0, 1000.0),
+        _beside_saddle(unit)[:, 0],
+        method="Radau",
+        rtol=1e-10,
+        atol=[1e-10, 1e-13 * unit.ratio],
+        max_step=0.05,
+        events=_event(lambda state: _LEFT - state[1], terminal=True),
+    )
+    return path.y
+
+
+def _slope(unit: NormalisedLoop, x: float) -> float:
+    """dm / dx."""
+    return 2 * x / unit.other - 1
 
 
 def _event(function: Callable[[np.ndarray], float], *, terminal: bool):

@@ -12,6 +12,7 @@ from sightfield.systems.numerics.standoff.energy import certified_interval, ener
 from sightfield.systems.numerics.standoff.equilibria import wanted_equilibrium
 from sightfield.systems.numerics.standoff.error_model import ErrorModel
 from sightfield.systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop
+from sightfield.systems.numerics.standoff.normalised import normalise
 from sightfield.systems.numerics.standoff.region import region_of_attraction
 from sightfield.systems.numerics.standoff.response import (
     DIVERGED,
@@ -173,6 +174,24 @@ def test_the_energy_falls_along_every_motion_and_certifies_part_of_the_region(co
     values = energy(loop, motion.y, motion.integral)
     assert np.all(np.diff(values) <= 1e-9 * values[0])
     assert values[-1] == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize("kp", [1e4, 3e4, 1e5, 1e6])
+@pytest.mark.parametrize(("controller", "power"), [("PI", 1.0), ("PID", 0.5)])
+def test_a_weak_integral_attracts_from_as_far_as_its_leading_order_says(controller, power, kp):
+    # Motions creep to the fold of m + w = 0, where w = other / 4, and leave: far away dw / dx is
+    # ratio q, with q = 1 for PI and -2 damping x / other for PID.
+    loop = StandoffLoop(controller=controller, kp=kp)
+    unit = normalise(loop)
+    wound = unit.other / 4
+    reach = wound / unit.ratio
+    if controller == "PID":
+        reach = math.sqrt(wound * unit.other / (unit.ratio * unit.damping))
+    low = region_of_attraction(loop).low
+    assert low == pytest.approx(
+        unit.rest - reach * unit.distance, rel=5 * unit.ratio ** (power / 2)
+    )
+    assert region_of_attraction(loop, integral="still").low == -math.inf
 
 
 def test_a_start_on_the_singularity_is_refused():
