@@ -36,7 +36,7 @@ demo: $(VENV)/run.stamp  ## track evaders through the thesis's arena; watch it i
 test: $(VENV)/dev.stamp  ## lint and run every test
 	@sh tests/install_tools.sh
 	@$(MAKE) --no-print-directory -j2 lint $(if $(ARGS),,build/kernels.stamp)
-	$(BIN)/pytest -n $(WORKERS) --dist worksteal $(ARGS)
+	$(BIN)/pytest -n $(WORKERS) --dist worksteal --durations 25 $(ARGS)
 
 # Numba's kernels, compiled while one core checks style: test processes would compile them each.
 build/kernels.stamp: $(shell find systems -name '*.py') | $(VENV)/dev.stamp

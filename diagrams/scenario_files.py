@@ -6,6 +6,7 @@ names the key from the root, as in `pursuers.top_speed`.
 
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
+from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 from types import ModuleType
@@ -15,6 +16,7 @@ import yaml
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from ..systems.numerics.errors import InvalidInput, require
+from ..systems.numerics.units import WrongQuantity
 from . import scenarios
 
 Schema = TypeVar("Schema")
@@ -100,9 +102,15 @@ def build(schema: type[Schema], tree: Any) -> Schema:
         InvalidInput: See `load_scenario`.
     """
     try:
-        return TypeAdapter(schema).validate_python(tree)
+        return _adapter(schema).validate_python(tree)
     except ValidationError as invalid:
         raise InvalidInput(_describe(invalid, schema)) from None
+
+
+# Reading the types of a schema takes far longer than building from it, and a study builds hundreds.
+@lru_cache(maxsize=32)
+def _adapter(schema: type[Schema]) -> TypeAdapter[Schema]:
+    return TypeAdapter(schema)
 
 
 def _set(tree: dict[str, Any], override: str) -> None:
@@ -140,6 +148,8 @@ def _describe(invalid: ValidationError, schema: type) -> str:
     first = invalid.errors()[0]
     key = ".".join(str(part) for part in first["loc"])
     rule = first.get("ctx", {}).get("error")
+    if isinstance(rule, WrongQuantity):
+        return f"`{key}` must {rule.requirement}; got {rule.got}"
     if isinstance(rule, InvalidInput):
         # The dataclass has named its own field: put the path before it.
         message = str(rule)

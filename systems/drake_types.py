@@ -1,6 +1,7 @@
 """Parts of pydrake with the types that its stubs lack."""
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,20 @@ def any_scalar(scalar: type) -> Callable[[Callable], Callable]:
     scalars leave them set without a NaN in sight: that is no reason for a warning.
     """
     return (lambda method: method) if scalar is float else np.errstate(invalid="ignore")
+
+
+def default_instance(template: Any) -> Any:
+    """The instance of a template for float, `template[None]`.
+
+    pydrake looks at every frame of the stack when it makes one, and at every module for each frame
+    of an import; within nested imports that takes as long as importing all else. So a thread makes
+    it, whose stack is short.
+
+    Args:
+        template: Of systems, by `TemplateSystem.define`.
+    """
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(template.__getitem__, None).result()
 
 
 # read(port, context): the value of an input port of a float system, shape (size,), as a copy.

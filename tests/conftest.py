@@ -1,5 +1,6 @@
 """What tests of several parts need: programs, the wheel, and a page in headless Chromium."""
 
+import gc
 import os
 import shutil
 import subprocess
@@ -13,6 +14,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
+
+from sightfield.diagrams.commands.app import import_command, main
 
 ROOT = Path(__file__).resolve().parents[1]
 VIEWPORT = {"width": 1280, "height": 720}
@@ -30,11 +33,22 @@ CHROMIUM_ARGUMENTS = [
 ]
 
 
+def pytest_collection_finish() -> None:
+    """What was imported stays, so that nobody need look again and again whether it may go."""
+    gc.collect()
+    gc.freeze()
+
+
 @pytest.fixture(scope="session", autouse=True)
 def games_of_tests(tmp_path_factory) -> Iterator[None]:
-    """Solved visibility games are kept in a folder of the tests, and not in the user's cache."""
+    """Solved visibility games are kept in a folder of the tests, and not in the user's cache.
+
+    In one folder for all test processes: what one has solved the others need not.
+    """
+    base = tmp_path_factory.getbasetemp()
+    shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SIGHTFIELD_GAMES", str(tmp_path_factory.mktemp("games")))
+        patch.setenv("SIGHTFIELD_GAMES", str(shared / "games"))
         yield
 
 
@@ -75,6 +89,42 @@ def run_program() -> Callable[..., str]:
         return done.stdout
 
     return run
+
+
+@pytest.fixture
+def sightfield_here(monkeypatch, capsys) -> Callable[..., SimpleNamespace]:
+    """A function that runs `sightfield` with words as its program does, in this process.
+
+    What it gives has the names of a finished process: returncode, stdout, stderr.
+    """
+
+    def run(*words: object) -> SimpleNamespace:
+        monkeypatch.setattr(sys, "argv", ["sightfield", *map(str, words)])
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as ended:
+            main()
+        said = capsys.readouterr()
+        return SimpleNamespace(returncode=ended.value.code or 0, stdout=said.out, stderr=said.err)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def begun() -> Callable[[list[str]], list[str]]:
+    """A function of the words after `sightfield`: the same, for the first seconds of a game.
+
+    Where a page says what can be typed, the beginning shows that it can.
+    """
+
+    def shorten(words: list[str]) -> list[str]:
+        command, rest = import_command(words[0]), words[1:]
+        while rest and rest[0] in getattr(command, "commands", {}):
+            command = command.commands[rest.pop(0)]
+        timed = any("--seconds" in option.opts for option in command.params)
+        # The last one of an option counts.
+        return [*words, "--seconds", "3"] if timed else words
+
+    return shorten
 
 
 @pytest.fixture(scope="session")

@@ -27,13 +27,6 @@ CIRCLES = {
     ("diagrams.social", "diagrams.social.scene"),
     ("diagrams.standoff", "diagrams.standoff.pictures"),
     ("systems.numerics.geometry", "systems.numerics.geometry.maps"),
-    ("systems.numerics.planning.among_walls", "systems.numerics.planning.minimum_time"),
-    ("systems.numerics.planning.among_walls", "systems.numerics.planning.value_function"),
-    (
-        "systems.numerics.planning.among_walls",
-        "systems.numerics.planning.value_function",
-        "systems.numerics.planning.minimum_time",
-    ),
 }
 
 

@@ -123,16 +123,20 @@ def draw_curves(result: StudyResult, grid: Grid) -> Figure:
     columns = min(4, math.ceil(math.sqrt(len(panels))))
     rows = math.ceil(len(panels) / columns)
     figure = Figure(figsize=(0.8 + 2.9 * columns, 0.9 + 2.3 * rows), layout="constrained")
-    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    # Limits are set rather than shared: Matplotlib asks all axes that share for each one's.
+    axes = figure.subplots(rows, columns, squeeze=False)
     for axis in axes.ravel()[len(panels) :]:
         axis.set_axis_off()
+    shown = {cell for panel in panels for cells in panel.series.values() for cell in cells.values()}
+    end = max(result.horizon(cell) for cell in shown)
     for axis, panel in zip(axes.ravel(), panels, strict=False):
+        axis.set(xlim=(-0.05 * end, 1.05 * end), ylim=(-0.02, 1.02))
+        axis.label_outer()
         for k, (label, cells) in enumerate(panel.series.items()):
             for cell in cells.values():
                 _draw_curve(axis, result, cell, label, _COLOURS[k % len(_COLOURS)])
         axis.set_title(panel.title, fontsize=10)
         axis.grid(alpha=0.3)
-    axes[0, 0].set_ylim(-0.02, 1.02)
     figure.supxlabel("time [s]", fontsize=10)
     figure.supylabel("share of runs with every evader in sight", fontsize=10)
     handles, labels = axes[0, 0].get_legend_handles_labels()

@@ -1,11 +1,12 @@
 """The stand-off loop in closed form: one equation for the distance."""
 
+import sys
 from typing import Any
 
 from pydrake.common.containers import namedview
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from ..drake_types import BasicVector_, LeafSystem_, any_scalar
+from ..drake_types import BasicVector_, LeafSystem_, any_scalar, default_instance
 from ..numerics.errors import require, require_finite
 from ..numerics.standoff.loop import StandoffLoop
 from ..numerics.standoff.response import require_start
@@ -13,7 +14,7 @@ from ..numerics.standoff.response import require_start
 DistanceState = namedview("DistanceState", ["y", "y_rate"])
 
 
-@TemplateSystem.define("StandoffClosedLoop_")
+@TemplateSystem.define("StandoffClosedLoop_", scope=sys.modules[__name__])
 def StandoffClosedLoop_(T):
     class Impl(LeafSystem_[T]):
         """The distance of a pursuer that follows an evader by an ideal stand-off controller.
@@ -91,4 +92,4 @@ def StandoffClosedLoop_(T):
 
 
 # Any: the class is made at run time.
-StandoffClosedLoop: Any = StandoffClosedLoop_[None]
+StandoffClosedLoop: Any = default_instance(StandoffClosedLoop_)

@@ -1,14 +1,15 @@
 """A distance estimate that is off by a known curve."""
 
+import sys
 from typing import Any
 
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from ..drake_types import LeafSystem_, any_scalar
+from ..drake_types import LeafSystem_, any_scalar, default_instance
 from ..numerics.standoff.error_model import ErrorModel
 
 
-@TemplateSystem.define("BiasedRangeEstimator_")
+@TemplateSystem.define("BiasedRangeEstimator_", scope=sys.modules[__name__])
 def BiasedRangeEstimator_(T):
     class Impl(LeafSystem_[T]):
         """Estimates how far ahead the evader is, with the error of the thesis's camera.
@@ -66,4 +67,4 @@ def BiasedRangeEstimator_(T):
 
 
 # Any: the class is made at run time.
-BiasedRangeEstimator: Any = BiasedRangeEstimator_[None]
+BiasedRangeEstimator: Any = default_instance(BiasedRangeEstimator_)

@@ -1,19 +1,20 @@
 """The stand-off controller that a pursuer runs."""
 
+import sys
 from typing import Any
 
 import numpy as np
 from pydrake.common.containers import namedview
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from ..drake_types import BasicVector_, LeafSystem_, any_scalar
+from ..drake_types import BasicVector_, LeafSystem_, any_scalar, default_instance
 from ..numerics.standoff.loop import StandoffLoop
 from ..numerics.standoff.sampled_pid import SampledPid, pid_step
 
 PidState = namedview("PidState", ["integral", "filtered", "started", "command"])
 
 
-@TemplateSystem.define("StandoffPid_")
+@TemplateSystem.define("StandoffPid_", scope=sys.modules[__name__])
 def StandoffPid_(T):
     class Impl(LeafSystem_[T]):
         """Keeps an estimated distance: P, PI, PD or PID with filtered derivative, limit, samples.
@@ -93,4 +94,4 @@ def StandoffPid_(T):
 
 
 # Any: the class is made at run time.
-StandoffPid: Any = StandoffPid_[None]
+StandoffPid: Any = default_instance(StandoffPid_)

@@ -61,10 +61,9 @@ def test_a_word_that_is_no_subcommand_is_refused():
     ],
     ids=lambda words: words[0],
 )
-def test_a_run_that_is_only_watched_leaves_no_replay(words, tmp_path):
-    command = Path(sys.executable).with_name("sightfield")
+def test_a_run_that_is_only_watched_leaves_no_replay(words, sightfield_here, tmp_path):
     options = ("--meshcat", "--no-replay", "--realtime", "0", "--out", tmp_path / "out")
-    done = subprocess.run([command, *words, *options], capture_output=True, text=True, check=False)
+    done = sightfield_here(*words, *options)
     assert done.returncode == 0, done.stderr
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert "summary.json" in names

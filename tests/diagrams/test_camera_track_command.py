@@ -39,8 +39,8 @@ def test_a_run_leaves_its_folder_complete_and_json_alone_on_standard_output(tmp_
         assert set(log.files) == set(json.loads((out / "log_units.json").read_text()))
 
 
-def test_weights_are_swept(tmp_path):
-    done = sightfield(
+def test_weights_are_swept(sightfield_here, tmp_path):
+    done = sightfield_here(
         *("camera", "track", "--truth", "--seconds", 1, "--sweep", "0,0.5,1", "--seeds", 2),
         *("--json", "--out", tmp_path),
     )

@@ -34,7 +34,7 @@ assert codes == [0] + [2] * (len(lines) - 1), codes
 """
 
 TRACK = ("track", "corner_1v1", "--seconds", "0.5", "--meshcat", "--realtime", "0", "--out")
-STUDY = ("study", "assignment", "--seconds", "0.2", "--workers", "0")
+STUDY = ("study", "assignment", "--opponent", "adversarial", "--seconds", "0.2", "--workers", "0")
 RUNS = ("--runs", "8", "--out")
 
 

@@ -70,7 +70,7 @@ def test_a_line_that_is_none_is_seen(line):
     assert refusal(shlex.split(line))
 
 
-def test_commands_run_one_after_the_other(lesson, app, tmp_path, monkeypatch):
+def test_commands_run_one_after_the_other(lesson, app, begun, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for kind, text in lesson.blocks:
         if kind == "yaml" and text.startswith("# "):
@@ -78,14 +78,15 @@ def test_commands_run_one_after_the_other(lesson, app, tmp_path, monkeypatch):
             Path(name).write_text(text, encoding="utf-8")
     # Lines of the README are run by its own test.
     for line in (line for line in lines_of(lesson) if line not in README):
-        words = shlex.split(line)
-        if words[1] == "station":
+        program, *words = shlex.split(line)
+        words = begun(words)
+        if words[0] == "station":
             # It looks for keys, and the runner's input is no file.
-            program = Path(sys.executable).with_name(words[0])
-            ran = subprocess.run([program, *words[1:]], stdin=subprocess.DEVNULL, check=False)
+            program = Path(sys.executable).with_name(program)
+            ran = subprocess.run([program, *words], stdin=subprocess.DEVNULL, check=False)
             assert ran.returncode == 0, line
             continue
-        done = CliRunner().invoke(app, words[1:])
+        done = CliRunner().invoke(app, words)
         assert done.exit_code == 0, f"{line}\n{done.output}\n{done.exception!r}"
 
 
