@@ -58,13 +58,12 @@ def test_of_two_corners_the_one_that_can_be_won_is_chosen():
 
 
 def test_a_corner_that_a_pursuer_sees_round_does_not_count():
-    # The first pursuer sees along two sides of the box, past its lower left corner, and keeps the
-    # evader from hiding there, near as it is; the second one guards no corner at all.
-    pursuers, evader = [(0.9, 0.9), (0.2, 3.0)], np.array([1.4, 1.0])
+    # The pursuer looks along both sides of the box that meet in the nearest corner (2.5, 1.5), so
+    # that nothing is hidden there: the evader makes straight for the next one.
+    evader = np.array([3.1, 1.0])
     towards = np.array([1.5, 1.5]) - evader
-    velocity = flee(pursuers, [evader])[0]
-    assert np.hypot(*velocity) == pytest.approx(0.2)
-    assert velocity @ towards < 0.9 * 0.2 * np.hypot(*towards)
+    velocity = flee([(3.1, 1.3)], [evader])[0]
+    np.testing.assert_allclose(velocity, 0.2 * towards / np.hypot(*towards))
 
 
 @pytest.mark.parametrize("seed", range(20))
