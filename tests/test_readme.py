@@ -2,8 +2,11 @@
 
 import re
 import shlex
+import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
@@ -17,11 +20,29 @@ SCRIPTS = [
     if kind == "sh"
 ]
 COMMANDS = [script for script in SCRIPTS if script[0].startswith("sightfield")]
+PROGRAM = Path(sys.executable).with_name("sightfield")
+# What runs until Ctrl-C, while what follows it is typed in another terminal.
+SERVES = ("social", "server")
 MAP = "POLYGON ((0 0, 9 0, 9 7, 0 7, 0 0), (3 3, 5 3, 5 5, 3 5, 3 3))"
 
 
 def test_there_are_commands():
     assert len(COMMANDS) >= 5
+
+
+@contextmanager
+def serving(words: list[str]) -> Iterator[None]:
+    """A command that serves, from when it says that another terminal may go on to Ctrl-C."""
+    started = [str(PROGRAM), *words]
+    with subprocess.Popen(started, stdout=subprocess.PIPE, text=True) as server:
+        try:
+            assert server.stdout is not None
+            assert any("In another terminal" in line for line in server.stdout)
+            yield
+        finally:
+            server.send_signal(signal.SIGINT)
+            server.communicate(timeout=60)
+        assert server.returncode == 0
 
 
 @pytest.mark.parametrize("script", COMMANDS, ids=lambda script: script[0])
@@ -30,15 +51,19 @@ def test_commands_run_one_after_the_other(
 ):
     monkeypatch.chdir(tmp_path)
     Path("map.wkt").write_text(MAP)
-    for line in script:
-        program, *words = shlex.split(line.replace("map.yaml", "map.wkt"))
-        assert program == "sightfield"
-        if words[0] == "station":
-            # It looks for keys, and the input of tests is no file.
-            run_program(Path(sys.executable).with_name(program), *begun(words))
-            continue
-        done = sightfield_here(*begun(words))
-        assert done.returncode == 0, done.stderr
+    with ExitStack() as servers:
+        for line in script:
+            program, *words = shlex.split(line.replace("map.yaml", "map.wkt"))
+            assert program == "sightfield"
+            if tuple(words) == SERVES:
+                servers.enter_context(serving(words))
+                continue
+            if words[0] == "station":
+                # It looks for keys, and the input of tests is no file.
+                run_program(PROGRAM, *begun(words))
+                continue
+            done = sightfield_here(*begun(words))
+            assert done.returncode == 0, done.stderr
 
 
 def test_make_targets_exist():

@@ -12,12 +12,14 @@ from rich.console import Console
 from rich.progress import Progress, TimeRemainingColumn
 from rich.table import Table
 
-from ...systems.numerics.errors import require_non_negative
+from ...systems.numerics.errors import require, require_non_negative
 from ..outputs import output_folder
+from ..rosbag.bag import BAG, require_rosbags
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
 from ..tracking.game import TrackingGame, set_up_game, with_random_starts
 from ..tracking.live_page import open_live_page
 from ..tracking.report import write_report
+from ..tracking.rosbag import write_rosbag
 from ..tracking.run import TrackingRun, run_tracking
 from ..tracking.scenario import TrackingScenario
 from ..tracking.summary import summarise
@@ -44,6 +46,9 @@ def track(
         bool | None, typer.Option(help="Watch it live [default: in a terminal].")
     ] = None,
     replay: Annotated[bool, typer.Option(help="With --out: write replay.html.")] = True,
+    mcap: Annotated[
+        bool, typer.Option("--mcap", help="With --out: write rosbag/, a ROS 2 bag (MCAP).")
+    ] = False,
     realtime: Annotated[
         float | None,
         typer.Option(
@@ -54,6 +59,9 @@ def track(
     """Pursuers keep evaders in sight among polygons, until one is lost or time is up."""
     game = set_up_game(_load(scenario, setting or [], seconds, seed, world))
     require_non_negative("--realtime", realtime or 0.0)
+    require(out is not None or not mcap, "--mcap", "come with --out", "none")
+    if mcap:
+        require_rosbags()
     attended = sys.stdout.isatty() and sys.stdin.isatty() and not as_json
     live = attended if meshcat is None else meshcat
     rate = realtime if realtime is not None else float(live)
@@ -83,6 +91,9 @@ def track(
         name = Path(scenario).stem if world is None else f"{Path(scenario).stem} in {world.stem}"
         summary = summarise(run, name)
         written = write_report(run, summary, folder) if folder is not None else []
+        if folder is not None and mcap:
+            write_rosbag(run, folder / BAG)
+            written.append(BAG)
     if as_json:
         print(json.dumps(summary, indent=2))
     else:

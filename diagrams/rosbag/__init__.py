@@ -1,0 +1,1 @@
+"""Runs as ROS 2 bags, which Foxglove, PlotJuggler and `ros2 bag` open."""
