@@ -1,10 +1,11 @@
-"""`sightfield harvest`: harvest a field, or audit the log of a harvest."""
+"""`sightfield harvest`: harvest a field, say what it would take, or audit a log."""
 
 from typing import Any
 
 import typer
 
 from .harvest_commands.audit import audit
+from .harvest_commands.plan import plan
 from .harvest_commands.run import run
 from .run_by_default import RunByDefault
 
@@ -18,4 +19,5 @@ harvest: Any = typer.Typer(
     rich_markup_mode=None,
 )
 harvest.command()(run)
+harvest.command()(plan)
 harvest.command()(audit)

@@ -22,6 +22,7 @@ from ...systems.numerics.harvest.field.field_files import read_field
 from ...systems.numerics.harvest.field.place import Place
 from ...systems.numerics.harvest.machines.cart import Cart
 from ...systems.numerics.harvest.machines.combine import Combine
+from ...systems.numerics.harvest.machines.trucks import TruckFleet
 from ...systems.numerics.units import (
     Hours,
     KilogramsPerSecond,
@@ -163,6 +164,21 @@ class Carts(Cart):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Trucks(TruckFleet):
+    """The trucks that take the grain away.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self.count <= MOST_MACHINES, "count", f"be at most {MOST_MACHINES}", self.count)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Disturbances(Disturbance):
     """What goes wrong on the way.
 
@@ -191,6 +207,8 @@ class HarvestScenario:
     combines: Combines = dataclasses.field(default_factory=Combines)
     # Who carries.
     carts: Carts = dataclasses.field(default_factory=Carts)
+    # Who takes the grain away.
+    trucks: Trucks = dataclasses.field(default_factory=Trucks)
     # "sequential" (3.4) or "on-demand".
     strategy: str = "sequential"
     # Part of a tank from which on a cart comes.

@@ -68,6 +68,10 @@ UNITS: dict[str, Unit] = {
     **_named("min minute minutes", 60.0, 0, 0, 1),
     **_named("h hr hour hours", 3600.0, 0, 0, 1),
     **_named("d day days", 86400.0, 0, 0, 1),
+    **_named("w watt watts", 1.0, 2, 1, -3),
+    **_named("kw kilowatt kilowatts", 1e3, 2, 1, -3),
+    # Of 550 foot-pounds a second, with standard gravity.
+    **_named("hp horsepower", 550 * _FOOT * _POUND * 9.80665, 2, 1, -3),
     **_named("km/h kmh kph", 1000.0 / 3600.0, 1, 0, -1),
     **_named("mph", 5280 * _FOOT / 3600.0, 1, 0, -1),
 }
@@ -98,6 +102,7 @@ _OFFERED = {
     (-2, 1, 0): "kg/m^2, t/ha, lb/ac, bu/ac wheat",
     (0, 1, -1): "kg/s, t/h, bu/h wheat",
     (0, 0, -1): "1/s, 1/h",
+    (2, 1, -3): "W, kW, hp",
 }
 
 # Nothing in a field is larger than this, in SI units, by powers: more is a slip, and overflows.
@@ -109,6 +114,7 @@ LARGEST = {
     (1, 0, -2): 100.0,
     (-2, 1, 0): 1e3,
     (0, 1, -1): 1e6,
+    (2, 1, -3): 1e8,
 }
 # And nothing but zero is smaller [SI units].
 SMALLEST = 1e-9
@@ -293,6 +299,7 @@ KilogramsPerSecond = Annotated[float, Quantity("kg/s")]
 KilogramsPerSquareMetre = Annotated[float, Quantity("kg/m^2")]
 Seconds = Annotated[float, Quantity("s")]
 Hours = Annotated[float, Quantity("h")]
+Watts = Annotated[float, Quantity("W")]
 PerHour = Annotated[float, Quantity("1/h")]
 
 

@@ -16,9 +16,16 @@ from ....systems.numerics.errors import require_non_negative
 from ....systems.numerics.harvest.no_plan import NoPlan
 from ...harvest import scenarios
 from ...harvest.job import prepare_harvest
-from ...harvest.scenario import HarvestScenario
 from ...outputs import output_folder
-from ...scenario_files import builtin_scenarios, find_scenario, load_scenario
+from ...scenario_files import builtin_scenarios
+from .asking import (
+    CombinesOption,
+    CoordinatesOption,
+    FieldOption,
+    PartOption,
+    SettingOption,
+    asked_scenario,
+)
 from .audit import UNITS as AUDIT_UNITS
 from .audit import shown
 
@@ -43,27 +50,12 @@ def run(
         str,
         typer.Argument(help=f"YAML file, or one of: {', '.join(builtin_scenarios(scenarios))}."),
     ] = "thesis_2",
-    field: Annotated[
-        Path | None,
-        typer.Option(help="Harvest this field: WKT, GeoJSON, Shapefile or ISOXML task data."),
-    ] = None,
-    coordinates: Annotated[
-        str | None,
-        typer.Option(help="Of the field's file: wgs84, in degrees [default], or metres."),
-    ] = None,
-    part: Annotated[
-        int | None, typer.Option(help="Of a file with several parts: which one, from 1.")
-    ] = None,
-    combines: Annotated[int | None, typer.Option(help="Number of combines.")] = None,
+    field: FieldOption = None,
+    coordinates: CoordinatesOption = None,
+    part: PartOption = None,
+    combines: CombinesOption = None,
     strategy: Annotated[str | None, typer.Option(help="sequential or on-demand.")] = None,
-    setting: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE",
-            help='Set a key, as carts.speed=4 or "carts.speed=15 km/h".',
-        ),
-    ] = None,
+    setting: SettingOption = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for summary, log, plots and replay.")
     ] = None,
@@ -88,22 +80,9 @@ def run(
     from ...tracking.live_page import open_live_page
 
     require_non_negative("--realtime", realtime)
-    settings = list(setting or [])
-    if combines is not None:
-        settings.append(f"combines.count={combines}")
-    if coordinates is not None:
-        settings.append(f"field.coordinates={coordinates}")
-    if strategy is not None:
-        settings.append(f"strategy={strategy}")
-    path = find_scenario(scenario, scenarios)
-    folder = path.parent
-    if field is not None:
-        # Before what is set, so that a part or a no-go layer may be set for it.
-        settings.insert(0, "field.file=" + json.dumps(str(field)))
-        folder = Path()
-    if part is not None:
-        settings.append(f"field.part={part}")
-    asked = load_scenario(HarvestScenario, path, settings)
+    asked, folder = asked_scenario(
+        scenario, setting or [], field, coordinates, part, combines=combines, strategy=strategy
+    )
     attended = sys.stdout.isatty() and sys.stdin.isatty() and not as_json
     live = attended if meshcat is None else meshcat
     console = Console(stderr=as_json)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ...errors import require, require_positive
 from ...planning.trailer import Trailer
-from ...units import Kilograms, Metres, MetresPerSecond, MetresPerSecondSquared
+from ...units import Kilograms, Metres, MetresPerSecond, MetresPerSecondSquared, Watts
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +33,10 @@ class Cart:
     width: Metres = 2.5
     # How much grain it holds; infinite: any amount [kg].
     capacity: Kilograms = math.inf
+    # Of the tractor's engine, for its fuel [W].
+    engine_power: Watts = 150e3
+    # Of tractor and trailer without grain [kg].
+    mass: Kilograms = 14000.0
 
     def __post_init__(self) -> None:
         for name in (
@@ -42,6 +46,8 @@ class Cart:
             "turning_radius",
             "length",
             "width",
+            "engine_power",
+            "mass",
         ):
             require_positive(name, getattr(self, name))
         require(self.capacity > 0, "capacity", "be positive", self.capacity)

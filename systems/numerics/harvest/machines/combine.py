@@ -9,6 +9,7 @@ from ...units import (
     Metres,
     MetresPerSecond,
     MetresPerSecondSquared,
+    Watts,
 )
 
 # What a combine does when its tank is full and nobody unloads it.
@@ -45,6 +46,10 @@ class Combine:
     width: Metres = 3.6
     # From the end of the header to the near side of a cart that is filled [m].
     cart_gap: Metres = 1.5
+    # Of the engine, for its fuel [W].
+    engine_power: Watts = 250e3
+    # Of the machine with an empty tank [kg].
+    mass: Kilograms = 16000.0
     # "stop": a full combine waits for a cart; "spill": it goes on, and its grain is lost.
     when_full: str = "stop"
 
@@ -59,6 +64,8 @@ class Combine:
             "unload_rate",
             "length",
             "width",
+            "engine_power",
+            "mass",
         ):
             require_positive(name, getattr(self, name))
         require_non_negative("cart_gap", self.cart_gap)

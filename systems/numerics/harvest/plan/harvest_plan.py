@@ -65,6 +65,7 @@ def plan_harvest(
     pattern: str = "lands",
     seed: int = 0,
     failure: Failure | None = None,
+    team: CombinePlan | None = None,
     progress: Callable[[str, float], None] = lambda stage, share: None,
 ) -> HarvestPlan:
     """Plan a whole harvest.
@@ -82,6 +83,7 @@ def plan_harvest(
         seed: Of the orders that are tried.
         failure: Of a cart: what comes after it is planned as if nobody had known of it before. So
             who drives this plan does the same as who plans anew when the cart fails.
+        team: The plan of these combines, if there is one already.
         progress: Told what is done, and which part of it, in [0, 1].
 
     Raises:
@@ -90,7 +92,8 @@ def plan_harvest(
             a combine or to its truck.
     """
     progress("paths and times of the combines", 0.0)
-    team = plan_combines(field, combine, combines, pattern=pattern, seed=seed)
+    if team is None:
+        team = plan_combines(field, combine, combines, pattern=pattern, seed=seed)
     supply = Supply(density=density, trucks=truck_places(team, cart, carts), truck_rate=truck_rate)
     stage = "visits and routes of the carts"
     progress(stage, 0.0)

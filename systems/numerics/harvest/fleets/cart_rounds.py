@@ -1,0 +1,239 @@
+"""Carts among combines by events: a model of their part of a harvest that takes milliseconds.
+
+The combines' paths and times are those of their plan. Carts drive without regard for anybody: a way
+is 4 / pi times the distance, which is the mean over all directions of a way along and across the
+swaths. They come beside combines on straight work only, the tank that is full first before others;
+a combine whose tank is full before a cart is there stands until it is emptied, and is later by that
+from then on, without holding up others. Carts that have no room for another tank drive to their
+place on the margin, where trucks take turns.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..carts.tanks import TICK
+from ..machines.cart import Cart
+from ..machines.combine import Combine
+from ..machines.trucks import TruckFleet, TruckPool
+from .work_ahead import WorkAhead, moment
+
+# Way over distance, on the mean over directions [-].
+DETOUR = 4.0 / math.pi
+# To come beside a combine and to set out from it, besides the way and the flow of grain [s].
+AROUND = 25.0
+# Grain that is nothing [kg].
+NOTHING = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class CartRounds:
+    """What carts do by the model.
+
+    Attributes:
+        ends: When each combine has parked, shape (N,) [s].
+        stops: How long each stands for carts, shape (N,) [s].
+        misses: How many times one stands.
+        visits, trips: How many there are.
+        way: Of each cart, beside combines too, shape (K,) [m].
+        hauled: Grain times way, over all carts [kg m].
+        cart_ends: When each cart is empty for good, shape (K,) [s].
+        at_trucks: How long each cart waits for a truck, shape (K,) [s].
+        emptying: How long grain flows from each cart, shape (K,) [s].
+        beside: How long grain flows into each cart, shape (K,) [s].
+    """
+
+    ends: np.ndarray
+    stops: np.ndarray
+    misses: int
+    visits: int
+    trips: int
+    way: np.ndarray
+    hauled: float
+    cart_ends: np.ndarray
+    at_trucks: np.ndarray
+    emptying: np.ndarray
+    beside: np.ndarray
+
+    @property
+    def makespan(self) -> float:
+        """When the last machine has done its work [s]."""
+        return float(max(self.ends.max(), self.cart_ends.max()))
+
+
+@dataclass
+class _Hauler:
+    """A cart as it stands between two jobs."""
+
+    place: np.ndarray
+    home: np.ndarray
+    free: float = 0.0
+    load: float = 0.0
+    way: float = 0.0
+    waits: float = 0.0
+    gives: float = 0.0
+    takes: float = 0.0
+
+
+def run_carts(
+    work: Sequence[WorkAhead],
+    combine: Combine,
+    cart: Cart,
+    places: np.ndarray,
+    trucks: TruckFleet,
+    truck_rate: float,
+    threshold: float = 0.5,
+) -> CartRounds:
+    """Serve the combines of a plan.
+
+    Args:
+        work: Of the combines.
+        combine, cart: One of each.
+        places: Where each cart begins and is emptied, shape (K, 2) [m].
+        trucks: What takes the grain there.
+        truck_rate: At which carts are emptied [kg/s].
+        threshold: Part of a tank from which on carts come.
+    """
+    model = _Model(work, combine, cart, places, TruckPool(trucks), truck_rate, threshold)
+    while model.serve_next():
+        pass
+    for hauler in model.haulers:
+        model.to_truck(hauler)
+    every = model.haulers
+    return CartRounds(
+        ends=np.array([w.end for w in work]) + model.late,
+        stops=model.late.copy(),
+        misses=model.misses,
+        visits=model.visits,
+        trips=model.trips,
+        way=np.array([each.way for each in every]),
+        hauled=model.hauled,
+        cart_ends=np.array([each.free for each in every]),
+        at_trucks=np.array([each.waits for each in every]),
+        emptying=np.array([each.gives for each in every]),
+        beside=np.array([each.takes for each in every]),
+    )
+
+
+class _Model:
+    def __init__(
+        self,
+        work: Sequence[WorkAhead],
+        combine: Combine,
+        cart: Cart,
+        places: np.ndarray,
+        pool: TruckPool,
+        truck_rate: float,
+        threshold: float,
+    ):
+        self.work, self.combine, self.cart = work, combine, cart
+        self.pool, self.rate, self.threshold = pool, truck_rate, threshold
+        self.haulers = [_Hauler(place.copy(), place.copy()) for place in np.asarray(places)]
+        self.taken, self.late = np.zeros(len(work)), np.zeros(len(work))
+        # When each was left last, on the clock on the wall: visits do not overlap.
+        self.left = np.zeros(len(work))
+        self.misses = self.visits = self.trips = 0
+        self.hauled = 0.0
+
+    def serve_next(self) -> bool:
+        """One visit of the cart that is free first; whether there was grain to fetch."""
+        waiting = [
+            n for n, each in enumerate(self.work) if each.cut[-1] - self.taken[n] > NOTHING
+        ]
+        if not waiting:
+            return False
+        hauler = min(self.haulers, key=lambda each: each.free)
+        # As the planner does: a cart goes on as long as a whole tank fits in.
+        if hauler.load > NOTHING and self.cart.capacity - hauler.load < self.combine.capacity:
+            self.to_truck(hauler)
+            return True
+        self._visit(hauler, min(waiting, key=lambda n: (self._full(n), self._loaded(n))))
+        return True
+
+    def _reaches(self, n: int, amount: float) -> float:
+        """When a combine has so much in its tank; infinite if never [s]."""
+        work = self.work[n]
+        k = int(np.searchsorted(work.cut, self.taken[n] + amount))
+        return math.inf if k >= len(work.cut) else k * TICK + float(self.late[n])
+
+    def _full(self, n: int) -> float:
+        return self._reaches(n, self.combine.capacity)
+
+    def _loaded(self, n: int) -> float:
+        """From when on it is worth while to come [s]."""
+        time = self._reaches(n, self.threshold * self.combine.capacity)
+        return min(time, self.work[n].end + float(self.late[n]))
+
+    def _visit(self, hauler: _Hauler, n: int) -> None:
+        work, combine = self.work[n], self.combine
+        begin = max(self._loaded(n), hauler.free, self.left[n])
+        for _ in range(3):
+            there = work.places[moment(begin - self.late[n], work)]
+            way = DETOUR * float(np.hypot(*(there - hauler.place)))
+            arrives = hauler.free + way / self.cart.speed + AROUND
+            begin = max(self._loaded(n), arrives, self.left[n])
+        full, ends = self._full(n), work.end + float(self.late[n])
+        clock = moment(begin - self.late[n], work)
+        opens = int(work.opens[clock]) if begin < ends else len(work.cut)
+        open_at = opens * TICK + float(self.late[n]) if opens < len(work.cut) else math.inf
+        if max(begin, open_at) < min(full, ends):
+            begin, stands = max(begin, open_at), False
+        else:
+            # It gets full before a cart is beside it, or has parked.
+            begin, stands = max(begin, min(full, ends)), True
+        self._drive(hauler, work.places[moment(begin - self.late[n], work)])
+        room = self.cart.capacity - hauler.load
+        load = float(work.cut[moment(begin - self.late[n], work)]) - self.taken[n]
+        if stands:
+            taken = min(load, room)
+            lasts = taken / combine.unload_rate
+            if full < math.inf and begin < ends:
+                self.misses += 1
+                self.late[n] += begin + lasts - full
+        else:
+            lasts, taken = self._pour(n, begin, room)
+            beside = self.combine.speed * lasts
+            hauler.way += beside
+            self.hauled += beside * (hauler.load + taken / 2)
+        hauler.load += taken
+        hauler.takes += lasts
+        hauler.free = begin + lasts
+        hauler.place = work.places[moment(hauler.free - self.late[n], work)]
+        self.taken[n] += taken
+        self.left[n] = hauler.free
+        self.visits += 1
+
+    def _pour(self, n: int, begin: float, room: float) -> tuple[float, float]:
+        """How long grain flows beside a combine that cuts on, and how much [s], [kg]."""
+        work, rate = self.work[n], self.combine.unload_rate
+        first = moment(begin - self.late[n], work)
+        closed = np.flatnonzero(work.opens[first:] > np.arange(first, len(work.opens)))
+        last = first + (int(closed[0]) if len(closed) else len(work.opens) - first - 1)
+        there = work.cut[first : max(last, first) + 1] - self.taken[n]
+        flown = rate * TICK * np.arange(len(there))
+        done = np.flatnonzero((flown >= there) | (flown >= room))
+        k = int(done[0]) if len(done) else len(there) - 1
+        taken = float(min(there[k], room, max(flown[k], rate * TICK)))
+        return max(taken / rate, TICK), max(taken, 0.0)
+
+    def _drive(self, hauler: _Hauler, there: np.ndarray) -> None:
+        way = DETOUR * float(np.hypot(*(there - hauler.place)))
+        hauler.way += way
+        self.hauled += way * hauler.load
+
+    def to_truck(self, hauler: _Hauler) -> None:
+        """Drive to a truck, and be emptied."""
+        if hauler.load <= NOTHING:
+            return
+        way = DETOUR * float(np.hypot(*(hauler.home - hauler.place)))
+        self._drive(hauler, hauler.home)
+        arrives = hauler.free + way / self.cart.speed + AROUND
+        fillings = self.pool.empty(arrives, hauler.load, self.rate)
+        gives = sum(each.end - each.begin for each in fillings)
+        hauler.free = fillings[-1].end
+        hauler.waits += hauler.free - arrives - gives
+        hauler.gives += gives
+        hauler.place, hauler.load = hauler.home, 0.0
+        self.trips += 1

@@ -1,0 +1,220 @@
+"""What a harvest takes: time, engine hours, way, fuel, and what machines wait for."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..carts.stops import Stop
+from ..execution.planned_work import work_of
+from ..machines.cart import Cart
+from ..machines.combine import Combine
+from ..machines.trucks import TruckFleet
+from ..paths.timed_path import TimedPath
+from ..plan.combine_plan import CombinePlan
+from ..plan.harvest_plan import HarvestPlan
+from .cart_rounds import CartRounds
+from .fuel import FuelModel, driving_energy, driving_fuel, idling_rate, threshing_energy
+
+# Between two looks at a plan [s].
+STEP = 1.0
+# Slower is standing [m/s]; a combine so near to a place where it waits for a cart waits there [m].
+SLOW, AT_STOP = 1e-3, 0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class FleetFigures:
+    """What a fleet takes for a field.
+
+    Attributes:
+        combines, carts, trucks: How many there are.
+        makespan: Until the last grain is in a truck and the last combine has parked [s].
+        combine_engine_time, cart_engine_time: That engines run, from the beginning until each
+            machine has done its work, all together [s].
+        combine_way, cart_way: All together [m].
+        combine_fuel, cart_fuel: By `FuelModel`, all together [l].
+        combines_for_carts: That combines stand with full tanks, all together [s].
+        combines_for_combines: That combines wait for one another, likewise [s].
+        carts_for_grain: That carts stand because no tank is due, likewise [s].
+        carts_for_trucks: That carts stand because no truck is there, likewise [s].
+        misses: How many times a combine stands for a cart.
+        visits, trips: To combines and to trucks.
+    """
+
+    combines: int
+    carts: int
+    trucks: int
+    makespan: float
+    combine_engine_time: float
+    cart_engine_time: float
+    combine_way: float
+    cart_way: float
+    combine_fuel: float
+    cart_fuel: float
+    combines_for_carts: float
+    combines_for_combines: float
+    carts_for_grain: float
+    carts_for_trucks: float
+    misses: int
+    visits: int
+    trips: int
+
+    @property
+    def machines(self) -> int:
+        """Drivers that are needed."""
+        return self.combines + self.carts + self.trucks
+
+    @property
+    def fuel(self) -> float:
+        """Of combines and carts; what trucks burn on the road is not known [l]."""
+        return self.combine_fuel + self.cart_fuel
+
+    @property
+    def engine_hours(self) -> float:
+        """Of combines and carts [h]."""
+        return (self.combine_engine_time + self.cart_engine_time) / 3600.0
+
+
+def figures_of_plan(plan: HarvestPlan, trucks: TruckFleet, fuel: FuelModel) -> FleetFigures:
+    """What a whole plan takes, read from the ways and times of its machines.
+
+    Args:
+        plan: Of the harvest.
+        trucks: What takes the grain from carts.
+        fuel: What is assumed.
+    """
+    team, service, combine = plan.combines, plan.service, plan.combines.combine
+    numbers = range(len(service.plans))
+    ends = np.array([timed.end for timed in service.plans])
+    stands = [_standing(timed, service.stops, n) for n, timed in enumerate(service.plans)]
+    last = [max((v.end for v in service.visits if v.combine == n), default=0.0) for n in numbers]
+    engine = np.maximum(ends, last)
+    still = np.array([sum(each) for each in stands]) + engine - ends
+    way = sum(timed.path.length for timed in service.plans)
+    grain = plan.supply.density * team.coverage.covered_area
+    work = work_of(plan)
+    cart_engine, cart_moves, hauled, cart_way = 0.0, 0.0, 0.0, 0.0
+    for k, motion in enumerate(service.motions):
+        trips = [trip.end for trip in service.trips if trip.cart == k]
+        end = max([motion.timed.end, *trips])
+        times = np.arange(0.0, end + STEP, STEP)
+        stations = motion.timed.station_at(times)
+        driven = np.diff(stations)
+        cart_moves += STEP * int((driven > SLOW * STEP).sum())
+        cart_way += float(stations[-1])
+        hauled += float((work.loads_at(times)[:-1, k] * driven).sum())
+        cart_engine += end
+    gives = sum(trip.delivered for trip in service.trips) / plan.supply.truck_rate
+    at_trucks = sum(trip.end - trip.begin for trip in service.trips) - gives
+    beside_standing = sum(
+        visit.end - visit.begin
+        for visit in service.visits
+        if service.plans[visit.combine].station_at(visit.end)
+        - service.plans[visit.combine].station_at(visit.begin)
+        < AT_STOP
+    )
+    idle = cart_engine - cart_moves - beside_standing - gives - at_trucks
+    return FleetFigures(
+        combines=len(service.plans),
+        carts=len(service.motions),
+        trucks=trucks.count,
+        makespan=max([plan.makespan, *(trip.end for trip in service.trips)]),
+        combine_engine_time=float(engine.sum()),
+        cart_engine_time=cart_engine,
+        combine_way=way,
+        cart_way=cart_way,
+        combine_fuel=_combine_fuel(
+            combine, way, grain, float((engine - still).sum()), float(still.sum()), fuel
+        ),
+        cart_fuel=_cart_fuel(plan.cart, cart_way, hauled, cart_moves, cart_engine, fuel),
+        combines_for_carts=sum(each[0] for each in stands),
+        combines_for_combines=sum(each[1] for each in stands),
+        carts_for_grain=max(idle, 0.0),
+        carts_for_trucks=max(at_trucks, 0.0),
+        misses=len(service.stops),
+        visits=len(service.visits),
+        trips=len(service.trips),
+    )
+
+
+def figures_of_model(
+    team: CombinePlan,
+    cart: Cart,
+    rounds: CartRounds,
+    trucks: TruckFleet,
+    density: float,
+    fuel: FuelModel,
+) -> FleetFigures:
+    """What a fleet takes whose combines are planned, and whose carts are those of the model.
+
+    Args:
+        team: The combines.
+        cart: Each of the carts.
+        rounds: What carts do.
+        trucks: What takes the grain from carts.
+        density: Of the crop [kg/m^2].
+        fuel: What is assumed.
+    """
+    combine = team.combine
+    waits, stops = float(team.timetable.waiting.sum()), float(rounds.stops.sum())
+    engine = float(rounds.ends.sum())
+    cart_way, cart_engine = float(rounds.way.sum()), float(rounds.cart_ends.sum())
+    takes, gives = float(rounds.beside.sum()), float(rounds.emptying.sum())
+    at_trucks = float(rounds.at_trucks.sum())
+    moves = min((cart_way - combine.speed * takes) / cart.speed + takes, cart_engine)
+    return FleetFigures(
+        combines=len(team.paths),
+        carts=len(rounds.way),
+        trucks=trucks.count,
+        makespan=rounds.makespan,
+        combine_engine_time=engine,
+        cart_engine_time=cart_engine,
+        combine_way=team.coverage.length,
+        cart_way=cart_way,
+        combine_fuel=_combine_fuel(
+            combine,
+            team.coverage.length,
+            density * team.coverage.covered_area,
+            engine - waits - stops,
+            waits + stops,
+            fuel,
+        ),
+        cart_fuel=_cart_fuel(cart, cart_way, rounds.hauled, moves, cart_engine, fuel),
+        combines_for_carts=stops,
+        combines_for_combines=waits,
+        carts_for_grain=max(cart_engine - moves - gives - at_trucks, 0.0),
+        carts_for_trucks=at_trucks,
+        misses=rounds.misses,
+        visits=rounds.visits,
+        trips=rounds.trips,
+    )
+
+
+def _standing(timed: TimedPath, stops: list[Stop], combine: int) -> tuple[float, float]:
+    """How long a combine stands for carts, and for others [s]."""
+    times = np.arange(0.0, timed.end, STEP)
+    stations = timed.station_at(times)
+    stands = timed.speed_at(times) < SLOW
+    for_cart = np.zeros(len(times), dtype=bool)
+    for stop in stops:
+        if stop.combine == combine:
+            for_cart |= np.abs(stations - stop.station) < AT_STOP
+    return STEP * int((stands & for_cart).sum()), STEP * int((stands & ~for_cart).sum())
+
+
+def _combine_fuel(
+    combine: Combine, way: float, grain: float, works: float, stands: float, model: FuelModel
+) -> float:
+    """Of all combines, with tanks that are half full on the mean [l]."""
+    energy = threshing_energy(grain, works, model)
+    energy += driving_energy(combine.mass + combine.capacity / 2, way, model)
+    power = combine.engine_power
+    return driving_fuel(power, energy, works) + idling_rate(power) * stands
+
+
+def _cart_fuel(
+    cart: Cart, way: float, hauled: float, moves: float, runs: float, model: FuelModel
+) -> float:
+    """Of all carts; `hauled` is grain times way, `moves` and `runs` are times [l]."""
+    energy = driving_energy(cart.mass, way, model) + driving_energy(1.0, hauled, model)
+    power = cart.engine_power
+    return driving_fuel(power, energy, moves) + idling_rate(power) * max(runs - moves, 0.0)

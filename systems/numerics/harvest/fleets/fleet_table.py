@@ -1,0 +1,148 @@
+"""Fleets of all sizes side by side, and the one from which on more machines hardly pay."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...errors import InvalidInput, require
+from ..field.field import Field
+from ..machines.cart import Cart
+from ..machines.combine import Combine
+from ..machines.trucks import TruckFleet
+from ..plan.combine_plan import CombinePlan, plan_combines
+from ..plan.harvest_plan import truck_places
+from .cart_rounds import run_carts
+from .figures import FleetFigures, figures_of_model
+from .fuel import FuelModel
+from .work_ahead import work_ahead
+
+
+@dataclass(frozen=True)
+class FleetTable:
+    """Fleets side by side.
+
+    Attributes:
+        rows: One for each fleet that can do it, by combines, carts and trucks.
+        knee: Number of the row of the knee.
+        refused: Fleets that cannot, by their numbers of combines and carts, 0 for any of these,
+            and why.
+    """
+
+    rows: tuple[FleetFigures, ...]
+    knee: int
+    refused: tuple[tuple[int, int, str], ...]
+
+    def row(self, combines: int, carts: int, trucks: int) -> FleetFigures | None:
+        """A fleet's row, if it has one.
+
+        Args:
+            combines, carts, trucks: How many there are.
+        """
+        size = (combines, carts, trucks)
+        return next((r for r in self.rows if (r.combines, r.carts, r.trucks) == size), None)
+
+
+def fleet_table(
+    field: Field,
+    combine: Combine,
+    cart: Cart,
+    trucks: TruckFleet,
+    *,
+    density: float,
+    truck_rate: float,
+    threshold: float = 0.5,
+    pattern: str = "lands",
+    seed: int = 0,
+    fuel: FuelModel | None = None,
+    most: tuple[int, int, int] = (6, 4, 3),
+    planned: Mapping[int, CombinePlan] | None = None,
+    progress: Callable[[str, float], None] = lambda stage, share: None,
+) -> FleetTable:
+    """Plan the combines of each fleet, and serve them by the model of carts.
+
+    Who has one more cart or truck may leave it where it is: a larger fleet is given the figures of
+    a smaller one of as many combines where those are better.
+
+    Args:
+        field: What is harvested.
+        combine, cart: One of each.
+        trucks: What takes the grain; if they hold any amount, one is enough and no more are tried.
+        density: Of the crop [kg/m^2].
+        truck_rate: At which carts are emptied [kg/s].
+        threshold: Part of a tank from which on carts come.
+        pattern: Of the combines' paths; see `plan_coverage`.
+        seed: Of the orders that are tried.
+        fuel: What is assumed of fuel.
+        most: How many combines, carts and trucks are tried.
+        planned: Plans of combines that there are already, by their numbers.
+        progress: Told what is done, and which part of it, in [0, 1].
+
+    Raises:
+        InvalidInput: A value is out of its range, or no fleet can do it.
+    """
+    require(min(most) >= 1, "most", "be at least 1 of each", most)
+    fuel = fuel or FuelModel()
+    rows: list[FleetFigures] = []
+    refused: list[tuple[int, int, str]] = []
+    sizes = range(1, most[2] + 1) if np.isfinite(trucks.capacity) else range(1, 2)
+    for count in range(1, most[0] + 1):
+        progress(f"{count} combines", (count - 1) / most[0])
+        try:
+            team = (planned or {}).get(count)
+            if team is None:
+                team = plan_combines(field, combine, count, pattern=pattern, seed=seed)
+        except InvalidInput as error:
+            refused.append((count, 0, str(error)))
+            continue
+        work = work_ahead(team, density)
+        best: dict[tuple[int, int], FleetFigures] = {}
+        for carts in range(1, most[1] + 1):
+            try:
+                places = truck_places(team, cart, carts)[:, :2]
+            except InvalidInput as error:
+                refused.append((count, carts, str(error)))
+                continue
+            for number in sizes:
+                some = replace(trucks, count=number)
+                rounds = run_carts(work, combine, cart, places, some, truck_rate, threshold)
+                row = figures_of_model(team, cart, rounds, some, density, fuel)
+                less = [best.get((carts - 1, number)), best.get((carts, number - 1))]
+                better = [each for each in less if each and each.makespan < row.makespan]
+                if better:
+                    least = min(better, key=lambda each: each.makespan)
+                    row = replace(least, carts=carts, trucks=number)
+                best[carts, number] = row
+                rows.append(row)
+    if not rows:
+        raise InvalidInput(f"`combines` must be able to cut the field; got none: {refused[0][2]}")
+    return FleetTable(tuple(rows), knee_of(rows), tuple(refused))
+
+
+def knee_of(rows: list[FleetFigures]) -> int:
+    """The fleet from which on one more machine saves less than machines did on the mean before.
+
+    Of the quickest fleet for each number of machines, of which each is quicker than all that are
+    smaller, it is the one farthest below the straight line from the first to the last of them,
+    where both axes are scaled to their ranges.
+
+    Args:
+        rows: At least one.
+
+    Returns:
+        Number of the row.
+    """
+    order = sorted(range(len(rows)), key=lambda k: (rows[k].machines, rows[k].makespan))
+    front: list[int] = []
+    for k in order:
+        if not front or rows[k].makespan < rows[front[-1]].makespan - 1e-9:
+            if front and rows[k].machines == rows[front[-1]].machines:
+                continue
+            front.append(k)
+    if len(front) < 3:
+        return front[-1]
+    machines = np.array([rows[k].machines for k in front], dtype=float)
+    times = np.array([rows[k].makespan for k in front])
+    across = (machines - machines[0]) / (machines[-1] - machines[0])
+    down = (times - times[-1]) / (times[0] - times[-1])
+    return front[int(np.argmax(1.0 - across - down))]
