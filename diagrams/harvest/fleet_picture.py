@@ -33,7 +33,7 @@ def draw_fleets(table: FleetTable, title: str, area: float) -> Figure:
         rows = [row for row in table.rows if row.trucks == trucks]
         _draw_times(left, rows, knee if knee.trucks == trucks else None, top)
         _draw_grid(right, rows, knee if knee.trucks == trucks else None, area)
-        if len(numbers) > 1:
+        if trucks:
             left.set_title(f"{trucks} truck{'s' if trucks > 1 else ''}", loc="left")
     return figure
 

@@ -78,6 +78,7 @@ def prepare_harvest(
         carts=scenario.carts.count,
         density=scenario.density,
         truck_rate=scenario.carts.truck_rate,
+        trucks=scenario.trucks.fleet(scenario.carts.count),
         strategy=scenario.strategy,
         threshold=scenario.threshold,
         pattern=scenario.pattern,
@@ -93,7 +94,8 @@ def travel_times(team: CombinePlan, cart_speed: float, radius: float) -> np.ndar
     """How long a cart's ways between combines take at most, as far as the field tells.
 
     The greatest distance of two combines that work at one time, overtaking at the cart's speed,
-    and a turn round; shape (N, N) [s].
+    and a turn round; at most until all is cut, also for a cart that overtakes nobody, and meets
+    combines only as they come back. Shape (N, N) [s].
 
     Args:
         team: Who works where and when.
@@ -112,7 +114,9 @@ def travel_times(team: CombinePlan, cart_speed: float, radius: float) -> np.ndar
                 gaps = np.hypot(*(poses[n] - poses[m]).T)[working[n] & working[m]]
                 far = float(np.max(gaps, initial=0.0))
                 way = far + math.tau * radius + SETTLE
-                times[n, m] = way / (cart_speed - team.combine.speed)
+                gains = cart_speed - team.combine.speed
+                overtakes = way / gains if gains > 0 else math.inf
+                times[n, m] = min(overtakes, team.makespan)
     return times
 
 

@@ -115,9 +115,11 @@ def run_harvest(
     ways = sum(path.path.length for path in job.plan.service.plans)
     horizon = 3600.0 * job.scenario.hours
     began = time.perf_counter()
+    # Carts may wait for trucks longer than anybody waits for anything else.
+    still = STILL + max((trip.end - trip.begin for trip in job.plan.service.trips), default=0.0)
     finished, strides = False, 0
     last, moved = where(), 0.0
-    while not finished and context.get_time() < horizon and context.get_time() - moved < STILL:
+    while not finished and context.get_time() < horizon and context.get_time() - moved < still:
         strides += 1
         simulator.AdvanceTo(min(strides * STRIDE, horizon))
         here = where()

@@ -1,6 +1,7 @@
 """What a harvest is made of: field, combines, carts, strategy, clock."""
 
 import dataclasses
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
@@ -25,6 +26,7 @@ from ...systems.numerics.harvest.machines.combine import Combine
 from ...systems.numerics.harvest.machines.trucks import TruckFleet
 from ...systems.numerics.units import (
     Hours,
+    Kilograms,
     KilogramsPerSecond,
     KilogramsPerSquareMetre,
     Metres,
@@ -164,7 +166,7 @@ class Carts(Cart):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trucks(TruckFleet):
+class Trucks:
     """The trucks that take the grain away.
 
     Raises:
@@ -173,9 +175,28 @@ class Trucks(TruckFleet):
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
+    # How many there are; null: one for each cart.
+    count: int | None = None
+    # What one holds; infinite: any amount, so that none ever leaves [kg].
+    capacity: Kilograms = math.inf
+    # From leaving the field, full, to being back, empty [s].
+    road_time: Seconds = 0.0
+
     def __post_init__(self) -> None:
-        super().__post_init__()
-        require(self.count <= MOST_MACHINES, "count", f"be at most {MOST_MACHINES}", self.count)
+        fleet = self.fleet(carts=1)
+        require(fleet.count <= MOST_MACHINES, "count", f"be at most {MOST_MACHINES}", self.count)
+
+    def fleet(self, carts: int) -> TruckFleet:
+        """The trucks as plans need them.
+
+        Args:
+            carts: How many there are.
+
+        Raises:
+            InvalidInput: A value is out of its range.
+        """
+        count = carts if self.count is None else self.count
+        return TruckFleet(count=count, capacity=self.capacity, road_time=self.road_time)
 
 
 @dataclass(frozen=True, kw_only=True)

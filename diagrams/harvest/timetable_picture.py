@@ -112,7 +112,8 @@ def _draw_rows(axes: Axes, job: HarvestJob) -> None:
         axes.barh(visit.combine, lasts, 0.14, visit.begin, color="black", linewidth=0)
     for trip in work.trips:
         row = combines + trip.cart
-        axes.barh(row, trip.end - trip.begin, 0.8, trip.begin, color=TRUCK)
+        for begin, end, _ in trip.flows:
+            axes.barh(row, end - begin, 0.8, begin, color=TRUCK)
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.4, -0.6)
     handles: list[Patch | Line2D] = [

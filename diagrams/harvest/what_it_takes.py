@@ -53,6 +53,7 @@ def find_what_it_takes(
     """
     field = scenario.field.load(folder)
     carts, fuel = scenario.carts, FuelModel()
+    trucks = scenario.trucks.fleet(carts.count)
     plan = plan_harvest(
         field,
         scenario.combines,
@@ -61,20 +62,21 @@ def find_what_it_takes(
         carts=carts.count,
         density=scenario.density,
         truck_rate=carts.truck_rate,
+        trucks=trucks,
         strategy=scenario.strategy,
         threshold=scenario.threshold,
         pattern=scenario.pattern,
         seed=scenario.seed,
         progress=progress,
     )
-    figures = figures_of_plan(plan, scenario.trucks, fuel)
+    figures = figures_of_plan(plan, trucks, fuel)
     table = None
     if most is not None:
         table = fleet_table(
             field,
             scenario.combines,
             carts,
-            scenario.trucks,
+            trucks,
             density=scenario.density,
             truck_rate=carts.truck_rate,
             threshold=scenario.threshold,

@@ -61,7 +61,8 @@ class MachineDrivers(LeafSystem):
     `station`, `speed` and `account` are the outputs of `CombineTeam`, `state`, `room` and `load` of
     `GrainCartTeam`, `alongside` of `AugerTransfer`. `command` holds, combine by combine, station
     and speed at the end of the period; `wanted` is the combine that each cart is to empty now, or
-    -1; `emptying` is 1 while a cart stands at its truck with grain; `late` is how long ago each
+    -1; `emptying` is 1 while a cart with grain stands where a truck takes it; `late` is how long ago
+    each
     machine should have been where it is.
 
     Source: ours.
@@ -118,6 +119,7 @@ class MachineDrivers(LeafSystem):
         parked = {
             self.discrete_state_ticket(self._carts),
             self.input_port_ticket(self._load.get_index()),
+            self.time_ticket(),
         }
         self.DeclareVectorOutputPort("emptying", carts, self._calc_emptying, parked)
         self.DeclareVectorOutputPort(
@@ -185,7 +187,9 @@ class MachineDrivers(LeafSystem):
 
     def _calc_emptying(self, context, output):
         load = read(self._load, context)
-        output.set_value(at_trucks(self._fleet, self._driven(context)[: len(load)], load))
+        output.set_value(
+            at_trucks(self._fleet, self._driven(context)[: len(load)], load, context.get_time())
+        )
 
     def _calc_late(self, context, output):
         station, driven = read(self._station, context), self._driven(context)

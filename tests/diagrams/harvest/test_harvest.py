@@ -272,3 +272,28 @@ def test_a_disturbed_run_is_later_and_keeps_the_order(small_job):
     assert summary["audit_faults"] == 0
     assert summary["latest"] > 20.0
     assert summary["makespan"] > small_job.plan.makespan + 20.0
+
+
+def test_a_cart_waits_for_its_truck_in_the_plan_and_in_the_run():
+    """One truck of 2 t is away for 10 min whenever it is full."""
+    trucks = ["trucks.count=1", "trucks.capacity=2 t", "trucks.road_time=10 min"]
+    settings = [*SMALL, *trucks, "carts.capacity=6000"]
+    scenario = load_scenario(HarvestScenario, find_scenario("thesis_2", scenarios), settings)
+    done = run_harvest(prepare_harvest(scenario))
+    trips = done.job.plan.service.trips
+    flows = sorted(flow for trip in trips for flow in trip.flows)
+    assert all(amount <= 2000.0 + 1e-6 for _, _, amount in flows)
+    assert any(trip.flows[0][0] > trip.begin or len(trip.flows) > 1 for trip in trips)
+    assert done.finished
+    assert done.makespan == pytest.approx(max(end for _, end, _ in flows), rel=0.02)
+    assert done.delivered.sum() == pytest.approx(done.harvested.sum(), rel=1e-9)
+    # By the log, grain reaches trucks only while one is there, and no truck gets too much.
+    given = np.diff(done.log["delivered"].sum(axis=1))
+    loads = [0.0] * len(flows)
+    for time, amount in zip(done.times[:-1], given, strict=True):
+        if amount > 0:
+            here = [k for k, (begin, end, _) in enumerate(flows) if begin - 1 <= time <= end + 1]
+            assert here
+            loads[here[-1]] += amount
+    step = scenario.carts.truck_rate
+    assert loads == pytest.approx([amount for _, _, amount in flows], abs=step)

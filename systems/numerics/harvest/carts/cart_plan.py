@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..machines.trucks import Filling, TruckFleet
 from ..paths.timed_path import TimedPath
 from .cart_motion import CartMotion
 from .stops import Stop
@@ -18,11 +19,13 @@ class Supply:
         density: Of the crop [kg/m^2].
         trucks: Pose of the tractor where each cart begins and is emptied, shape (K, 3).
         truck_rate: At which a cart is emptied [kg/s].
+        truck_fleet: What takes the grain there; a truck comes to the cart.
     """
 
     density: float
     trucks: np.ndarray
     truck_rate: float = 300.0
+    truck_fleet: TruckFleet = TruckFleet()  # noqa: RUF009  # It is frozen.
 
 
 class Visit(NamedTuple):
@@ -46,14 +49,22 @@ class Trip(NamedTuple):
 
     Attributes:
         cart: Its number.
-        begin, end: When it is emptied [s].
+        begin, end: When it comes, and when it is empty; it may wait for trucks [s].
         delivered: [kg].
+        fillings: Of trucks, in order; none told: grain flows from the beginning on.
     """
 
     cart: int
     begin: float
     end: float
     delivered: float
+    fillings: tuple[Filling, ...] = ()
+
+    @property
+    def flows(self) -> tuple[tuple[float, float, float], ...]:
+        """When grain flows, and how much: begin [s], end [s], amount [kg] of each part."""
+        parts = tuple((each.begin, each.end, each.amount) for each in self.fillings)
+        return parts or ((self.begin, self.end, self.delivered),)
 
 
 class Job(NamedTuple):

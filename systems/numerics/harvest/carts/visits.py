@@ -19,6 +19,7 @@ from ...errors import require
 from ..field.field import Field
 from ..machines.cart import Cart
 from ..machines.combine import Combine
+from ..machines.trucks import TruckPool
 from ..no_plan import NoPlan
 from ..paths.timed_path import TimedPath
 from .cart_motion import CartMotion, join_motions, standing_motion
@@ -322,7 +323,7 @@ class _Service:
             end = off.timed.end
             trip = None
             if goal is not None:
-                trip = Trip(cart, end, end + load / self.supply.truck_rate, load)
+                trip = self._trip(cart, end, load)
             self.jobs[cart].append(Job(join_motions([*motions, off]), visit, trip, stop))
             return True
         return False
@@ -332,6 +333,8 @@ class _Service:
     def _empty_carts(self, most: float) -> None:
         """Send carts to their trucks that hold more than they should; idle ones make way."""
         waiting = [cart for cart in self.carts if self._load(cart) > most]
+        # Trucks take from carts in the order in which these come.
+        waiting.sort(key=lambda cart: self._standing(cart).since)
         idle = [cart for cart in self.carts if cart not in waiting]
         while waiting:
             gone = [cart for cart in waiting if self._to_truck(cart)]
@@ -353,11 +356,19 @@ class _Service:
             off = self.world.planner.route_from(stands.pose, stands.beta, start, others, goal)
             if off is not None:
                 end = off.timed.end
-                lasts = load / self.supply.truck_rate
-                trip = Trip(cart, end, end + lasts, load) if load > 0 else None
+                trip = self._trip(cart, end, load) if load > 0 else None
                 self.jobs[cart].append(Job(off, None, trip, None))
                 return True
         return False
+
+    def _trip(self, cart: int, begin: float, load: float) -> Trip:
+        """A cart's time at a truck, after all that is settled with trucks."""
+        trips = [job.trip for jobs in self.jobs for job in jobs if job.trip]
+        settled = [filling for trip in trips for filling in trip.fillings]
+        pool = TruckPool(self.supply.truck_fleet, settled)
+        fillings = pool.empty(begin, load, self.supply.truck_rate)
+        end = fillings[-1].end if fillings else begin
+        return Trip(cart, begin, end, load, tuple(fillings))
 
     def _begins(self, first: float) -> list[float]:
         """Moments at which to set out, until all machines have come to stand."""

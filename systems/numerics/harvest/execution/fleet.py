@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled, kernel
+from ..carts.cart_plan import Trip
 from ..paths.speed_profile import cornering_limits, fastest_profile
 from ..paths.timed_path import TimedPath
 from .last_below import last_below
@@ -40,7 +41,9 @@ class Fleet(NamedTuple):
         halts: Stations at which it changes gear, and its last, shape (h,) [m].
         brakes: Largest acceleration of each, shape (M,) [m/s^2].
         trips_at: Where the trips of each machine begin, shape (M + 1,).
-        trips: Stations at trucks, shape (j,) [m].
+        trips: Stations at trucks, one for each truck that takes from a cart, shape (j,) [m].
+        flows: From when till when grain flows there; infinite where it flows as soon as the cart is
+            there, and until it is empty, shape (j, 2) [s].
         grain_at: Where the grain of each combine begins, shape (N + 1,).
         grain: Cut up to stations PIECE apart, shape (g,) [kg].
         capacity: Of a tank [kg].
@@ -56,6 +59,7 @@ class Fleet(NamedTuple):
     brakes: np.ndarray
     trips_at: np.ndarray
     trips: np.ndarray
+    flows: np.ndarray
     grain_at: np.ndarray
     grain: np.ndarray
     capacity: float
@@ -76,10 +80,12 @@ def pack_fleet(work: PlannedWork) -> Fleet:
             rate = cart.acceleration
         fastest.append(fastest_profile(each.path, limits, rate))
     halts = [np.append(each.path.cusps, each.path.length) for each in timed]
-    trips = [
-        np.array([path.station_at(t.begin) for t in work.trips if t.cart == m - count], dtype=float)
-        for m, path in enumerate(timed)
-    ]
+    trips, flows = [], []
+    for m, path in enumerate(timed):
+        own = [trip for trip in work.trips if trip.cart == m - count]
+        at = [float(path.station_at(trip.begin)) for trip in own for _ in trip.flows]
+        trips.append(np.array(at, dtype=float))
+        flows.append(np.array([flow for trip in own for flow in _flows(trip)]).reshape(-1, 2))
     return Fleet(
         count,
         _packed(timed),
@@ -89,12 +95,22 @@ def pack_fleet(work: PlannedWork) -> Fleet:
         np.array([combine.acceleration] * count + [cart.acceleration] * (len(timed) - count)),
         _starts(trips),
         np.concatenate(trips),
+        np.concatenate(flows),
         _starts(work.grain),
         np.concatenate(work.grain).astype(float),
         float(combine.capacity),
         float(combine.unload_rate),
         combine.when_full == "spill",
     )
+
+
+def _flows(trip: Trip) -> list[tuple[float, float]]:
+    """From when till when grain flows from a cart into each truck [s]."""
+    found = [(begin, end) for begin, end, _ in trip.flows]
+    if found[0][0] <= trip.begin:
+        found[0] = (-np.inf, found[0][1])
+    found[-1] = (found[-1][0], np.inf)
+    return found
 
 
 def _starts(arrays: Sequence[np.ndarray]) -> np.ndarray:
@@ -192,19 +208,23 @@ def fastest_at(pieces, m, station):
 
 
 @compiled
-def at_trucks(fleet, stations, load):
-    """Whether each cart stands at its truck with grain, 1 or 0, shape (K,).
+def at_trucks(fleet, stations, load, now):
+    """Whether each cart stands with grain where a truck takes it now, 1 or 0, shape (K,).
+
+    Trucks come when they are to, and wait for carts that are late.
 
     Args:
         fleet: The machines.
         stations: Of carts, shape (K,) [m].
         load: In each, shape (K,) [kg].
+        now: [s].
     """
     found = np.zeros(len(stations))
     for k in range(len(stations)):
         m = fleet.combines + k
         for j in range(fleet.trips_at[m], fleet.trips_at[m + 1]):
-            if abs(fleet.trips[j] - stations[k]) <= 2 * PASSED and load[k] > 0.0:
+            here = abs(fleet.trips[j] - stations[k]) <= 2 * PASSED
+            if here and load[k] > 0.0 and fleet.flows[j, 0] <= now < fleet.flows[j, 1]:
                 found[k] = 1.0
     return found
 

@@ -75,7 +75,8 @@ class PlannedWork:
         for visit in self.visits:
             loads[:, visit.cart] += visit.taken * _share(visit.begin, visit.end, times)
         for trip in self.trips:
-            loads[:, trip.cart] -= trip.delivered * _share(trip.begin, trip.end, times)
+            for begin, end, amount in trip.flows:
+                loads[:, trip.cart] -= amount * _share(begin, end, times)
         return loads
 
     @cached_property

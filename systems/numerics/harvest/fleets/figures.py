@@ -1,5 +1,6 @@
 """What a harvest takes: time, engine hours, way, fuel, and what machines wait for."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +27,8 @@ class FleetFigures:
     """What a fleet takes for a field.
 
     Attributes:
-        combines, carts, trucks: How many there are.
+        combines, carts, trucks: How many there are; 0 trucks where these hold any amount, one at
+            each cart's place.
         makespan: Until the last grain is in a truck and the last combine has parked [s].
         combine_engine_time, cart_engine_time: That engines run, from the beginning until each
             machine has done its work, all together [s].
@@ -116,7 +118,7 @@ def figures_of_plan(plan: HarvestPlan, trucks: TruckFleet, fuel: FuelModel) -> F
     return FleetFigures(
         combines=len(service.plans),
         carts=len(service.motions),
-        trucks=trucks.count,
+        trucks=trucks.count if math.isfinite(trucks.capacity) else 0,
         makespan=max([plan.makespan, *(trip.end for trip in service.trips)]),
         combine_engine_time=float(engine.sum()),
         cart_engine_time=cart_engine,
@@ -164,7 +166,7 @@ def figures_of_model(
     return FleetFigures(
         combines=len(team.paths),
         carts=len(rounds.way),
-        trucks=trucks.count,
+        trucks=trucks.count if math.isfinite(trucks.capacity) else 0,
         makespan=rounds.makespan,
         combine_engine_time=engine,
         cart_engine_time=cart_engine,

@@ -67,7 +67,8 @@ def fleet_table(
     Args:
         field: What is harvested.
         combine, cart: One of each.
-        trucks: What takes the grain; if they hold any amount, one is enough and no more are tried.
+        trucks: What takes the grain; if they hold any amount, there is one for each cart, and they
+            are not counted.
         density: Of the crop [kg/m^2].
         truck_rate: At which carts are emptied [kg/s].
         threshold: Part of a tank from which on carts come.
@@ -85,7 +86,8 @@ def fleet_table(
     fuel = fuel or FuelModel()
     rows: list[FleetFigures] = []
     refused: list[tuple[int, int, str]] = []
-    sizes = range(1, most[2] + 1) if np.isfinite(trucks.capacity) else range(1, 2)
+    counts = np.isfinite(trucks.capacity)
+    sizes = range(1, most[2] + 1) if counts else [0]
     for count in range(1, most[0] + 1):
         progress(f"{count} combines", (count - 1) / most[0])
         try:
@@ -104,7 +106,7 @@ def fleet_table(
                 refused.append((count, carts, str(error)))
                 continue
             for number in sizes:
-                some = replace(trucks, count=number)
+                some = replace(trucks, count=number if counts else carts)
                 rounds = run_carts(work, combine, cart, places, some, truck_rate, threshold)
                 row = figures_of_model(team, cart, rounds, some, density, fuel)
                 less = [best.get((carts - 1, number)), best.get((carts, number - 1))]

@@ -1,6 +1,7 @@
 """Trucks that take grain from carts at the edge of a field, and drive it away over the road."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -54,14 +55,19 @@ class TruckPool:
     the road. A cart goes to the truck that can take from it first, and from a truck that is full
     to the next one.
 
+    A truck that has time for its way between two carts takes it, full or not.
+
     Args:
         fleet: The trucks; all are there and empty at the beginning.
+        before: What has been settled already, in any order; nothing comes before any of it.
     """
 
-    def __init__(self, fleet: TruckFleet):
+    def __init__(self, fleet: TruckFleet, before: Iterable[Filling] = ()):
         self._fleet = fleet
         self._free = [0.0] * fleet.count
         self._room = [fleet.capacity] * fleet.count
+        for each in sorted(before, key=lambda filling: filling.begin):
+            self._fill(each)
 
     def empty(self, time: float, load: float, rate: float) -> list[Filling]:
         """Empty a cart, and account for it.
@@ -78,13 +84,22 @@ class TruckPool:
         while load > FULL:
             truck = min(range(self._fleet.count), key=lambda k: (max(self._free[k], time), k))
             begin = max(self._free[truck], time)
-            amount = min(load, self._room[truck])
+            amount = min(load, self._room_at(truck, begin))
             time = begin + amount / rate
             fillings.append(Filling(truck, begin, time, amount))
             load -= amount
-            self._room[truck] -= amount
-            self._free[truck] = time
-            if self._room[truck] <= FULL:
-                self._free[truck] = time + self._fleet.road_time
-                self._room[truck] = self._fleet.capacity
+            self._fill(fillings[-1])
         return fillings
+
+    def _room_at(self, truck: int, time: float) -> float:
+        """In a truck, if the next cart comes to it at a time [kg]."""
+        back = time >= self._free[truck] + self._fleet.road_time
+        return self._fleet.capacity if back else self._room[truck]
+
+    def _fill(self, filling: Filling) -> None:
+        truck = filling.truck
+        self._room[truck] = self._room_at(truck, filling.begin) - filling.amount
+        self._free[truck] = filling.end
+        if self._room[truck] <= FULL:
+            self._free[truck] += self._fleet.road_time
+            self._room[truck] = self._fleet.capacity

@@ -14,6 +14,7 @@ from ..field.field import Field
 from ..machines.cart import Cart
 from ..machines.combine import Combine
 from ..machines.outlines import combine_outline
+from ..machines.trucks import TruckFleet
 from ..paths.timed_path import TimedPath
 from ..timing.timetable import with_stops
 from .combine_plan import CombinePlan, plan_combines
@@ -60,6 +61,7 @@ def plan_harvest(
     carts: int,
     density: float,
     truck_rate: float = 300.0,
+    trucks: TruckFleet | None = None,
     strategy: str = "sequential",
     threshold: float = 0.5,
     pattern: str = "lands",
@@ -76,6 +78,7 @@ def plan_harvest(
         combines, carts: How many.
         density: Of the crop [kg/m^2].
         truck_rate: At which a cart is emptied into its truck [kg/s].
+        trucks: What takes the grain; by default one that holds any amount.
         strategy: Order in which combines are served, "sequential" or "on-demand"; see
             `serve_combines`.
         threshold: Part of a tank from which on carts come.
@@ -94,7 +97,12 @@ def plan_harvest(
     progress("paths and times of the combines", 0.0)
     if team is None:
         team = plan_combines(field, combine, combines, pattern=pattern, seed=seed)
-    supply = Supply(density=density, trucks=truck_places(team, cart, carts), truck_rate=truck_rate)
+    supply = Supply(
+        density=density,
+        trucks=truck_places(team, cart, carts),
+        truck_rate=truck_rate,
+        truck_fleet=trucks or TruckFleet(count=carts),
+    )
     stage = "visits and routes of the carts"
     progress(stage, 0.0)
 

@@ -60,7 +60,8 @@ def plan_geojson(plan: HarvestPlan) -> dict[str, Any]:
         )
     for trip in service.trips:
         place = _point(field, plan.supply.trucks[trip.cart, :2])
-        features.append(_feature("trip", place, **trip._asdict()))
+        told = trip._asdict() | {"fillings": [each._asdict() for each in trip.fillings]}
+        features.append(_feature("trip", place, **told))
     for cart, truck in enumerate(plan.supply.trucks):
         features.append(_feature("truck", _point(field, truck[:2]), cart=cart))
     known = field.place.geographic

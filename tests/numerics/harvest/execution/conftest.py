@@ -108,7 +108,7 @@ class Crew:
                 ).astype(int)
             pouring = np.array([k >= 0 and room[k] > NOTHING for k in alongside])
             loads = loads._replace(pouring=pouring)
-            emptying = at_trucks(fleet, stations[count:], load)
+            emptying = at_trucks(fleet, stations[count:], load, tick * step)
             rows.append(
                 (
                     tick * step,
