@@ -38,7 +38,9 @@ def draw_fleets(table: FleetTable, title: str, area: float) -> Figure:
     return figure
 
 
-def _draw_times(axes: Axes, rows: list[FleetFigures], knee: FleetFigures | None, top: float) -> None:
+def _draw_times(
+    axes: Axes, rows: list[FleetFigures], knee: FleetFigures | None, top: float
+) -> None:
     for k, carts in enumerate(sorted({row.carts for row in rows})):
         own = [row for row in rows if row.carts == carts]
         axes.plot(

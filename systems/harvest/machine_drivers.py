@@ -61,9 +61,8 @@ class MachineDrivers(LeafSystem):
     `station`, `speed` and `account` are the outputs of `CombineTeam`, `state`, `room` and `load` of
     `GrainCartTeam`, `alongside` of `AugerTransfer`. `command` holds, combine by combine, station
     and speed at the end of the period; `wanted` is the combine that each cart is to empty now, or
-    -1; `emptying` is 1 while a cart with grain stands where a truck takes it; `late` is how long ago
-    each
-    machine should have been where it is.
+    -1; `emptying` is 1 while a cart with grain stands where a truck takes it; `late` is how long
+    ago each machine should have been where it is.
 
     Source: ours.
 

@@ -64,9 +64,9 @@ def plan(
 ) -> None:
     """Plan a harvest, and say what it takes: time, engine hours, way, fuel, waiting.
 
-    The fleet of the scenario is planned in full. For fleets of other sizes the combines are planned,
-    and the carts are those of a model; the table marks the knee, from which on a further machine
-    saves less than machines did on the mean before.
+    The fleet of the scenario is planned in full. For fleets of other sizes the combines are
+    planned, and the carts are those of a model; the table marks the knee, from which on a further
+    machine saves less than machines did on the mean before.
 
     Exit code 0: there is a plan; 1: there is none, with the reason; 2: bad input.
     """

@@ -98,11 +98,14 @@ class PlannedWork:
 
     @cached_property
     def grain(self) -> list[np.ndarray]:
-        """What each combine has cut at stations PIECE apart, and at its last; N of (n,) [kg]."""
+        """What each combine has cut at stations PIECE apart, and at its last; N of (n,) [kg].
+
+        Between them it comes in evenly, and only where the header is down all the way.
+        """
         found = []
         for n, plan in enumerate(self.plans):
             edges = grain_stations(plan.path)
-            own = np.sort(self.cutting_stations[self.cut.cutter == n])
+            own = np.sort(_in_whole_pieces(plan.path, self.cutting_stations[self.cut.cutter == n]))
             count = np.searchsorted(own, edges, side="right")
             count[-1] = len(own)
             found.append(self.supply.density * CELL**2 * count)
@@ -165,6 +168,23 @@ def _share(begin: float, end: float, times: np.ndarray) -> np.ndarray:
 def grain_stations(path: MachinePath) -> np.ndarray:
     """Stations PIECE apart, from 0 on, and the last one, shape (n,) [m]."""
     return np.append(np.arange(0.0, path.length, PIECE), path.length)
+
+
+def _in_whole_pieces(path: MachinePath, stations: np.ndarray) -> np.ndarray:
+    """Stations of work moved into the pieces, PIECE long, that lie in it as a whole [m].
+
+    Where a header is let down or lifted within a piece, grain would otherwise come in while it is
+    up. Work that holds no piece as a whole stays as it is.
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], path.cutting, [False]]).astype(int)))
+    begins, ends = path.stations[edges[::2]], path.stations[edges[1::2]]
+    if not len(begins):
+        return stations
+    run = np.clip(np.searchsorted(begins, stations + 1e-9, side="right") - 1, 0, None)
+    low = PIECE * np.ceil(begins / PIECE - 1e-9)[run]
+    high = PIECE * np.floor(ends / PIECE + 1e-9)[run]
+    moved = np.clip(stations, np.minimum(low + PIECE / 2, high), high)
+    return np.where(high - low > PIECE / 2, moved, stations)
 
 
 def _dense_path(motion: CartMotion) -> tuple[MachinePath, np.ndarray]:

@@ -139,9 +139,7 @@ class _Model:
 
     def serve_next(self) -> bool:
         """One visit of the cart that is free first; whether there was grain to fetch."""
-        waiting = [
-            n for n, each in enumerate(self.work) if each.cut[-1] - self.taken[n] > NOTHING
-        ]
+        waiting = [n for n, each in enumerate(self.work) if each.cut[-1] - self.taken[n] > NOTHING]
         if not waiting:
             return False
         hauler = min(self.haulers, key=lambda each: each.free)
@@ -170,26 +168,30 @@ class _Model:
         work, combine = self.work[n], self.combine
         begin = max(self._loaded(n), hauler.free, self.left[n])
         for _ in range(3):
-            there = work.places[moment(begin - self.late[n], work)]
+            until = min(begin, self._full(n))
+            there = work.places[moment(until - self.late[n], work)]
             way = DETOUR * float(np.hypot(*(there - hauler.place)))
             arrives = hauler.free + way / self.cart.speed + AROUND
             begin = max(self._loaded(n), arrives, self.left[n])
         full, ends = self._full(n), work.end + float(self.late[n])
         clock = moment(begin - self.late[n], work)
-        opens = int(work.opens[clock]) if begin < ends else len(work.cut)
+        opens = int(work.opens[clock]) if begin < min(full, ends) else len(work.cut)
         open_at = opens * TICK + float(self.late[n]) if opens < len(work.cut) else math.inf
         if max(begin, open_at) < min(full, ends):
             begin, stands = max(begin, open_at), False
         else:
             # It gets full before a cart is beside it, or has parked.
             begin, stands = max(begin, min(full, ends)), True
-        self._drive(hauler, work.places[moment(begin - self.late[n], work)])
+        clock = moment(min(begin, full) - self.late[n], work)
+        if begin >= ends and full >= ends:
+            clock = len(work.cut) - 1
+        self._drive(hauler, work.places[clock])
         room = self.cart.capacity - hauler.load
-        load = float(work.cut[moment(begin - self.late[n], work)]) - self.taken[n]
+        load = float(work.cut[clock]) - self.taken[n]
         if stands:
             taken = min(load, room)
             lasts = taken / combine.unload_rate
-            if full < math.inf and begin < ends:
+            if full < ends:
                 self.misses += 1
                 self.late[n] += begin + lasts - full
         else:

@@ -6,11 +6,11 @@ Engineering in Agriculture 20(5); the form that ASABE EP496.3 and D497 took over
 
     Q = (0.22 X + 0.096) (1 + 0.0045 X N - 0.00877 N) P      [l/h]
 
-A combine in small grains needs, by ASAE D497.7, Table 2, 20 kW and 3.6 kWh for each tonne of what is
-no grain; and any machine on wheels on firm soil, by its clause on motion resistance (1 / B_n + 0.04
-with B_n = 55), 5.8% of its weight as a force along its way. Assumed here, and not taken from there:
-as much straw as grain goes through the combine, four fifths of the power of an engine reach the
-wheels, and engines of machines that stand turn at half their speed without a load.
+A combine in small grains needs, by ASAE D497.7, Table 2, 20 kW and 3.6 kWh for each tonne of what
+is no grain; and any machine on wheels on firm soil, by its clause on motion resistance (1 / B_n +
+0.04 with B_n = 55), 5.8% of its weight as a force along its way. Assumed here, and not taken from
+there: as much straw as grain goes through the combine, four fifths of the power of an engine reach
+the wheels, and engines of machines that stand turn at half their speed without a load.
 """
 
 from dataclasses import dataclass

@@ -40,9 +40,7 @@ def test_trucks_that_are_none_are_refused(wrong):
 
 @settings(max_examples=80, deadline=None)
 @given(
-    st.lists(
-        st.tuples(st.floats(0.0, 900.0), st.floats(100.0, 30000.0)), min_size=1, max_size=12
-    ),
+    st.lists(st.tuples(st.floats(0.0, 900.0), st.floats(100.0, 30000.0)), min_size=1, max_size=12),
     st.integers(1, 3),
     st.floats(4000.0, 40000.0),
     st.floats(0.0, 2000.0),
