@@ -240,8 +240,13 @@ def _end(start, controls, durations, cart, end):
             even, odd = 1.0, math.tanh(phase) / root
         else:
             even, odd = math.cos(phase), math.sin(phase) / root
+        before_s, before_c = s, c
         s, c = (even + pull * odd) * s + rise * odd * c, fall * odd * s + (even - pull * odd) * c
         size = math.sqrt(s * s + c * c)
-        s, c = s / size, c / size
+        # At rest on the angle that is lost in rounding, it stays as it is.
+        if size > 0.0:
+            s, c = s / size, c / size
+        else:
+            s, c = before_s, before_c
     end[0], end[1], end[2] = x, y, theta
     end[3] = 2 * math.atan2(s, c)

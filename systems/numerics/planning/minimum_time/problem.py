@@ -6,6 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...geometry.world import World
+from ..arc_words.held_controls import normalised
+from ..arc_words.quickest import ArcWord
+from ..arc_words.shortened import end_of
 from ..goal import Goal
 from ..plan import TrailerPath
 from ..trailer import Trailer
@@ -33,7 +36,8 @@ class Attempt:
 
     Attributes:
         path: Its last iterate.
-        violation: Largest violation of a constraint, in the units of the state.
+        violation: Largest violation of a constraint, or miss of the goal when its controls are
+            driven, in the units of the state.
         status: In words.
         iterations: Of the solver.
         accepted: Violation up to which it is a path, in the units of the state.
@@ -91,23 +95,32 @@ class Problem:
         field = None
         if self.obstacles is not None and self.discs is not None:
             field = clearance_field(self.obstacles, self.discs)
-        shape = Trailer(length=self.trailer.length, hitch_offset=self.trailer.hitch_offset)
-        return minimum_time_programme(shape, intervals, self.max_iterations, arcs, field)
+        cart = replace(normalised(self.trailer), reverse=False, jackknife=math.pi)
+        radius = self.trailer.speed / self.trailer.turn_rate if field else 1.0
+        return minimum_time_programme(cart, intervals, self.max_iterations, arcs, field, radius)
 
     def solve(self, guess: Guess, margin: float = 0.0) -> Attempt:
         """Run the solver from a guess, keeping a margin from walls at the nodes [m].
 
-        It works in the goal's own frame, where the box bounds each entry by itself.
+        It works in the goal's own frame, where the box bounds each entry by itself, with lengths
+        in turning radii, so that far goals and slow carts are as well scaled as others.
         """
+        rate, radius = self.trailer.turn_rate, self.trailer.speed / self.trailer.turn_rate
+        units, bounds = np.array([radius, radius, 1.0, 1.0]), [self.trailer.speed, rate]
         guess = replace(guess, states=self.goal.to_frame(guess.states))
         n, arcs = len(guess.controls), len(guess.durations)
         programme = self.programme(n, arcs)
         low, high = self._state_bounds(guess)
         slowest, fastest = self._control_bounds(guess)
-        lbx = np.concatenate([low.ravel(), slowest.ravel(), np.zeros(arcs)])
-        ubx = np.concatenate([high.ravel(), fastest.ravel(), np.full(arcs, np.inf)])
+
+        def joined(states, controls, durations):
+            scaled = (states / units).ravel(), (controls / bounds).ravel(), durations * rate
+            return np.concatenate(scaled)
+
+        lbx = joined(low, slowest, np.zeros(arcs))
+        ubx = joined(high, fastest, np.full(arcs, np.inf))
         defects, clearances = 4 * n, programme.discs * (n + 1)
-        first = np.concatenate([guess.states.ravel(), guess.controls.ravel(), guess.durations])
+        first = joined(guess.states, guess.controls, guess.durations)
         answer = programme.solver(
             x0=np.clip(first, lbx, ubx),
             lbx=lbx,
@@ -117,17 +130,20 @@ class Problem:
             ubg=np.append(np.zeros(defects), np.full(clearances, np.inf)),
         )
         values, constraints = np.array(answer["x"]).ravel(), np.array(answer["g"]).ravel()
-        violation = max(
-            float(np.abs(constraints[:defects]).max()),
-            float((margin - constraints[defects:]).max(initial=0.0)),
-            float(np.maximum(lbx - values, values - ubx).max()),
-        )
         states, controls, durations = np.split(values, [4 * n + 4, 6 * n + 4])
-        steps = np.repeat(durations * arcs / n, n // arcs)
+        controls = controls.reshape(-1, 2) * bounds
+        steps = np.repeat(np.maximum(durations, 0.0) / rate * arcs / n, n // arcs)
+        end = end_of(self.trailer, self.start, ArcWord(controls, steps))
+        violation = max(
+            float((np.abs(constraints[:defects].reshape(-1, 4)) * units).max()),
+            float((margin - constraints[defects:]).max(initial=0.0)),
+            float(np.maximum(lbx - values, values - ubx).max()) * max(1.0, *bounds, radius),
+            max(self.goal.miss(end)) if np.isfinite(end).all() else math.inf,
+        )
         path = TrailerPath(
             np.append(0.0, np.cumsum(steps)),
-            self.goal.from_frame(states.reshape(-1, 4)),
-            controls.reshape(-1, 2),
+            self.goal.from_frame(states.reshape(-1, 4) * units),
+            controls,
         )
         # Not but for rounding where it was told to start.
         path.states[0] = self.start

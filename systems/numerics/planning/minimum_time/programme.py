@@ -5,11 +5,11 @@ from functools import lru_cache
 
 import casadi as ca
 
-from ..trailer import Trailer, trailer_rates
+from ..trailer import Trailer
 from .clearance import ClearanceField
 
-# Steps of the classical Runge-Kutta rule from one node to the next.
-RUNGE_KUTTA_STEPS = 3
+# Square of a phase below which its series is taken; the next term is lost in rounding.
+_SMALL = 1e-4
 # The solver stops when the constraints and the conditions of optimality hold this well.
 TOLERANCE = 1e-9
 
@@ -20,12 +20,15 @@ if hasattr(ca.GlobalOptions, "setNumpyMode"):
 
 @dataclass(frozen=True, eq=False)
 class Programme:
-    """A compiled programme.
+    """A compiled programme, in turning radii and 1 / turn rate.
 
     Its variables are the states, node by node, then the controls (v, omega), interval by interval,
     then the durations of the arcs. Its constraints are that each interval ends where the next
-    begins, then the free distance around each disc at each node. With obstacles its parameter is
-    the pose, in the world, of the frame that the states are in.
+    begins, then the free distance around each disc at each node [m]. With obstacles its parameter
+    is the pose, in the world, of the frame that the states are in.
+
+    Within an interval the controls are constant, so that its end is known in closed form: there is
+    no mesh that a short trailer or a far goal would have to refine.
 
     Attributes:
         solver: What solves it; arguments as those of `casadi.nlpsol`.
@@ -47,16 +50,18 @@ def minimum_time_programme(
     max_iterations: int,
     arcs: int = 1,
     field: ClearanceField | None = None,
+    radius: float = 1.0,
 ) -> Programme:
     """Build the programme, once per set of arguments.
 
     Args:
-        trailer: Its length and hitch offset matter; the other parameters are bounds on variables.
+        trailer: Normalised; the bounds of its controls and angle are bounds on variables.
         intervals: Their number, a multiple of the number of arcs.
         max_iterations: Of the solver.
         arcs: How many parts of the path have a duration of their own; the intervals of each are
             equally long.
         field: The free distance around the discs that cover the vehicle, if there are obstacles.
+        radius: Of its tightest turn, where the obstacles are [m].
     """
     state, control = ca.SX.sym("state", 4), ca.SX.sym("control", 2)
     step = ca.SX.sym("step")
@@ -73,7 +78,8 @@ def minimum_time_programme(
     pose = ca.MX.sym("pose", 0 if field is None else 3)
     if field is not None:
         distances = field.function().map(intervals + 1)
-        constraints.append(ca.vec(distances(states, ca.repmat(pose, 1, intervals + 1))))
+        metres = ca.diag(ca.DM([radius, radius, 1.0, 1.0])) @ states
+        constraints.append(ca.vec(distances(metres, ca.repmat(pose, 1, intervals + 1))))
     options = {
         "print_time": False,
         # Splines cannot be written out in scalars.
@@ -98,16 +104,30 @@ def minimum_time_programme(
 
 
 def _advanced(state, control, step, trailer: Trailer):
-    """The state after an interval, by the classical Runge-Kutta rule."""
-
-    def rates(at):
-        return ca.vertcat(*trailer_rates(at[2], at[3], control[0], control[1], trailer))
-
-    h = step / RUNGE_KUTTA_STEPS
-    for _ in range(RUNGE_KUTTA_STEPS):
-        k1 = rates(state)
-        k2 = rates(state + h / 2 * k1)
-        k3 = rates(state + h / 2 * k2)
-        k4 = rates(state + h * k3)
-        state = state + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    return state
+    """The state after an interval: `shift_of` and `half_angle_map`, for symbols."""
+    x, y, theta, beta = (state[k] for k in range(4))
+    v, omega = control[0], control[1]
+    half = omega * step / 2
+    bent = ca.fabs(half) > _SMALL
+    chord = v * step * ca.if_else(bent, ca.sin(half) / ca.if_else(bent, half, 1), 1 - half**2 / 6)
+    hitch = trailer.hitch_offset / trailer.length
+    pull = -v / (2 * trailer.length)
+    rise, fall = omega * (1 + hitch) / 2, omega * (hitch - 1) / 2
+    square = (pull**2 + rise * fall) * step**2
+    grows, swings = square > _SMALL, square < -_SMALL
+    phase = ca.sqrt(ca.fmax(ca.fabs(square), _SMALL))
+    near = 1 - square / 3 + 2 * square**2 / 15
+    even = ca.if_else(swings, ca.cos(phase), 1)
+    odd = ca.if_else(swings, ca.sin(phase) / phase, ca.if_else(grows, ca.tanh(phase) / phase, near))
+    odd *= step
+    s, c = ca.sin(beta / 2), ca.cos(beta / 2)
+    s_end = (even + pull * odd) * s + rise * odd * c
+    c_end = fall * odd * s + (even - pull * odd) * c
+    # The turn of the half angle, and not the angle itself, does not jump.
+    swing = 2 * ca.atan2(s_end * c - c_end * s, c_end * c + s_end * s)
+    return ca.vertcat(
+        x + chord * ca.cos(theta + half),
+        y + chord * ca.sin(theta + half),
+        theta + 2 * half,
+        beta + swing,
+    )
