@@ -32,6 +32,12 @@ SHORTEST = 1e-9
 ROUNDS = 4
 MOST_ARCS = 14
 WORTH = 2e-5
+# Beyond this phase a trailer has settled to rounding. Its map keeps its rank, so that one that is
+# backed up along a straight, exactly behind its tractor, still has an angle.
+SETTLED = 15.0
+# A start's beta is disturbed by so much [rad], and a steady word then misses by so much at most, in
+# the units of the state.
+DISTURBANCE, DISTURBED = 1e-10, 1e-5
 # Difference of durations for slopes [1 / turn rate].
 _NUDGE = 1e-6
 
@@ -142,6 +148,23 @@ def shortened(trailer: Trailer, start, word: ArcWord, goal: Goal) -> ArcWord | N
     return None
 
 
+def is_steady(trailer: Trailer, start, word: ArcWord, goal: Goal) -> bool:
+    """Whether a word leads into a box from beside its start, too.
+
+    Backed up for long, a short trailer stays where it is only for controls without any rounding:
+    nobody can drive that.
+
+    Args:
+        trailer: Which drives.
+        start: x, y, theta, beta [m], [m], [rad], [rad].
+        word: Its arcs, or none.
+        goal: The box, or point.
+    """
+    beside = np.array(start, dtype=float)
+    beside[3] += DISTURBANCE
+    return max(goal.miss(end_of(trailer, beside, word))) <= DISTURBED
+
+
 def end_of(trailer: Trailer, start, word: ArcWord) -> np.ndarray:
     """Where a word leads, shape (4,); beta in (-pi, pi].
 
@@ -237,16 +260,11 @@ def _end(start, controls, durations, cart, end):
         if phase < 1e-9:
             even, odd = 1.0, time
         elif square > 0:
-            even, odd = 1.0, math.tanh(phase) / root
+            even, odd = 1.0, math.tanh(min(phase, SETTLED)) / root
         else:
             even, odd = math.cos(phase), math.sin(phase) / root
-        before_s, before_c = s, c
         s, c = (even + pull * odd) * s + rise * odd * c, fall * odd * s + (even - pull * odd) * c
         size = math.sqrt(s * s + c * c)
-        # At rest on the angle that is lost in rounding, it stays as it is.
-        if size > 0.0:
-            s, c = s / size, c / size
-        else:
-            s, c = before_s, before_c
+        s, c = s / size, c / size
     end[0], end[1], end[2] = x, y, theta
     end[3] = 2 * math.atan2(s, c)

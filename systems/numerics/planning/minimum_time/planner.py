@@ -8,20 +8,25 @@ import numpy as np
 
 from ...errors import require
 from ...geometry.world import World
+from ..arc_words.candidates import car_words, keeps_limit, quickest_words
+from ..arc_words.quickest import word_path
 from ..goal import Goal
 from ..plan import Plan, TrailerPath
 from ..trailer import Trailer
 from ..vehicle.clear import require_clear_ends, walls_part
 from ..vehicle.footprint import Discs, covering_discs
 from ..vehicle.start import checked_start
+from .arcs import split_into_arcs
 from .guess import resampled
 from .problem import Attempt, Problem
-from .refinement import ACCEPTED_OVERLAP, kept_clear, with_placed_switches
+from .refinement import ACCEPTED_OVERLAP, INTERVALS_PER_ARC, kept_clear, with_placed_switches
 from .seeds import default_seeds
 
 METHOD = "casadi"
 # Most iterations for each seed among walls, where a seed that has no way on may take very long.
 WALLED_ITERATIONS = 200
+# Quickest words that are tried where no other seed leads to a path.
+_WORDS = 3
 
 
 def plan_by_casadi(
@@ -45,7 +50,8 @@ def plan_by_casadi(
         goal: What is to be reached, and how closely.
         intervals: Number of intervals in which the controls are constant.
         seeds: Paths to start from; by default every word of Dubins, or of Reeds and Shepp with
-            reverse, and with obstacles ways round their corners.
+            reverse, and where these fail words of the cart; with obstacles ways round their
+            corners.
         obstacles: The world whose walls the vehicle keeps clear of.
         discs: What the vehicle covers; by default `covering_discs(trailer)`.
         max_iterations: Of the solver, for each seed; among walls at most `WALLED_ITERATIONS`.
@@ -75,6 +81,8 @@ def plan_by_casadi(
     for group in groups:
         if not any(each.is_path for each in attempts):
             attempts += [problem.solve(resampled(seed, intervals)) for seed in group]
+    if seeds is None and obstacles is None and not any(each.is_path for each in attempts):
+        attempts += _from_words(problem)
     found = [each for each in attempts if each.is_path]
     notes: dict[str, object] = {"seeds": len(attempts), "converged_seeds": len(found)}
     if not found:
@@ -109,6 +117,20 @@ def plan_by_casadi(
         wall_time=perf_counter() - began,
         notes=notes,
     )
+
+
+def _from_words(problem: Problem) -> list[Attempt]:
+    """From the words of a car with the trailer on: exact on far and stiff ways, arc by arc."""
+    trailer, start, goal = problem.trailer, problem.start, problem.goal
+    words = quickest_words(
+        trailer,
+        start,
+        car_words(trailer, start, goal),
+        goal,
+        lambda word: len(word.durations) > 0 and keeps_limit(trailer, start, word),
+    )
+    paths = [word_path(trailer, start, word) for word in words[:_WORDS]]
+    return [problem.solve(split_into_arcs(path, trailer, INTERVALS_PER_ARC)) for path in paths]
 
 
 def _no_way_to_go(problem: Problem, wall_time: float) -> Plan:

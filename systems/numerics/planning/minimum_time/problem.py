@@ -8,7 +8,7 @@ import numpy as np
 from ...geometry.world import World
 from ..arc_words.held_controls import normalised
 from ..arc_words.quickest import ArcWord
-from ..arc_words.shortened import end_of
+from ..arc_words.shortened import end_of, is_steady
 from ..goal import Goal
 from ..plan import TrailerPath
 from ..trailer import Trailer
@@ -133,12 +133,14 @@ class Problem:
         states, controls, durations = np.split(values, [4 * n + 4, 6 * n + 4])
         controls = controls.reshape(-1, 2) * bounds
         steps = np.repeat(np.maximum(durations, 0.0) / rate * arcs / n, n // arcs)
-        end = end_of(self.trailer, self.start, ArcWord(controls, steps))
+        driven = ArcWord(controls, steps)
+        end = end_of(self.trailer, self.start, driven)
+        steady = np.isfinite(end).all() and is_steady(self.trailer, self.start, driven, self.goal)
         violation = max(
             float((np.abs(constraints[:defects].reshape(-1, 4)) * units).max()),
             float((margin - constraints[defects:]).max(initial=0.0)),
             float(np.maximum(lbx - values, values - ubx).max()) * max(1.0, *bounds, radius),
-            max(self.goal.miss(end)) if np.isfinite(end).all() else math.inf,
+            max(self.goal.miss(end)) if steady else math.inf,
         )
         path = TrailerPath(
             np.append(0.0, np.cumsum(steps)),

@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import casadi as ca
 
+from ..arc_words.shortened import SETTLED
 from ..trailer import Trailer
 from .clearance import ClearanceField
 
@@ -118,7 +119,8 @@ def _advanced(state, control, step, trailer: Trailer):
     phase = ca.sqrt(ca.fmax(ca.fabs(square), _SMALL))
     near = 1 - square / 3 + 2 * square**2 / 15
     even = ca.if_else(swings, ca.cos(phase), 1)
-    odd = ca.if_else(swings, ca.sin(phase) / phase, ca.if_else(grows, ca.tanh(phase) / phase, near))
+    settled = ca.tanh(ca.fmin(phase, SETTLED)) / phase
+    odd = ca.if_else(swings, ca.sin(phase) / phase, ca.if_else(grows, settled, near))
     odd *= step
     s, c = ca.sin(beta / 2), ca.cos(beta / 2)
     s_end = (even + pull * odd) * s + rise * odd * c

@@ -5,7 +5,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
 
+import numpy as np
+
 from ...errors import require
+from ..arc_words.candidates import car_words, keeps_limit, quickest_words
+from ..arc_words.quickest import LONGEST, ArcWord, quickest_word, word_path
+from ..arc_words.shortened import merged
 from ..dubins import dubins_paths
 from ..extremals.planner import plan_by_extremals
 from ..goal import Goal
@@ -26,6 +31,8 @@ from ..vehicle.start import checked_start
 METHOD = "polished"
 # Ways down the table that are tried at most, and seeds in all: the rest are the shortest car paths.
 WAYS, SEEDS = 2, 5
+# Ways that are made into words, whose durations take the least time exactly.
+WORD_WAYS = 4
 # More for a cart that may reverse, which has more ways to choose from.
 _SEEDS_WITH_REVERSE = 14
 # Fewer where the extremal solver has found a path.
@@ -39,6 +46,8 @@ _COARSE_INTERVALS, _QUICK_ITERATIONS = 16, 25
 _INTERVALS, _MAX_ITERATIONS = 60, 200
 # How much less time counts as less.
 _LESS = 1e-9
+# A word that is quicker by more than this is taken instead of what the programme found.
+_WORTH = 1e-6
 
 
 def plan_polished(
@@ -51,7 +60,8 @@ def plan_polished(
 ) -> Plan:
     """The quickest of the local optima near ways down a table and near car paths.
 
-    Seeds are the best way down the table and those on other sides of barriers, and Dubins words.
+    Seeds are the best way down the table and those on other sides of barriers, the quickest word
+    of held controls near these, exact for any cart and distance, and Dubins words.
     A small programme tells which leads to the quickest path; the switches of that one are then
     placed exactly. To a point, or a point with a tolerance in beta alone, the extremal solver is
     asked too. With reverse there are more optima than seeds, and the best may be missed.
@@ -84,7 +94,7 @@ def plan_polished(
     problem = Problem(trailer, state, goal, _MAX_ITERATIONS)
     quick = Problem(trailer, state, goal, _QUICK_ITERATIONS)
     fell_back: list[str] = []
-    ways = [] if value is None else descents(value, state)[:WAYS]
+    ways = [] if value is None else descents(value, state)[:WORD_WAYS]
     if not ways:
         fell_back.append(
             "no table of this cart, distance and goal: car paths only"
@@ -94,6 +104,9 @@ def plan_polished(
     # Where the cart meets x, y and theta exactly, the optimum is an extremal.
     exact = not any(goal.tolerance[:3])
     word = plan_by_extremals(trailer, start, goal) if exact and not trailer.reverse else None
+    exactly = word is not None and word.converged
+    arcs = [] if exactly else _quickest(problem, [way.path for way in ways])
+    ways = ways[:WAYS]
     longest, most = math.inf, _SEEDS_WITH_REVERSE if trailer.reverse else SEEDS
     if word is not None and word.converged:
         longest, most = word.time, _SEEDS_BESIDE
@@ -101,6 +114,7 @@ def plan_polished(
     elif ways and not exact:
         longest = ways[0].time + _LONGER / trailer.turn_rate
     seeds = [(f"way {k} down the table", way.path) for k, way in enumerate(ways, 1)]
+    seeds += [("quickest word", word_path(trailer, state, each)) for each in arcs]
     seeds += [("car path", path) for path in _car_paths(problem, longest, most - len(seeds))]
     coarse = [(name, quick.solve(resampled(path, _COARSE_INTERVALS))) for name, path in seeds]
     found = [each for each in coarse if each[1].is_path]
@@ -120,6 +134,10 @@ def plan_polished(
         iterations += fine.iterations
         if fine.is_path and (best is None or fine.time < best.time * (1 - _LESS)):
             best = _plan(goal, fine.path, fine.time, fine.status, fine.violation, way)
+    if arcs and (best is None or arcs[0].time < best.time * (1 - _WORTH)):
+        # Exact as it is, where the programme finds nothing as quick beside it.
+        path = word_path(trailer, state, arcs[0])
+        best = _plan(goal, path, arcs[0].time, "optimal", 0.0, "quickest word")
     if best is None:
         fell_back.append("no seed led to a path: all seeds of the minimum-time programme")
         last = plan_by_casadi(trailer, start, goal)
@@ -131,6 +149,24 @@ def plan_polished(
         wall_time=perf_counter() - began,
         notes={**best.notes, **notes},
     )
+
+
+def _quickest(problem: Problem, ways: list[TrailerPath]) -> list[ArcWord]:
+    """The quickest word near ways down the table and words of a car; none, or one."""
+    trailer, start, goal = problem.trailer, problem.start, problem.goal
+    words = [merged(ArcWord(way.controls, np.diff(way.times))) for way in ways]
+    longest = min((word.time for word in words), default=math.inf) * trailer.turn_rate
+    if all(0 < width < math.inf for width in goal.tolerance[:2]) and longest < LONGEST:
+        entry = quickest_word(trailer, start, goal)
+        words += [] if entry is None else [entry]
+    words += car_words(trailer, start, goal, longest + _LONGER)
+    return quickest_words(
+        trailer,
+        start,
+        words,
+        goal,
+        lambda word: len(word.durations) > 0 and keeps_limit(trailer, start, word),
+    )[:1]
 
 
 def _car_paths(problem: Problem, longest: float, most: int) -> list[TrailerPath]:

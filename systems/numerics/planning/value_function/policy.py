@@ -12,20 +12,18 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..arc_words.candidates import car_words, keeps_limit, quickest_words, rank
 from ..arc_words.quickest import LONGEST, ArcWord, quickest_word, word_path
-from ..arc_words.shortened import end_of, merged, shortened, shortest, with_more_switches
-from ..dubins import dubins_paths
+from ..arc_words.shortened import end_of, merged, shortened
 from ..goal import Goal
-from ..reeds_shepp import reeds_shepp_paths
-from ..trailer import Trailer
 from .descents import descents
 from .value_function import ValueFunction
 
 # Descents that are shortened.
 WAYS = 4
-# Words of a car are tried that take at most so much longer than the quickest descent, and so many
-# of Reeds and Shepp [1 / turn rate].
-LONGER_CAR_PATH, REEDS_SHEPP_WORDS = 2.0, 8
+# Words of a car are tried that take at most so much longer than the quickest descent
+# [1 / turn rate].
+LONGER_CAR_PATH = 2.0
 # A word that is kept may take this much longer than it was to take, relative to it, and this much
 # in all [1 / turn rate].
 LONGER, SLACK = 0.1, 0.2
@@ -34,8 +32,6 @@ LONGER, SLACK = 0.1, 0.2
 DETOUR = 0.5
 # Of the margin, what a way that is kept may lose before it is chosen anew.
 HALF = 0.5
-# A switch must save more time than this [1 / turn rate].
-SWITCH = 1e-6
 # No arcs: the cart is there.
 STANDSTILL = ArcWord(np.zeros((0, 2)), np.zeros(0))
 
@@ -110,41 +106,10 @@ def _best_into(value: ValueFunction, local: np.ndarray, aim: Goal) -> ArcWord | 
         entry = quickest_word(trailer, local, aim)
         words += [] if entry is None else [entry]
     longest = LONGER_CAR_PATH + ways[0].time * trailer.turn_rate if ways else math.inf
-    words += _car_words(trailer, local, aim, longest)
-    found = [shortened(trailer, local, word, aim) for word in words]
-    near = sorted(
-        (word for word in found if word is not None and _allowed(value, local, word)),
-        key=lambda word: _rank(word, trailer),
-    )
-    for word in near[:2]:
-        better = shortest(trailer, local, word, aim)
-        if better is not None and _allowed(value, local, better):
-            near.append(better)
+    words += car_words(trailer, local, aim, longest)
+    near = quickest_words(trailer, local, words, aim, lambda word: _allowed(value, local, word))
     # A descent arrives as it is, should its durations not be for the better.
-    return min([*near, *ways], key=lambda word: _rank(word, trailer), default=None)
-
-
-def _rank(word: ArcWord, trailer: Trailer) -> float:
-    """Sorts words by time; of those that take as long, by their switches."""
-    return word.time * trailer.turn_rate + SWITCH * len(word.durations)
-
-
-def _car_words(trailer: Trailer, local: np.ndarray, aim: Goal, longest: float) -> list[ArcWord]:
-    """Words of a car to the middle of the box, with more switches for the trailer."""
-    radius = trailer.speed / trailer.turn_rate
-    first, last = tuple(local[:3].tolist()), aim.state[:3]
-    paths = dubins_paths(first, last, radius)
-    if trailer.reverse:
-        paths += reeds_shepp_paths(first, last, radius)[:REEDS_SHEPP_WORDS]
-    words = []
-    for path in paths:
-        ways = np.array(path.lengths)
-        if np.abs(ways).sum() <= longest * radius:
-            turns = np.sign(ways) * np.array(path.turns) * trailer.turn_rate
-            controls = np.column_stack([np.sign(ways) * trailer.speed, turns])
-            word = merged(ArcWord(controls, np.abs(ways) / trailer.speed))
-            words.append(with_more_switches(word, trailer))
-    return words
+    return min([*near, *ways], key=lambda word: rank(word, trailer), default=None)
 
 
 def _allowed(value: ValueFunction, local: np.ndarray, word: ArcWord) -> bool:
@@ -152,10 +117,8 @@ def _allowed(value: ValueFunction, local: np.ndarray, word: ArcWord) -> bool:
     states = word_path(value.trailer, local, word).states if len(word.durations) else local[None]
     x_min, y_min, x_max, y_max = value.grid.bounds
     x, y = states[:, 0], states[:, 1]
-    if not ((x >= x_min) & (x <= x_max) & (y >= y_min) & (y <= y_max)).all():
-        return False
-    limit = max(value.trailer.jackknife, abs(float(_wrapped(local[3]))))
-    return limit >= math.pi or bool((np.abs(_wrapped(states[:, 3])) <= limit + 1e-9).all())
+    on_grid = (x >= x_min) & (x <= x_max) & (y >= y_min) & (y <= y_max)
+    return bool(on_grid.all()) and keeps_limit(value.trailer, local, word)
 
 
 def _inner(goal: Goal, margin: float) -> Goal:
@@ -164,7 +127,3 @@ def _inner(goal: Goal, margin: float) -> Goal:
         return goal
     x, y, theta, beta = ((1 - margin) * width for width in goal.tolerance)
     return replace(goal, tolerance=(x, y, theta, beta))
-
-
-def _wrapped(angles):
-    return np.remainder(angles + math.pi, math.tau) - math.pi

@@ -36,6 +36,12 @@ def test_the_end_of_a_word_is_that_of_its_path():
     np.testing.assert_allclose(end_of(CART, start, driven), end, atol=1e-9)
 
 
+def test_a_trailer_straight_behind_is_backed_up_straight_however_far():
+    cart = Trailer(length=0.05, reverse=True)
+    end = end_of(cart, (1.0, 2.0, 0.0, 0.0), ArcWord(np.array([[-1.0, 0.0]]), np.array([30.0])))
+    np.testing.assert_allclose(end, [-29.0, 2.0, 0.0, 0.0], atol=1e-12)
+
+
 def test_after_is_what_is_left():
     driven = word((LEFT, 1.0), (RIGHT, 2.0), (LEFT, 1.0))
     left = after(driven, 1.5)

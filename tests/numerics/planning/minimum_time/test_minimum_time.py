@@ -8,6 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.planning.arc_words.quickest import ArcWord
+from sightfield.systems.numerics.planning.arc_words.shortened import end_of
 from sightfield.systems.numerics.planning.dubins import dubins_paths
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
@@ -49,6 +51,17 @@ def test_the_thesis_case_takes_the_known_time(tolerance, time):
     assert plan.converged
     assert plan.time == pytest.approx(time, abs=1e-3)
     assert max(goal.miss(plan.path.states[-1])) < 1e-8
+
+
+@pytest.mark.parametrize("length", [0.04, 5.0])
+def test_few_intervals_lead_into_the_goal_for_stiff_and_slow_trailers_too(length):
+    cart = Trailer(speed=2.0, turn_rate=0.5, length=4 * length, hitch_offset=0.3 * length)
+    goal = Goal(state=(3.0, -2.0, 1.9, 0.0), tolerance=(0.8, 0.8, 0.251, 0.251))
+    start = (-12.0, 20.0, 0.4, -0.9)
+    plan = plan_by_casadi(cart, start, goal, intervals=12)
+    assert plan.converged
+    end = end_of(cart, start, ArcWord(plan.path.controls, np.diff(plan.path.times)))
+    assert max(goal.miss(end)) < 1e-7
 
 
 @settings(max_examples=4)
