@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NoReturn
 
-from ..systems.numerics.errors import InvalidInput
+from ..systems.numerics.errors import InvalidInput, require
 
 # What the system answers when a disk, a quota or the largest size of a file is used up.
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
@@ -68,11 +68,13 @@ def output_folder(path: str | Path) -> Iterator[Path]:
         A folder on the same filesystem to write into, subfolders included.
 
     Raises:
-        InvalidInput: `path`, or something on the way to it, is not a folder or not writable
-            (before the block), a file in the folder cannot be written (within it; a `NoRoom` if
-            the disk is full), or a folder stands where a file is to go (after it; nothing has been
-            moved then).
+        InvalidInput: `path` begins with --; it, or something on the way to it, is not a folder or
+            not writable (before the block), a file in the folder cannot be written (within it; a
+            `NoRoom` if the disk is full), or a folder stands where a file is to go (after it;
+            nothing has been moved then).
     """
+    # An option that took the place of the folder's name: `--out --help`.
+    require(not str(path).startswith("--"), "out", "not begin with --", path)
     path = Path(path)
     try:
         # Beside the destination, so that moving is renaming; inside it if it is there, because

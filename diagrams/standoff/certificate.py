@@ -54,11 +54,14 @@ def sum_of_squares_certificate(loop: StandoffLoop) -> Certificate | None:
     side as to the other.
 
     Returns:
-        None if the solver finds none: with gains far apart the programme is ill-conditioned.
+        None if the solver finds none: with gains far apart the programme is ill-conditioned. None
+        for a = 0 too: a linear loop has no largest level set.
 
     Raises:
         InvalidInput: There is no equilibrium.
     """
+    if loop.error.a == 0:
+        return None
     # In the loop's own units the equilibrium is exactly at rest, and the programme well scaled.
     unit = normalise(loop)
     names = [Variable("x"), Variable("w")][: 2 if loop.integrates else 1]

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ...systems.numerics.errors import require
 from ...systems.numerics.standoff.equilibria import wanted_equilibrium
-from ...systems.numerics.standoff.loop import StandoffLoop
 from ...systems.numerics.standoff.region import region_of_attraction
 from ...systems.numerics.standoff.response import DIVERGED, respond
 from .analysis import StandoffAnalysis
@@ -16,6 +16,7 @@ from .pictures.linear_pictures import save_linear_pictures
 from .pictures.phase_picture import save_phase_picture
 from .pictures.replay import write_standoff_replay
 from .pictures.response_picture import save_response_picture
+from .pictures.sampled_pictures import save_sampled_pictures
 from .run import StandoffRun, run_standoff
 from .scenario import StandoffScenario
 
@@ -23,6 +24,8 @@ from .scenario import StandoffScenario
 # thesis's pursuer, 0.3 m/s.
 DURATION = 10.0
 EVADER_SPEED, EVADER_SWAY = 0.15, 0.1
+# So that nobody waits for a slip of the finger.
+_MOST_SAMPLES = 400_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,10 +33,12 @@ class StandoffReport:
     """A start, and what becomes of it.
 
     Attributes:
+        scenario: With its start.
         summary: For JSON; see `ROWS`.
         run: Of the block diagram.
     """
 
+    scenario: StandoffScenario
     summary: dict[str, object]
     run: StandoffRun
 
@@ -53,24 +58,27 @@ ROWS = {
 }
 
 
-def standoff_report(loop: StandoffLoop, start: float) -> StandoffReport:
+def standoff_report(scenario: StandoffScenario) -> StandoffReport:
     """Follow one start in closed form, and as a block diagram behind a moving evader.
 
     Args:
-        loop: The closed loop.
-        start: Distance at the start [m].
+        scenario: What the block diagram does; loop and start are the closed form's too.
 
     Raises:
-        InvalidInput: There is no equilibrium, or the start lies on a singularity.
+        InvalidInput: There is no equilibrium, or the start lies on a singularity, or the samples
+            are too many.
     """
+    loop, start = scenario.loop, scenario.start
+    least = DURATION / _MOST_SAMPLES
+    require(
+        scenario.sampled.period >= least,
+        "period",
+        f"be at least {least:g} s",
+        scenario.sampled.period,
+    )
     motion = respond(loop, start)
     wanted = wanted_equilibrium(loop).y
-    run = run_standoff(
-        StandoffScenario(
-            loop=loop, start=start, evader_speed=EVADER_SPEED, evader_sway=EVADER_SWAY
-        ),
-        DURATION,
-    )
+    run = run_standoff(scenario, DURATION)
     summary: dict[str, object] = {
         "controller": loop.controller,
         "start": start,
@@ -83,12 +91,10 @@ def standoff_report(loop: StandoffLoop, start: float) -> StandoffReport:
         "sampled_end": None if run.lost else float(run.distance[-1]),
         "sampled_estimate": None if run.lost else float(run.estimate[-1]),
     }
-    return StandoffReport(summary, run)
+    return StandoffReport(scenario, summary, run)
 
 
-def write_report(
-    folder: Path, loop: StandoffLoop, report: StandoffReport, found: StandoffAnalysis | None
-) -> list[str]:
+def write_report(folder: Path, report: StandoffReport, found: StandoffAnalysis | None) -> list[str]:
     """Write the JSON, pictures and the replay; return their names.
 
     summary.json is what the command prints as JSON; beside an analysis the start's summary is
@@ -96,18 +102,17 @@ def write_report(
 
     Args:
         folder: Exists.
-        loop: What the report is of.
         report: Of a start.
         found: Its analysis, if that was asked for.
     """
-    start = report.summary["start"]
-    assert isinstance(start, float)
+    loop, start = report.scenario.loop, report.scenario.start
     names = ["summary.json", "responses.png"]
     _write_json(folder / "summary.json", report.summary if found is None else found.as_object())
     save_response_picture(folder / "responses.png", loop, start)
     if found is not None:
         _write_json(folder / "run.json", report.summary)
-        names += ["run.json", *save_linear_pictures(folder, found), "phase.png"]
+        names += ["run.json", *save_linear_pictures(folder, found)]
+        names += [*save_sampled_pictures(folder, found), "phase.png"]
         save_phase_picture(folder / "phase.png", found)
     title = f"{loop.controller}: keep {loop.reference:g} m"
     write_standoff_replay(folder / "replay.html", report.run, title)

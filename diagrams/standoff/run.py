@@ -8,14 +8,14 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from ...systems.numerics.errors import require, require_positive
-from ...systems.numerics.standoff.equilibria import equilibria
+from ...systems.numerics.standoff.equilibria import span, wanted_equilibrium
 from ...systems.numerics.standoff.loop import StandoffLoop
 from ...systems.numerics.standoff.sampled_pid import SampledPid
 from ...systems.standoff.closed_loop import StandoffClosedLoop
 from .make_standoff import MakeStandoff, standoff_context
 from .scenario import StandoffScenario
 
-# A run whose distance is this many times the distance between the equilibria is lost.
+# A run whose distance is this many times that between the equilibria, or its start, is lost.
 _LOST = 1e3
 
 
@@ -51,7 +51,8 @@ def run_standoff(scenario: StandoffScenario, duration: float) -> StandoffRun:
         InvalidInput: The duration is not positive, or there is no equilibrium.
     """
     require_positive("duration", duration)
-    near, far = (each.y for each in equilibria(scenario.loop))
+    rest = wanted_equilibrium(scenario.loop).y
+    bound = _LOST * max(span(scenario.loop), abs(scenario.start))
     diagram = MakeStandoff(scenario)
     simulator = Simulator(diagram, standoff_context(diagram, scenario))
     context = simulator.get_mutable_context()
@@ -68,7 +69,7 @@ def run_standoff(scenario: StandoffScenario, duration: float) -> StandoffRun:
         # Samples are taken at the start of a step, so these are the values just before one.
         simulator.AdvanceTo(time)
         row = [port.Eval(context)[0] for port in ports]
-        lost = not abs(row[0] - row[1] - near) < _LOST * (far - near)
+        lost = not abs(row[0] - row[1] - rest) < bound
         if lost:
             break
         times.append(time)

@@ -49,6 +49,10 @@ def test_weights_are_swept(sightfield_here, tmp_path):
     assert found["seeds"] == [0, 1]
     assert [row["weight"] for row in found["means"]] == [0, 0.5, 1]
     assert {each.name for each in tmp_path.iterdir()} == {"weights.json", "weights.png"}
+    # Nobody is lost within a second: these times are lower bounds, and marked as such.
+    assert [row["censored_runs"] for row in found["means"]] == [2, 2, 2]
+    table = sightfield_here("camera", "track", "--truth", "--seconds", 0.5, "--sweep", "1")
+    assert "at least 0.5" in table.stdout
 
 
 @pytest.mark.parametrize(

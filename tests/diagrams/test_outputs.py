@@ -31,6 +31,13 @@ def test_files_arrive_together_at_the_end(tmp_path):
     assert os.listdir(tmp_path) == ["results"]
 
 
+def test_an_option_is_not_taken_for_a_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InvalidInput, match="`out` must not begin with --; got --help"):
+        output_folder(Path("--help")).__enter__()
+    assert os.listdir(tmp_path) == []
+
+
 def test_missing_parents_are_made(tmp_path):
     with output_folder(tmp_path / "one" / "two") as folder:
         (folder / "a.txt").write_text("a", encoding="utf-8")

@@ -14,7 +14,7 @@ from .colours import SINGULAR
 
 def draw_bode(found: StandoffAnalysis) -> Figure:
     """Magnitude and phase of the open loop, ideal and with the derivative filtered."""
-    loop, tau = found.loop, found.filter_time
+    loop, tau = found.loop, found.sampled.filter_time
     corner = abs(found.wanted.poles[-1])
     frequencies = np.geomspace(min(corner, 1.0) / 100, max(corner, 1 / tau) * 100, 500)
     figure = Figure(figsize=(9, 7), layout="constrained")
@@ -51,7 +51,7 @@ def draw_root_locus(found: StandoffAnalysis) -> Figure:
     """Poles as all gains grow together, ideal and with the derivative filtered."""
     loop = found.loop
     factors = np.concatenate([[0.0], np.geomspace(1e-3, 1e2, 1500)])
-    variants = _variants(loop, found.filter_time)
+    variants = _variants(loop, found.sampled.filter_time)
     figure = Figure(figsize=(6.5 * len(variants), 5.5), layout="constrained")
     for axes, (filter_time, name, _) in zip(
         figure.subplots(1, len(variants), squeeze=False)[0], variants, strict=True
@@ -64,10 +64,8 @@ def draw_root_locus(found: StandoffAnalysis) -> Figure:
         axes.plot(
             present.real, present.imag, "s", color=SINGULAR, markersize=6, label="gains as given"
         )
-        reach = 1.6 * float(np.abs([*present, *locus.zeros, 1.0]).max())
-        axes.set_xlim(-reach, 0.35 * reach)
-        seen = locus.poles[np.abs(locus.poles.real) < reach]
-        height = max(1.3 * float(np.abs(seen.imag).max()), 0.15 * reach)
+        left, right, height = _locus_view(locus.poles, present, locus.zeros)
+        axes.set_xlim(left, right)
         axes.set_ylim(-height, height)
         axes.axvline(0, color="black", linewidth=0.8)
         axes.axhline(0, color="black", linewidth=0.3)
@@ -77,6 +75,27 @@ def draw_root_locus(found: StandoffAnalysis) -> Figure:
         axes.legend(loc="upper left", frameon=False)
     figure.suptitle(f"{loop.controller}: root locus at y = {found.wanted.y:.4f} m")
     return figure
+
+
+def _locus_view(
+    poles: np.ndarray, present: np.ndarray, zeros: np.ndarray
+) -> tuple[float, float, float]:
+    """Left and right end and height that show zeros and present poles, but for far ones.
+
+    A filter's pole lies tens of times farther out than what decides how the loop moves, and would
+    press all else into a corner.
+    """
+    near = np.sort(np.abs([*present, *zeros]))
+    near = near[near > 0]
+    # Up to the first gap of more than ten.
+    gaps = np.flatnonzero(near[1:] > 10 * near[:-1])
+    # Never without the slowest two poles.
+    least = np.sort(np.abs(present))[min(1, len(present) - 1)]
+    outmost = max(float(near[gaps[0]] if len(gaps) else near[-1]), float(least))
+    left, right = -1.5 * outmost, 0.3 * outmost
+    seen = poles[(poles.real > left) & (poles.real < right)]
+    height = min(1.2 * float(np.abs(seen.imag).max()), 1.5 * outmost) if seen.size else 0.0
+    return left, right, max(height, 0.3 * outmost)
 
 
 def save_linear_pictures(folder: Path, found: StandoffAnalysis) -> list[str]:

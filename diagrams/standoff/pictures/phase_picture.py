@@ -58,7 +58,8 @@ def _draw_line(axes: Axes, found: StandoffAnalysis) -> None:
     # No line through the pole.
     rate[np.abs(loop.inertia(y)) < 2e-3] = np.nan
     bound = 1.5 * float(np.abs(loop.rate(np.linspace(low, found.wanted.y, 50))).max())
-    bound = min(bound, 12 * loop.kp * abs(loop.miss((found.wanted.y + edge(loop)) / 2)))
+    if math.isfinite(edge(loop)):
+        bound = min(bound, 12 * loop.kp * abs(loop.miss((found.wanted.y + edge(loop)) / 2)))
     axes.axvspan(max(found.region.low, low), min(found.region.high, high), color=REGION)
     axes.plot(y, rate, color="#215fcc", label="y'")
     axes.axhline(0, color="black", linewidth=0.8)
@@ -71,12 +72,16 @@ def _draw_line(axes: Axes, found: StandoffAnalysis) -> None:
 def _draw_plane(axes: Axes, found: StandoffAnalysis) -> None:
     loop = found.loop
     low, high = _view(found)
-    border = separatrix(loop)
-    shown = (border.points[:, 0] > low) & (border.points[:, 0] < high)
-    top = 1.15 * float(np.abs(border.points[shown, 1]).max())
+    border = separatrix(loop) if math.isfinite(edge(loop)) else None
+    if border is None:
+        # Where the proportional part alone makes up for the integral.
+        top = 1.15 * loop.kp / loop.ki * abs(float(loop.miss(low)))
+    else:
+        shown = (border.points[:, 0] > low) & (border.points[:, 0] < high)
+        top = 1.15 * float(np.abs(border.points[shown, 1]).max())
     y, integral = np.meshgrid(np.linspace(low, high, _CELLS), np.linspace(-top, top, _CELLS))
     attracted = attracted_states(loop, y, integral)
-    axes.contourf(y, integral, attracted, levels=[0.5, 1.5], colors=[REGION])
+    axes.contourf(y, integral, attracted.astype(float), levels=[0.5, 1.5], colors=[REGION])
     inertia = loop.inertia(y)
     axes.streamplot(
         y,
@@ -88,11 +93,12 @@ def _draw_plane(axes: Axes, found: StandoffAnalysis) -> None:
         arrowsize=0.8,
         color="#8fa3bd",
     )
-    axes.plot(*border.points.T, color=BORDER, linewidth=1.8, label="border (separatrix)")
-    level = float(energy(loop, edge(loop), 0.0))
-    inside = np.where((edge(loop) - y) * loop.error.a > 0, energy(loop, y, integral), np.nan)
-    axes.contour(y, integral, inside, levels=[level], colors=[CERTIFIED], linestyles="--")
-    axes.plot([], [], "--", color=CERTIFIED, label="certified by the energy")
+    if border is not None:
+        axes.plot(*border.points.T, color=BORDER, linewidth=1.8, label="border (separatrix)")
+        level = float(energy(loop, edge(loop), 0.0))
+        inside = np.where((edge(loop) - y) * loop.error.a > 0, energy(loop, y, integral), np.nan)
+        axes.contour(y, integral, inside, levels=[level], colors=[CERTIFIED], linestyles="--")
+        axes.plot([], [], "--", color=CERTIFIED, label="certified by the energy")
     if found.certificate is not None:
         values = found.certificate.value(np.stack([y, integral], axis=-1))
         axes.contour(y, integral, values, levels=[1.0], colors=["#b8860b"])
@@ -105,7 +111,7 @@ def _draw_plane(axes: Axes, found: StandoffAnalysis) -> None:
 
 def _draw_intervals(axes: Axes, found: StandoffAnalysis, height: float) -> None:
     """Certified intervals as bars below and above the axis."""
-    low, high = found.energy_interval
+    low, high = np.clip(found.energy_interval, *_view(found)).tolist()
     axes.plot([low, high], [-height] * 2, "--", color=CERTIFIED, label="certified by the energy")
     if found.certificate is not None:
         sure = [found.certificate.low, found.certificate.high]
@@ -123,10 +129,11 @@ def _view(found: StandoffAnalysis) -> tuple[float, float]:
     if found.certificate is not None:
         sure = (found.certificate.low, found.certificate.high)
     places = [*(each.y for each in found.equilibria), *found.singularities, *sure]
-    span = max(places) - min(places)
+    places = [place for place in places if math.isfinite(place)]
+    span = max(places) - min(places) or 1.0
     extra = [end for end in (found.region.low, found.region.high) if math.isfinite(end)]
     near = [end for end in extra if min(places) - 1.5 * span < end < max(places) + 1.5 * span]
-    low, high = min(*places, *near), max(*places, *near)
+    low, high = min([*places, *near]), max([*places, *near])
     return low - 0.2 * span, high + 0.2 * span
 
 

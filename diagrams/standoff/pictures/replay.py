@@ -8,6 +8,7 @@ import shapely
 from matplotlib.colors import to_rgb
 from pydrake.geometry import Meshcat, MeshcatParams
 
+from ...visuals.digits import Digits
 from ...visuals.lighting import paint, set_lights
 from ...visuals.meshes import bar_mesh, disc_mesh, extruded_mesh, flat_mesh
 from ...visuals.replay import write_replay
@@ -23,10 +24,17 @@ _PAPER, _INK = paint(0.985, 0.985, 0.985), paint(0.11, 0.13, 0.17)
 # Colour of the estimate, and how far the camera leans back [rad].
 _ESTIMATE = "#e08a00"
 _TILT = 0.5
+# Part of the width that is still seen on a page that is nearly twice as high as wide: Meshcat keeps
+# the height. All that matters lies within.
+_NARROW = 0.3
+# No more labels on a ruler than this.
+_MOST_LABELS = 200
 
 
 class StandoffScene:
     """Pursuer and evader on their line, and where the pursuer takes the evader to be.
+
+    The page goes with them: the middle between the two stays in its middle, and the ruler moves.
 
     Attributes:
         meshcat: Where it is drawn.
@@ -42,17 +50,17 @@ class StandoffScene:
         """
         self.meshcat = meshcat
         self._run = run
-        ends = np.concatenate([run.evader, run.pursuer, run.pursuer + run.estimate])
-        low, high = float(ends.min()), float(ends.max())
-        # The robots stay visible, and apart, at the run's last distance.
-        self._width = max(high - low, 0.5) * 1.15
-        middle = (low + high) / 2
+        middle = (run.evader + run.pursuer) / 2
+        ends = np.stack([run.evader, run.pursuer, run.pursuer + run.estimate]) - middle
+        # The robots stay apart at the run's last distance.
+        self._width = max(2.2 * float(np.abs(ends).max()) / _NARROW, 0.5)
         body = 0.012 * self._width
         self._stage = Stage(
             meshcat, ROOT, recording=True, period=_PERIOD, tolerance=5e-5 * self._width
         )
-        self._set_camera(middle)
-        self._draw_floor(middle, title)
+        self._set_camera(0.0)
+        self._draw_floor()
+        self._draw_ruler(float(middle.min()), float(middle.max()))
         # The evader's near side is where the distance ends, and the pursuer's camera where it
         # begins: they are drawn on either side.
         for name, colour, shift in (("pursuer", PURSUER, -body), ("evader", EVADER, body)):
@@ -63,6 +71,7 @@ class StandoffScene:
         self._stage.mesh("estimate/ring", disc_mesh(1.7 * body, 1.3 * body), ring)
         self._stage.raise_to("estimate", 0.002 * self._width)
         self._body = body
+        self._numbers = self._draw_words(title)
 
     def play(self) -> None:
         """Move the robots as they moved, and record it."""
@@ -74,23 +83,32 @@ class StandoffScene:
                 float(np.interp(time, run.times, values))
                 for values in (run.pursuer, run.evader, run.estimate)
             )
-            self._stage.place("pursuer/body", pursuer, 0.0)
-            self._stage.place("evader/body", evader, 0.0)
-            self._stage.place("estimate/ring", pursuer + estimate + self._body, 0.0)
+            middle = (pursuer + evader) / 2
+            self._stage.place("ruler", -middle, 0.0)
+            self._stage.place("pursuer/body", pursuer - middle, 0.0)
+            self._stage.place("evader/body", evader - middle, 0.0)
+            self._stage.place("estimate/ring", pursuer + estimate - middle + self._body, 0.0)
+            for number, value in zip(self._numbers, (evader - pursuer, estimate), strict=True):
+                number.show(abs(value))
 
     def finish_recording(self) -> None:
         """End the recording with what was drawn last."""
         self._stage.finish_recording()
 
-    def _draw_floor(self, middle: float, title: str) -> None:
+    def _draw_floor(self) -> None:
         stage, width = self._stage, self._width
-        floor = shapely.box(middle - width, -0.6 * width, middle + width, 0.6 * width)
+        floor = shapely.box(-width, -0.6 * width, width, 0.6 * width)
         stage.mesh("floor", flat_mesh(floor, -0.002 * width), _PAPER)
-        step = 10 ** math.floor(math.log10(width / 2))
-        step *= 0.5 if width / step < 5 else 1 if width / step < 10 else 2
-        first = math.ceil((middle - width / 2) / step)
-        marks = step * np.arange(first, math.floor((middle + width / 2) / step) + 1)
-        # Below the robots, a ruler.
+
+    def _draw_ruler(self, low: float, high: float) -> None:
+        """Ticks and labels below the robots, for middles between `low` and `high` [m]."""
+        stage, width = self._stage, self._width
+        part = _NARROW * width
+        step = 10 ** math.floor(math.log10(part / 2))
+        step *= 0.5 if part / step < 5 else 1 if part / step < 10 else 2
+        step *= max(1, math.ceil((high - low + width) / step / _MOST_LABELS))
+        first = math.ceil((low - width / 2) / step)
+        marks = step * np.arange(first, math.floor((high + width / 2) / step) + 1)
         edge = np.full(len(marks), -0.06 * width)
         ticks = bar_mesh(
             np.column_stack([marks, edge]),
@@ -100,18 +118,32 @@ class StandoffScene:
         stage.mesh("ruler/ticks", ticks, _INK)
         for mark in marks.tolist():
             name = f"ruler/{round(mark / step)}".replace("-", "minus")
-            stage.mesh(name, text_mesh(f"{mark:g} m", 0.01 * width, align="centre"), _INK)
-            stage.place(name, mark, -0.08 * width)
-        left = middle - 0.48 * width
-        words = (
+            words = f"{round(mark / step) * step:.6g} m"
+            stage.mesh(name, text_mesh(words, 0.007 * width, align="centre"), _INK)
+            stage.place(name, mark, -0.075 * width)
+
+    def _draw_words(self, title: str) -> list[Digits]:
+        """Title and legend, with distance and estimate in digits, which are returned."""
+        stage, width = self._stage, self._width
+        left, size = -0.45 * _NARROW * width, 0.0085 * width
+        estimate = paint(*to_rgb(_ESTIMATE))
+        lines = (
             (title, _INK),
             ("pursuer", paint(*to_rgb(PURSUER))),
             ("evader", paint(*to_rgb(EVADER))),
-            ("where the pursuer takes it to be", paint(*to_rgb(_ESTIMATE))),
+            ("distance [m]", _INK),
+            ("as the pursuer takes it", estimate),
         )
-        for k, (line, colour) in enumerate(words):
-            stage.mesh(f"words/{k}", text_mesh(line, 0.013 * width, bold=k == 0), colour)
-            stage.place(f"words/{k}", left, (0.25 - 0.026 * k) * width)
+        for k, (line, colour) in enumerate(lines):
+            stage.mesh(f"words/{k}", text_mesh(line, size, bold=k == 0), colour)
+            stage.place(f"words/{k}", left, (0.22 - 0.02 * k) * width)
+        numbers = []
+        for k, colour in ((3, _INK), (4, estimate)):
+            path = f"numbers/{k}"
+            number = Digits(stage, path, size, colour, places=5, decimals=3)
+            stage.place(path, -left - number.width, (0.22 - 0.02 * k) * width)
+            numbers.append(number)
+        return numbers
 
     def _set_camera(self, middle: float) -> None:
         meshcat, width = self.meshcat, self._width

@@ -90,7 +90,7 @@ def _draw_motions(axes: Axes, loop: StandoffLoop, start: float, duration: float)
 
 def _draw_bias(axes: Axes, loop: StandoffLoop, start: float) -> None:
     rests = [each.y for each in equilibria(loop)]
-    low, high = min(0.0, start, rests[0] - 0.1), max(rests[1], loop.error.longest) + 0.15
+    low, high = min(0.0, start, rests[0] - 0.1), max(rests[-1], loop.error.longest) + 0.15
     y = np.linspace(low, high, 400)
     axes.axvspan(
         loop.error.shortest, loop.error.longest, color=CALIBRATED, label="calibrated range"

@@ -75,6 +75,7 @@ def write_sweep(sweep: WeightSweep, folder: Path) -> list[str]:
             name: [[None if np.isnan(v) else v for v in row] for row in each.tolist()]
             for name, each in sweep.values.items()
         },
+        "censored": sweep.censored.tolist(),
     }
     (folder / names[0]).write_text(json.dumps(tree, indent=2) + "\n", encoding="utf-8")
     draw_sweep(sweep).savefig(folder / names[1], dpi=120)
@@ -93,6 +94,17 @@ def draw_sweep(sweep: WeightSweep) -> Figure:
     ):
         values = sweep.values[name]
         axes.plot(sweep.weights, values, ".", color="tab:gray", markersize=4)
+        if name == "tracking_time" and sweep.censored.any():
+            places = np.broadcast_to(sweep.weights[:, None], values.shape)
+            axes.plot(
+                places[sweep.censored],
+                values[sweep.censored],
+                "^",
+                mfc="none",
+                color="tab:red",
+                label="at least: never lost",
+            )
+            axes.legend(loc="lower right", fontsize=8)
         means = [row[name] for row in sweep.table()]
         axes.plot(sweep.weights, np.array(means, dtype=float), "o-", color="tab:blue")
         axes.set_xlabel("weight w of the pursuit field (2.7)")

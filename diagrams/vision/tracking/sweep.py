@@ -22,20 +22,27 @@ class WeightSweep:
         weights: Shape (k,).
         seeds: Shape (n,).
         values: Of each name in AVERAGED, shape (k, n) [s], [m], [1], [m]; NaN where there is none.
+        censored: Whether sight was kept to the end of the run, so that its tracking time is only a
+            lower bound, shape (k, n).
     """
 
     weights: np.ndarray
     seeds: np.ndarray
     values: dict[str, np.ndarray]
+    censored: np.ndarray
 
     def table(self) -> list[dict[str, float | None]]:
-        """A row of means over the seeds for each weight, ready for JSON."""
+        """A row of means over the seeds for each weight, ready for JSON.
+
+        With censored runs, which it counts, a mean tracking time is a lower bound too.
+        """
         rows = []
         for k, weight in enumerate(self.weights.tolist()):
             row: dict[str, float | None] = {"weight": weight}
             for name in AVERAGED:
                 known = self.values[name][k][np.isfinite(self.values[name][k])]
                 row[name] = float(known.mean()) if known.size else None
+            row["censored_runs"] = int(self.censored[k].sum())
             rows.append(row)
         return rows
 
@@ -65,14 +72,16 @@ def sweep_weights(
         for weight in weights
     ]
     values = {name: np.full((len(weights), len(seeds)), np.nan) for name in AVERAGED}
+    censored = np.zeros((len(weights), len(seeds)), dtype=bool)
     game: PictureGame | None = None
     for k, row in enumerate(variants):
         for n, variant in enumerate(row):
             game = set_up_picture_game(variant, None if game is None else game.calibration)
             numbers = summarise(run_picture_tracking(game), "")
+            censored[k, n] = bool(numbers["censored"])
             for name in AVERAGED:
                 value = numbers[name]
                 if isinstance(value, float):
                     values[name][k, n] = value
             progress(k * len(seeds) + n + 1)
-    return WeightSweep(np.array(weights, dtype=float), np.array(seeds, dtype=int), values)
+    return WeightSweep(np.array(weights, dtype=float), np.array(seeds, dtype=int), values, censored)

@@ -27,6 +27,9 @@ def attracted_states(loop: StandoffLoop, y: np.ndarray, integral: np.ndarray) ->
     Returns:
         Whether each state ends at the wanted equilibrium, same shape.
     """
+    if loop.error.a == 0:
+        # The energy grows without bound.
+        return np.ones(y.shape, dtype=bool)
     side = 1.0 if loop.error.a > 0 else -1.0
     rest, border, other = wanted_equilibrium(loop).y, edge(loop), other_equilibrium(loop).y
     span, level = abs(border - rest), float(energy(loop, border, 0.0))

@@ -24,8 +24,11 @@ from .loop import StandoffLoop
 def edge(loop: StandoffLoop) -> float:
     """The distance that attraction cannot pass: other equilibrium or singularity [m].
 
-    It lies above the wanted equilibrium for a > 0, and below it for a < 0.
+    It lies above the wanted equilibrium for a > 0, and below it for a < 0. A straight error
+    (a = 0) has none: infinity.
     """
+    if loop.error.a == 0:
+        return math.inf
     places = [other_equilibrium(loop).y, *singularities(loop)]
     return min(places) if loop.error.a > 0 else max(places)
 
@@ -46,9 +49,12 @@ def energy(loop: StandoffLoop, y, integral):
 def certified_interval(loop: StandoffLoop) -> tuple[float, float]:
     """Starts with an empty integral that the energy alone certifies, low and high [m].
 
-    Inside the exact region, and equal to it on the side of the edge.
+    Inside the exact region, and equal to it on the side of the edge. A straight error (a = 0) has
+    an energy that grows without bound: everything is certified.
     """
     barrier = edge(loop)
+    if math.isinf(barrier):
+        return -math.inf, math.inf
     wall = potential(loop)
     level = wall(barrier)
     rest = wanted_equilibrium(loop).y

@@ -18,10 +18,10 @@ class ErrorModel:
     distances that it was measured at, 15 to 60 inches.
 
     Raises:
-        InvalidInput: A number is not finite, a is zero, or the distances are in the wrong order.
+        InvalidInput: A number is not finite, or the distances are in the wrong order.
     """
 
-    # Curvature [1/m], not zero.
+    # Curvature [1/m]; zero for an error that is a straight line in y.
     a: float = 1.062
     # Slope at y = 0 [1].
     b: float = -0.7598
@@ -34,7 +34,6 @@ class ErrorModel:
     def __post_init__(self) -> None:
         for name in ("a", "b", "c", "shortest", "longest"):
             require_finite(name, getattr(self, name))
-        require(self.a != 0, "a", "not be zero", self.a)
         require(
             self.shortest < self.longest,
             "shortest",

@@ -34,7 +34,8 @@ def region_of_attraction(loop: StandoffLoop, *, integral: str = "empty") -> Regi
 
     On one side lies the other equilibrium or the singularity, whichever is nearer, for all four
     controllers. On the other side P and PD attract from everywhere; with an integral part a start
-    far away winds the integral up so much that the loop swings over the edge.
+    far away winds the integral up so much that the loop swings over the edge. A straight error
+    (a = 0) makes the loop linear: it settles from everywhere.
 
     Args:
         loop: The closed loop.
@@ -46,6 +47,8 @@ def region_of_attraction(loop: StandoffLoop, *, integral: str = "empty") -> Regi
     """
     require(integral in ("empty", "still"), "integral", "be empty or still", integral)
     border = edge(loop)
+    if math.isinf(border):
+        return Region(-math.inf, math.inf)
     outward = math.copysign(math.inf, loop.error.a)
     opposite: float | None = -outward
     if loop.integrates:

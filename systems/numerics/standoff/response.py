@@ -7,13 +7,13 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from ..errors import require, require_finite, require_positive
-from .equilibria import equilibria, root_slope, singularities
+from .equilibria import equilibria, root_slope, singularities, span
 from .loop import StandoffLoop
 
 SETTLED, SINGULAR, DIVERGED, MOVING = "settled", "singular", "diverged", "moving"
 
-# As a part of the distance between the equilibria: who is this far away is lost, and who is this
-# near to an equilibrium, in place and in rate, has settled.
+# As a part of the distance between the equilibria (see `span`): who is this far away is lost, and
+# who is this near to an equilibrium, in place and in rate, has settled.
 _LOST, _NEAR = 1e6, 1e-7
 # How near to the singularity, in 1 - K_D f', the equation counts as broken down.
 _BREAKDOWN = 1e-9
@@ -63,7 +63,9 @@ def respond(
     require_start(loop, start)
     require_positive("duration", duration)
     rests = [each.y for each in equilibria(loop)]
-    span = rests[1] - rests[0]
+    length = span(loop)
+    # Equilibria may lie very far apart: near is near to the wanted one.
+    near = _NEAR * min(length, 1.0)
     side = math.copysign(1.0, loop.inertia(start))
     gain = loop.integral_gain
 
@@ -74,11 +76,11 @@ def respond(
         return side * loop.inertia(state[0]) - _BREAKDOWN
 
     def lost(_, state):
-        return _LOST * span - abs(state[0] - rests[0])
+        return _LOST * max(length, abs(start)) - abs(state[0] - rests[0])
 
     def settled(_, state):
         off = min(abs(state[0] - rest) for rest in rests)
-        return max(off, gain / loop.kp * abs(state[1])) - _NEAR * span
+        return max(off, gain / loop.kp * abs(state[1])) - near
 
     for event in (breakdown, lost, settled):
         event.terminal = True  # type: ignore[attr-defined]  # how SciPy marks events
@@ -91,7 +93,7 @@ def respond(
         # Implicit: stiff beside the singularity, and with a weak integral.
         method="Radau" if stiff else "DOP853",
         rtol=1e-9 if stiff else _TOLERANCE,
-        atol=_TOLERANCE * span,
+        atol=_TOLERANCE * min(length, 1.0),
         events=(breakdown, lost, settled),
     )
     y = path.y[0]

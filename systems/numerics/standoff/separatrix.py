@@ -13,6 +13,7 @@ crosses z = 0 beyond the equilibrium exactly once.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -47,11 +48,12 @@ class Separatrix:
     still: float | None
 
 
+@lru_cache(maxsize=8)
 def separatrix(loop: StandoffLoop) -> Separatrix:
     """Trace the border, to about 1e-9 of the distance between equilibrium and saddle.
 
     Args:
-        loop: With an integral part.
+        loop: With an integral part, and an error that is not a straight line.
 
     Raises:
         InvalidInput: There is no equilibrium.
@@ -111,26 +113,37 @@ def _creep(unit: NormalisedLoop) -> np.ndarray:
     """The border's part that creeps along m + w = 0, in x and v = m + w, shape (2, n).
 
     With a weak integral v is of the order of the ratio here: as the sum of m and w rounding would
-    swallow it, and an explicit solver would take very many steps.
+    swallow it, and an explicit solver would take very many steps. So v is followed over x, which
+    falls, as p = log(v / ratio): ratio dp/dx = exp(-p) (dm/dx + m q exp(-p)).
     """
+    (first,), (leaving,) = _beside_saddle(unit)
 
-    def backward(_, state):
-        x, v = state
-        push = unit.ratio * unit.miss(x) * unit.inertia(x)
-        pace = 1.0 / math.hypot(v, push)
-        return [-v * pace, -(_slope(unit, x) * v + push) * pace]
+    def backward(way, state):
+        x, inverse = first - way, np.exp(-state[0])
+        return [-inverse * (_slope(unit, x) + _force(unit, x) * inverse) / unit.ratio]
+
+    def jacobian(way, state):
+        x, inverse = first - way, np.exp(-state[0])
+        pull = _slope(unit, x) + 2 * _force(unit, x) * inverse
+        return [[inverse * pull / unit.ratio]]
 
     path = solve_ivp(
         backward,
-        (0.0, 1000.0),
-        _beside_saddle(unit)[:, 0],
+        (0.0, first),
+        [math.log(leaving / unit.ratio)],
         method="Radau",
+        jac=jacobian,
         rtol=1e-10,
-        atol=[1e-10, 1e-13 * unit.ratio],
-        max_step=0.05,
-        events=_event(lambda state: _LEFT - state[1], terminal=True),
+        atol=1e-11,
+        max_step=0.02,
+        events=_event(lambda state: math.log(_LEFT / unit.ratio) - state[0], terminal=True),
     )
-    return path.y
+    return np.stack([first - path.t, unit.ratio * np.exp(path.y[0])])
+
+
+def _force(unit: NormalisedLoop, x: float) -> float:
+    """m q, so that w' = ratio m q."""
+    return unit.miss(x) * unit.inertia(x)
 
 
 def _slope(unit: NormalisedLoop, x: float) -> float:

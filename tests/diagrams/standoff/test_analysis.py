@@ -1,5 +1,6 @@
 """Analyses by Drake and python-control agree with the closed forms."""
 
+import json
 import math
 
 import numpy as np
@@ -75,14 +76,15 @@ def test_sums_of_squares_certify_a_part_of_the_region(controller, kd):
 def test_an_analysis_reads_as_promised(controller):
     found = analyse_standoff(StandoffLoop(controller=controller))
     thing = found.as_object()
-    assert list(thing) == ["controller", "equilibria", "singularities", "region_of_attraction"]
+    json.dumps(thing, allow_nan=False)
     assert thing["controller"] == controller
     near, far = thing["equilibria"]
-    assert list(near) == ["y", "stable", "poles"]
+    assert list(near) == ["y", "stable", "stable_in_equation", "poles"]
     assert near["y"] == pytest.approx(0.2209638432, abs=1e-9)
     assert far["y"] == pytest.approx(1.4360983037, abs=1e-9)
     assert near["stable"] is True
-    assert far["stable"] is ("D" in controller)
+    assert far["stable_in_equation"] is ("D" in controller)
+    assert far["stable"] is False
     assert len(near["poles"]) == (2 if "I" in controller else 1)
     singular = [1.2993408663] if "D" in controller else []
     assert thing["singularities"] == pytest.approx(singular, abs=1e-9)
@@ -90,6 +92,14 @@ def test_an_analysis_reads_as_promised(controller):
     expected = {"P": None, "PD": None, "PI": -10.7614075, "PID": -2.2716956}[controller]
     assert low == (expected if expected is None else pytest.approx(expected, abs=1e-6))
     assert high == pytest.approx(1.2993408663 if singular else 1.4360983037, abs=1e-9)
+
+
+@pytest.mark.parametrize(("kp", "share"), [(1e-2, 1e3), (1e6, 1e-10), (1e6, 1e3)])
+def test_analyses_end_whatever_the_gains(kp, share):
+    loop = StandoffLoop(kp=kp, ki=share * kp**2)
+    found = analyse_standoff(loop)
+    assert found.region.low < found.wanted.y < found.region.high
+    assert found.sampled_margins.stable == (kp < 1)
 
 
 def test_the_bias_is_the_error_at_rest():

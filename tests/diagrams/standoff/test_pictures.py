@@ -8,6 +8,7 @@ from sightfield.diagrams.standoff.pictures.linear_pictures import draw_bode, dra
 from sightfield.diagrams.standoff.pictures.phase_picture import draw_phase_portrait
 from sightfield.diagrams.standoff.pictures.replay import write_standoff_replay
 from sightfield.diagrams.standoff.pictures.response_picture import draw_responses
+from sightfield.diagrams.standoff.pictures.sampled_pictures import draw_nyquist
 from sightfield.diagrams.standoff.run import run_standoff
 from sightfield.diagrams.standoff.scenario import StandoffScenario
 from sightfield.systems.numerics.standoff.equilibria import wanted_equilibrium
@@ -72,22 +73,63 @@ def test_the_locus_holds_the_poles_and_the_bode_diagram_the_crossover(controller
     assert first == pytest.approx(-180.0 if found.loop.integrates else -90.0, abs=2)
 
 
+def test_the_locus_shows_what_decides_and_not_the_filter_far_out():
+    _, filtered = draw_root_locus(analyse_standoff(StandoffLoop())).axes
+    left, right = filtered.get_xlim()
+    # The filter's pole is at -140, the zeros are at -0.5 and -7.9, the slow poles between them.
+    assert -20 < left < -8
+    assert 0 < right < 10
+
+
+@pytest.mark.parametrize("controller", CONTROLLERS)
+def test_nyquists_diagram_passes_through_its_margins(controller):
+    found = analyse_standoff(StandoffLoop(controller=controller, kd=0.5), delay_samples=3)
+    plane, over = draw_nyquist(found).axes
+    shown = curves(plane)
+    curve = shown["L(exp(jwh)), w > 0"]
+    for words, point in shown.items():
+        if "margin" in words:
+            assert np.abs(curve - point[0]).sum(axis=1).min() < 0.05
+    assert f"{found.sampled_margins.peak_sensitivity:.3f}" in over.get_title()
+    (peak,) = [line for line in over.get_lines() if line.get_marker() == "o"]
+    assert np.asarray(peak.get_ydata()) == pytest.approx(found.sampled_margins.peak_sensitivity)
+
+
 @pytest.mark.browser
-def test_the_replay_plays_without_complaints(tmp_path, new_page):
+@pytest.mark.parametrize("size", [(1280, 720), (400, 800)], ids=str)
+def test_the_replay_plays_without_complaints_and_keeps_both_in_view(tmp_path, new_page, size):
     scenario = StandoffScenario(loop=StandoffLoop(), evader_speed=0.2)
-    run = run_standoff(scenario, 3.0)
+    run = run_standoff(scenario, 8.0)
     file = write_standoff_replay(tmp_path / "replay.html", run, "PID")
     watched = new_page()
+    watched.page.set_viewport_size({"width": size[0], "height": size[1]})
     watched.page.goto(file.as_uri())
     watched.page.wait_for_function("typeof viewer !== 'undefined'")
     assert watched.page.title() == "Sightfield: stand-off"
 
-    def place(name):
-        path = f"['standoff', '{name}', 'body']"
-        return watched.page.evaluate(f"viewer.scene_tree.find({path}).object.position.x")
+    def place(name, time):
+        """Along the line [m], and in the window, from -1 to 1."""
+        node = f"viewer.scene_tree.find(['standoff', '{name}', 'body']).object"
+        return watched.page.evaluate(
+            f"(() => {{ viewer.animator.seek({time}); const node = {node}; node.updateWorldMatrix(true, false);"
+            "const at = node.position.clone().setFromMatrixPosition(node.matrixWorld);"
+            "viewer.camera.updateMatrixWorld(); const seen = at.project(viewer.camera);"
+            "return [node.position.x, seen.x]; })()"
+        )
 
-    watched.page.evaluate("viewer.animator.seek(2.0)")
-    at = round(2.0 / scenario.sampled.period)
-    assert place("evader") == pytest.approx(run.evader[at], abs=0.02)
-    assert place("pursuer") == pytest.approx(run.pursuer[at], abs=0.02)
+    for time in (0.0, 2.0, 8.0):
+        at = round(time / scenario.sampled.period)
+        (evader, evader_seen), (pursuer, pursuer_seen) = (
+            place("evader", time),
+            place("pursuer", time),
+        )
+        assert evader - pursuer == pytest.approx(run.distance[at], abs=0.02)
+        assert abs(evader_seen) < 0.95
+        assert abs(pursuer_seen) < 0.95
+    # The distance in digits: the last three of 0.221, after the point.
+    shown = watched.page.evaluate(
+        "[2, 1, 0].map(place => [0,1,2,3,4,5,6,7,8,9].filter(digit => viewer.scene_tree.find("
+        "['standoff', 'numbers', '3', String(place), String(digit)]).object.visible))"
+    )
+    assert shown == [[2], [2], [0]] or shown == [[2], [2], [1]]
     assert watched.complaints == []

@@ -1,0 +1,287 @@
+"""Which starts settle in the stand-off loop that a computer closes, with delay, limit and filter.
+
+Near rest a motion is decided by a certificate. With the linear loop x+ = M x, P of the Lyapunov
+equation M'PM - P = -I, |x|^2 = x'Px, and the miss s d - a d^2 of a deviation d of the oldest
+distance, which pushes the state along g,
+
+    |x+| <= sqrt(1 - 1 / max eig P) |x| + |g| |a| d^2,   d^2 <= (P^-1)_dd |x|^2,
+
+so that |x| falls in every ball where the second term is less than what the first one loses, as
+long as the command keeps within its limit there. Far away a motion is lost for good once it is
+beyond the other equilibrium, has not come nearer for as long as the delay, and neither integral nor
+derivative pulls it back: then every later command drives it farther.
+
+Source: ours.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_discrete_lyapunov
+
+from ...compiled import compiled
+from ..equilibria import other_equilibrium, span, wanted_equilibrium
+from ..loop import StandoffLoop
+from ..region import Region
+from ..sampled_pid import SampledPid
+from .margins import sampled_loop
+
+# Of the starts that `sampled_region` tries: how far from rest, as a part of `span`, how many on
+# each side, and how many more in each of how many rounds between the last good one and the next.
+_NEAREST, _FARTHEST, _TRIED, _FINER, _ROUNDS = 1e-4, 1e4, 160, 8, 10
+# A limited loop takes long over long ways.
+_FARTHEST_LIMITED = 30.0
+# How many times the slowest pole's time a motion is followed, and how many samples at most.
+_TIMES, _MOST = 25.0, 40_000
+# A motion is lost at this many times the larger of `span` and the farthest start.
+_LOST = 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class CertifiedBall:
+    """States around rest that are attracted for sure: |x| < radius, |x|^2 = x' matrix x.
+
+    Attributes:
+        matrix: P, shape (n, n).
+        radius: Zero for a loop that is not stable, or hardly so.
+        parts: Which entries of the state of `SampledLoop.matrix` x has, shape (d + 3,).
+    """
+
+    matrix: np.ndarray
+    radius: float
+    parts: np.ndarray
+
+
+class _Motion(NamedTuple):
+    """What the compiled loop reads: error and reference, gains, clock, and where motions end."""
+
+    a: float
+    b: float
+    c: float
+    reference: float
+    kp: float
+    ki: float
+    kd: float
+    beta: float
+    period: float
+    limit: float
+    rest: float
+    other: float
+    bound: float
+    radius_squared: float
+
+
+def certified_ball(
+    loop: StandoffLoop, sampled: SampledPid, delay_samples: int = 0
+) -> CertifiedBall:
+    """The ball of the module's first inequality.
+
+    Args:
+        loop: Gains, reference and error.
+        sampled: Sample time, filter and limit.
+        delay_samples: How many samples late the estimate comes.
+
+    Raises:
+        InvalidInput: There is no equilibrium.
+    """
+    linear = sampled_loop(loop, sampled, delay_samples)
+    parts = linear.parts()
+    step = linear.matrix()[np.ix_(parts, parts)]
+    # Nearer to one, the equation for P is lost in rounding.
+    if np.abs(np.linalg.eigvals(step)).max() >= 1 - 1e-7:
+        return CertifiedBall(np.eye(len(step)), 0.0, parts)
+    lyapunov = solve_discrete_lyapunov(step.T, np.eye(len(step)))
+    inverse = np.linalg.inv(lyapunov)
+    lost = -math.expm1(0.5 * math.log1p(-1 / np.linalg.eigvalsh(lyapunov)[-1]))
+    gain = linear.kp + linear.kd * linear.beta / linear.period
+    push = np.zeros(len(parts))
+    push[0], push[-2], push[-1] = -linear.period * gain, linear.period, linear.beta
+    push = push[parts]
+    oldest = inverse[delay_samples, delay_samples]
+    bend = abs(loop.error.a)
+    worst = math.sqrt(push @ lyapunov @ push) * bend * oldest
+    radius = 0.99 * lost / worst if worst else math.inf
+    # The command is -(x+ - x) / h in the first entry, the parabola's part added.
+    row = (np.eye(len(step))[0] - step[0]) / linear.period
+    strength = math.sqrt(row @ inverse @ row)
+    bow = gain * bend * oldest
+    if not math.isinf(sampled.limit):
+        # The root of strength R + bow R^2 = limit, without a difference of equal numbers.
+        root = math.sqrt(strength**2 + 4 * bow * sampled.limit)
+        radius = min(radius, 0.99 * 2 * sampled.limit / (strength + root))
+    return CertifiedBall(lyapunov, radius, parts)
+
+
+def attracted_by_sampled(
+    loop: StandoffLoop,
+    sampled: SampledPid,
+    y: np.ndarray,
+    integral: np.ndarray | float = 0.0,
+    *,
+    delay_samples: int = 0,
+) -> np.ndarray:
+    """Follow motions behind an evader at rest until they are decided.
+
+    What is undecided at the end, on the border or in a cycle, counts as not attracted.
+
+    Args:
+        loop: Gains, reference and error.
+        sampled: Sample time, filter and limit.
+        y: Distances at the start, any shape [m].
+        integral: Of the estimated miss at the start, same shape or a number [m s].
+        delay_samples: How many samples late the estimate comes; at first it is that of the start.
+
+    Returns:
+        Whether each state ends at the wanted equilibrium, same shape as `y`.
+
+    Raises:
+        InvalidInput: There is no equilibrium.
+    """
+    rest, length = wanted_equilibrium(loop).y, span(loop)
+    ball = certified_ball(loop, sampled, delay_samples)
+    y = np.asarray(y, dtype=float)
+    found = np.zeros(y.size, dtype=np.bool_)
+    if ball.radius == 0:
+        return found.reshape(y.shape)
+    starts = y.ravel()
+    # In the state of all entries those that have no part weigh nothing.
+    matrix = np.zeros((delay_samples + 3, delay_samples + 3))
+    matrix[np.ix_(ball.parts, ball.parts)] = ball.matrix
+    linear = sampled_loop(loop, sampled, delay_samples)
+    motion = _Motion(
+        a=loop.error.a,
+        b=loop.error.b,
+        c=loop.error.c,
+        reference=loop.reference,
+        kp=linear.kp,
+        ki=linear.ki,
+        kd=linear.kd,
+        beta=linear.beta,
+        period=sampled.period,
+        limit=sampled.limit,
+        rest=rest,
+        other=other_equilibrium(loop).y if loop.error.a else math.inf,
+        bound=_LOST * max(length, float(np.abs(starts - rest).max(initial=0.0))),
+        radius_squared=ball.radius**2,
+    )
+    integrals = np.broadcast_to(np.asarray(integral, dtype=float), y.shape).ravel().copy()
+    count = _samples(loop, sampled, delay_samples, starts)
+    _follow(motion, matrix, starts, integrals, delay_samples, count, found)
+    return found.reshape(y.shape)
+
+
+@compiled
+def _follow(motion, matrix, starts, integrals, delay_samples, count, found):
+    """Write into `found` which states reach the ball."""
+    # The state of `SampledLoop.matrix`, and distances in a ring: the newest lies at `head`.
+    state = np.empty(delay_samples + 3)
+    ring = np.empty(delay_samples + 1)
+    side = 1.0 if motion.a > 0 else -1.0
+    for n in range(len(starts)):
+        ring[:] = starts[n]
+        head, rising, total = 0, 0, integrals[n]
+        filtered = _miss(motion, starts[n])
+        for k in range(count):
+            oldest = ring[(head + 1) % (delay_samples + 1)]
+            miss = _miss(motion, oldest)
+            if k % 4 == 0 and (ring[0] - motion.rest) ** 2 < motion.radius_squared:
+                # P is at least the identity: only now is |x| worth its multiplications.
+                for j in range(delay_samples + 1):
+                    state[j] = ring[(head - j) % (delay_samples + 1)] - motion.rest
+                state[-2], state[-1] = total, filtered
+                if np.dot(state, np.dot(matrix, state)) < motion.radius_squared:
+                    found[n] = True
+                    break
+            # Beyond the other equilibrium, and everything drives it on.
+            if (
+                rising >= delay_samples
+                and side * (oldest - motion.other) > 0
+                and (motion.ki == 0 or side * total <= 0)
+                and (motion.kd == 0 or side * (miss - filtered) <= 0)
+            ):
+                break
+            rate = motion.beta * (miss - filtered) / motion.period
+            wanted = motion.kp * miss + motion.ki * total + motion.kd * rate
+            command = min(max(wanted, -motion.limit), motion.limit)
+            total += motion.period * (miss + (command - wanted) / motion.kp)
+            filtered += motion.period * rate
+            now = ring[head] - motion.period * command
+            rising = rising + 1 if side * command <= 0 else 0
+            head = (head + 1) % (delay_samples + 1)
+            ring[head] = now
+            if not abs(now - motion.rest) < motion.bound:
+                break
+
+
+@compiled
+def _miss(motion, y):
+    return y - (motion.a * y * y + motion.b * y + motion.c) - motion.reference
+
+
+def _samples(
+    loop: StandoffLoop, sampled: SampledPid, delay_samples: int, starts: np.ndarray
+) -> int:
+    """How many samples a motion is followed: until the slowest pole, and the limit, had time."""
+    count = _settling(loop, sampled, delay_samples)
+    if not math.isinf(sampled.limit):
+        rest = wanted_equilibrium(loop).y
+        way = float(np.abs(starts - rest).max(initial=0.0))
+        count += 3 * way / (sampled.limit * sampled.period)
+    return math.ceil(min(count, _MOST))
+
+
+def _settling(loop: StandoffLoop, sampled: SampledPid, delay_samples: int) -> float:
+    """How many samples the slowest pole needs."""
+    slowest = float(np.abs(sampled_loop(loop, sampled, delay_samples).poles()[0]))
+    return _TIMES / max(1 - slowest, 1e-12)
+
+
+def sampled_region(
+    loop: StandoffLoop, sampled: SampledPid, delay_samples: int = 0
+) -> Region | None:
+    """The starts around rest, with an empty integral and an evader that stands still, that settle.
+
+    Unlike the continuous loop's, the set of such starts may have gaps; this is the interval around
+    rest up to the first start, of some hundreds that are tried, that does not settle. Its ends are
+    bisected. An end beyond 10,000 times the distance between the equilibria is infinite, with a
+    limit beyond 30 times.
+
+    Args:
+        loop: Gains, reference and error.
+        sampled: Sample time, filter and limit.
+        delay_samples: How many samples late the estimate comes.
+
+    Returns:
+        None if the loop is not stable, or so slow for its clock that its motions take more than
+        40,000 samples: then `region_of_attraction` is what there is to know.
+
+    Raises:
+        InvalidInput: There is no equilibrium.
+    """
+    unstable = certified_ball(loop, sampled, delay_samples).radius == 0
+    if unstable or _settling(loop, sampled, delay_samples) > _MOST:
+        return None
+    rest, length = wanted_equilibrium(loop).y, span(loop)
+
+    def held(way: np.ndarray) -> np.ndarray:
+        return attracted_by_sampled(loop, sampled, rest + way, delay_samples=delay_samples)
+
+    farthest = _FARTHEST if math.isinf(sampled.limit) else _FARTHEST_LIMITED
+    tried = length * np.geomspace(_NEAREST, farthest, _TRIED)
+    settles = held(np.concatenate([tried, -tried]))
+    ends = []
+    for sign, half in ((-1.0, settles[_TRIED:]), (1.0, settles[:_TRIED])):
+        if half.all():
+            ends.append(sign * math.inf)
+            continue
+        first = int(np.argmin(half))
+        inside, outside = (0.0 if first == 0 else tried[first - 1]), tried[first]
+        for _ in range(_ROUNDS):
+            between = np.linspace(inside, outside, _FINER + 2)
+            good = held(sign * between[1:-1])
+            last = int(np.argmin(good)) if not good.all() else _FINER
+            inside, outside = between[last], between[last + 1]
+        ends.append(rest + sign * inside)
+    return Region(ends[0], ends[1])
