@@ -41,7 +41,9 @@ def MakeStandoff(scenario: StandoffScenario) -> Diagram:
     builder.Connect(_add_noise(builder, scenario), estimator.GetInputPort("noise"))
     estimate = estimator.GetOutputPort("estimate")
     if scenario.delay_samples:
-        delay = add("delay", DiscreteTimeDelay(scenario.sampled.period, scenario.delay_samples, 1))
+        # The controller samples before the delay line moves on, which is one sample by itself.
+        steps = scenario.delay_samples - 1
+        delay = add("delay", DiscreteTimeDelay(scenario.sampled.period, steps, 1))
         builder.Connect(estimate, delay.get_input_port())
         estimate = delay.get_output_port()
     builder.Connect(estimate, controller.GetInputPort("estimate"))

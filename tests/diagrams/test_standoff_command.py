@@ -77,8 +77,9 @@ def test_a_straight_error_is_the_natural_baseline(report, run, tmp_path, control
     assert found["region_of_attraction"] == [None, None]
     assert found["sampled"]["region_of_attraction"] == [None, None]
     assert report("--a", 0, "--controller", controller)["end"] == pytest.approx(rest["y"])
-    run("--a", 0, "--controller", controller, "--analyse", "--out", tmp_path)
-    assert (tmp_path / "phase.png").exists()
+    if controller == "PI":
+        run("--a", 0, "--controller", controller, "--analyse", "--out", tmp_path)
+        assert (tmp_path / "phase.png").exists()
 
 
 def test_gains_by_design_have_the_margins_that_the_analysis_finds(report):

@@ -26,7 +26,11 @@ _ESTIMATE = "#e08a00"
 _TILT = 0.5
 # Part of the width that is still seen on a page that is nearly twice as high as wide: Meshcat keeps
 # the height. All that matters lies within.
-_NARROW = 0.3
+_NARROW = 0.27
+# Radius of a robot, as a part of the width.
+_BODY = 0.012
+# How far away the camera is, in widths.
+_AFAR = 8.0
 # No more labels on a ruler than this.
 _MOST_LABELS = 200
 
@@ -53,8 +57,8 @@ class StandoffScene:
         middle = (run.evader + run.pursuer) / 2
         ends = np.stack([run.evader, run.pursuer, run.pursuer + run.estimate]) - middle
         # The robots stay apart at the run's last distance.
-        self._width = max(2.2 * float(np.abs(ends).max()) / _NARROW, 0.5)
-        body = 0.012 * self._width
+        self._width = max(2.2 * float(np.abs(ends).max()) / (_NARROW - 4 * _BODY), 0.5)
+        body = _BODY * self._width
         self._stage = Stage(
             meshcat, ROOT, recording=True, period=_PERIOD, tolerance=5e-5 * self._width
         )
@@ -147,19 +151,16 @@ class StandoffScene:
 
     def _set_camera(self, middle: float) -> None:
         meshcat, width = self.meshcat, self._width
-        half = width / 2
+        # Seen from afar, nearly in parallel. A page of another shape keeps the middle of a
+        # perspective camera's picture, and the left edge of an orthographic one's.
+        field = 2 * math.degrees(math.atan(0.5 / _ASPECT / _AFAR))
         meshcat.SetCamera(
-            Meshcat.OrthographicCamera(
-                left=-half,
-                right=half,
-                bottom=-half / _ASPECT,
-                top=half / _ASPECT,
-                near=0.01 * width,
-                far=8 * width,
+            Meshcat.PerspectiveCamera(
+                fov=field, aspect=_ASPECT, near=0.01 * width, far=2 * _AFAR * width
             )
         )
         centre = np.array([middle, 0.0, 0.0])
-        eye = centre + 4.0 * width * np.array([0.0, -math.sin(_TILT), math.cos(_TILT)])
+        eye = centre + _AFAR * width * np.array([0.0, -math.sin(_TILT), math.cos(_TILT)])
         # Drake's stubs put the dtype of an array where its shape belongs.
         meshcat.SetCameraPose(eye, centre)  # pyright: ignore[reportArgumentType]
         for part in ("/Grid", "/Axes"):

@@ -36,7 +36,7 @@ def draw_nyquist(found: StandoffAnalysis) -> Figure:
     grid = frequency_grid(linear)
     figure = Figure(figsize=(12, 5.6), layout="constrained")
     plane, over = figure.subplots(1, 2)
-    _draw_plane(plane, linear, margins, grid)
+    draw_nyquist_plane(plane, linear, margins, grid)
     sensitivity = 1 / np.abs(1 + linear.response(grid))
     over.loglog(grid, sensitivity, color=PURSUER)
     over.axhline(1, color="black", lw=0.8)
@@ -56,7 +56,17 @@ def draw_nyquist(found: StandoffAnalysis) -> Figure:
     return figure
 
 
-def _draw_plane(axes: Axes, linear: SampledLoop, margins: LoopMargins, grid: np.ndarray) -> None:
+def draw_nyquist_plane(
+    axes: Axes, linear: SampledLoop, margins: LoopMargins, grid: np.ndarray
+) -> None:
+    """L in the complex plane round -1, with its margins.
+
+    Args:
+        axes: Where.
+        linear: The loop.
+        margins: Its margins.
+        grid: Frequencies, shape (n,) [rad/s].
+    """
     seen = linear.response(grid)
     axes.plot(seen.real, seen.imag, color=PURSUER, label="L(exp(jwh)), w > 0")
     axes.plot(seen.real, -seen.imag, color=PURSUER, lw=0.7, ls="--", label="w < 0")
@@ -64,11 +74,12 @@ def _draw_plane(axes: Axes, linear: SampledLoop, margins: LoopMargins, grid: np.
     axes.add_patch(Circle((0, 0), 1, fill=False, ls=":", color="black", lw=0.8))
     near = 1 / margins.peak_sensitivity
     axes.add_patch(Circle((-1, 0), near, color=SINGULAR, alpha=0.15, label="1 / Ms round -1"))
-    if math.isfinite(margins.gain_margin):
+    # Margins of an unstable loop say nothing.
+    if margins.stable and math.isfinite(margins.gain_margin):
         place = -1 / margins.gain_margin
         words = f"gain margin {margins.gain_margin:.3g}"
         axes.plot(place, 0, "s", color=BORDER, label=words)
-    if math.isfinite(margins.crossover):
+    if margins.stable and math.isfinite(margins.crossover):
         at = linear.response(np.array(margins.crossover))
         words = f"phase margin {math.degrees(margins.phase_margin):.1f}°"
         axes.plot(at.real, at.imag, "o", color=BORDER, label=words)

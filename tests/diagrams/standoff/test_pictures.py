@@ -111,7 +111,8 @@ def test_the_replay_plays_without_complaints_and_keeps_both_in_view(tmp_path, ne
         """Along the line [m], and in the window, from -1 to 1."""
         node = f"viewer.scene_tree.find(['standoff', '{name}', 'body']).object"
         return watched.page.evaluate(
-            f"(() => {{ viewer.animator.seek({time}); const node = {node}; node.updateWorldMatrix(true, false);"
+            f"(() => {{ viewer.animator.seek({time}); const node = {node};"
+            "node.updateWorldMatrix(true, false);"
             "const at = node.position.clone().setFromMatrixPosition(node.matrixWorld);"
             "viewer.camera.updateMatrixWorld(); const seen = at.project(viewer.camera);"
             "return [node.position.x, seen.x]; })()"

@@ -1,0 +1,66 @@
+"""The page with sliders: pictures follow the gains, in a browser too."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sightfield.diagrams.standoff.live import DELAY, KP, StandoffPage
+from sightfield.diagrams.standoff.pictures.laboratory_picture import (
+    draw_laboratory,
+    sampled_response,
+)
+from sightfield.diagrams.standoff.run import run_standoff
+from sightfield.diagrams.standoff.scenario import StandoffScenario
+from sightfield.diagrams.tracking.live_page import open_live_page
+from sightfield.systems.numerics.standoff.error_model import ErrorModel
+from sightfield.systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop
+from sightfield.systems.numerics.standoff.sampled_pid import SampledPid
+
+CLOCK = SampledPid(period=0.02, filter_time=0.05, limit=0.6)
+
+
+def test_the_response_is_that_of_the_block_diagram():
+    scenario = StandoffScenario(
+        loop=StandoffLoop(kd=0.5), sampled=CLOCK, start=0.6, delay_samples=2
+    )
+    times, y = sampled_response(scenario, 3.0)
+    run = run_standoff(scenario, 3.0)
+    np.testing.assert_allclose(times, run.times)
+    np.testing.assert_allclose(y, run.distance, atol=1e-9)
+
+
+@pytest.mark.parametrize("controller", CONTROLLERS)
+@pytest.mark.parametrize("a", [1.062, 0.0])
+def test_every_controller_has_its_four_panels(controller, a):
+    loop = StandoffLoop(controller=controller, kd=0.5, error=ErrorModel(a=a))
+    scenario = StandoffScenario(loop=loop, sampled=CLOCK)
+    assert len(draw_laboratory(scenario).axes) == 4
+
+
+def test_an_unstable_loop_is_called_so():
+    loop = StandoffLoop(controller="P", kp=200.0)
+    title = draw_laboratory(StandoffScenario(loop=loop, sampled=CLOCK)).get_suptitle()
+    assert title.endswith("UNSTABLE")
+    assert math.isfinite(loop.kp)
+
+
+@pytest.mark.browser
+def test_a_slider_on_the_page_moves_the_loop(new_page):
+    meshcat = open_live_page(port=0)
+    page = StandoffPage(meshcat, StandoffScenario(loop=StandoffLoop(), sampled=CLOCK))
+    assert not page.update()
+    watched = new_page()
+    watched.page.goto(meshcat.web_url())
+    watched.page.wait_for_function("window.node && node('laboratory/picture')")
+    for name, value in ((KP, 25), (DELAY, 3)):
+        watched.page.evaluate(
+            "([name, value]) => viewer.gui_controllers[name].setValue(value)", [name, value]
+        )
+    for _ in range(200):
+        if meshcat.GetSliderValue(DELAY) == 3:
+            break
+        watched.page.wait_for_timeout(20)
+    assert page.update()
+    assert (page.scenario.loop.kp, page.scenario.delay_samples) == (25.0, 3)
+    assert watched.complaints == []
