@@ -51,7 +51,7 @@ lint: $(VENV)/dev.stamp  ## check style, format and types
 format: $(VENV)/dev.stamp  ## rewrite the sources in the house format, clear the notebooks
 	$(BIN)/python -m nbconvert --log-level=ERROR --clear-output \
 		--ClearMetadataPreprocessor.enabled=True \
-		"--ClearMetadataPreprocessor.preserve_nb_metadata_mask=$(KEPT)" tutorials/*.ipynb
+		"--ClearMetadataPreprocessor.preserve_nb_metadata_mask=$(KEPT)" tutorials/*.ipynb tutorials/solutions/*.ipynb
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
 
