@@ -106,5 +106,5 @@ def takes_scenario(command: Callable[..., None]) -> Callable[..., None]:
     # What Typer reads.
     run.__name__, run.__doc__ = command.__name__, command.__doc__
     run.__annotations__ = {each.name: each.annotation for each in every}
-    run.__signature__ = inspect.Signature(every)  # type: ignore[attr-defined]  # Python's own hook
+    run.__signature__ = inspect.Signature(every)
     return run

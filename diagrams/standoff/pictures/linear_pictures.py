@@ -5,11 +5,14 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
+from numpy.typing import NDArray
 
 from ....systems.numerics.standoff.loop import StandoffLoop
 from ..analysis import StandoffAnalysis
 from ..linear import frequency_response, root_locus
 from .colours import SINGULAR
+
+Complex = NDArray[np.complex128]
 
 
 def draw_bode(found: StandoffAnalysis) -> Figure:
@@ -77,9 +80,7 @@ def draw_root_locus(found: StandoffAnalysis) -> Figure:
     return figure
 
 
-def _locus_view(
-    poles: np.ndarray, present: np.ndarray, zeros: np.ndarray
-) -> tuple[float, float, float]:
+def _locus_view(poles: Complex, present: Complex, zeros: Complex) -> tuple[float, float, float]:
     """Left and right end and height that show zeros and present poles, but for far ones.
 
     A filter's pole lies tens of times farther out than what decides how the loop moves, and would

@@ -114,17 +114,17 @@ def design_gains(
 
     best: StandoffDesign | None = None
     for added in _ADDED if "D" in loop.controller else (0.0,):
-        speeds = iter(_SPEEDS.tolist())
-        failing = next(speeds)
+        failing = float(_SPEEDS[0])
         found: StandoffDesign | None = None
-        for speed in speeds:
+        low = high = failing
+        for speed in _SPEEDS[1:].tolist():
             found = attempt(speed, added)
             if wanted.holds(found.margins):
+                low, high = speed, failing
                 break
             failing, found = speed, None
         if found is None:
             continue
-        low, high = speed, failing
         for _ in range(_HALVINGS):
             middle = math.sqrt(low * high)
             between = attempt(middle, added)

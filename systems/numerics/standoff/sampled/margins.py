@@ -18,6 +18,7 @@ Source: ours; the method is textbook (Astrom and Wittenmark, Computer-Controlled
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,7 +108,7 @@ class SampledLoop:
         return step
 
     def parts(self) -> np.ndarray:
-        """Which entries of the state have a part in the loop; without K_I or K_D some have none."""
+        """Which entries of the state have a part in the loop, shape (d + 3,): not all without K_I or K_D."""
         return np.array([True] * (self.delay_samples + 1) + [self.ki > 0, self.kd > 0])
 
     def poles(self) -> NDArray[np.complex128]:
@@ -170,7 +171,7 @@ class LoopMargins:
         phase_margin: Smallest over all crossovers [rad]; infinite without one.
         crossover: Where the phase margin is taken [rad/s]; NaN without one.
         delay_margin: Further delay that it bears [s]; infinite without a crossover.
-        peak_sensitivity: Ms, the largest |1 / (1 + L)|; 1 / Ms is how near L comes to -1.
+        peak_sensitivity: Ms, the largest |1 / (1 + L)|; 1 / Ms is how near L comes to -1 [1].
         peak_frequency: Where that is [rad/s].
     """
 
@@ -255,7 +256,9 @@ def _gains_that_swing(linear: SampledLoop, grid: np.ndarray) -> list[tuple[float
             # At pi / h it is real, but for rounding.
             continue
         if imaginary(low) * imaginary(high) < 0:
-            place = float(brentq(imaginary, low, high, xtol=1e-13 * high))
+            # Any: the stubs allow for more results, which nobody asked for.
+            root: Any = brentq(imaginary, low, high, xtol=1e-13 * high)
+            place = float(root)
             found.append((float(1 / np.abs(linear.response(np.array(place)))), place))
     last = seen[-1].real
     if last < 0:

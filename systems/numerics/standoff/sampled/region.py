@@ -45,7 +45,7 @@ class CertifiedBall:
 
     Attributes:
         matrix: P, shape (n, n).
-        radius: Zero for a loop that is not stable, or hardly so.
+        radius: In the norm of P; zero for a loop that is not stable, or hardly so [1].
         parts: Which entries of the state of `SampledLoop.matrix` x has, shape (d + 3,).
     """
 
