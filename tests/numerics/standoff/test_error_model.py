@@ -23,7 +23,7 @@ def test_the_calibrated_range_is_15_to_60_inches():
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [
-        ({"a": 0.0}, "`a` must not be zero; got 0.0"),
+        ({"a": math.inf}, "`a` must be a finite number; got inf"),
         ({"b": math.nan}, "`b` must be a finite number; got nan"),
         ({"shortest": 2.0}, "`shortest` must be less than longest, 1.524; got 2.0"),
     ],

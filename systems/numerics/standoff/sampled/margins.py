@@ -108,7 +108,7 @@ class SampledLoop:
         return step
 
     def parts(self) -> np.ndarray:
-        """Which entries of the state have a part in the loop, shape (d + 3,): not all without K_I or K_D."""
+        """Which entries of the state have a part, shape (d + 3,): not all without K_I or K_D."""
         return np.array([True] * (self.delay_samples + 1) + [self.ki > 0, self.kd > 0])
 
     def poles(self) -> NDArray[np.complex128]:
