@@ -155,7 +155,7 @@ def _sweep_table(sweep: WeightSweep) -> Table:
         table.add_column(f"{name.replace('_', ' ')}{unit}".replace("[", r"\["), justify="right")
     for row in rows:
         # A run in which sight was kept says only that it would have lasted at least so long.
-        least = {"tracking_time": "at least "} if row["censored_runs"] else {}
+        least = {"tracking_time": ">="} if row["censored_runs"] else {}
         table.add_row(*(least.get(name, "") + _show(value) for name, value in row.items()))
     return table
 
