@@ -48,7 +48,7 @@ def quickest_words(
 
 
 def rank(word: ArcWord, trailer: Trailer) -> float:
-    """Sorts words by time; of those that take as long, by their switches."""
+    """Sorts words by time, then by their switches [1 / turn rate]."""
     return word.time * trailer.turn_rate + SWITCH * len(word.durations)
 
 
