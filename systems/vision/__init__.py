@@ -1,13 +1,11 @@
 """LeafSystems of the vision story: cameras, and what estimates from their pictures."""
 
+from .evader_tracker import EvaderTracker
 from .omni_camera import OmniCameraSensor
-from .position_filter import PositionFilter
-from .shared_estimate import SharedEstimate
 from .shell_estimator import ShellEstimator
 
 __all__ = [
+    "EvaderTracker",
     "OmniCameraSensor",
-    "PositionFilter",
-    "SharedEstimate",
     "ShellEstimator",
 ]

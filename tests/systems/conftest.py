@@ -119,9 +119,8 @@ from sightfield.systems.tracking.team_guarantee_pursuit import TeamGuaranteePurs
 from sightfield.systems.tracking.turn_first_controller import TurnFirstController
 from sightfield.systems.tracking.velocity_selector import VelocitySelector
 from sightfield.systems.tracking.waypoint_evaders import WaypointEvaders
+from sightfield.systems.vision.evader_tracker import EvaderTracker
 from sightfield.systems.vision.omni_camera import OmniCameraSensor
-from sightfield.systems.vision.position_filter import PositionFilter
-from sightfield.systems.vision.shared_estimate import SharedEstimate
 from sightfield.systems.vision.shell_estimator import ShellEstimator
 
 
@@ -282,6 +281,15 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         ),
         "DifferentialDriveTeam": lambda: DifferentialDriveTeam(np.zeros((2, 3)), **limits),
         "EvaderLocator": lambda: EvaderLocator(thesis_maze(), speed=0.1, features="orb"),
+        "EvaderTracker": lambda: EvaderTracker(
+            world,
+            [world],
+            cameras=2,
+            colours=["red", "green", "red"],
+            speed=0.1,
+            period=0.1,
+            cells=100,
+        ),
         "ForwardCameras": lambda: ForwardCameras(thesis_maze(), 2),
         "HeadingController": lambda: HeadingController(2),
         "TurnFirstController": lambda: TurnFirstController(2, top_speed=0.3, period=0.1),
@@ -315,7 +323,6 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         "PoseReceiver": lambda: PoseReceiver(
             NewestPoses(["a", "b", "c"]), np.zeros((3, 3)), period=0.1, stale_after=0.2
         ),
-        "PositionFilter": lambda: PositionFilter(3),
         "PictureScene": pictures,
         "PursuitFieldController": lambda: PursuitFieldController(world, **teams, **speeds),
         "RadioCommander": lambda: RadioCommander(SimpleNamespace(robots=(1, 2))),
@@ -331,9 +338,6 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         ),
         "SamplePlayer": lambda: SamplePlayer(np.zeros((4, 3)), np.zeros(3), period=0.1),
         "SampledReceiver": lambda: SampledReceiver(np.zeros((3, 2)), period=0.1, stale_after=0.2),
-        "SharedEstimate": lambda: SharedEstimate(
-            [world], cameras=2, evaders=3, speed=0.1, period=0.1
-        ),
         "ShellEstimator": lambda: ShellEstimator(ideal_calibration, ["red", "green"]),
         "SightLossMonitor": lambda: SightLossMonitor(world, **teams, period=0.1),
         "SocialScene": search_scene,

@@ -5,8 +5,8 @@ from dataclasses import replace
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Demultiplexer, Multiplexer
 
+from ....systems.vision.evader_tracker import EvaderTracker
 from ....systems.vision.omni_camera import OmniCameraSensor
-from ....systems.vision.shared_estimate import SharedEstimate
 from ....systems.vision.shell_estimator import ShellEstimator
 from .picture_game import PictureGame
 
@@ -22,7 +22,8 @@ def AddEyes(
         evader_position: Where the shells to look for are, size 2 Ne [m].
 
     Returns:
-        Outputs: `evader_estimate`, `evader_known`, `valid`, `frame` and `image_0`, ... as
+        Outputs: `evader_estimate`, `evader_known`, `evader_set`, `valid`, `frame` and
+        `image_0`, ... as
         `MakePictureTracking` says.
     """
     scenario, vision = game.scenario, game.scenario.vision
@@ -33,22 +34,26 @@ def AddEyes(
     places = add("places", Demultiplexer(2 * count, 2))
     connect(team.GetOutputPort("pose"), poses.get_input_port())
     connect(team.GetOutputPort("position"), places.get_input_port())
-    shared = SharedEstimate(
+    tracker = EvaderTracker(
+        game.world,
         game.evader_regions,
         cameras=count,
-        evaders=evaders,
+        colours=vision.colours,
         speed=scenario.evaders.top_speed,
         period=vision.picture_period,
         # A picture takes one control period to be read.
         delay=scenario.period,
+        shell_radius=vision.shell_radius,
+        body_radius=vision.pursuer_shell.radius,
     )
-    add("shared_estimate", shared)
+    add("evader_tracker", tracker)
     valid, frames = (
         add(name, Multiplexer([size] * count)) for name, size in (("valid", evaders), ("frame", 3))
     )
     outputs: dict[str, OutputPort] = {
-        "evader_estimate": shared.GetOutputPort("evader_position"),
-        "evader_known": shared.GetOutputPort("evader_known"),
+        "evader_estimate": tracker.GetOutputPort("evader_position"),
+        "evader_known": tracker.GetOutputPort("evader_known"),
+        "evader_set": tracker.GetOutputPort("evader_set"),
         "valid": valid.get_output_port(),
         "frame": frames.get_output_port(),
     }
@@ -73,8 +78,12 @@ def AddEyes(
         connect(shells.get_output_port(), camera.GetInputPort("shell_position"))
         connect(camera.GetOutputPort("image"), estimator.GetInputPort("image"))
         connect(camera.GetOutputPort("exposure_pose"), estimator.GetInputPort("pose"))
-        for name in ("position", "covariance", "valid"):
-            connect(estimator.GetOutputPort(name), shared.GetInputPort(f"{name}_{i}"))
+        for source, names in (
+            (estimator, ("position", "covariance", "valid", "outcome")),
+            (camera, ("frame", "exposure_pose")),
+        ):
+            for name in names:
+                connect(source.GetOutputPort(name), tracker.GetInputPort(f"{name}_{i}"))
         connect(estimator.GetOutputPort("valid"), valid.get_input_port(i))
         connect(camera.GetOutputPort("frame"), frames.get_input_port(i))
         outputs[f"image_{i}"] = camera.GetOutputPort("image")

@@ -54,7 +54,7 @@ def MakePictureTracking(
     if meshcat is not None:
         _add_scenes(builder, game, outputs, meshcat, recording, view)
     for name, output in outputs.items():
-        if not name.startswith("image_"):
+        if not name.startswith("image_") and name != "evader_set":
             builder.ExportOutput(output, name)
     diagram = builder.Build()
     diagram.set_name("picture_tracking")

@@ -1,4 +1,4 @@
-"""The pursuers' pictures beside the map, and on it where they put the evaders."""
+"""The pursuers' pictures beside the map, and on it where the evaders are and may be."""
 
 from typing import Any
 
@@ -10,6 +10,7 @@ from pydrake.systems.sensors import ImageRgba8U
 
 from ....systems.drake_types import AbstractValue, read
 from ....systems.numerics.vision.omni_optics import OmniCamera
+from ....systems.numerics.vision.whereabouts.place_grid import PlaceGrid, make_place_grid
 from ...tracking.scene.layout import Layout, make_layout
 from ...tracking.scene.palette import FAINT_INK, PAPER
 from ...visuals.lighting import paint
@@ -25,12 +26,14 @@ ROOT = "/pictures"
 _STRIP, _LETTER, _GAP = 0.345, 0.019, 0.02
 # Side of the images in a recording, which holds a few for each second.
 _PIXELS = 240
+# Opacity of the places where an evader may be.
+_TINT = 0.35
 # How far a replay may pass from where things were, relative to the view.
 _TOLERANCE = 5e-5
 
 
 class PictureScene(LeafSystem):
-    """Shows each pursuer's picture as it is, and a ring where each evader is believed to be.
+    """Shows each pursuer's picture, a ring where an evader is believed to be, and where it may be.
 
     .. pydrake_system::
 
@@ -40,6 +43,7 @@ class PictureScene(LeafSystem):
         - image_1
         - evader_estimate
         - evader_known
+        - evader_set
         output_ports: []
 
     ===============  ===========  ====  =======
@@ -49,11 +53,13 @@ class PictureScene(LeafSystem):
     image_1          ImageRgba8U  -     picture
     evader_estimate  2 Ne         m     world
     evader_known     Ne           -     -
+    evader_set       Ne Nc        -     world
     ===============  ===========  ====  =======
 
     There is an image for each pursuer; two are shown. A picture's top is the robot's front, its
     right the robot's left. The pictures stand right of the map, where Meshcat's own controls
-    unfold.
+    unfold. `evader_set` has a number for each cell of the grid of places, 1 where an evader may be:
+    these cells are tinted in its colour once it has been seen.
 
     Source: Zhang 2014, Figures 2.26 and 2.27.
     """
@@ -80,6 +86,7 @@ class PictureScene(LeafSystem):
         super().__init__()
         scenario = game.scenario
         self.meshcat = meshcat
+        self._grid = make_place_grid(game.evader_regions)
         self._recording = recording
         self._camera = scenario.vision.optics
         self._colours = [
@@ -100,6 +107,8 @@ class PictureScene(LeafSystem):
         evaders = scenario.evaders.size
         self._estimate = self.DeclareVectorInputPort("evader_estimate", 2 * evaders)
         self._known = self.DeclareVectorInputPort("evader_known", evaders)
+        cells = len(self._grid.usable)
+        self._set = self.DeclareVectorInputPort("evader_set", evaders * cells)
         self._begin()
         self.DeclareInitializationPublishEvent(lambda context: self._restart())
         self.DeclarePeriodicPublishEvent(publish_period, 0.0, self._publish)
@@ -119,6 +128,7 @@ class PictureScene(LeafSystem):
         self._drawn = False
         self._tick = -1
         self._shown: list[str | None] = [None] * self._cameras
+        self._tinted: list[tuple[str, bytes] | None] = [None] * len(self._colours)
         span = self._layout.span
         # The map's scene has begun the recording; this one only adds to it.
         self._stage = Stage(
@@ -129,7 +139,12 @@ class PictureScene(LeafSystem):
             tolerance=_TOLERANCE * span,
         )
         self._stage.recording = self._recording
-        for folder, layer in (("frames", "ink"), ("views", "sight"), ("estimates", "chases")):
+        for folder, layer in (
+            ("frames", "ink"),
+            ("views", "sight"),
+            ("sets", "sight"),
+            ("estimates", "chases"),
+        ):
             self._stage.raise_to(folder, self._layout.level(layer))
         self._frames = _frames(self._layout, self._cameras)
         for i, (left, bottom, side) in enumerate(self._frames):
@@ -152,8 +167,12 @@ class PictureScene(LeafSystem):
             for i, port in enumerate(self._images):
                 image: Any = port.Eval(context)
                 self._show(i, tick, image.data)
-        self._tick = tick
         known = read(self._known, context) > 0.5
+        if tick != self._tick and tick % self._stride == 0:
+            sets = read(self._set, context).reshape(len(known), -1) > 0.5
+            for j in np.flatnonzero(known):
+                self._tint(int(j), tick, sets[j])
+        self._tick = tick
         for j, (x, y) in enumerate(read(self._estimate, context).reshape(-1, 2).tolist()):
             self._stage.show(f"estimates/{j}", bool(known[j]))
             if known[j]:
@@ -175,6 +194,34 @@ class PictureScene(LeafSystem):
             self._stage.place(f"{path}/square", left + 0.5 * side, bottom + 0.5 * side)
             self._stage.show(path, True)
         self._shown[camera] = path
+
+    def _tint(self, evader: int, tick: int, cells: np.ndarray) -> None:
+        """Show where an evader may be: a new path for each change in a recording."""
+        before = self._tinted[evader]
+        if before is not None and before[1] == cells.tobytes():
+            return
+        path = f"sets/{evader}/{tick if self._recording else 0}"
+        shape = cells_shape(self._grid, cells)
+        if not shape.is_empty:
+            colour = self._colours[evader]
+            tint = Rgba(colour.r(), colour.g(), colour.b(), _TINT)
+            self._stage.mesh(f"{path}/cells", flat_mesh(shape), tint)
+        if before is not None and before[0] != path:
+            self._stage.show(before[0], False)
+        self._stage.show(path, True)
+        self._tinted[evader] = (path, cells.tobytes())
+
+
+def cells_shape(grid: PlaceGrid, cells: np.ndarray) -> shapely.Geometry:
+    """The union of cells of a grid.
+
+    Args:
+        grid: Whose.
+        cells: Which, shape (cells,), bool.
+    """
+    row, column = np.divmod(np.flatnonzero(cells), grid.columns)
+    left, low = grid.corner[0] + column * grid.cell, grid.corner[1] + row * grid.cell
+    return shapely.union_all(shapely.box(left, low, left + grid.cell, low + grid.cell))
 
 
 def mirror_square(image: np.ndarray, camera: OmniCamera) -> np.ndarray:

@@ -28,6 +28,8 @@ class Outcome(IntEnum):
     MOSTLY_HIDDEN = 9
     # Far outside the calibrated range, or above the model's horizon.
     OUT_OF_RANGE = 10
+    # Of several shells of one colour fewer are seen than there are; all that is seen is measured.
+    NOT_ANOTHER = 11
 
     @property
     def has_estimate(self) -> bool:

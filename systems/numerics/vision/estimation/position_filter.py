@@ -61,6 +61,55 @@ def predict(track: Track, duration: float, density: float) -> Track:
     return Track(step @ track.mean, step @ track.covariance @ step.T + density * noise)
 
 
+def correct_at(
+    track: Track, passed: float, position: np.ndarray, covariance: np.ndarray, density: float
+) -> Track | None:
+    """The point after a measurement, at the later of the track's time and the measurement's.
+
+    A measurement that comes late is one of where the point was: z = x - t v, t the time since, with
+    the noise that has changed the point since added to its own (Bar-Shalom, IEEE AES 38, 2002, has
+    the exact update).
+
+    Args:
+        track: Before.
+        passed: Time of the measurement after the track's, negative if it is late [s].
+        position: Measured, shape (2,) [m].
+        covariance: Of it, shape (2, 2) [m^2].
+        density: q, of the acceleration [m^2/s^3].
+
+    Returns:
+        The point, or None if the measurement is beyond the gate.
+    """
+    track = predict(track, max(passed, 0.0), density)
+    late = min(passed, 0.0)
+    look = np.hstack([np.eye(2), late * np.eye(2)])
+    noise = covariance + density * abs(late) ** 3 / 3 * np.eye(2)
+    surprise = position - look @ track.mean
+    expected = look @ track.covariance @ look.T + noise
+    if float(surprise @ np.linalg.solve(expected, surprise)) > GATE:
+        return None
+    gain = np.linalg.solve(expected, look @ track.covariance).T
+    keep = np.eye(4) - gain @ look
+    # Joseph's form stays symmetric and positive whatever the rounding.
+    after = keep @ track.covariance @ keep.T + gain @ noise @ gain.T
+    return Track(track.mean + gain @ surprise, after)
+
+
+def limit_speed(track: Track, speed: float) -> Track:
+    """The point, no faster than it can be.
+
+    Args:
+        track: Before.
+        speed: At most [m/s].
+    """
+    fast = float(np.hypot(*track.mean[2:]))
+    if fast <= speed:
+        return track
+    mean = track.mean.copy()
+    mean[2:] *= speed / fast
+    return Track(mean, track.covariance)
+
+
 def correct(track: Track, position: np.ndarray, covariance: np.ndarray) -> Track | None:
     """The point after a measurement at the same time, or None if that is beyond the gate.
 
@@ -69,13 +118,4 @@ def correct(track: Track, position: np.ndarray, covariance: np.ndarray) -> Track
         position: Measured, shape (2,) [m].
         covariance: Of it, shape (2, 2) [m^2].
     """
-    surprise = position - track.mean[:2]
-    expected = track.covariance[:2, :2] + covariance
-    if float(surprise @ np.linalg.solve(expected, surprise)) > GATE:
-        return None
-    gain = np.linalg.solve(expected, track.covariance[:2]).T
-    keep = np.eye(4)
-    keep[:, :2] -= gain
-    # Joseph's form stays symmetric and positive whatever the rounding.
-    after = keep @ track.covariance @ keep.T + gain @ covariance @ gain.T
-    return Track(track.mean + gain @ surprise, after)
+    return correct_at(track, 0.0, position, covariance, 0.0)
