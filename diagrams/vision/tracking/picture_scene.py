@@ -202,7 +202,7 @@ class PictureScene(LeafSystem):
             return
         path = f"sets/{evader}/{tick if self._recording else 0}"
         shape = cells_shape(self._grid, cells)
-        if not shape.is_empty:
+        if cells.any():
             colour = self._colours[evader]
             tint = Rgba(colour.r(), colour.g(), colour.b(), _TINT)
             self._stage.mesh(f"{path}/cells", flat_mesh(shape), tint)

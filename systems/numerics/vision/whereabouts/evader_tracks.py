@@ -281,8 +281,9 @@ def _write(
     track = limit_speed(track, search.speed)
     radius = _SURE * math.sqrt(np.linalg.eigvalsh(track.covariance[:2, :2])[-1])
     row[0], row[4:8], row[8:] = time, track.mean, track.covariance.ravel()
+    x, y = track.mean[:2].tolist()
     row[1:4] = fill_disc(
-        search.grid, knowledge.sets[j], *track.mean[:2], radius, search.speed, time, now + AHEAD
+        search.grid, knowledge.sets[j], x, y, radius, search.speed, time, now + AHEAD
     )
 
 

@@ -128,7 +128,7 @@ class _Walker:
     """One that runs straight ahead, stops, and turns, at random moments and at walls."""
 
     def __init__(self, search: Search, speed: float, rng: np.random.Generator):
-        self._index: EdgeIndex = search.grid.index
+        self._index: EdgeIndex = search.grid.edges
         places = search.grid.places[search.grid.usable]
         self._spot, self._speed, self._rng = places[rng.integers(len(places))], speed, rng
         self._velocity, self._until = np.zeros(2), 0.0

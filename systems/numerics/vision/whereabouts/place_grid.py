@@ -16,7 +16,7 @@ class PlaceGrid(NamedTuple):
     """A grid over the regions in which evaders' centres can be.
 
     Attributes:
-        index: Edges of the regions.
+        edges: Of the regions.
         corner: Lower left corner of the grid, shape (2,) [m].
         cell: Side of a cell [m].
         columns, rows: Size of the grid.
@@ -25,7 +25,7 @@ class PlaceGrid(NamedTuple):
         usable: Whether the cell has a place, shape (columns * rows,).
     """
 
-    index: EdgeIndex
+    edges: EdgeIndex
     corner: np.ndarray
     cell: float
     columns: int
@@ -58,8 +58,8 @@ def make_place_grid(regions: Sequence[World], cells: int = 10_000) -> PlaceGrid:
     middles = np.stack([west + (column + 0.5) * cell, south + (row + 0.5) * cell], axis=1)
     shapely.prepare(free)
     left, low = west + column * cell, south + row * cell
-    boxes = shapely.box(left, low, left + cell, low + cell)
-    points = shapely.points(middles)
+    boxes = np.asarray(shapely.box(left, low, left + cell, low + cell))
+    points = np.asarray(shapely.points(middles))
     inside = shapely.contains(free, points)
     usable = inside | shapely.intersects(free, boxes)
     places = np.where(inside[:, None], middles, np.nan)

@@ -97,7 +97,7 @@ def fill_disc(
                 if away < nearest:
                     nearest, home = away, c
     hx, hy = grid.places[home, 0], grid.places[home, 1]
-    if not segment_is_clear(grid.index, x, y, hx, hy):
+    if not segment_is_clear(grid.edges, x, y, hx, hy):
         x, y = hx, hy
     away = np.hypot(hx - x, hy - y)
     reach[FROM_X, home], reach[FROM_Y, home] = x, y
@@ -178,8 +178,8 @@ def grow(
                 reached = max(start + np.hypot(nx - px, ny - py) / speed, earliest)
                 if reached >= reach[ARRIVAL, n] - _SAME:
                     continue
-                if not segment_is_clear(grid.index, px, py, nx, ny):
-                    if (px == cx and py == cy) or not segment_is_clear(grid.index, cx, cy, nx, ny):
+                if not segment_is_clear(grid.edges, px, py, nx, ny):
+                    if (px == cx and py == cy) or not segment_is_clear(grid.edges, cx, cy, nx, ny):
                         continue
                     px, py, start = cx, cy, arrival
                     reached = max(start + step / speed, earliest)
@@ -255,6 +255,6 @@ def may_be_at(
             if reach[FROM_TIME, n] + away / speed > time:
                 continue
             # A point a hair inside a wall is no other place.
-            if away < grid.cell or segment_is_clear(grid.index, px, py, x, y):
+            if away < grid.cell or segment_is_clear(grid.edges, px, py, x, y):
                 return True
     return False
