@@ -106,6 +106,7 @@ def test_the_network_is_in_memory_unless_accounts_say_otherwise(social_game, tmp
         "pursuer: {user: '@p:test', token: t}\n"
         "agents:\n  - {user: '@a:test', album: '!a:test', token: t}\n"
     )
+    accounts.chmod(0o600)
     choice = NetworkChoice(kind="matrix", accounts=accounts)
     with (
         pytest.raises(InvalidInput, match="`--accounts` must have 3 common agents; got 1"),
