@@ -52,8 +52,9 @@ static avr_cycle_count_t next_quarter(avr_t *avr, avr_cycle_count_t when, void *
     }
     (void)avr;
     wheel->quarter += encoder->target > wheel->quarter ? 1 : -1;
-    avr_raise_irq(encoder->a, encoder_a(wheel->quarter));
-    avr_raise_irq(encoder->b, encoder_b(wheel->quarter));
+    const int64_t shown = encoder->sense * wheel->quarter;
+    avr_raise_irq(encoder->a, encoder_a(shown));
+    avr_raise_irq(encoder->b, encoder_b(shown));
     return when + encoder->between;
 }
 
@@ -167,6 +168,7 @@ struct board *board_start(elf_firmware_t *program, const struct body *body, uint
         board->encoders[k] = (struct encoder){
             .board = board,
             .wheel = k,
+            .sense = 1,
             .a = avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('E'), 4 + k),
             .b = avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('A'), k),
         };
@@ -215,6 +217,11 @@ void board_set_voltages(struct board *board, const double volts[5])
         avr_raise_irq(avr_io_getirq(board->avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + k),
                       (uint32_t)lround(1000.0 * volts[k]));
     }
+}
+
+void board_set_encoder(struct board *board, int wheel, int sense)
+{
+    board->encoders[wheel].sense = sense;
 }
 
 void board_jump(struct board *board, uint32_t address)

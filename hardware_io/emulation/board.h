@@ -19,6 +19,7 @@ struct bytes {
 struct encoder {
     struct board *board;
     int wheel;
+    int sense;                 /* 1; -1 if it is reversed, 0 if it is dead */
     int64_t target;            /* quarter to be reached in this step */
     avr_cycle_count_t between; /* cycles between two quarters */
     avr_irq_t *a;
@@ -53,6 +54,9 @@ void board_receive(struct board *board, const uint8_t *bytes, int count);
 
 /* Voltages [V] of the converter's inputs 0 to 4. */
 void board_set_voltages(struct board *board, const double volts[5]);
+
+/* What an encoder of the left (0) or right (1) wheel tells: 1 its way, -1 the other, 0 nothing. */
+void board_set_encoder(struct board *board, int wheel, int sense);
 
 /* Make the processor go on elsewhere, as a stray bit may. */
 void board_jump(struct board *board, uint32_t address);

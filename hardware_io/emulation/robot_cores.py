@@ -1,6 +1,8 @@
 """Several robots' processors in simavr, with their wheels: one process, in lockstep."""
 
 import contextlib
+import os
+import select
 import struct
 import subprocess
 import tempfile
@@ -18,6 +20,8 @@ from .toolchain import firmware_path, runner_path
 _ANSWER = struct.Struct("=9dH")
 # The runner keeps what robots send for so long at least [s].
 _SLICE = 0.1
+# It computes a slice in much less time, on a busy machine too [s].
+_PATIENCE = 5.0
 
 
 class EmulationError(SightfieldError):
@@ -74,6 +78,8 @@ class RobotCores:
         require(bool(np.isfinite(self._starts).all()), "starts", "be finite", starts)
         self._time = 0.0
         self._process: subprocess.Popen[bytes] | None = None
+        # What the runner is yet to be told.
+        self._requests = bytearray()
 
     def __enter__(self) -> "RobotCores":
         command: list[str | Path] = [runner_path(), firmware_path()]
@@ -95,6 +101,8 @@ class RobotCores:
 
     def __exit__(self, *_: object) -> None:
         if self._process is not None:
+            # One that hangs reads nothing, and so would not end by itself.
+            self._process.kill()
             for stream in (self._process.stdin, self._process.stdout, self._said):
                 # One that has died has left something unread.
                 with contextlib.suppress(BrokenPipeError):
@@ -127,6 +135,16 @@ class RobotCores:
         """Put robot k to a pose, shape (3,) [m], [m], [rad]."""
         self._write(b"p" + struct.pack("=B3d", k, *pose))
 
+    def set_encoder(self, k: int, wheel: int, sense: int) -> None:
+        """Set what an encoder of robot k tells, of its left (0) or right (1) wheel: a fault.
+
+        Args:
+            k: Number of the robot.
+            wheel: 0 or 1.
+            sense: 1 the wheel's way, -1 the other way, 0 nothing.
+        """
+        self._write(b"e" + struct.pack("=BBb", k, wheel, sense))
+
     def jump(self, k: int, address: int) -> None:
         """Make robot k's processor go on at an address, with interrupts off: a fault."""
         self._write(b"j" + struct.pack("=BI", k, address))
@@ -139,7 +157,7 @@ class RobotCores:
 
         Raises:
             InvalidInput: Time would run backwards.
-            EmulationError: The runner or a processor has died.
+            EmulationError: The runner or a processor has died, or the runner does not answer.
         """
         require_finite("duration", duration)
         require(duration >= 0, "duration", "be zero or positive", duration)
@@ -177,20 +195,34 @@ class RobotCores:
     def _write(self, data: bytes, *, flush: bool = False) -> None:
         if self._process is None or self._process.stdin is None:
             raise EmulationError("the emulator is not running: use it in a `with` statement")
+        self._requests += data
+        if not flush:
+            return
+        pipe, waiting = self._process.stdin.fileno(), memoryview(bytes(self._requests))
+        self._requests.clear()
         try:
-            self._process.stdin.write(data)
-            if flush:
-                self._process.stdin.flush()
+            while waiting:
+                if not select.select([], [pipe], [], _PATIENCE)[1]:
+                    raise self._silent()
+                waiting = waiting[os.write(pipe, waiting[: select.PIPE_BUF]) :]
         except BrokenPipeError:
             raise self._ended() from None
 
     def _read(self, count: int) -> bytes:
         assert self._process is not None
         assert self._process.stdout is not None
-        data = self._process.stdout.read(count)
-        if len(data) < count:
-            raise self._ended()
+        pipe, data = self._process.stdout.fileno(), b""
+        while len(data) < count:
+            if not select.select([pipe], [], [], _PATIENCE)[0]:
+                raise self._silent()
+            part = os.read(pipe, count - len(data))
+            if not part:
+                raise self._ended()
+            data += part
         return data
+
+    def _silent(self) -> EmulationError:
+        return EmulationError(f"the emulator has not answered for {_PATIENCE:g} s")
 
     def _ended(self) -> EmulationError:
         self._said.seek(0)

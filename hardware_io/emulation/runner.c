@@ -6,6 +6,7 @@
  *   'u' u8 k, u16 n, n bytes   robot k's radio module sends bytes
  *   'v' u8 k, 5 doubles        voltages [V] at robot k's converter
  *   'p' u8 k, 3 doubles        robot k is put to a pose
+ *   'e' u8 k, u8 wheel, i8     what an encoder tells (board_set_encoder)
  *   'j' u8 k, u32 address      robot k's processor jumps, with interrupts off
  *   'a' double t               simulate up to t [s] since the start, and answer
  *
@@ -120,6 +121,19 @@ static void place(void)
     rover->heading = pose[2];
 }
 
+static void set_encoder(void)
+{
+    struct board *board = take_board();
+    uint8_t wheel;
+    int8_t sense;
+    take(&wheel, sizeof wheel);
+    take(&sense, sizeof sense);
+    if (wheel > 1) {
+        die("no such wheel");
+    }
+    board_set_encoder(board, wheel, sense);
+}
+
 int main(int argc, char **argv)
 {
     static elf_firmware_t program;
@@ -151,6 +165,9 @@ int main(int argc, char **argv)
             break;
         case 'p':
             place();
+            break;
+        case 'e':
+            set_encoder();
             break;
         case 'j':
             board = take_board();

@@ -38,6 +38,9 @@ static void hear(uint8_t byte)
     if (!frame_decode(payload, length, &frame)) {
         link_refuse(&radio);
     } else if (link_take(&radio, &frame, clock_ms())) {
+        if (frame.kind == (uint8_t)FRAME_ARM) {
+            wheels_release(&motion);
+        }
         /* Whoever arms or stops the robot is the one to report to. */
         report_to(source);
         report_acknowledgement(&radio, &frame);

@@ -16,6 +16,9 @@ struct motion {
 #define FLAG_LOW_BATTERY 1U
 #define FLAG_WATCHDOG_RESET 2U
 #define FLAG_SATURATED 4U
+/* Both motors are off, until the robot is armed, since this wheel did not turn its way. */
+#define FLAG_LEFT_STALLED 8U
+#define FLAG_RIGHT_STALLED 16U
 
 /* Report to a module's address, of XBEE_ADDRESS bytes; before, reports go to all. */
 void report_to(const uint8_t *address);

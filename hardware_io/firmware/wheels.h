@@ -8,7 +8,11 @@
 
 void wheels_start(void);
 
-/* Drive towards the speeds [mm/s] of both wheels, and tell how they move. */
+/* Let wheels that were cut off get power again. */
+void wheels_release(struct motion *motion);
+
+/* Drive towards the speeds [mm/s] of both wheels, and tell how they move. A wheel that gets power and
+ * does not turn its way cuts both motors off. */
 void wheels_step(const int16_t speeds[2], struct motion *motion);
 
 #endif

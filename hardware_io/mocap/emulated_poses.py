@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
+from ...systems.numerics.errors import SightfieldError
 from .pose_source import PoseReading
 
 
@@ -28,6 +29,7 @@ class EmulatedPoses:
     def __init__(self, laboratory: Laboratory, *, rate: float = 100.0) -> None:
         self._laboratory = laboratory
         self._frame = self._look()
+        self._failure: SightfieldError | None = None
         self._frozen = threading.Event()
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, args=(1.0 / rate,), daemon=True)
@@ -40,7 +42,11 @@ class EmulatedPoses:
     def _run(self, period: float) -> None:
         while not self._ended.wait(period):
             if not self._frozen.is_set():
-                self._frame = self._look()
+                try:
+                    self._frame = self._look()
+                except SightfieldError as error:
+                    self._failure = error
+                    return
 
     def freeze(self) -> None:
         """Send no more frames, as a system does whose cable is pulled."""
@@ -51,7 +57,13 @@ class EmulatedPoses:
         self._frozen.clear()
 
     def read(self) -> PoseReading:
-        """See `PoseSource`."""
+        """See `PoseSource`.
+
+        Raises:
+            SightfieldError: The laboratory has failed, at this moment or before.
+        """
+        if self._failure is not None:
+            raise self._failure
         return self._frame
 
     def close(self) -> None:

@@ -75,7 +75,7 @@ class RadioLink:
         self._changed = threading.Condition(threading.RLock())
         self._session = int.from_bytes(os.urandom(2), "little")
         self._sequence = 0
-        self._stops = 0
+        self._stops = self._stops_at_arming = 0
         self._record = LinkRecord(self.robots)
         self._latest: dict[int, Receipt] = {}
         self._addresses: dict[int, bytes] = {}
@@ -107,8 +107,21 @@ class RadioLink:
         with self._changed:
             self._session = (self._session + 1) % MODULUS
             self._sequence = 0
-            stops = self._stops
+            stops = self._stops_at_arming = self._stops
         return self._insist(Kind.ARM, timeout, lambda: self._stops == stops)
+
+    def arm_again(self, robots: Sequence[int]) -> None:
+        """Let robots drive again that were reset, or stopped by others.
+
+        Nothing is sent once robots were stopped over this link.
+
+        Args:
+            robots: Their numbers.
+        """
+        with self._changed:
+            if self._stops == self._stops_at_arming:
+                for each in robots:
+                    self._send(lambda each=each, **header: Arm(robot=each, **header))
 
     def stop(self, timeout: float = 0.5) -> tuple[int, ...]:
         """Emergency stop until `arm`; returns the robots that acknowledged it within a time [s].
@@ -198,7 +211,10 @@ class RadioLink:
             self._sequence = (self._sequence + 1) % MODULUS
             frame = make(session=self._session, sequence=self._sequence)
             address = self._addresses.get(robot) if robot is not None else None
-            frame_id = self._module.send(encode(frame), address)
+            # A stop waits for nothing, nor does the next one for it.
+            frame_id = self._module.send(encode(frame), address, urgent=isinstance(frame, Stop))
+            if frame_id is None:
+                return self._sequence
             if address is not None:
                 self._awaited.add(frame_id)
             now = time.monotonic()

@@ -45,6 +45,8 @@ class RobotFlag(IntFlag):
     LOW_BATTERY = 1
     WATCHDOG_RESET = 2
     SATURATED = 4
+    LEFT_STALLED = 8
+    RIGHT_STALLED = 16
 
 
 @dataclass(frozen=True)

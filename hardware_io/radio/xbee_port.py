@@ -1,6 +1,9 @@
 """Payloads out and in by an XBee module (802.15.4, API mode), through digi-xbee."""
 
+import contextlib
 import logging
+import math
+import time
 from collections.abc import Callable
 
 from digi.xbee.devices import Raw802Device
@@ -15,6 +18,12 @@ from ...systems.numerics.errors import SightfieldError
 
 # How long a module may take to answer when it is opened [s].
 _PATIENCE = 3
+# How long it may take to take a frame [s]: one is on the line for some 20 ms.
+_WRITE_TIMEOUT = 0.1
+# Frames that it has not confirmed; more would wait in buffers, and arrive when they are old.
+_MOST_UNCONFIRMED = 4
+# How long it may confirm none of them before it is given up [s].
+_SILENCE = 0.5
 
 
 class RadioError(SightfieldError):
@@ -43,6 +52,9 @@ class XBeePort:
         self._baud_rate = baud_rate
         self._on_payload, self._on_status = on_payload, on_status
         self._device: Raw802Device | None = None
+        # When each frame that is not confirmed was sent, by its id [s].
+        self._unconfirmed: dict[int, float] = {}
+        self._confirmed = -math.inf
 
     def __enter__(self) -> "XBeePort":
         # It reports on stderr what is also raised, where nobody has set up logging.
@@ -58,6 +70,8 @@ class XBeePort:
                 f"no 802.15.4 XBee module in API mode answers at {self.port} with "
                 f"{self._baud_rate} baud: {_reason(error)}"
             ) from None
+        # None waits on a line that takes nothing.
+        device.serial_port.write_timeout = _WRITE_TIMEOUT
         device.add_packet_received_callback(self._receive)
         self._device = device
         return self
@@ -66,30 +80,56 @@ class XBeePort:
         device, self._device = self._device, None
         if device is not None:
             device.del_packet_received_callback(self._receive)
+            with contextlib.suppress(SerialException, OSError):
+                device.serial_port.reset_output_buffer()
             device.close()
 
-    def send(self, payload: bytes, address: bytes | None = None) -> int:
+    def send(
+        self, payload: bytes, address: bytes | None = None, *, urgent: bool = False
+    ) -> int | None:
         """Hand a payload to the module, for one 64-bit address or for all; returns its frame id.
 
+        While four frames are not confirmed by the module nothing is sent that is not urgent, and
+        None is returned.
+
         Raises:
-            RadioError: The port is not open, or its module has gone.
+            RadioError: The port is not open, its module has gone, or takes no frames.
         """
         device = self._device
         if device is None:
             raise RadioError(f"the radio at {self.port} is not open: use it in a `with` statement")
         to = XBee64BitAddress(address) if address else XBee64BitAddress.BROADCAST_ADDRESS
+        now = time.monotonic()
+        if not (urgent or self._has_room(now)):
+            return None
         frame_id = device.get_next_frame_id()
+        self._unconfirmed[frame_id] = now
         try:
             device.send_packet(TX64Packet(frame_id, to, 0, rf_data=payload))
         except (XBeeException, SerialException, OSError) as error:
             raise RadioError(f"the radio at {self.port} has gone: {_reason(error)}") from None
         return frame_id
 
+    def _has_room(self, now: float) -> bool:
+        """Whether one more frame may be under way."""
+        sent = list(self._unconfirmed.values())
+        if len(sent) < _MOST_UNCONFIRMED:
+            return True
+        if now - max(self._confirmed, min(sent)) <= _SILENCE:
+            return False
+        if self._confirmed < min(sent):
+            raise RadioError(f"the radio at {self.port} has confirmed no frame for {_SILENCE} s")
+        # Their confirmations were lost.
+        self._unconfirmed.clear()
+        return True
+
     def _receive(self, packet: XBeeAPIPacket) -> None:
         if isinstance(packet, RX64Packet):
             address = bytes(packet.x64bit_source_addr.address)
             self._on_payload(bytes(packet.rf_data or b""), address, -packet.rssi)
         elif isinstance(packet, TXStatusPacket):
+            self._confirmed = time.monotonic()
+            self._unconfirmed.pop(packet.frame_id, None)
             self._on_status(packet.frame_id, packet.transmit_status == TransmitStatus.SUCCESS)
 
 

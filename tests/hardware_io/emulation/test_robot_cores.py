@@ -1,6 +1,8 @@
 """The real firmware drives, stops, senses and recovers, on processors in simavr."""
 
+import signal
 import subprocess
+import time
 from contextlib import contextmanager
 
 import numpy as np
@@ -178,6 +180,31 @@ def test_a_processor_that_runs_astray_is_reset_and_the_robot_waits():
         assert RobotFlag.WATCHDOG_RESET in team.last(0).flags
 
 
+@pytest.mark.parametrize("speed", [0.1, 0.3, -0.5])
+@pytest.mark.parametrize(
+    ("wheel", "sense", "flag"),
+    [(0, 0, RobotFlag.LEFT_STALLED), (1, -1, RobotFlag.RIGHT_STALLED)],
+)
+def test_a_wheel_whose_encoder_fails_cuts_the_motors_until_the_robot_is_armed(
+    speed, wheel, sense, flag
+):
+    with armed_team(1) as team:
+        team.drive([[speed, 0.0]], 0.6)
+        team.cores.set_encoder(0, wheel, sense)
+        # Its error first has to raise the power of a slow wheel.
+        report = team.drive([[speed, 0.0]], 0.3)
+        assert (report.unpowered_since - 0.75 <= 0.2).all()
+        report = team.drive([[speed, 0.0]], 0.3)
+        assert (report.wheel_speeds == 0).all()
+        assert flag in team.last(0).flags
+        team.cores.set_encoder(0, wheel, 1)
+        assert (team.drive([[speed, 0.0]], 0.2).wheel_speeds == 0).all()
+        team.send(Arm)
+        report = team.drive([[speed, 0.0]], 0.5)
+        assert report.wheel_speeds[0] == pytest.approx([speed, speed], abs=0.03)
+        assert flag not in team.last(0).flags
+
+
 def test_ranges_and_battery_come_through_the_converter():
     ranges = np.array([0.0, 0.05, 0.2, 0.39])
     with armed_team(1) as team:
@@ -219,3 +246,20 @@ def test_an_emulator_that_dies_is_an_error():
         team.cores.send(9, b"x")
         with pytest.raises(EmulationError, match="has ended: no such robot"):
             team.cores.advance(0.1)
+
+
+@pytest.mark.parametrize("number", [signal.SIGSTOP, signal.SIGKILL])
+def test_an_emulator_that_answers_no_more_is_an_error_within_seconds(number):
+    began = time.monotonic()
+
+    def go_on(cores):
+        while True:
+            cores.send(0, bytes(2048))
+            cores.advance(0.01)
+
+    with RobotCores([1], np.zeros((1, 3))) as cores:
+        assert cores._process is not None
+        cores._process.send_signal(number)
+        with pytest.raises(EmulationError, match="the emulator has"):
+            go_on(cores)
+    assert time.monotonic() - began < 20
