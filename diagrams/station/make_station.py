@@ -10,12 +10,23 @@ from ...systems.station.command_gate import RUNNING, CommandGate
 from ...systems.tracking.collision_stop import CollisionStop
 from ..tracking.game import TrackingGame, set_up_game
 from .hardware import AddDevices, Devices, Operator, OperatorPort, RunLog
-from .ports import COMMANDS, IMAGE, MODE, SENT, device_ports
+from .ports import (
+    COMMANDS,
+    IMAGE,
+    MODE,
+    SENT,
+    STARTS_SAID,
+    VIEW_AGE,
+    believed_ports,
+    device_ports,
+    supervisor_ports,
+)
 from .recorded import AddRecordedLaboratory
 from .scenario import StationScenario
 from .session import open_laboratory
 from .simulated import AddSimulatedLaboratory
-from .wiring import constant, join_teams
+from .supervision import AddSupervision
+from .wiring import constant
 
 # Longer than a command takes to have its effect: half of a gap is used up in no less [s].
 _HORIZON = 0.4
@@ -31,15 +42,18 @@ def MakeStation(
     """Make a station, whose ports are the same whatever is behind them.
 
     Input port: `team.velocity_commands` (2 N), speed [m/s] and turn rate [rad/s] of each robot,
-    pursuers first. Slowed where robots would come too near to one another, they go to those whose
-    pose is valid, while the operator lets them run; the others stand.
+    pursuers first. Slowed where robots would come too near to one another, they go to those that
+    the supervisor lets run; the others stand.
 
     Output ports, in the order in which data flows: `pursuer.poses` (3 Np) and `evader.poses`
     (3 Ne) [m], [m], [rad], with `.valid`, `.age` [s] and `.stamp` [s] of each robot;
     `omni_camera.image` (ImageRgba8U) and its `.valid`, `.age` and `.stamp`; `infrared.ranges`
     (4 N) [m] with `.valid` and `.age` of each robot; `radio.quality` (N) and `radio.battery` (N)
-    [V]; `operator.mode` (1): 1 to run, 0 for a pause, -1 for an emergency stop; and
-    `team.sent_commands` (2 N), what really went out.
+    [V], `radio.state` (N), `radio.flags` (N) and `radio.counts` (2 N) as robots report them;
+    `operator.mode` (1): 1 to run, 0 for a pause, -1 for an emergency stop, `operator.starts_said`
+    (1) and `operator.view_age` (1) [s]; of the supervisor, `pursuer.believed_poses` and
+    `evader.believed_poses`, which strategies go by, `supervisor.standing` (N), `supervisor.reason`
+    (N) and `supervisor.clock` (1) [s]; and `team.sent_commands` (2 N), what really went out.
 
     Everything is sampled at the period of the game and held. An event at the tick itself sees the
     samples of the tick before: send, log and look a little later, as the station itself does.
@@ -72,9 +86,18 @@ def MakeStation(
             ports = AddSimulatedLaboratory(builder, scenario, game, sent)
         if operator is None:
             ports[MODE] = constant(builder, "operator", np.array([RUNNING]))
+            ports[STARTS_SAID] = constant(builder, "starts_said", np.zeros(1))
+            ports[VIEW_AGE] = constant(builder, "view_age", np.zeros(1))
         else:
             port = OperatorPort(operator, period=scenario.period)
-            ports[MODE] = builder.AddNamedSystem("operator", port).GetOutputPort("mode")
+            builder.AddNamedSystem("operator", port)
+            for name in (MODE, STARTS_SAID, VIEW_AGE):
+                ports[name] = port.GetOutputPort(name.removeprefix("operator."))
+    supervised = AddSupervision(builder, scenario, game, ports, sent)
+    ports |= supervised.ports
+    if isinstance(hardware, Devices):
+        radio = builder.GetSubsystemByName("radio")
+        builder.Connect(supervised.arm_again, radio.GetInputPort("arm_again"))
     fleet = (scenario.tracking.pursuers, scenario.tracking.evaders)
     spacing = CollisionStop(
         count=scenario.size,
@@ -85,12 +108,13 @@ def MakeStation(
         radii=scenario.radii,
     )
     builder.AddNamedSystem("spacing", spacing)
-    builder.Connect(join_teams(builder, "poses", ports), spacing.GetInputPort("pose"))
+    builder.Connect(supervised.pose, spacing.GetInputPort("pose"))
     builder.Connect(spacing.GetOutputPort("safe_command"), gate.GetInputPort("command"))
-    builder.Connect(join_teams(builder, "valid", ports), gate.GetInputPort("valid"))
+    builder.Connect(supervised.go, gate.GetInputPort("valid"))
     builder.Connect(ports[MODE], gate.GetInputPort("mode"))
     builder.ExportInput(spacing.GetInputPort("command"), COMMANDS)
-    for name in (*device_ports(scenario), IMAGE):
+    told = (*believed_ports(scenario), *supervisor_ports(scenario))
+    for name in (*device_ports(scenario), IMAGE, *told):
         builder.ExportOutput(ports[name], name)
     builder.ExportOutput(sent, SENT)
     station = builder.Build()

@@ -1,17 +1,20 @@
 """What a run on a station leaves in its folder beside its log: numbers, arrays, a plot."""
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ...systems.numerics.station.supervision import view_is_gone
+from ...systems.numerics.station.transitions import transitions
 from ..tracking.game import TrackingGame
 from ..tracking.report import write_report
 from ..tracking.run import LOGGED, TrackingRun
 from ..tracking.summary import summarise
 from .hardware import RunLog
-from .ports import SENT
+from .ports import REASON, SENT, STANDING, VIEW_AGE
 from .run import StationRun
 
 # No evader has so high a number.
@@ -58,6 +61,8 @@ def summarise_station(
         What `summarise` says, with the station's horizon, and: mode, ended (how the run did),
         ticks (samples in the log), poses_valid (part of all poses that were), pose_age (mean and
         greatest of those seen) [s],
+        events (each time, robot and text: what the supervisor made of robots when), faults (how
+        many of these were that something was wrong, and losses of the operator's view),
         link_quality (mean of each robot, from 0 to 1, null if never known), ranges_valid (part of
         all infrared ranges that were), top_command (fastest that was sent) [m/s]. What is not
         finite is None.
@@ -75,6 +80,7 @@ def _numbers(
     seen = ages[np.isfinite(ages)]
     quality = log.samples["radio.quality"].mean(axis=0)
     speeds = np.abs(log.samples[SENT][:, ::2])
+    events = events_of(log, game)
     return {
         **summarise(tracking_run(run, log, game), scenario),
         "seconds": seconds,
@@ -82,11 +88,53 @@ def _numbers(
         "ended": run.how,
         "ticks": len(log.times),
         "poses_valid": float(valid.mean()),
+        "events": [vars(each) for each in events],
+        "faults": sum(each.fault for each in events),
         "pose_age": [float(seen.mean()), float(seen.max())] if len(seen) else None,
         "link_quality": [float(each) for each in quality],
         "ranges_valid": float(log.samples["infrared.valid"].mean()),
         "top_command": float(speeds.max()),
     }
+
+
+@dataclass(frozen=True)
+class RunEvent:
+    """Something that the supervisor noticed.
+
+    Attributes:
+        time: In the run [s].
+        robot: Name of the robot, "" where it is of all.
+        text: What happened.
+        fault: Whether something was wrong.
+    """
+
+    time: float
+    robot: str
+    text: str
+    fault: bool
+
+
+def events_of(log: RunLog, game: TrackingGame) -> list[RunEvent]:
+    """What the supervisor noticed in a run, in order.
+
+    Args:
+        log: Of the run.
+        game: What was played.
+    """
+    teams = game.scenario
+    names = [f"pursuer{i}" for i in range(teams.pursuers.size)]
+    names += [f"evader{j}" for j in range(teams.evaders.size)]
+    gone = view_is_gone(log.samples[VIEW_AGE][:, 0])
+    events: list[RunEvent] = []
+    before = None
+    for k, time in enumerate(log.times.tolist()):
+        now = (log.samples[STANDING][k], log.samples[REASON][k])
+        events += [RunEvent(time, *each) for each in transitions(names, before, now)]
+        if gone[k] != (k > 0 and gone[k - 1]):
+            text = "the operator's view is gone" if gone[k] else "the operator's view is back"
+            events.append(RunEvent(time, "", text, bool(gone[k])))
+        before = now
+    return events
 
 
 def _finite(value: Any) -> Any:

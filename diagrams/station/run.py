@@ -28,7 +28,17 @@ from .hardware import (
 )
 from .make_station import MakeStation
 from .memory import Memory
-from .ports import COMMANDS, IMAGE, MODE, SENT, device_ports
+from .ports import (
+    CLOCK,
+    COMMANDS,
+    IMAGE,
+    MODE,
+    REASON,
+    SENT,
+    STANDING,
+    device_ports,
+    supervisor_ports,
+)
 from .recorded import Gaps
 from .scenario import StationScenario
 from .station_files import station_tree
@@ -44,7 +54,8 @@ class StationRun:
 
     Attributes:
         how: HORIZON, LOSS or STOP.
-        tracking_time: Until some evader was seen by nobody; the end of the run if never [s].
+        tracking_time: For which robots ran until some evader was seen by nobody, or the run's end:
+            every tick at which one ran counts a period [s].
         lost_evader: Its number, or None.
         wall_time: How long it took [s].
         realtime_factor: Simulated seconds per second.
@@ -63,6 +74,7 @@ def logged_ports(scenario: StationScenario) -> dict[str, int]:
     strategy = dict(zip(LOGGED, (2 * n, 2 * m, n * m, n, 2 * n, 2 * m), strict=True))
     return {
         **device_ports(scenario),
+        **supervisor_ports(scenario),
         **{f"tracking.{name}": size for name, size in strategy.items()},
         COMMANDS: 2 * (n + m),
         SENT: 2 * (n + m),
@@ -142,7 +154,8 @@ def run_station(
 
         # Samples everything once: kernels are compiled, or loaded, before the clock starts.
         simulator.Initialize()
-        return _play(advance, context, tracking["loss"], scenario, operator, ticks)
+        clock = station.GetOutputPort(CLOCK)
+        return _play(advance, context, tracking["loss"], clock, scenario, operator, ticks)
 
 
 def _add_recorder(
@@ -177,16 +190,18 @@ def _add_view(
         evaders=teams.evaders.size,
         period=2 * scenario.period,
         offset=AFTER_TICK,
+        looks=2,
     )
     builder.AddNamedSystem("view", publisher)
     for team in ("pursuer", "evader"):
-        for name in ("poses", "valid", "age"):
-            port = station.GetOutputPort(f"{team}.{name}")
+        for name, of_station in (("poses", "believed_poses"), ("valid", "valid"), ("age", "age")):
+            port = station.GetOutputPort(f"{team}.{of_station}")
             builder.Connect(port, publisher.GetInputPort(f"{team}_{name}"))
     for name in ("visibility", "assignment"):
         builder.Connect(tracking[name], publisher.GetInputPort(name))
     others = {"quality": "radio.quality", "battery": "radio.battery", "mode": MODE}
-    for name, port in {**others, "sent_command": SENT}.items():
+    others |= {"sent_command": SENT, "standing": STANDING, "reason": REASON}
+    for name, port in others.items():
         builder.Connect(station.GetOutputPort(port), publisher.GetInputPort(name))
 
 
@@ -194,20 +209,25 @@ def _play(
     advance: Callable[[int], None],
     context: Context,
     loss_port: OutputPort,
+    clock_port: OutputPort,
     scenario: StationScenario,
     operator: Operator | None,
     ticks: int | None,
 ) -> StationRun:
     """Advance tick by tick until the run ends."""
     monitor: Any = loss_port.get_system()
+    station: Any = clock_port.get_system()
     loss_context = monitor.GetMyContextFromRoot(context)
+    clock_context = station.GetMyContextFromRoot(context)
     period = scenario.period
     count = ticks or math.floor(scenario.seconds / period + 1e-9) + 1
     how, lost, began = HORIZON, np.array([math.inf, -1.0]), time.perf_counter()
+    running = before = 0.0
     for tick in range(count):
         stopped = operator is not None and operator.mode == STOPPED
         advance(tick)
         lost = np.asarray(loss_port.Eval(loss_context))
+        before, running = running, float(np.asarray(clock_port.Eval(clock_context))[0])
         if ticks is None and stopped:
             how = STOP
             break
@@ -218,7 +238,7 @@ def _play(
     end = context.get_time() - 0.5 * period
     return StationRun(
         how=how,
-        tracking_time=float(min(lost[0], end)),
+        tracking_time=running - (max(end - lost[0], 0.0) if running > before else 0.0),
         lost_evader=int(lost[1]) if lost[1] >= 0 else None,
         wall_time=wall_time,
         realtime_factor=end / wall_time if wall_time > 0 else math.inf,

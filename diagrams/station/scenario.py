@@ -12,6 +12,8 @@ from ...systems.numerics.errors import (
     require_positive,
 )
 from ...systems.numerics.station.channel import Channel
+from ...systems.numerics.station.motion_checks import Chassis
+from ...systems.numerics.station.supervision import STAND, SupervisionRules
 from ..scenario_files import NO_OTHER_KEYS
 from ..tracking.scenario import TrackingScenario
 
@@ -163,6 +165,56 @@ class Emulation:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Supervision:
+    """What the supervisor lets pass, and what it does about the rest.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+    # Reasons that hold a robot until the operator says start, even when they are over; others clear
+    # by themselves. foreign_stop, motor and odometry always stay.
+    cleared_by_operator: list[str] = field(default_factory=lambda: ["reset", "low_battery"])
+    # A robot is lost when its last report is older [s].
+    silent_after: float = 1.0
+    # When the operator's view is gone: stand or go_on.
+    view: str = STAND
+    # Way that no robot drives between two poses, beyond what its speed allows [m].
+    jump: float = 0.06
+    # Turn that none makes, beyond what its turn rate allows [rad].
+    flip: float = 0.5
+    # By how much a robot may be nearer to a wall, or to another, than its radius [m].
+    slack: float = 0.08
+    # Between a robot's wheels [m].
+    track_width: float = 0.16
+    # Of its encoders [1/m].
+    counts_per_metre: float = 3998.0
+
+    def __post_init__(self) -> None:
+        require_non_negative("slack", self.slack)
+        for name in ("jump", "flip", "track_width", "counts_per_metre"):
+            require_positive(name, getattr(self, name))
+        # They say what is wrong with the rest.
+        assert self.rules is not None
+
+    @property
+    def rules(self) -> SupervisionRules:
+        """What to do about what is noticed."""
+        return SupervisionRules(
+            cleared_by_operator=tuple(self.cleared_by_operator),
+            silent_after=self.silent_after,
+            view=self.view,
+        )
+
+    @property
+    def chassis(self) -> Chassis:
+        """Wheels of the robots."""
+        return Chassis(track_width=self.track_width, counts_per_metre=self.counts_per_metre)
+
+
+@dataclass(frozen=True, kw_only=True)
 class StationScenario:
     """A laboratory and the game that is played in it.
 
@@ -184,6 +236,7 @@ class StationScenario:
     infrared: Infrared = field(default_factory=Infrared)
     imperfections: Imperfections = field(default_factory=Imperfections)
     emulation: Emulation = field(default_factory=Emulation)
+    supervision: Supervision = field(default_factory=Supervision)
 
     def __post_init__(self) -> None:
         require_positive("seconds", self.seconds)

@@ -14,6 +14,7 @@ from ...systems.station.command_timeout import CommandTimeout
 from ...systems.station.imperfect_channel import ImperfectChannel
 from ...systems.station.picture_player import PicturePlayer
 from ...systems.station.sampled_receiver import SampledReceiver
+from ...systems.station.wheel_encoders import WheelEncoders
 from ...systems.tracking.differential_drive_team import DifferentialDriveTeam
 from ...systems.vision.omni_camera import OmniCameraSensor
 from ..tracking.game import TrackingGame
@@ -25,6 +26,8 @@ from .wiring import constant, select, split_teams
 _SMALLEST_BODY = 1e-3
 # Of the pursuers; the evaders take the other colours in turn.
 _PURSUERS = "blue"
+# What simulated robots report themselves to be doing, as of the firmware.
+_DRIVING = 2.0
 
 
 def AddSimulatedLaboratory(
@@ -84,6 +87,15 @@ def AddSimulatedLaboratory(
     )
     ports["infrared.ranges"] = infrared.GetOutputPort("value")
     ports |= {f"infrared.{name}": infrared.GetOutputPort(name) for name in ("valid", "age")}
+    chassis = scenario.supervision.chassis
+    encoders = add("encoders", WheelEncoders(chassis, starts, period=scenario.time_step))
+    connect(pose, encoders.get_input_port())
+    # Counts and ranges come in the same reports, and are lost together.
+    turned, none = encoders.get_output_port(), np.zeros((count, 2))
+    counts = measure("counts", turned, bad.infrared, none, scenario.infrared.stale_after)
+    ports["radio.counts"] = counts.GetOutputPort("value")
+    ports["radio.state"] = constant(builder, "state", np.full(count, _DRIVING))
+    ports["radio.flags"] = constant(builder, "flags", np.zeros(count))
     ports["radio.quality"] = constant(builder, "quality", np.full(count, 1 - bad.radio.dropout))
     ports["radio.battery"] = constant(builder, "battery", np.full(count, np.nan))
     return ports | _add_camera(builder, scenario, game, pose)

@@ -47,7 +47,7 @@ def AddStationTracking(
     }
     ports, commands = [], []
     for name, (team, regions, other_radii) in teams.items():
-        pose = station.GetOutputPort(f"{name}.poses")
+        pose = station.GetOutputPort(f"{name}.believed_poses")
         team_ports, command = _add_team(
             builder, name, team, regions, scenario.period, other_radii, pose
         )

@@ -27,32 +27,40 @@ class RadioCommander(LeafSystem):
         - velocity_commands
         - valid
         - pose_age
+        - arm_again
         output_ports:
         - infrared_ranges
         - battery
         - link_quality
         - age
         - robot_state
+        - robot_flags
+        - counts
 
     =================  ====  ==========  =====
     port               size  unit        frame
     =================  ====  ==========  =====
     velocity_commands  2 N   m/s, rad/s  robot
     valid              N     -           -
-    pose_age           1     s           -
+    pose_age           N     s           -
+    arm_again          N     -           -
     infrared_ranges    4 N   m           robot
     battery            N     V           -
     link_quality       N     -           -
     age                N     s           -
     robot_state        N     -           -
+    robot_flags        N     -           -
+    counts             2 N   -           -
     =================  ====  ==========  =====
 
     `valid`, all ones if not connected, counts above 0.5. `pose_age`, zero if not connected, is that
-    of the poses which the commands are made from: robots follow none older than 0.3 s. Ranges come
+    of the poses which the commands are made from; the greatest of robots that are to follow theirs
+    goes with the commands, and robots follow none older than 0.3 s. Robots for which `arm_again` is
+    above 0.5 are armed again, unless they were stopped over this link. Ranges come
     robot by robot, from left to right, and are infinite before a robot's first report; `battery`
     and `link_quality` are zero then and `age`, that of the report, infinite. `link_quality` is the
     part of the frames that a robot has taken lately; `robot_state` is a number of RobotState, or
-    -1.
+    -1; `robot_flags` has bits of RobotFlag; `counts` are of the left and the right encoder.
 
     Source: Zhang 2014, 2.2.8 and 2.3.4.
 
@@ -75,10 +83,12 @@ class RadioCommander(LeafSystem):
         count = len(link.robots)
         self._commands = self.DeclareVectorInputPort("velocity_commands", 2 * count)
         self._valid = self.DeclareVectorInputPort("valid", count)
-        self._pose_age = self.DeclareVectorInputPort("pose_age", 1)
-        blank = (math.inf, 0.0, 0.0, math.inf, -1.0)
-        sizes = (4 * count, count, count, count, count)
+        self._pose_age = self.DeclareVectorInputPort("pose_age", count)
+        self._arm_again = self.DeclareVectorInputPort("arm_again", count)
+        blank = (math.inf, 0.0, 0.0, math.inf, -1.0, 0.0, 0.0)
+        sizes = (4 * count, count, count, count, count, count, 2 * count)
         names = ("infrared_ranges", "battery", "link_quality", "age", "robot_state")
+        names += ("robot_flags", "counts")
         self._states = [
             self.DeclareDiscreteState(state_vector(np.full(size, value)))
             for size, value in zip(sizes, blank, strict=True)
@@ -97,7 +107,7 @@ class RadioCommander(LeafSystem):
         return self._valid
 
     def get_pose_age_input_port(self):
-        """Age of the poses that the commands are made from [s]; may be left open."""
+        """Ages of the poses that the commands are made from, size N [s]; may be left open."""
         return self._pose_age
 
     def _sample(self, context: Context, discrete_state) -> EventStatus:
@@ -105,6 +115,7 @@ class RadioCommander(LeafSystem):
         now = robot_reports(link.telemetry(), link.robots, time.monotonic())
         quality = np.array(link.statistics().quality)
         values = (now.infrared_ranges, now.battery, quality, now.age, now.robot_state)
+        values += (now.robot_flags, now.counts)
         for state, value in zip(self._states, values, strict=True):
             discrete_state.set_value(state, value.ravel())
         return EventStatus.Succeeded()
@@ -114,9 +125,15 @@ class RadioCommander(LeafSystem):
         follow = np.all(np.isfinite(commands), axis=1)
         if self._valid.HasValue(context):
             follow = follow & (read(self._valid, context) > 0.5)
-        age = read(self._pose_age, context)[0] if self._pose_age.HasValue(context) else 0.0
-        if not (math.isfinite(age) and age >= 0):
-            # Without a known age nothing is to be followed.
-            follow, age = np.zeros_like(follow), 0.0
-        self._link.send_commands(commands, follow, age)
+        ages = np.zeros(len(follow))
+        if self._pose_age.HasValue(context):
+            ages = read(self._pose_age, context)
+        # Without a known age nothing is to be followed.
+        follow = follow & np.isfinite(ages) & (ages >= 0)
+        if self._arm_again.HasValue(context):
+            again = read(self._arm_again, context) > 0.5
+            if again.any():
+                robots = zip(self._link.robots, again, strict=True)
+                self._link.arm_again([robot for robot, wanted in robots if wanted])
+        self._link.send_commands(commands, follow, float(ages[follow].max(initial=0.0)))
         return EventStatus.Succeeded()

@@ -18,12 +18,16 @@ class RobotReports:
         battery: Shape (n,) [V]; blank is 0.
         age: Since each report came, shape (n,) [s]; blank is infinite.
         robot_state: Numbers of RobotState, shape (n,); blank is -1.
+        robot_flags: Bits of RobotFlag, shape (n,); blank is 0.
+        counts: Of the left and the right encoder, shape (n, 2); blank is 0.
     """
 
     infrared_ranges: np.ndarray
     battery: np.ndarray
     age: np.ndarray
     robot_state: np.ndarray
+    robot_flags: np.ndarray
+    counts: np.ndarray
 
 
 def robot_reports(receipts: dict[int, Receipt], robots: Sequence[int], now: float) -> RobotReports:
@@ -40,6 +44,8 @@ def robot_reports(receipts: dict[int, Receipt], robots: Sequence[int], now: floa
         battery=np.zeros(count),
         age=np.full(count, math.inf),
         robot_state=np.full(count, -1.0),
+        robot_flags=np.zeros(count),
+        counts=np.zeros((count, 2)),
     )
     for k, robot in enumerate(robots):
         receipt = receipts.get(robot)
@@ -48,4 +54,6 @@ def robot_reports(receipts: dict[int, Receipt], robots: Sequence[int], now: floa
             reports.battery[k] = receipt.telemetry.battery / 1000
             reports.age[k] = max(now - receipt.time, 0.0)
             reports.robot_state[k] = receipt.telemetry.state
+            reports.robot_flags[k] = receipt.telemetry.flags
+            reports.counts[k] = receipt.telemetry.counts
     return reports

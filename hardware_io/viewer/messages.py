@@ -2,7 +2,8 @@
 
 JSON, one message each: its kind, "scene", "state" or "end", the number of the run, and the rest.
 What the view says to controllers is JSON too: the word, the number of the run that it is for, the
-run's key, and who says it. A stop is for every run, and needs no key.
+run's key, and who says it. A stop is for every run, and needs no key. Between words it says that
+it is present.
 """
 
 import hashlib
@@ -12,6 +13,8 @@ import math
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+# What the view says now and then, so that controllers know that it is there.
+PRESENT = b"present"
 # What the operator may say.
 WORDS = ("start", "pause", "stop")
 

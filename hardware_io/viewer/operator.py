@@ -33,6 +33,7 @@ class Operator:
 
     Attributes:
         stopped: The emergency stop, once there is one.
+        starts_said: How often the operator has said start.
 
     Args:
         running: Whether the run may go on from the start, or waits for the word.
@@ -43,7 +44,22 @@ class Operator:
         self._lock = threading.Lock()
         self._at_once: list[Callable[[], object]] = []
         self._listeners: list[Callable[[str, str], object]] = []
+        self._view_age: Callable[[], float] = lambda: 0.0
         self.stopped: Stop | None = None
+        self.starts_said = 0
+
+    @property
+    def view_age(self) -> float:
+        """Since the operator's view was last heard [s]; 0 without one."""
+        return self._view_age()
+
+    def watch_view(self, age: Callable[[], float]) -> None:
+        """Have it known how long the operator's view has been silent.
+
+        Args:
+            age: Tells it [s].
+        """
+        self._view_age = age
 
     @property
     def mode(self) -> float:
@@ -76,6 +92,7 @@ class Operator:
                 first = False
                 if self._mode != STOPPED:
                     self._mode = RUNNING if word == "start" else PAUSED
+                    self.starts_said += word == "start"
             else:
                 return
         if first:

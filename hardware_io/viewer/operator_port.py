@@ -9,17 +9,24 @@ from ...systems.drake_types import state_vector
 from ...systems.numerics.errors import require_positive
 
 
-class HasMode(Protocol):
-    """Something that knows the operator's mode."""
+class Attends(Protocol):
+    """Something that knows what the operator wants."""
+
+    starts_said: int
 
     @property
     def mode(self) -> float:
         """Number of the mode: 1 to run, 0 for a pause, -1 for an emergency stop."""
         ...
 
+    @property
+    def view_age(self) -> float:
+        """Since the operator's view was last heard [s]; 0 without one."""
+        ...
+
 
 class OperatorPort(LeafSystem):
-    """Samples the operator's mode at its ticks.
+    """Samples what the operator wants at its ticks.
 
     .. pydrake_system::
 
@@ -27,14 +34,20 @@ class OperatorPort(LeafSystem):
         input_ports: []
         output_ports:
         - mode
+        - starts_said
+        - view_age
 
-    ====  ====  ====  =====
-    port  size  unit  frame
-    ====  ====  ====  =====
-    mode  1     -     -
-    ====  ====  ====  =====
+    ===========  ====  ====  =====
+    port         size  unit  frame
+    ===========  ====  ====  =====
+    mode         1     -     -
+    starts_said  1     -     -
+    view_age     1     s     -
+    ===========  ====  ====  =====
 
-    `mode` is 1 to run, 0 for a pause, -1 for an emergency stop.
+    `mode` is 1 to run, 0 for a pause, -1 for an emergency stop; `starts_said` is how often the
+    operator has said start, and `view_age` how long the operator's view has been silent, 0 without
+    one.
 
     Source: the user interface of Zhang 2014, 2.2.8, Figure 2.24.
 
@@ -46,13 +59,17 @@ class OperatorPort(LeafSystem):
         InvalidInput: The period is not positive.
     """
 
-    def __init__(self, operator: HasMode, *, period: float):
+    def __init__(self, operator: Attends, *, period: float):
         super().__init__()
         require_positive("period", period)
         self._operator = operator
-        self._mode = self.DeclareDiscreteState(state_vector(np.zeros(1)))
+        self._states = [self.DeclareDiscreteState(state_vector(np.zeros(1))) for _ in range(3)]
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
-        self.DeclareStateOutputPort("mode", self._mode)
+        for name, state in zip(("mode", "starts_said", "view_age"), self._states, strict=True):
+            self.DeclareStateOutputPort(name, state)
 
     def _sample(self, context, discrete_state):
-        discrete_state.set_value(self._mode, np.array([self._operator.mode]))
+        operator = self._operator
+        values = (operator.mode, operator.starts_said, operator.view_age)
+        for state, value in zip(self._states, values, strict=True):
+            discrete_state.set_value(state, np.array([float(value)]))

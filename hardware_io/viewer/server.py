@@ -16,7 +16,7 @@ from zmq.eventloop.zmqstream import ZMQStream
 
 from .drawing import Drawing
 from .endpoints import endpoints
-from .messages import WORDS, Scene, State, Word, decode, encode_word
+from .messages import PRESENT, WORDS, Scene, State, Word, decode, encode_word
 from .scene_store import SceneStore
 from .web_guard import HEADERS, is_host, is_origin
 
@@ -157,6 +157,7 @@ class ViewServer:
         }
 
     def _look(self) -> None:
+        self._publisher.send(PRESENT)
         if self.stale != self._drawn_stale:
             self._draw()
 

@@ -62,7 +62,9 @@ class ViewerLink:
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._listen, daemon=True)
         self._thread.start()
+        self._heard = time.monotonic()
         operator.on_word(self._tell)
+        operator.watch_view(lambda: time.monotonic() - self._heard)
 
     def __enter__(self) -> "ViewerLink":
         return self
@@ -102,6 +104,7 @@ class ViewerLink:
         """Leave the line; the view shows what it knows on, and is free for another run."""
         if not self._over:
             self.end("its controller left")
+        self._operator.watch_view(lambda: 0.0)
         self._ended.set()
         self._thread.join()
         with self._sending:
@@ -115,7 +118,9 @@ class ViewerLink:
     def _listen(self) -> None:
         while not self._ended.is_set():
             if self._words.poll(_WAIT):
-                word = decode_word(self._words.recv())
+                data = self._words.recv()
+                self._heard = time.monotonic()
+                word = decode_word(data)
                 if word is not None and word.is_for(self._run, self._scene.lock):
                     self._operator.say(word.word, word.who)
         self._words.close()

@@ -11,7 +11,7 @@ RUNNING, PAUSED, STOPPED = 1.0, 0.0, -1.0
 
 
 class CommandGate(LeafSystem):
-    """Lets commands through to robots whose pose is known, while the operator lets them run.
+    """Lets commands through to robots that may follow them, while the operator lets them run.
 
     All others get zero. A robot that nobody sees stands, so that where it was last seen is where
     it is, for it and for the others.
@@ -35,8 +35,8 @@ class CommandGate(LeafSystem):
     sent_command  2 N   m/s, rad/s  robot
     ============  ====  ==========  =====
 
-    `mode` is 1 to run, 0 for a pause, -1 for an emergency stop. A command that is not finite is
-    zero as well.
+    `valid` is above 0.5 for robots that may follow their commands. `mode` is 1 to run, 0 for a
+    pause, -1 for an emergency stop. A command that is not finite is zero as well.
 
     Source: ours.
 

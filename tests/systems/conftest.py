@@ -60,6 +60,9 @@ from sightfield.systems.numerics.standoff.error_model import THESIS_ERROR
 from sightfield.systems.numerics.standoff.loop import StandoffLoop
 from sightfield.systems.numerics.standoff.sampled_pid import SampledPid
 from sightfield.systems.numerics.station.channel import Channel
+from sightfield.systems.numerics.station.motion_checks import Chassis
+from sightfield.systems.numerics.station.pose_checks import PoseLimits
+from sightfield.systems.numerics.station.supervision import SupervisionRules
 from sightfield.systems.numerics.tracking.visibility_game.certificates import certified_grid
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
@@ -90,11 +93,16 @@ from sightfield.systems.standoff.standoff_pid import StandoffPid
 from sightfield.systems.station.age_limit import AgeLimit
 from sightfield.systems.station.command_gate import CommandGate
 from sightfield.systems.station.command_timeout import CommandTimeout
+from sightfield.systems.station.floor_guard import FloorGuard
 from sightfield.systems.station.imperfect_channel import ImperfectChannel
+from sightfield.systems.station.motion_check import MotionCheck
 from sightfield.systems.station.picture_player import PicturePlayer
+from sightfield.systems.station.pose_gate import PoseGate
 from sightfield.systems.station.pose_parts import PoseParts
+from sightfield.systems.station.robot_supervisor import RobotSupervisor
 from sightfield.systems.station.sample_player import SamplePlayer
 from sightfield.systems.station.sampled_receiver import SampledReceiver
+from sightfield.systems.station.wheel_encoders import WheelEncoders
 from sightfield.systems.tracking.adversarial_evaders import AdversarialEvaders
 from sightfield.systems.tracking.agent_team import AgentTeam
 from sightfield.systems.tracking.assignment import Assignment
@@ -263,6 +271,15 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         ),
         "CommandGate": lambda: CommandGate(3),
         "CommandTimeout": lambda: CommandTimeout(3, limit=0.2),
+        "FloorGuard": lambda: FloorGuard(world, [0.1, 0.2], slack=0.05),
+        "MotionCheck": lambda: MotionCheck(Chassis(), 3, period=0.05),
+        "PoseGate": lambda: PoseGate(
+            PoseLimits(top_speed=0.3, top_turn_rate=3.0, bounds=(0, 0, 4, 4)),
+            np.zeros((3, 3)),
+            period=0.05,
+        ),
+        "RobotSupervisor": lambda: RobotSupervisor(SupervisionRules(), 3, period=0.05),
+        "WheelEncoders": lambda: WheelEncoders(Chassis(), np.zeros((3, 3)), period=0.01),
         "CombineTeam": lambda: CombineTeam(harvest_work(), period=0.25),
         "GrainCartTeam": lambda: GrainCartTeam(Cart(), places, truck_rate=300.0, period=0.25),
         "HarvestScene": lambda: HarvestScene(

@@ -1,6 +1,7 @@
 """`sightfield station run`: a tracking game in the laboratory, simulated, emulated or real."""
 
 import json
+import os
 import signal
 import sys
 import tempfile
@@ -8,7 +9,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -18,7 +19,7 @@ from ....systems.numerics.errors import InvalidInput, require_non_negative
 from ...outputs import output_folder
 from ...station.hardware import Operator, ViewerLink, keys, read_run_log
 from ...station.report import summarise_station, write_station_report
-from ...station.run import HORIZON, run_station
+from ...station.run import HORIZON, StationRun, run_station
 from ...station.session import open_laboratory, show_on_view
 from ...tracking.game import set_up_game
 from .options import (
@@ -34,6 +35,8 @@ from .options import (
     new_log,
 )
 
+# How long devices may take to close after a second Ctrl-C [s], and the exit code then.
+_LAST_PATIENCE, _INTERRUPTED = 1.5, 130
 # Who says what is typed.
 _TERMINAL = "the terminal"
 
@@ -69,6 +72,8 @@ def run(
     ] = None,
 ) -> None:
     """Pursuers keep evaders in sight, in the laboratory, until one is lost or time is up.
+
+    Exit code 1 if the supervisor held a robot, or lost one or the operator's view.
 
     Keys in the terminal: Space stops the robots for good, P pauses and goes on, S starts.
     """
@@ -126,8 +131,26 @@ def run(
                 written = ["run.log", *write_station_report(done, record, game, summary, folder)]
     if as_json:
         print(json.dumps(summary, indent=2))
-        return
-    _show(console, summary)
+    else:
+        _tell(console, summary, done, written, out)
+    if summary["faults"]:
+        raise typer.Exit(1)
+
+
+def _tell(
+    console: Console,
+    summary: dict[str, object],
+    done: StationRun,
+    written: list[str],
+    out: Path | None,
+) -> None:
+    """Print the summary, the events and how it ended."""
+    events: Any = summary["events"]
+    _show(console, {key: value for key, value in summary.items() if key != "events"})
+    for event in events:
+        mark = "[red]fault[/] " if event["fault"] else ""
+        robot = f"{event['robot']} " if event["robot"] else ""
+        console.print(f"{event['time']:8.2f} s  {mark}{robot}{event['text']}", soft_wrap=True)
     ending = "Every evader was in sight" if done.lost_evader is None else "Sight was kept"
     more = "" if done.how == HORIZON else f"; {done.how}"
     console.print(f"{ending} for {done.tracking_time:.2f} s{more}.")
@@ -146,22 +169,41 @@ def _mode(simulate: bool, emulate: bool, hardware: bool) -> str:
 
 @contextmanager
 def _ends_orderly(operator: Operator) -> Iterator[None]:
-    """The first Ctrl-C, or a request to end, is an emergency stop; the second ends at once."""
-    numbers = (int(signal.SIGINT), int(signal.SIGTERM))
-    before = {number: signal.getsignal(number) for number in numbers}
+    """The first Ctrl-C, or a request to end, is an emergency stop; the second ends at once.
+
+    If closing the devices then hangs, a timer ends the program all the same: robots stop by
+    themselves.
+    """
+    names = {
+        int(signal.SIGINT): "Ctrl-C",
+        int(signal.SIGTERM): "a request to end",
+        int(signal.SIGHUP): "a terminal that closed",
+    }
+    before = {number: signal.getsignal(number) for number in names}
+    heard: list[int] = []
+    timers: list[threading.Timer] = []
 
     def stop(number: int, frame: object) -> None:
-        signal.signal(number, before[number])
-        name = "Ctrl-C" if number == signal.SIGINT else "a request to end"
+        heard.append(number)
+        if len(heard) > 1:
+            timers.append(threading.Timer(_LAST_PATIENCE, os._exit, (_INTERRUPTED,)))
+            timers[-1].daemon = True
+            timers[-1].start()
+            # A third is ended by the timer, too: it does not break off the closing.
+            for each in names:
+                signal.signal(each, signal.SIG_IGN)
+            raise KeyboardInterrupt
+        name = names[number]
         # Not here: the thread that was interrupted may hold the radio's lock.
         threading.Thread(target=operator.say, args=("stop", name), daemon=True).start()
 
-    for number in numbers:
+    for number in names:
         signal.signal(number, stop)
     try:
         yield
     finally:
-        for number in numbers:
+        # A timer goes on: devices are closed after this.
+        for number in names:
             signal.signal(number, before[number])
 
 

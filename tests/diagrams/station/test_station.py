@@ -11,11 +11,19 @@ from pydrake.systems.framework import DiagramBuilder, PortDataType
 
 from sightfield.diagrams.station.hardware import Devices, Operator, read_run_log
 from sightfield.diagrams.station.make_station import MakeStation
-from sightfield.diagrams.station.ports import COMMANDS, IMAGE, SENT, device_ports
+from sightfield.diagrams.station.ports import (
+    COMMANDS,
+    IMAGE,
+    SENT,
+    believed_ports,
+    device_ports,
+    supervisor_ports,
+)
 from sightfield.diagrams.station.run import HORIZON, LOSS, STOP, run_station
 from sightfield.hardware_io.cameras.frame_source import NoCamera
 from sightfield.hardware_io.mocap.pose_source import NewestPoses
 from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.station.reasons import Reason
 
 
 def ports(station):
@@ -72,7 +80,8 @@ def test_the_ports_are_the_same_in_every_mode(load_laboratory, short_log):
     simulated = ports(MakeStation(scenario, game=game))
     assert simulated == ports(MakeStation(scenario, silent_devices(), game=game))
     assert simulated == ports(MakeStation(scenario, read_run_log(short_log), game=game))
-    sizes = {**device_ports(scenario), IMAGE: None, SENT: 12}
+    told = {**believed_ports(scenario), **supervisor_ports(scenario)}
+    sizes = {**device_ports(scenario), IMAGE: None, **told, SENT: 12}
     assert simulated == [[(COMMANDS, 12)], list(sizes.items())]
 
 
@@ -140,9 +149,11 @@ def test_with_the_motion_capture_gone_nobody_in_simulation_moves(load_laboratory
 
 def test_with_the_radio_gone_nobody_in_simulation_moves(load_laboratory):
     scenario, game = load_laboratory("imperfections.radio.dropout=1.0")
-    value = drive(MakeStation(scenario, game=game), np.full(12, 0.2), 1.0)
+    value = drive(MakeStation(scenario, game=game), np.full(12, 0.2), 0.63)
     assert np.abs(value("pursuer.poses") - game.pursuer_starts.ravel()).max() < 1e-3
-    np.testing.assert_allclose(value(SENT), 0.2)
+    # Commands go out until it is noticed that nobody follows them.
+    assert set(value("supervisor.reason")) == {Reason.NOT_FOLLOWING}
+    assert (value(SENT) == 0).all()
 
 
 def test_robots_that_nobody_sees_are_told_to_stand(load_laboratory):
@@ -237,9 +248,11 @@ def test_a_run_ends_when_the_operator_stops_it_and_robots_are_told_so(load_labor
 def test_while_paused_robots_stand_and_sight_is_kept(load_laboratory, tmp_path):
     scenario, game = load_laboratory("seconds=2")
     operator = Operator(running=False)
-    run_station(scenario, game, log=tmp_path / "run.log", operator=operator, realtime_rate=0)
+    done = run_station(scenario, game, log=tmp_path / "run.log", operator=operator, realtime_rate=0)
     log = read_run_log(tmp_path / "run.log")
     assert (log.samples[SENT] == 0).all()
+    # The clock runs only while robots do.
+    assert done.tracking_time == 0
     poses = log.samples["pursuer.poses"]
     assert np.abs(poses - poses[0]).max() < 2e-3
 

@@ -20,10 +20,13 @@ class KeptLink:
     robots = (3, 8)
 
     def __init__(self):
-        self.sent = []
+        self.sent, self.armed = [], []
 
     def send_commands(self, velocities, valid, age):
         self.sent.append((velocities.copy(), valid.copy(), age))
+
+    def arm_again(self, robots):
+        self.armed.append(robots)
 
     def telemetry(self):
         report = Telemetry(
@@ -31,10 +34,10 @@ class KeptLink:
             sequence=0,
             robot=3,
             state=RobotState.IDLE,
-            flags=RobotFlag(0),
+            flags=RobotFlag.LOW_BATTERY,
             last_sequence=0,
             hold=0,
-            counts=(0, 0),
+            counts=(17, -4),
             speeds=(0, 0),
             ranges=(400, 250, 10, 0),
             battery=7400,
@@ -60,7 +63,7 @@ def run(link, duration, *, valid=None, age=None, velocities=(0.3, 1.0, -0.1, 0.0
     if valid is not None:
         system.get_valid_input_port().FixValue(context, np.array(valid))
     if age is not None:
-        system.get_pose_age_input_port().FixValue(context, np.array([age]))
+        system.get_pose_age_input_port().FixValue(context, np.broadcast_to(age, 2).astype(float))
     simulator.AdvanceTo(duration)
     return system, context
 
@@ -91,9 +94,22 @@ def test_commands_from_poses_of_unknown_age_are_not_to_be_followed(link, age):
     assert [(valid.tolist(), age) for _, valid, age in link.sent] == [([False, False], 0.0)]
 
 
-def test_the_age_of_poses_is_passed_on(link):
-    run(link, 0.0, age=0.12)
-    assert link.sent[0][2] == 0.12
+def test_the_greatest_age_of_poses_that_are_gone_by_is_passed_on(link):
+    run(link, 0.0, age=[0.12, 0.05])
+    run(link, 0.0, age=[0.12, 0.05], valid=[0.0, 1.0])
+    run(link, 0.0, age=[math.inf, 0.05])
+    assert [age for _, _, age in link.sent] == [0.12, 0.05, 0.05]
+    assert [valid.tolist() for _, valid, _ in link.sent] == [[True, True], *[[False, True]] * 2]
+
+
+def test_robots_are_armed_again_before_their_commands_go_out(link):
+    system = RadioCommander(link, period=0.05)
+    simulator = Simulator(system)
+    context = simulator.get_mutable_context()
+    system.get_velocity_commands_input_port().FixValue(context, np.zeros(4))
+    system.GetInputPort("arm_again").FixValue(context, np.array([0.0, 1.0]))
+    simulator.AdvanceTo(0.0)
+    assert link.armed == [[8]]
 
 
 def test_reports_come_out_and_what_was_not_heard_is_blank(link):
@@ -106,6 +122,8 @@ def test_reports_come_out_and_what_was_not_heard_is_blank(link):
     assert output("battery") == pytest.approx([7.4, 0.0])
     assert output("link_quality") == pytest.approx([0.9, 0.0])
     assert output("robot_state").tolist() == [RobotState.IDLE, -1]
+    assert output("robot_flags").tolist() == [RobotFlag.LOW_BATTERY, 0]
+    assert output("counts").tolist() == [17, -4, 0, 0]
     assert output("age")[0] >= 2.0
     assert output("age")[1] == math.inf
 

@@ -64,6 +64,12 @@ def test_a_port_says_what_the_operator_wants():
         simulator.AdvanceTo(0.1 * k + 0.05)
         said.append(port.GetOutputPort("mode").Eval(simulator.get_context())[0])
     assert said == [1, 0, -1, -1]
+    # After a stop nobody starts.
+    assert port.GetOutputPort("starts_said").Eval(simulator.get_context()) == 1
+    assert port.GetOutputPort("view_age").Eval(simulator.get_context()) == 0
+    operator.watch_view(lambda: 0.7)
+    simulator.AdvanceTo(0.45)
+    assert port.GetOutputPort("view_age").Eval(simulator.get_context()) == 0.7
 
 
 def test_keys_in_a_terminal_are_heard_one_by_one():

@@ -154,6 +154,22 @@ def test_other_words_and_other_pages_are_refused(view, word, origin):
         say(view, word, **({"Origin": origin} if origin else {}))
 
 
+def test_a_controller_knows_for_how_long_its_view_has_been_gone(view):
+    operator = Operator()
+    assert operator.view_age == 0
+    with ViewerLink(view.states, view.words, SCENE, operator):
+        time.sleep(1.0)
+        assert operator.view_age < 0.7
+        os.kill(view.pid, signal.SIGSTOP)
+        try:
+            time.sleep(1.2)
+            assert operator.view_age > 0.9
+        finally:
+            os.kill(view.pid, signal.SIGCONT)
+    # Who shows nothing misses nothing.
+    assert operator.view_age == 0
+
+
 def test_a_state_that_is_not_repeated_is_stale(view):
     with ViewerLink(view.states, view.words, SCENE, Operator()) as link:
         assert wait_for(lambda: link.show(STATE) or report(view)["stale"] is False)

@@ -1,0 +1,273 @@
+"""Whether robots move as they are told, and their encoders see what the motion capture sees.
+
+Both are compared as ways of the wheels. The motion that a command leads to is predicted by a delay
+of two ticks and a first-order lag; a robot whose pose stands still while it should have gone some
+centimetres does not follow. The ways by encoders and by motion capture between two reports are
+compared; what they differ by, beyond what delay and slip explain, is added up (a CUSUM test, Page,
+Biometrika 41, 1954).
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import require_non_negative, require_positive
+from .pose_checks import angle_between
+from .reasons import Reason
+
+# Of the predicted motion: lag [s].
+_LAG = 0.1
+# A wheel that is to go more slowly may stand for friction [m/s].
+_SLOWEST = 0.03
+# What a pose has to change for the robot to have moved [m].
+_MOVED = 0.005
+# Way that may be blind [m], and time at the present speed on top of it [s].
+_BLIND_WAY, _BLIND_TIME = 0.012, 0.12
+# A robot that does not follow stands for so long before it is tried again [s], so often.
+_PAUSE, _TRIES = 0.5, 3
+# Differences of ways between two reports that delay [m] and slip [-] explain.
+_ALLOWED, _SLIP = 0.01, 0.25
+# What the rest adds up to when encoders and motion capture disagree [m].
+_DISAGREEMENT = 0.025
+# Ticks that are remembered: a report tells how things stood some ticks ago.
+_KEPT = 4
+# Two reports are not nearer in time [s].
+_BETWEEN_REPORTS = 0.03
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chassis:
+    """Wheels of a robot.
+
+    Attributes:
+        track_width: Between the wheels [m].
+        counts_per_metre: Of an encoder [1/m].
+        top_speed: Of a wheel: a reset explains counts beyond it [m/s].
+        report_delay: From measuring the counts to the stamp of the report [s].
+
+    Raises:
+        InvalidInput: A number is out of its range.
+    """
+
+    track_width: float = 0.16
+    counts_per_metre: float = 3998.0
+    top_speed: float = 0.6
+    report_delay: float = 0.03
+
+    def __post_init__(self) -> None:
+        for name in ("track_width", "counts_per_metre", "top_speed"):
+            require_positive(name, getattr(self, name))
+        require_non_negative("report_delay", self.report_delay)
+
+
+class MotionMemory(NamedTuple):
+    """What is known of N robots.
+
+    Attributes:
+        poses: Last good ones, shape (N, 3) [m], [m], [rad].
+        good: For how many ticks in a row poses were good, shape (N,).
+        ways: Of the wheels by motion capture, at the last ticks, newest first, shape (4, N, 2) [m].
+        sent: Wheel speeds sent at the last tick, shape (N, 2) [m/s].
+        predicted: Wheel speeds that earlier commands lead to, shape (N, 2) [m/s].
+        anchors: Poses from which motion is counted, shape (N, 3) [m], [m], [rad].
+        blind: Way that should have been driven from there, shape (N,) [m].
+        tries: How often in a row a robot did not follow, shape (N,).
+        until: When it may be tried again, shape (N,) [s].
+        reports: Stamps of the last reports, shape (N,) [s]; minus infinity before the first.
+        counts: Of their encoders, shape (N, 2).
+        report_ways: Of the wheels by motion capture then, shape (N, 2) [m].
+        differences: Added up, shape (N, 2) [m].
+    """
+
+    poses: np.ndarray
+    good: np.ndarray
+    ways: np.ndarray
+    sent: np.ndarray
+    predicted: np.ndarray
+    anchors: np.ndarray
+    blind: np.ndarray
+    tries: np.ndarray
+    until: np.ndarray
+    reports: np.ndarray
+    counts: np.ndarray
+    report_ways: np.ndarray
+    differences: np.ndarray
+
+
+def no_motion(count: int) -> MotionMemory:
+    """Nothing known of so many robots."""
+    pairs, none = np.zeros((count, 2)), np.zeros(count)
+    never, poses = np.full(count, -np.inf), np.zeros((count, 3))
+    return MotionMemory(
+        poses=poses,
+        good=none,
+        ways=np.zeros((_KEPT, count, 2)),
+        sent=pairs,
+        predicted=pairs,
+        anchors=poses,
+        blind=none,
+        tries=none,
+        until=never,
+        reports=never,
+        counts=pairs,
+        report_ways=pairs,
+        differences=pairs,
+    )
+
+
+def wheel_speeds(chassis: Chassis, commands: np.ndarray) -> np.ndarray:
+    """Left and right wheel of forward speeds and turn rates, shape (N, 2) [m/s].
+
+    Args:
+        chassis: Wheels.
+        commands: Shape (N, 2) [m/s], [rad/s].
+    """
+    across = 0.5 * chassis.track_width * commands[:, 1]
+    return np.stack([commands[:, 0] - across, commands[:, 0] + across], axis=1)
+
+
+def wheel_ways(chassis: Chassis, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Ways of left and right wheel on the arc from one pose to the next, shape (N, 2) [m].
+
+    Args:
+        chassis: Wheels.
+        before, after: Poses, shape (N, 3) [m], [m], [rad].
+    """
+    turn = angle_between(after[:, 2], before[:, 2])
+    middle = before[:, 2] + 0.5 * turn
+    step = after[:, :2] - before[:, :2]
+    ahead = step[:, 0] * np.cos(middle) + step[:, 1] * np.sin(middle)
+    return wheel_speeds(chassis, np.stack([ahead, turn], axis=1))
+
+
+def check_motion(
+    chassis: Chassis,
+    memory: MotionMemory,
+    *,
+    time: float,
+    period: float,
+    poses: np.ndarray,
+    good: np.ndarray,
+    counts: np.ndarray,
+    ages: np.ndarray,
+) -> tuple[MotionMemory, np.ndarray]:
+    """Compare what was sent, what is seen and what encoders count.
+
+    Args:
+        chassis: Wheels.
+        memory: What was known.
+        time: Now [s].
+        period: Between two calls [s].
+        poses: That are believed, shape (N, 3) [m], [m], [rad].
+        good: Which of them are seen now and plausible, shape (N,).
+        counts: Of the encoders, in the last report, shape (N, 2).
+        ages: Of the last report, shape (N,) [s].
+
+    Returns:
+        memory: Without what is sent at this tick: that is for `with_sent`.
+        faults: ODOMETRY, NOT_FOLLOWING or NONE, as numbers of Reason, shape (N,).
+    """
+    known = good & (memory.good > 0)
+    step = np.where(known[:, np.newaxis], wheel_ways(chassis, memory.poses, poses), 0.0)
+    ways = np.concatenate([memory.ways[:1] + step, memory.ways[:-1]])
+    memory = memory._replace(
+        poses=np.where(good[:, np.newaxis], poses, memory.poses),
+        good=np.where(good, memory.good + 1, 0.0),
+        ways=ways,
+    )
+    memory = _follow(chassis, memory, time, period, good)
+    memory = _compare(chassis, memory, time, period, counts, ages)
+    disagree = (memory.differences > _DISAGREEMENT).any(axis=1)
+    faults = np.where(
+        disagree, Reason.ODOMETRY, np.where(time < memory.until, Reason.NOT_FOLLOWING, Reason.NONE)
+    )
+    return memory, faults.astype(float)
+
+
+def with_sent(chassis: Chassis, memory: MotionMemory, commands: np.ndarray) -> MotionMemory:
+    """Remember what is sent at this tick.
+
+    Args:
+        chassis: Wheels.
+        memory: From `check_motion`.
+        commands: Shape (N, 2) [m/s], [rad/s].
+    """
+    return memory._replace(sent=wheel_speeds(chassis, commands))
+
+
+def forgiven(memory: MotionMemory) -> MotionMemory:
+    """Forget every fault: the operator has looked."""
+    return memory._replace(
+        blind=np.zeros_like(memory.blind),
+        tries=np.zeros_like(memory.tries),
+        until=np.full_like(memory.until, -np.inf),
+        differences=np.zeros_like(memory.differences),
+        reports=np.full_like(memory.reports, -np.inf),
+    )
+
+
+def _follow(
+    chassis: Chassis, memory: MotionMemory, time: float, period: float, good: np.ndarray
+) -> MotionMemory:
+    """Whether poses move where commands should move them."""
+    motion = np.abs(wheel_ways(chassis, memory.anchors, memory.poses)).max(axis=1)
+    aside = np.hypot(*(memory.poses - memory.anchors)[:, :2].T)
+    free = ~good | (np.maximum(motion, aside) > _MOVED)
+    share = period / (period + _LAG)
+    predicted = memory.predicted + share * (memory.sent - memory.predicted)
+    speed = np.minimum(np.abs(memory.predicted).max(axis=1), np.abs(memory.sent).max(axis=1))
+    speed = np.where(speed >= _SLOWEST, speed, 0.0)
+    blind = np.where(free, 0.0, memory.blind + period * speed)
+    tries = np.where(free & good, 0.0, memory.tries)
+    astray = (blind > _BLIND_WAY + _BLIND_TIME * speed) & (speed > 0)
+    tries = tries + astray
+    pause = np.where(tries >= _TRIES, np.inf, time + _PAUSE - 0.5 * period)
+    return memory._replace(
+        predicted=np.where(astray[:, np.newaxis], 0.0, predicted),
+        anchors=np.where(free[:, np.newaxis], memory.poses, memory.anchors),
+        blind=np.where(astray, 0.0, blind),
+        tries=tries,
+        until=np.where(astray, pause, memory.until),
+    )
+
+
+def _compare(
+    chassis: Chassis,
+    memory: MotionMemory,
+    time: float,
+    period: float,
+    counts: np.ndarray,
+    ages: np.ndarray,
+) -> MotionMemory:
+    """Ways by encoders and by motion capture since the report before, where one has come."""
+    stamps = time - ages
+    new = np.isfinite(stamps) & (stamps > memory.reports + _BETWEEN_REPORTS)
+    back = np.where(new, (ages + chassis.report_delay) / period, 0.0)
+    seen = _ways_at(memory.ways, back)
+    with np.errstate(invalid="ignore"):
+        between = np.where(new, stamps - memory.reports, np.inf)
+        counted = (counts - memory.counts) / chassis.counts_per_metre
+    driven = seen - memory.report_ways
+    # Poses were good all the time, and nobody set the counts back.
+    since = between + back * period + period
+    whole = new & (memory.good * period >= since) & (back <= _KEPT - 1)
+    whole &= np.abs(counted).max(axis=1) <= 2 * chassis.top_speed * np.minimum(between, 10.0)
+    error = np.abs(counted - driven)
+    explained = _ALLOWED + _SLIP * np.maximum(np.abs(counted), np.abs(driven))
+    sums = np.maximum(memory.differences + error - explained, 0.0)
+    return memory._replace(
+        reports=np.where(new, stamps, memory.reports),
+        counts=np.where(new[:, np.newaxis], counts, memory.counts),
+        report_ways=np.where(new[:, np.newaxis], seen, memory.report_ways),
+        differences=np.where(whole[:, np.newaxis], sums, memory.differences),
+    )
+
+
+def _ways_at(ways: np.ndarray, back: np.ndarray) -> np.ndarray:
+    """Ways so many ticks ago, a part of a tick being a part of the way, shape (N, 2) [m]."""
+    back = np.minimum(back, len(ways) - 1)
+    later = np.minimum(np.floor(back).astype(int), len(ways) - 2)
+    part = (back - later)[:, np.newaxis]
+    rows = np.arange(ways.shape[1])
+    return (1 - part) * ways[later, rows] + part * ways[later + 1, rows]

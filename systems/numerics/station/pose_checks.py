@@ -1,0 +1,135 @@
+"""Whether poses are such as a robot can have had: within the world, and reached by driving.
+
+A robot is where it was last believed to be until a pose comes that it can have driven to. What it
+can have driven grows with the time since then for half a second only: a robot that is not believed
+stands.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import require_non_negative, require_positive
+from .reasons import Reason
+
+# By how much a robot may be faster than it is told, as a part of its top speed.
+_OVERSHOOT = 1.2
+# For how long a robot may have driven that was not believed [s].
+_BRAKED_AFTER = 0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseLimits:
+    """What a robot can do.
+
+    Attributes:
+        top_speed: Of the fastest robot [m/s].
+        top_turn_rate: Of the fastest robot [rad/s].
+        bounds: Of the world, x_min, y_min, x_max, y_max [m].
+        margin: By which a pose may lie beyond them [m].
+        jump: Distance that is no driving, beyond what speed allows [m].
+        flip: Turn that is no driving, beyond what the turn rate allows [rad].
+
+    Raises:
+        InvalidInput: A number is out of its range.
+    """
+
+    top_speed: float
+    top_turn_rate: float
+    bounds: tuple[float, float, float, float]
+    margin: float = 0.3
+    jump: float = 0.06
+    flip: float = 0.5
+
+    def __post_init__(self) -> None:
+        for name in ("top_speed", "top_turn_rate", "jump", "flip"):
+            require_positive(name, getattr(self, name))
+        require_non_negative("margin", self.margin)
+
+
+class PoseMemory(NamedTuple):
+    """What is known of N robots.
+
+    Attributes:
+        poses: Last believed, shape (N, 3) [m], [m], [rad].
+        stamps: When those were seen, shape (N,) [s]; minus infinity for any pose being believed.
+        looked: When the last pose was seen, believed or not, shape (N,) [s].
+        excess: Way beyond what top speed allows, added up, shape (N,) [m].
+        verdicts: Of the last pose, numbers of Reason, shape (N,).
+    """
+
+    poses: np.ndarray
+    stamps: np.ndarray
+    looked: np.ndarray
+    excess: np.ndarray
+    verdicts: np.ndarray
+
+
+def no_poses(starts: np.ndarray) -> PoseMemory:
+    """Nothing seen yet.
+
+    Args:
+        starts: Poses to go on with until then, shape (N, 3) [m], [m], [rad].
+    """
+    count = len(starts)
+    never = np.full(count, -np.inf)
+    return PoseMemory(starts.copy(), never, never.copy(), np.zeros(count), np.zeros(count))
+
+
+def angle_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Turn from the second heading to the first, in (-pi, pi].
+
+    Args:
+        first, second: Headings, shape (N,) [rad].
+    """
+    turn = np.remainder(first - second, 2 * np.pi)
+    return np.where(turn > np.pi, turn - 2 * np.pi, turn)
+
+
+def check_poses(
+    limits: PoseLimits,
+    memory: PoseMemory,
+    poses: np.ndarray,
+    stamps: np.ndarray,
+    valid: np.ndarray,
+) -> PoseMemory:
+    """Believe what can be believed; a pose that is not new, or not valid, changes nothing.
+
+    Args:
+        limits: What a robot can do.
+        memory: What was known.
+        poses: As measured, shape (N, 3) [m], [m], [rad].
+        stamps: When, shape (N,) [s].
+        valid: Which of them are, shape (N,).
+    """
+    new = valid & (stamps > memory.looked)
+    first = np.isneginf(memory.stamps)
+    # A pose is of any size, or not a number: it fails then.
+    with np.errstate(invalid="ignore", over="ignore"):
+        since = np.where(first, 0.0, stamps - memory.stamps)
+        driven = np.minimum(since, _BRAKED_AFTER)
+        moved = np.hypot(*(poses[:, :2] - memory.poses[:, :2]).T)
+        turned = np.abs(angle_between(poses[:, 2], memory.poses[:, 2]))
+        possible = _OVERSHOOT * limits.top_speed * driven
+        low, high = np.array(limits.bounds[:2]), np.array(limits.bounds[2:])
+        inside = (poses[:, :2] >= low - limits.margin) & (poses[:, :2] <= high + limits.margin)
+        outside = ~(inside.all(axis=1) & np.isfinite(poses[:, 2]))
+        far = ~first & ~(moved <= possible + limits.jump)
+        turn = _OVERSHOOT * limits.top_turn_rate * driven + limits.flip
+        flipped = ~first & ~(turned <= turn)
+        excess = np.maximum(memory.excess + moved - possible, 0.0)
+    excess = np.where(first, 0.0, excess)
+    verdicts = np.select(
+        [outside, far, flipped, excess > limits.jump],
+        [Reason.OUTSIDE, Reason.JUMP, Reason.FLIP, Reason.TOO_FAST],
+        Reason.NONE,
+    )
+    good = new & (verdicts == Reason.NONE)
+    return PoseMemory(
+        poses=np.where(good[:, np.newaxis], poses, memory.poses),
+        stamps=np.where(good, stamps, memory.stamps),
+        looked=np.where(new, stamps, memory.looked),
+        excess=np.where(good, excess, np.where(new, 0.0, memory.excess)),
+        verdicts=np.where(new, verdicts, memory.verdicts).astype(float),
+    )

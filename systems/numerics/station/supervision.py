@@ -1,0 +1,187 @@
+"""Which robots may run: reasons against it, those that only the operator clears, and re-arming."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import require_one_of, require_positive
+from .reasons import NAMES, ONLY_OPERATOR, Reason, Standing
+
+STAND, GO_ON = "stand", "go_on"
+# The operator's view is gone when it has been silent for longer [s].
+VIEW_AFTER = 1.0
+
+# States that a robot's firmware reports, as of hardware_io/radio/messages.py; -1 is none.
+_DISARMED, _LOST, _STOPPED = 0, 3, 4
+# Flags that it reports: a low battery; a left or right motor that was cut off.
+_LOW_BATTERY, _MOTOR_CUT = 1, 8 | 16
+# Of the operator's mode.
+_RUNNING, _STOPPED_BY_OPERATOR = 1.0, -1.0
+# For how long a robot is asked to arm again after the operator's word [s].
+_ASKED_FOR = 1.0
+# Reports that come within so long of the run's start may tell how a robot was before [s].
+_OF_BEFORE = 0.25
+# Until then a robot that was never seen is not held for it [s].
+_FIRST_SIGHT = 0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class SupervisionRules:
+    """What a supervisor does about what it notices.
+
+    Attributes:
+        cleared_by_operator: Reasons, by name, that stay until the operator says start.
+        silent_after: Age of its last report beyond which a robot is lost [s].
+        view: "stand" or "go_on" when the operator's view is gone.
+
+    Raises:
+        InvalidInput: A name is none, or a time is not positive.
+    """
+
+    cleared_by_operator: tuple[str, ...] = ()
+    silent_after: float = 1.0
+    view: str = STAND
+
+    def __post_init__(self) -> None:
+        for name in self.cleared_by_operator:
+            require_one_of("cleared_by_operator", name, sorted(NAMES))
+        require_one_of("view", self.view, (STAND, GO_ON))
+        require_positive("silent_after", self.silent_after)
+
+    @property
+    def staying(self) -> np.ndarray:
+        """Whether each reason stays until the operator clears it, shape (number of reasons,)."""
+        stay = ONLY_OPERATOR | {NAMES[name] for name in self.cleared_by_operator}
+        return np.array([reason in stay for reason in Reason])
+
+
+class Signs(NamedTuple):
+    """What is known at a tick.
+
+    Attributes:
+        time: Now [s].
+        valid: Which poses are, shape (N,).
+        pose_faults, motion_faults, floor_faults: Numbers of Reason, shape (N,).
+        robot_states: As reported, -1 before the first report, shape (N,).
+        robot_flags: As reported, shape (N,).
+        ages: Of the last reports, shape (N,) [s].
+        mode: Of the operator: 1 to run, 0 for a pause, -1 for a stop.
+        cleared: Whether the operator has said start since the last tick.
+        view_age: Since the operator's view was last heard [s]; 0 where there is none.
+    """
+
+    time: float
+    valid: np.ndarray
+    pose_faults: np.ndarray
+    motion_faults: np.ndarray
+    floor_faults: np.ndarray
+    robot_states: np.ndarray
+    robot_flags: np.ndarray
+    ages: np.ndarray
+    mode: float
+    cleared: bool
+    view_age: float
+
+
+class SupervisorMemory(NamedTuple):
+    """What stays from tick to tick.
+
+    Attributes:
+        staying: Whether each reason holds each robot until it is cleared, shape (N, reasons).
+        asked_until: Until when a robot is asked to arm again, shape (N,) [s].
+        seen: Whether each robot ever was, shape (N,).
+    """
+
+    staying: np.ndarray
+    asked_until: np.ndarray
+    seen: np.ndarray
+
+
+class Decision(NamedTuple):
+    """What is made of N robots.
+
+    Attributes:
+        standings: Numbers of Standing, shape (N,).
+        reasons: Numbers of Reason, shape (N,).
+        arm_again: Which are to be armed again, shape (N,).
+    """
+
+    standings: np.ndarray
+    reasons: np.ndarray
+    arm_again: np.ndarray
+
+
+def no_supervision(count: int) -> SupervisorMemory:
+    """The memory before the first tick, of so many robots."""
+    return SupervisorMemory(
+        np.zeros((count, len(Reason))), np.full(count, -np.inf), np.zeros(count)
+    )
+
+
+def supervise(
+    rules: SupervisionRules, memory: SupervisorMemory, signs: Signs
+) -> tuple[SupervisorMemory, Decision]:
+    """Decide for every robot whether it may run.
+
+    Args:
+        rules: What to do about what is noticed.
+        memory: Of the tick before.
+        signs: What is known now.
+    """
+    valid = signs.valid > 0.5
+    seen = (memory.seen > 0.5) | valid
+    asked_until = np.where(signs.cleared, signs.time + _ASKED_FOR, memory.asked_until)
+    present = _present(rules, signs, seen)
+    stays = rules.staying
+    # What a robot that is asked to arm again still reports is answered, not kept.
+    asked = signs.time < asked_until
+    answered = np.zeros(len(Reason), dtype=bool)
+    answered[[Reason.FOREIGN_STOP, Reason.RESET, Reason.MOTOR]] = True
+    kept = (memory.staying > 0.5) & (not signs.cleared)
+    kept |= present & stays & ~(asked[:, np.newaxis] & answered)
+    active = present | kept
+    reasons = np.where(active.any(axis=1), active.argmax(axis=1), Reason.NONE)
+    may_run = (reasons == Reason.NONE) & valid & (signs.mode == _RUNNING)
+    standings = np.select(
+        [reasons == Reason.SILENT, reasons != Reason.NONE, may_run],
+        [Standing.LOST, Standing.HELD, Standing.RUNNING],
+        Standing.ARMED,
+    )
+    to_arm = (present & answered & (asked[:, np.newaxis] | ~stays)).any(axis=1)
+    return (
+        SupervisorMemory(kept.astype(float), asked_until, seen.astype(float)),
+        Decision(standings, reasons, to_arm & (signs.mode == _RUNNING)),
+    )
+
+
+def view_is_gone(view_age: np.ndarray | float) -> np.ndarray:
+    """Whether the operator's view has been silent for too long.
+
+    Args:
+        view_age: Since it was heard, any shape [s].
+    """
+    return ~(np.asarray(view_age) <= VIEW_AFTER)
+
+
+def _present(rules: SupervisionRules, signs: Signs, seen: np.ndarray) -> np.ndarray:
+    """Which reasons there are at this moment, shape (N, number of reasons)."""
+    present = np.zeros((len(signs.valid), len(Reason)), dtype=bool)
+    # Before its first report a robot is as old as the run.
+    ages = np.minimum(signs.ages, signs.time)
+    state = np.where(signs.time - signs.ages > _OF_BEFORE, signs.robot_states, -1)
+    flags = np.where(state >= 0, signs.robot_flags, 0).astype(int)
+    present[:, Reason.OPERATOR_STOP] = signs.mode == _STOPPED_BY_OPERATOR
+    present[:, Reason.SILENT] = ages > rules.silent_after
+    present[:, Reason.FOREIGN_STOP] = state == _STOPPED
+    present[:, Reason.RESET] = state == _DISARMED
+    present[:, Reason.MOTOR] = (flags & _MOTOR_CUT) != 0
+    present[:, Reason.NOT_SEEN] = (signs.valid <= 0.5) & (seen | (signs.time > _FIRST_SIGHT))
+    for faults in (signs.pose_faults, signs.motion_faults, signs.floor_faults):
+        known = np.clip(np.rint(faults), 0, len(Reason) - 1).astype(int)
+        present[np.arange(len(known)), known] = True
+    present[:, Reason.NONE] = False
+    present[:, Reason.DEAF] = state == _LOST
+    present[:, Reason.LOW_BATTERY] = (flags & _LOW_BATTERY) != 0
+    present[:, Reason.VIEW] = (rules.view == STAND) & view_is_gone(signs.view_age)
+    return present

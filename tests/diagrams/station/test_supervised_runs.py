@@ -1,0 +1,61 @@
+"""Runs in which something is wrong: what is told of them, and that they are played again."""
+
+import numpy as np
+import pytest
+
+from sightfield.diagrams.station.hardware import Operator, read_run_log
+from sightfield.diagrams.station.replay import load_recording, replay
+from sightfield.diagrams.station.report import events_of
+from sightfield.diagrams.station.run import run_station
+from sightfield.systems.numerics.station.reasons import Reason, Standing
+
+
+@pytest.fixture(scope="module")
+def unheard(load_laboratory, tmp_path_factory):
+    """A second and a half of robots that hear nothing, with a pause: the run, its log, its game."""
+    path = tmp_path_factory.mktemp("unheard") / "run.log"
+    scenario, game = load_laboratory("imperfections.radio.dropout=1.0", "seconds=1.5")
+    operator = Operator()
+
+    def at_tick(now):
+        if abs(now - 0.2) < 0.01:
+            operator.say("pause")
+        elif abs(now - 0.4) < 0.01:
+            operator.say("start")
+
+    done = run_station(
+        scenario, game, log=path, operator=operator, realtime_rate=0, at_tick=at_tick
+    )
+    return done, path, game
+
+
+def test_every_change_is_an_event_and_what_is_wrong_a_fault(unheard):
+    _, path, game = unheard
+    events = events_of(read_run_log(path), game)
+    assert [each.text for each in events[:4]] == ["armed", "running", "armed", "running"]
+    assert [each.time for each in events[:4]] == pytest.approx([0, 0.05, 0.25, 0.45], abs=1e-3)
+    faults = [each for each in events if each.fault]
+    assert faults
+    assert {each.text for each in faults} == {"held: its pose does not follow its commands"}
+
+
+def test_the_clock_counts_the_ticks_at_which_a_robot_runs(unheard):
+    done, path, _ = unheard
+    log = read_run_log(path)
+    running = (log.samples["supervisor.standing"] == Standing.RUNNING).any(axis=1)
+    clock = log.samples["supervisor.clock"][:, 0]
+    assert clock == pytest.approx(0.05 * np.cumsum(running))
+    assert done.tracking_time == pytest.approx(clock[-1])
+    assert 0 < done.tracking_time < 1.3
+
+
+def test_who_is_held_is_sent_nothing(unheard):
+    log = read_run_log(unheard[1])
+    held = log.samples["supervisor.reason"] == Reason.NOT_FOLLOWING
+    assert held.any()
+    assert (log.samples["team.sent_commands"].reshape(-1, 6, 2)[held] == 0).all()
+
+
+def test_a_run_with_holds_gives_the_same_commands_bit_for_bit(unheard, tmp_path):
+    result = replay(load_recording(unheard[1]), tmp_path / "again.log")
+    assert (result.identical, result.differing) == (True, ())
