@@ -196,8 +196,8 @@ class Supervision:
         require_non_negative("slack", self.slack)
         for name in ("jump", "flip", "track_width", "counts_per_metre"):
             require_positive(name, getattr(self, name))
-        # They say what is wrong with the rest.
-        assert self.rules is not None
+        # They refuse what is wrong with the rest.
+        _ = self.rules
 
     @property
     def rules(self) -> SupervisionRules:

@@ -70,8 +70,9 @@ class XBeePort:
                 f"no 802.15.4 XBee module in API mode answers at {self.port} with "
                 f"{self._baud_rate} baud: {_reason(error)}"
             ) from None
-        # None waits on a line that takes nothing.
-        device.serial_port.write_timeout = _WRITE_TIMEOUT
+        # Nobody waits long on a line that takes nothing.
+        if device.serial_port is not None:
+            device.serial_port.write_timeout = _WRITE_TIMEOUT
         device.add_packet_received_callback(self._receive)
         self._device = device
         return self
@@ -81,7 +82,8 @@ class XBeePort:
         if device is not None:
             device.del_packet_received_callback(self._receive)
             with contextlib.suppress(SerialException, OSError):
-                device.serial_port.reset_output_buffer()
+                if device.serial_port is not None:
+                    device.serial_port.reset_output_buffer()
             device.close()
 
     def send(

@@ -1,5 +1,8 @@
 """Robots with the laboratory's delays, their faults, and how soon the supervisor holds them."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -44,7 +47,7 @@ class Floor:
     """
 
     def __init__(self, seed, fault="", moment=np.inf, *, clear_at=np.inf, rules=None):
-        self.random = np.random.default_rng(seed)
+        self.random: Any = np.random.default_rng(seed)
         self.fault, self.moment, self.clear_at = fault, moment, clear_at
         self.rules = rules or SupervisionRules()
         starts = np.zeros((COUNT, 3))
@@ -57,13 +60,12 @@ class Floor:
         self.air, self.reports = [], []
         self.counts, self.stamps = np.zeros((COUNT, 2)), np.full(COUNT, -np.inf)
         self.states = np.full(COUNT, -1.0)
-        self.reset = self.ways_at_fault = None
         self.phase = self.random.uniform(0, REPORTS, COUNT)
         self.wanted = np.zeros((COUNT, 2))
         self.known = no_poses(starts)
         self.motion, self.kept = no_motion(COUNT), no_supervision(COUNT)
         # What the motion capture says of a body that stands still for it.
-        self.stuck = None
+        self.stuck: np.ndarray | None = None
         self.held, self.history, self.running = {}, [], 0
 
     def measured(self, time):
@@ -227,12 +229,13 @@ def steady(fault, moment, seconds, speed=0.2, **options):
     """A floor on which everybody drives straight on at a speed [m/s]."""
     floor = Floor(5, fault, moment, **options)
     floor.wanted[:, 0] = speed
-    floor.random = type("Random", (), {})()
     source = np.random.default_rng(1)
-    floor.random.normal = source.normal
-    floor.random.uniform = source.uniform
     # Commands stay as they are, and a tenth of the frames is lost.
-    floor.random.random = lambda size=None: np.ones(size) if size else source.random()
+    floor.random = SimpleNamespace(
+        normal=source.normal,
+        uniform=source.uniform,
+        random=lambda size=None: np.ones(size) if size else source.random(),
+    )
     return floor.run(seconds)
 
 
@@ -247,6 +250,7 @@ def test_a_body_that_stands_still_for_the_cameras_alone_is_held_within_decimetre
         # Faster ones are not tried again: their encoders tell that they moved.
         final = Reason.ODOMETRY if speed > 0.1 else Reason.NOT_FOLLOWING
         assert floor.history[-1][1].reasons[0] == final
+        assert floor.stuck is not None
         stood = floor.stuck[:2] - floor.poses[0, :2]
         assert np.hypot(*stood) < 0.15
 
