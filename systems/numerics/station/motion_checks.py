@@ -96,7 +96,11 @@ class MotionMemory(NamedTuple):
 
 
 def no_motion(count: int) -> MotionMemory:
-    """Nothing known of so many robots."""
+    """Nothing known yet.
+
+    Args:
+        count: Number of robots.
+    """
     pairs, none = np.zeros((count, 2)), np.zeros(count)
     never, poses = np.full(count, -np.inf), np.zeros((count, 3))
     return MotionMemory(

@@ -66,7 +66,7 @@ class Signs(NamedTuple):
         robot_states: As reported, -1 before the first report, shape (N,).
         robot_flags: As reported, shape (N,).
         ages: Of the last reports, shape (N,) [s].
-        mode: Of the operator: 1 to run, 0 for a pause, -1 for a stop.
+        mode: Number of the operator's: 1 to run, 0 for a pause, -1 for a stop.
         cleared: Whether the operator has said start since the last tick.
         view_age: Since the operator's view was last heard [s]; 0 where there is none.
     """
@@ -113,7 +113,11 @@ class Decision(NamedTuple):
 
 
 def no_supervision(count: int) -> SupervisorMemory:
-    """The memory before the first tick, of so many robots."""
+    """The memory before the first tick.
+
+    Args:
+        count: Number of robots.
+    """
     return SupervisorMemory(
         np.zeros((count, len(Reason))), np.full(count, -np.inf), np.zeros(count)
     )

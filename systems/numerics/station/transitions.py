@@ -51,7 +51,7 @@ def transitions(
     Args:
         names: Of the robots.
         before: Numbers of Standing and Reason a tick ago, shape (N,) each; None at the first tick.
-        now: The same now.
+        now: The same now, shape (N,) each.
     """
     numbers = np.stack(now, axis=1)
     changed = np.ones(len(names), bool)
