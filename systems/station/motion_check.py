@@ -77,10 +77,11 @@ class MotionCheck(LeafSystem):
         self._shapes = [part.shape for part in memory]
         self._parts = [self.DeclareDiscreteState(state_vector(part.ravel())) for part in memory]
         self._heard = self.DeclareDiscreteState(state_vector(np.zeros(1)))
+        self._number = self.DeclareDiscreteState(state_vector(np.array([-1.0])))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
         ports = (self._pose, self._valid, self._pose_fault, self._counts, self._age, self._said)
         depends = {self.input_port_ticket(port.get_index()) for port in ports}
-        depends |= {self.all_state_ticket(), self.time_ticket()}
+        depends |= {self.all_state_ticket()}
         self.DeclareVectorOutputPort("fault", count, self._calc_fault, depends)
 
     def _checked(self, context, time: float) -> tuple[MotionMemory, np.ndarray]:
@@ -104,16 +105,17 @@ class MotionCheck(LeafSystem):
             ages=read(self._age, context),
         )
 
-    def _tick(self, context) -> float:
-        """Time of the last tick: all that is known was known then [s]."""
-        return self._period * np.floor(context.get_time() / self._period + 1e-9)
+    def _tick(self, context) -> int:
+        """Number of the last tick, -1 before the first: all that is known was known then."""
+        return round(context.get_discrete_state(self._number).value()[0])
 
     def _keep(self, context, discrete_state):
         # At a tick, inputs are those of the tick before; before the first there was none.
-        before = self._tick(context) - self._period
-        if before < -0.5 * self._period:
+        before = self._tick(context)
+        discrete_state.set_value(self._number, np.array([before + 1.0]))
+        if before < 0:
             return
-        memory, _ = self._checked(context, before)
+        memory, _ = self._checked(context, before * self._period)
         sent = read(self._sent, context).reshape(-1, 2)
         memory = with_sent(self._chassis, memory, sent)
         for part, value in zip(self._parts, memory, strict=True):
@@ -121,4 +123,4 @@ class MotionCheck(LeafSystem):
         discrete_state.set_value(self._heard, read(self._said, context))
 
     def _calc_fault(self, context, output):
-        output.set_value(self._checked(context, self._tick(context))[1])
+        output.set_value(self._checked(context, self._tick(context) * self._period)[1])

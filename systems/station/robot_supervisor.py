@@ -112,6 +112,7 @@ class RobotSupervisor(LeafSystem):
         self._parts = [self.DeclareDiscreteState(state_vector(part.ravel())) for part in memory]
         self._heard = self.DeclareDiscreteState(state_vector(np.zeros(1)))
         self._ticks = self.DeclareDiscreteState(state_vector(np.zeros(1)))
+        self._number = self.DeclareDiscreteState(state_vector(np.array([-1.0])))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
         # Every port tells a part of it.
         now = ValueProducer(lambda: AbstractValue.Make(_NOTHING), self._calc_now)
@@ -123,8 +124,8 @@ class RobotSupervisor(LeafSystem):
         self.DeclareVectorOutputPort("clock", 1, self._calc_clock)
 
     def _tick(self, context) -> int:
-        """Number of the last tick: all that is known was known then."""
-        return int(np.floor(context.get_time() / self._period + 1e-9))
+        """Number of the last tick, -1 before the first: all that is known was known then."""
+        return round(context.get_discrete_state(self._number).value()[0])
 
     def _decided(self, context, tick: int) -> tuple[SupervisorMemory, Decision]:
         memory = SupervisorMemory(
@@ -156,7 +157,8 @@ class RobotSupervisor(LeafSystem):
 
     def _keep(self, context, discrete_state):
         # At a tick, inputs are those of the tick before; before the first there was none.
-        tick = self._tick(context) - 1
+        tick = self._tick(context)
+        discrete_state.set_value(self._number, np.array([tick + 1.0]))
         if tick < 0:
             return
         memory, decision = self._decided(context, tick)
