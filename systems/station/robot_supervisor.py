@@ -1,6 +1,6 @@
 """Decides which robots may run."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem, ValueProducer
@@ -175,7 +175,8 @@ class RobotSupervisor(LeafSystem):
         cached.set_value(_Now(decision, self._period * ticks))
 
     def _now_of(self, context) -> _Now:
-        return self._now.Eval(context)
+        now: Any = self._now.Eval(context)
+        return now
 
     def _calc_standing(self, context, output):
         output.set_value(self._now_of(context).decision.standings.astype(float))

@@ -155,7 +155,7 @@ def supervise(
     to_arm = (present & answered & (asked[:, np.newaxis] | ~stays)).any(axis=1)
     return (
         SupervisorMemory(kept.astype(float), asked_until, seen.astype(float)),
-        Decision(standings, reasons, to_arm & (signs.mode == _RUNNING)),
+        Decision(standings, reasons, np.logical_and(to_arm, signs.mode == _RUNNING)),
     )
 
 

@@ -59,7 +59,8 @@ def transitions(
         changed = (numbers != np.stack(before, axis=1)).any(axis=1)
     if changed.all() and (numbers == numbers[0]).all():
         return [_transition("", *numbers[0])]
-    return [_transition(names[k], *numbers[k]) for k in np.flatnonzero(changed)]
+    told = zip(names, numbers, changed, strict=True)
+    return [_transition(name, *each) for name, each, new in told if new]
 
 
 def _transition(robot: str, standing: float, reason: float) -> Transition:
