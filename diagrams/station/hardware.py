@@ -235,7 +235,9 @@ def AddDevices(
         ports |= split_teams(builder, scenario, name, mocap.GetOutputPort(name), width)
     radio = add(
         "radio",
-        RadioCommander(devices.radio, period=period / scenario.radio.repeats, offset=AFTER_TICK),
+        RadioCommander(
+            devices.radio, period=period, repeats=scenario.radio.repeats, offset=AFTER_TICK
+        ),
     )
     connect(sent_command, radio.GetInputPort("velocity_commands"))
     # Looked at for every frame: a robot that is lost between two ticks stops before the next.

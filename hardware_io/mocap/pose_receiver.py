@@ -38,7 +38,8 @@ class PoseReceiver(LeafSystem):
     stamp  N     s          -
     =====  ====  =========  =====
 
-    `stamp` is the diagram's time at which a pose was seen, minus infinity if never.
+    `stamp` is the time at which a pose was seen, by the source's clock, from the diagram's time at
+    the first tick on: ticks that come late do not change it. Minus infinity if never.
 
     Source: the Vicon system of Zhang 2014, 2.2.8.
 
@@ -69,6 +70,8 @@ class PoseReceiver(LeafSystem):
         bodies = len(source.read().stamps)
         require(initial.shape == (bodies, 3), "starts", f"have shape ({bodies}, 3)", initial.shape)
         self._source, self._clock, self._limit = source, clock, float(stale_after)
+        # What the clock says at the diagram's time zero [s], from the first tick on.
+        self._zero: float | None = None
         self._poses = self.DeclareDiscreteState(state_vector(initial.ravel()))
         self._valid = self.DeclareDiscreteState(state_vector(np.zeros(bodies)))
         self._age = self.DeclareDiscreteState(state_vector(np.full(bodies, np.inf)))
@@ -80,11 +83,13 @@ class PoseReceiver(LeafSystem):
         self.DeclareStateOutputPort("stamp", self._stamp)
 
     def _sample(self, context, discrete_state):
-        reading = self._source.read()
-        valid, ages = freshness(self._clock(), reading.stamps, self._limit)
+        reading, now = self._source.read(), self._clock()
+        if self._zero is None:
+            self._zero = now - context.get_time()
+        valid, ages = freshness(now, reading.stamps, self._limit)
         last = context.get_discrete_state(self._poses).value().reshape(-1, 3)
         seen = np.isfinite(reading.stamps)[:, None]
         discrete_state.set_value(self._poses, np.where(seen, reading.poses, last).ravel())
         discrete_state.set_value(self._valid, valid)
         discrete_state.set_value(self._age, ages)
-        discrete_state.set_value(self._stamp, context.get_time() - ages)
+        discrete_state.set_value(self._stamp, reading.stamps - self._zero)

@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from ...systems.drake_types import read, state_vector
-from ...systems.numerics.errors import require_non_negative, require_positive
+from ...systems.numerics.errors import require, require_non_negative, require_positive
 from .link import RadioLink
 from .robot_reports import robot_reports
 
@@ -66,18 +66,22 @@ class RadioCommander(LeafSystem):
 
     Args:
         link: Open while this system runs.
-        period: Of sending [s]; 0.05 lets two frames in a row be lost before robots stop, after
-            0.17 s of silence.
+        period: Between samples of the reports [s].
+        repeats: How often commands go out in a period; every 0.05 s lets two frames in a row be
+            lost before robots stop, after 0.17 s of silence.
         offset: Of sending, after the outputs were sampled [s].
 
     Raises:
-        InvalidInput: The period is not positive, or the offset is negative.
+        InvalidInput: The period or the repeats are not positive, or the offset is negative.
         RadioError: While running: the module has gone.
     """
 
-    def __init__(self, link: RadioLink, *, period: float = 0.05, offset: float = 0.0):
+    def __init__(
+        self, link: RadioLink, *, period: float = 0.05, repeats: int = 1, offset: float = 0.0
+    ):
         super().__init__()
         require_positive("period", period)
+        require(repeats > 0, "repeats", "be positive", repeats)
         require_non_negative("offset", offset)
         self._link = link
         count = len(link.robots)
@@ -96,7 +100,8 @@ class RadioCommander(LeafSystem):
         for name, state in zip(names, self._states, strict=True):
             self.DeclareStateOutputPort(name, state)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
-        self.DeclarePeriodicPublishEvent(period, offset, self._send)
+        # What was sampled stays for the whole period: whoever looks later sees the same.
+        self.DeclarePeriodicPublishEvent(period / repeats, offset, self._send)
 
     def get_velocity_commands_input_port(self):
         """Forward speeds and turn rates, size 2 N [m/s], [rad/s]."""

@@ -3,6 +3,7 @@
 import contextlib
 import logging
 import math
+import termios
 import time
 from collections.abc import Callable
 
@@ -81,7 +82,7 @@ class XBeePort:
         device, self._device = self._device, None
         if device is not None:
             device.del_packet_received_callback(self._receive)
-            with contextlib.suppress(SerialException, OSError):
+            with contextlib.suppress(SerialException, OSError, termios.error):
                 if device.serial_port is not None:
                     device.serial_port.reset_output_buffer()
             device.close()

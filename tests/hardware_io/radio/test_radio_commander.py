@@ -82,6 +82,13 @@ def test_commands_go_out_a_stated_time_later(link):
     assert len(link.sent) == 1
 
 
+def test_commands_are_repeated_within_a_period_while_reports_stay(link):
+    heard = []
+    link.telemetry = lambda: heard.append(None) or {}
+    run(link, 0.124, repeats=2)
+    assert (len(link.sent), len(heard)) == (5, 3)
+
+
 def test_what_is_not_valid_or_not_a_number_is_not_to_be_followed(link):
     run(link, 0.0, valid=[0.0, 1.0])
     run(link, 0.0, valid=[1.0, 1.0], velocities=(0.3, math.nan, -0.1, 0.0))
@@ -128,7 +135,7 @@ def test_reports_come_out_and_what_was_not_heard_is_blank(link):
     assert output("age")[1] == math.inf
 
 
-@pytest.mark.parametrize("wrong", [{"period": 0.0}, {"offset": -0.1}])
+@pytest.mark.parametrize("wrong", [{"period": 0.0}, {"offset": -0.1}, {"repeats": 0}])
 def test_times_that_are_none_are_refused(link, wrong):
     with pytest.raises(InvalidInput):
         RadioCommander(link, **wrong)
