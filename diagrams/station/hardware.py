@@ -19,10 +19,18 @@ from ...hardware_io.cameras.frame_source import FrameSource, NoCamera
 from ...hardware_io.cameras.opencv_capture import OpenCvCapture
 from ...hardware_io.cameras.picture_folder import PictureFolder
 from ...hardware_io.mocap.emulated_poses import EmulatedPoses
+from ...hardware_io.mocap.faulty_poses import (
+    FaultyPoses,
+    PoseFault,
+    displaced,
+    frozen,
+    stuck,
+    swapped,
+)
 from ...hardware_io.mocap.lcm_poses import LcmPoses
 from ...hardware_io.mocap.motion_capture import MotionCapture
 from ...hardware_io.mocap.pose_receiver import PoseReceiver
-from ...hardware_io.mocap.pose_source import PoseSource
+from ...hardware_io.mocap.pose_source import PoseReading, PoseSource
 from ...hardware_io.mocap.recorded_poses import RecordedPoses
 from ...hardware_io.recording.port_recorder import PortRecorder, port_name
 from ...hardware_io.recording.run_log import RunLog, read_run_log
@@ -45,9 +53,12 @@ from .wiring import split_teams
 __all__ = [
     "AddDevices",
     "Devices",
+    "FaultyPoses",
     "Operator",
     "OperatorPort",
     "PortRecorder",
+    "PoseFault",
+    "PoseReading",
     "RunLog",
     "RunWriter",
     "Scene",
@@ -56,7 +67,9 @@ __all__ = [
     "StopPage",
     "ViewerLink",
     "build_emulator",
+    "displaced",
     "find_view",
+    "frozen",
     "keys",
     "open_camera",
     "open_devices",
@@ -66,6 +79,8 @@ __all__ = [
     "port_name",
     "read_run_log",
     "serial_ports",
+    "stuck",
+    "swapped",
     "without_password",
 ]
 

@@ -18,6 +18,7 @@ class EmulatedRadio:
     Attributes:
         port: Path of the serial device that the work station opens.
         air: What is on its way; `air.cut` silences it.
+        stalled: Whether the work station's module takes nothing from its serial line: a fault.
 
     Args:
         robots: Number of robots.
@@ -29,7 +30,7 @@ class EmulatedRadio:
         self.air = Air(settings, seed)
         self._rssi = settings.rssi
         self._modules = [XBeeModule(number) for number in range(robots + 1)]
-        self.port = ""
+        self.port, self.stalled = "", False
         self._line = self._far_end = -1
 
     def __enter__(self) -> "EmulatedRadio":
@@ -80,6 +81,8 @@ class EmulatedRadio:
         return self.air.send(Flight(sender, request.receiver, request.payload, False), time)
 
     def _read(self) -> bytes:
+        if self.stalled:
+            return b""
         # An error is an empty line.
         with contextlib.suppress(BlockingIOError):
             return os.read(self._line, 65536)

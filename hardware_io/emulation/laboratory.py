@@ -3,8 +3,9 @@
 import contextlib
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from queue import SimpleQueue
 
 import numpy as np
 
@@ -89,7 +90,8 @@ class EmulatedLaboratory:
         require(self._ring.count == 4, "ring", "have four sensors", self._ring.count)
         self._edges = None if world is None else build_edge_index(world).edges
         # Its thread alone moves the laboratory on; others read the last report, and leave what they
-        # want in `_ranges` and `air.cut`. Each is one reference, so that no lock is needed.
+        # want in `_ranges`, `air.cut` and `_asked`. Each is one reference, or minds threads itself.
+        self._asked: SimpleQueue[Callable[[RobotCores], None]] = SimpleQueue()
         self._ranges: np.ndarray | None = None
         self._open = contextlib.ExitStack()
         self._leaving = threading.Event()
@@ -159,6 +161,22 @@ class EmulatedLaboratory:
         """Let frames through again."""
         self._radio.air.cut = False
 
+    def stall_line(self) -> None:
+        """Let the work station's module take nothing from its serial line any more."""
+        self._radio.stalled = True
+
+    def place(self, k: int, pose: np.ndarray) -> None:
+        """Carry robot k to a pose, shape (3,) [m], [m], [rad], at the next moment."""
+        self._asked.put(lambda cores: cores.place(k, pose))
+
+    def set_encoder(self, k: int, wheel: int, sense: int) -> None:
+        """Set what an encoder tells, as `RobotCores.set_encoder` does, at the next moment."""
+        self._asked.put(lambda cores: cores.set_encoder(k, wheel, sense))
+
+    def reset_robot(self, k: int) -> None:
+        """Let robot k's firmware begin anew, at the next moment."""
+        self._asked.put(lambda cores: cores.jump(k, 0))
+
     def set_infrared(self, ranges: np.ndarray) -> None:
         """Set what the sensors feel, shape (n, 4) [m] from the rim; for a laboratory without walls.
 
@@ -181,6 +199,8 @@ class EmulatedLaboratory:
                 time.sleep(_STEP - behind)
                 continue
             try:
+                while not self._asked.empty():
+                    self._asked.get()(self._cores)
                 if self._cores.time >= sense:
                     self._feel()
                     sense += _SENSING

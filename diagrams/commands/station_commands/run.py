@@ -17,7 +17,8 @@ from rich.table import Table
 
 from ....systems.numerics.errors import InvalidInput, require_non_negative
 from ...outputs import output_folder
-from ...station.hardware import Operator, ViewerLink, keys, read_run_log
+from ...station.hardware import Devices, Operator, ViewerLink, keys, read_run_log
+from ...station.identity import require_identity
 from ...station.report import summarise_station, write_station_report
 from ...station.run import HORIZON, StationRun, run_station
 from ...station.session import open_laboratory, show_on_view
@@ -63,6 +64,13 @@ def run(
         bool | None,
         typer.Option(help="Start at once, or wait for the operator [default: wait on hardware]."),
     ] = None,
+    identified: Annotated[
+        bool,
+        typer.Option(
+            "--identify",
+            help="Let each robot turn in place first, and run only if its own body turns.",
+        ),
+    ] = False,
     realtime: Annotated[
         float | None,
         typer.Option(
@@ -88,6 +96,8 @@ def run(
         if realtime not in (None, 1.0):
             raise InvalidInput(f"`--realtime` must be left out with --{mode}; got {realtime}")
         rate = 1.0
+    if identified and mode == "simulate":
+        raise InvalidInput("`--identify` must come with --emulate or --hardware; got --simulate")
     if go is False and not (shown or attended):
         raise InvalidInput("`--no-go` must come with a view or a terminal; got neither")
     operator = Operator(running=mode != "hardware" if go is None else go)
@@ -96,6 +106,9 @@ def run(
         scratch = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         log = new_log(out, scratch)
         devices = stack.enter_context(open_laboratory(laboratory, game, mode, operator))
+        if identified and isinstance(devices, Devices):
+            console.print("Each robot turns in place.")
+            require_identity(laboratory, devices)
         link: ViewerLink | None = None
         if shown:
             link, url = stack.enter_context(
