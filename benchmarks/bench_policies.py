@@ -31,12 +31,13 @@ pytestmark = pytest.mark.benchmarks
 ALONE = {"adversarial": 1000, "best_response": 300}
 TEAMS, ROLLOUTS, PERIODS, REASSIGNED = 100, 200, 40, 20
 
-# Rule and hold of the assignment; the first is what the others are compared with.
+# Field, rule and hold of the assignment; the first is what the others are compared with.
 HOLDS = {
-    "none": ("hungarian", "none"),
-    "until_lost": ("hungarian", "until_lost"),
-    "max_none": ("hungarian_max", "none"),
-    "max_until_lost": ("hungarian_max", "until_lost"),
+    "none": ("margin", "hungarian", "none"),
+    "until_lost": ("margin", "hungarian", "until_lost"),
+    "max_none": ("margin", "hungarian_max", "none"),
+    "max_until_lost": ("margin", "hungarian_max", "until_lost"),
+    "guarantee": ("guarantee", "guarantee", "certificate"),
 }
 
 # The thesis's pursuers, the field of this project held steadily, and play by the solved game.
@@ -99,7 +100,7 @@ def test_fields_and_lookahead_one_against_one(field, opponent, tmp_path):
         for each in fields
     ]
     study = Study(name="fields", base=thesis_base(), cells=tuple(cells), runs=runs[opponent])
-    result = run_study(study, tmp_path / "fields", workers=1)
+    result = run_study(study, tmp_path / "fields", workers=2)
     print(f"\n1 against 1, {study.runs} games against {opponent}")
     table = result.times(cell_name(1, 1, "table", opponent))
     for each in fields:
@@ -119,18 +120,18 @@ def test_holding_an_assignment(size, tmp_path):
     cells = [
         match_cell(
             Match(pursuers, evaders, name, "best_response"),
-            ("pursuers.field=margin", f"pursuers.assignment={rule}", f"pursuers.hold={hold}"),
+            (f"pursuers.field={field}", f"pursuers.assignment={rule}", f"pursuers.hold={hold}"),
             runs,
         )
-        for name, (rule, hold) in HOLDS.items()
+        for name, (field, rule, hold) in HOLDS.items()
     ]
     study = Study(name="holds", base=thesis_base(), cells=tuple(cells), runs=runs["best_response"])
-    result = run_study(study, tmp_path / "holds", workers=1)
+    result = run_study(study, tmp_path / "holds", workers=2)
     times = {name: result.times(cell.name) for name, cell in zip(HOLDS, cells, strict=True)}
     print(f"\n{size}, {study.runs} games against best_response")
-    for name, (rule, hold) in HOLDS.items():
+    for name, (field, rule, hold) in HOLDS.items():
         print(
-            f"{rule}, {hold}: {times[name].mean():.1f} s; over hungarian, none "
+            f"{field}, {rule}, {hold}: {times[name].mean():.1f} s; over hungarian, none "
             f"{ratio(times[name], times['none'])}, {difference(times[name], times['none'])}"
         )
     print(

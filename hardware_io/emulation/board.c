@@ -16,7 +16,7 @@
 
 /* Data addresses of the ATmega2560's registers. */
 enum {
-    PIN_A = 0x20, DDR_A = 0x21, PORT_A = 0x22,
+    PIN_A = 0x20, DDR_A = 0x21, PORT_A = 0x22, DDR_B = 0x24, PORT_B = 0x25,
     TCCR1_A = 0x80, ICR1_LOW = 0x86, OCR1_A = 0x88, OCR1_B = 0x8A
 };
 
@@ -217,6 +217,12 @@ void board_set_voltages(struct board *board, const double volts[5])
         avr_raise_irq(avr_io_getirq(board->avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + k),
                       (uint32_t)lround(1000.0 * volts[k]));
     }
+}
+
+bool board_is_lit(const struct board *board)
+{
+    const uint8_t *data = board->avr->data;
+    return ((data[PORT_B] & data[DDR_B]) >> 7 & 1) != 0;
 }
 
 void board_set_encoder(struct board *board, int wheel, int sense)

@@ -55,6 +55,9 @@ void board_receive(struct board *board, const uint8_t *bytes, int count);
 /* Voltages [V] of the converter's inputs 0 to 4. */
 void board_set_voltages(struct board *board, const double volts[5]);
 
+/* Whether the board's lamp, on PB7, is lit. */
+bool board_is_lit(const struct board *board);
+
 /* What an encoder of the left (0) or right (1) wheel tells: 1 its way, -1 the other, 0 nothing. */
 void board_set_encoder(struct board *board, int wheel, int sense);
 

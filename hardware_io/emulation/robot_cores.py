@@ -17,7 +17,7 @@ from ..radio.messages import require_robots
 from .robot_body import RobotBody, sensor_voltages
 from .toolchain import firmware_path, runner_path
 
-_ANSWER = struct.Struct("=9dH")
+_ANSWER = struct.Struct("=10dH")
 # The runner keeps what robots send for so long at least [s].
 _SLICE = 0.1
 # It computes a slice in much less time, on a busy machine too [s].
@@ -39,6 +39,7 @@ class CoresReport:
         top_power: Largest power of a motor since the report before, shape (n,), 0 to 1.
         still_since: When the wheels came to rest, shape (n,) [s]; infinite while one turns.
         unpowered_since: When the motors were cut, shape (n,) [s]; infinite while one has power.
+        lit: Whether its lamp is, shape (n,).
         serial: What each robot has sent to its radio module since the report before.
     """
 
@@ -48,6 +49,7 @@ class CoresReport:
     top_power: np.ndarray
     still_since: np.ndarray
     unpowered_since: np.ndarray
+    lit: np.ndarray
     serial: tuple[bytes, ...]
 
 
@@ -177,18 +179,19 @@ class RobotCores:
             top_power=power,
             still_since=numbers[:, 6],
             unpowered_since=numbers[:, 7],
+            lit=numbers[:, 8] > 0,
             serial=tuple(serial),
         )
 
     def _step(self, serial: list[bytes]) -> np.ndarray:
-        """Advance to the present time; append to what was sent, return the rest, shape (n, 9)."""
+        """Advance to the present time; append to what was sent, return the rest, shape (n, 10)."""
         self._write(b"a" + struct.pack("=d", self._time), flush=True)
         rows = []
         for k, robot in enumerate(self.robots):
             *numbers, count = _ANSWER.unpack(self._read(_ANSWER.size))
             serial[k] += self._read(count)
             rows.append(numbers)
-            if not numbers[8]:
+            if not numbers[9]:
                 raise EmulationError(f"the processor of robot {robot} died at {self._time:.3f} s")
         return np.array(rows)
 

@@ -60,9 +60,10 @@ static struct board *take_board(void)
 static void answer(struct board *board, bool alive)
 {
     const struct rover *rover = &board->rover;
-    const double numbers[9] = {
+    const double numbers[10] = {
         rover->x, rover->y, rover->heading, rover->wheels[0].speed, rover->wheels[1].speed,
-        board->top_power, board->still_since, board->unpowered_since, alive ? 1.0 : 0.0,
+        board->top_power, board->still_since, board->unpowered_since,
+        board_is_lit(board) ? 1.0 : 0.0, alive ? 1.0 : 0.0,
     };
     const uint16_t count = (uint16_t)board->from_robot.count;
     fwrite(numbers, sizeof numbers, 1, stdout);

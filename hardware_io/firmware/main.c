@@ -7,7 +7,9 @@
 
 #include "board/analog.h"
 #include "board/clock.h"
+#include "board/led.h"
 #include "board/uart.h"
+#include "portable/beacon.h"
 #include "portable/frames.h"
 #include "portable/link.h"
 #include "portable/xbee.h"
@@ -57,6 +59,7 @@ static void tick(void)
     link_tick(&radio, now);
     link_wheel_speeds(&radio, speeds);
     wheels_step(speeds, &motion);
+    led_set(beacon_lit(radio.state, wheels_are_cut_off(&motion), now));
     analog_step();
     since_report += TICK_MS;
     if (since_report >= TELEMETRY_PERIOD_MS) {
@@ -72,6 +75,7 @@ int main(void)
     }
     MCUSR = 0;
     wdt_enable(WDTO_60MS);
+    led_start();
     wheels_start();
     link_reset(&radio, robot_id());
     analog_start();

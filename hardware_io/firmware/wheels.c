@@ -23,6 +23,11 @@ void wheels_start(void)
     encoders_start();
 }
 
+bool wheels_are_cut_off(const struct motion *motion)
+{
+    return (motion->flags & STALLED) != 0U;
+}
+
 void wheels_release(struct motion *motion)
 {
     motion->flags &= (uint8_t)~STALLED;
@@ -49,7 +54,7 @@ void wheels_step(const int16_t speeds[2], struct motion *motion)
         }
         duties[k] = speed_loop_step(&loops[k], speeds[k], turned);
     }
-    if ((motion->flags & STALLED) != 0U) {
+    if (wheels_are_cut_off(motion)) {
         for (uint8_t k = 0; k < 2U; k++) {
             duties[k] = speed_loop_step(&loops[k], 0, 0);
         }

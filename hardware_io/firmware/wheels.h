@@ -2,11 +2,15 @@
 #ifndef WHEELS_H
 #define WHEELS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "report.h"
 
 void wheels_start(void);
+
+/* Whether a wheel did not turn its way. */
+bool wheels_are_cut_off(const struct motion *motion);
 
 /* Let wheels that were cut off get power again. */
 void wheels_release(struct motion *motion);

@@ -18,6 +18,7 @@ from sightfield.hardware_io.radio.messages import (
     Command,
     Entry,
     Form,
+    Heartbeat,
     RobotFlag,
     RobotState,
     Stop,
@@ -203,6 +204,39 @@ def test_a_wheel_whose_encoder_fails_cuts_the_motors_until_the_robot_is_armed(
         report = team.drive([[speed, 0.0]], 0.5)
         assert report.wheel_speeds[0] == pytest.approx([speed, speed], abs=0.03)
         assert flag not in team.last(0).flags
+
+
+def blinks(team, send, seconds=2.0):
+    """How often the lamp goes on while something is sent, and for which part of the time."""
+    lit = []
+    for _ in range(round(seconds / 0.05)):
+        send()
+        lit += [team.advance(0.01).lit[0] for _ in range(5)]
+    lit = np.array(lit)
+    return (lit[1:] & ~lit[:-1]).sum(), lit.mean()
+
+
+def test_the_lamp_tells_what_a_robot_does():
+    def nothing():
+        """Is sent."""
+
+    with RobotCores([1], np.zeros((1, 3))) as cores:
+        team = Team(cores)
+        for first, send, times, part, state in (
+            (None, nothing, 1, 0.025, RobotState.DISARMED),
+            (Arm, lambda: team.drive([[0.2, 0.0]], 0.05), 0, 1.0, RobotState.DRIVING),
+            (None, lambda: team.send(Heartbeat), 2, 0.5, RobotState.IDLE),
+            (None, nothing, 4, 0.1, RobotState.LOST),
+            (Stop, nothing, 10, 0.5, RobotState.STOPPED),
+        ):
+            if first is not None:
+                team.send(first)
+            # What comes before has its effect yet.
+            team.advance(0.3)
+            seen, lit = blinks(team, send)
+            assert team.last(0).state == state
+            assert abs(seen - times) <= 1
+            assert lit == pytest.approx(part, abs=0.06 if times == 0 else 0.03), state
 
 
 def test_ranges_and_battery_come_through_the_converter():
