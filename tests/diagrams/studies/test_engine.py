@@ -164,6 +164,9 @@ def test_no_scheduler_is_an_error_in_one_line(make_study, tmp_path, monkeypatch)
 def begin(folder: Path) -> subprocess.Popen:
     """Start a study of three blocks from the command line."""
     words = ["study", "assignment", "--opponent", "adversarial", "--runs", "9", "--seconds", "2"]
+    # Tests that run in the background of a shell would hand on that Ctrl-C is ignored.
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     return subprocess.Popen(
         [SIGHTFIELD, *words, "--workers", "1", "--out", folder],
         stdout=subprocess.PIPE,
