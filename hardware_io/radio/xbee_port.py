@@ -13,7 +13,7 @@ from digi.xbee.models.address import XBee64BitAddress
 from digi.xbee.models.status import TransmitStatus
 from digi.xbee.packets.base import XBeeAPIPacket
 from digi.xbee.packets.raw import RX64Packet, TX64Packet, TXStatusPacket
-from serial import SerialException
+from serial import SerialException, SerialTimeoutException
 
 from ...systems.numerics.errors import SightfieldError
 
@@ -93,10 +93,11 @@ class XBeePort:
         """Hand a payload to the module, for one 64-bit address or for all; returns its frame id.
 
         While four frames are not confirmed by the module nothing is sent that is not urgent, and
-        None is returned.
+        None is returned, as it is where the line did not take the frame in time.
 
         Raises:
-            RadioError: The port is not open, its module has gone, or takes no frames.
+            RadioError: The port is not open, its module has gone, or has taken no frame for half a
+                second.
         """
         device = self._device
         if device is None:
@@ -109,6 +110,9 @@ class XBeePort:
         self._unconfirmed[frame_id] = now
         try:
             device.send_packet(TX64Packet(frame_id, to, 0, rf_data=payload))
+        except SerialTimeoutException:
+            # Once, it may be this thread that was late; a line that is dead confirms nothing.
+            return None
         except (XBeeException, SerialException, OSError) as error:
             raise RadioError(f"the radio at {self.port} has gone: {_reason(error)}") from None
         return frame_id

@@ -53,11 +53,26 @@ def port(monkeypatch):
         yield opened, module, clock
 
 
-def test_a_line_that_takes_nothing_is_an_error_after_a_tenth_of_a_second(port):
-    opened, module, _ = port
+def test_a_line_that_takes_a_frame_late_loses_that_frame_alone(port):
+    opened, module, clock = port
     assert module.serial_port.write_timeout == 0.1
+    opened.send(b"x")
     module.stalled = True
-    with pytest.raises(RadioError, match="has gone: Write timeout"):
+    assert opened.send(b"x") is None
+    clock.now += 0.1
+    module.stalled = False
+    assert opened.send(b"x") == 3
+    module.confirm(3)
+    assert [opened.send(b"x") for _ in range(2)] == [4, 5]
+
+
+def test_a_line_that_takes_nothing_is_given_up_after_half_a_second(port):
+    opened, module, clock = port
+    module.stalled = True
+    for _ in range(6):
+        assert opened.send(b"x") is None
+        clock.now += 0.1
+    with pytest.raises(RadioError, match="has confirmed no frame for"):
         opened.send(b"x")
 
 
