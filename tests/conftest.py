@@ -120,6 +120,8 @@ def begun() -> Callable[[list[str]], list[str]]:
         command, rest = import_command(words[0]), words[1:]
         while rest and rest[0] in getattr(command, "commands", {}):
             command = command.commands[rest.pop(0)]
+        # What runs by default has its options.
+        command = getattr(command, "commands", {}).get("run", command)
         timed = any("--seconds" in option.opts for option in command.params)
         # The last one of an option counts.
         return [*words, "--seconds", "3"] if timed else words
