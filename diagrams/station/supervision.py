@@ -65,7 +65,8 @@ def AddSupervision(
     gate = add("pose_gate", PoseGate(limits, starts, period=period))
     connect(join_teams(builder, "poses", ports), gate.GetInputPort("pose"))
     connect(valid, gate.GetInputPort("valid"))
-    connect(join_teams(builder, "stamp", ports), gate.GetInputPort("stamp"))
+    stamp = join_teams(builder, "stamp", ports)
+    connect(stamp, gate.GetInputPort("stamp"))
     pose, fault = gate.GetOutputPort("believed_pose"), gate.GetOutputPort("fault")
 
     motion = add("motion_check", MotionCheck(rules.chassis, count, period=period))
@@ -73,6 +74,8 @@ def AddSupervision(
     for name, port in {
         "pose": pose,
         "valid": valid,
+        "stamp": stamp,
+        "pose_age": join_teams(builder, "age", ports),
         "pose_fault": fault,
         "sent_command": sent_command,
         "counts": ports["radio.counts"],

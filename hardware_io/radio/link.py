@@ -36,7 +36,10 @@ _RETRY = {Kind.STOP: 0.02, Kind.ARM: 0.08}
 
 @dataclass(frozen=True)
 class Receipt:
-    """Telemetry with the time at which it came, by time.monotonic [s]."""
+    """Telemetry with the time at which it came, by time.monotonic [s].
+
+    What came later than round trips usually take counts as having come in time.
+    """
 
     time: float
     telemetry: Telemetry
@@ -263,8 +266,8 @@ class RadioLink:
             self._record.received += 1
             if isinstance(frame, Telemetry):
                 self._addresses[frame.robot] = address
-                self._latest[frame.robot] = Receipt(now, frame)
-                self._record.note_telemetry(frame, now)
+                late = self._record.note_telemetry(frame, now)
+                self._latest[frame.robot] = Receipt(now - late, frame)
             elif isinstance(frame, Acknowledgement):
                 what = (frame.kind, frame.session, frame.acknowledged, frame.robot)
                 self._acknowledged.add(what)

@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import median
 
 from .messages import MODULUS, Telemetry
 
@@ -12,6 +13,8 @@ _WINDOW = 25
 _KEPT = 1024
 # A link that has been silent for longer has no quality [s].
 _SILENCE = 1.0
+# What round trips differ by without a reason [s].
+_JITTER = 0.01
 
 
 @dataclass(frozen=True)
@@ -82,19 +85,25 @@ class LinkRecord:
         if len(self._sendings) > _KEPT:
             del self._sendings[next(iter(self._sendings))]
 
-    def note_telemetry(self, telemetry: Telemetry, time: float) -> None:
+    def note_telemetry(self, telemetry: Telemetry, time: float) -> float:
         """A robot tells which frame it took last, and how many.
 
         Args:
             telemetry: What it tells.
             time: Now [s].
+
+        Returns:
+            How much longer this round trip took than they usually do [s]: a report that waited for
+            a busy machine is older than it seems.
         """
         sending = self._sendings.get((telemetry.session, telemetry.last_sequence))
         if sending is None or telemetry.robot not in self._progress:
-            return
-        self._round_trips.append(max(time - sending[0] - 1e-3 * telemetry.hold, 0.0))
+            return 0.0
+        trip = max(time - sending[0] - 1e-3 * telemetry.hold, 0.0)
+        self._round_trips.append(trip)
         sent = sending[1][telemetry.robot]
         self._progress[telemetry.robot].append((time, sent, telemetry.taken))
+        return max(trip - median(self._round_trips) - _JITTER, 0.0)
 
     def statistics(self, now: float) -> LinkStatistics:
         """What is known at a time [s].

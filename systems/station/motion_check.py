@@ -1,7 +1,7 @@
 """Robots that do not move as they are told, or whose encoders see another motion."""
 
 import numpy as np
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import InputPortIndex, LeafSystem
 
 from ..drake_types import read, state_vector
 from ..numerics.errors import require, require_positive
@@ -24,6 +24,8 @@ class MotionCheck(LeafSystem):
         input_ports:
         - pose
         - valid
+        - stamp
+        - pose_age
         - pose_fault
         - sent_command
         - counts
@@ -37,6 +39,8 @@ class MotionCheck(LeafSystem):
     ============  ====  ==========  =====
     pose          3 N   m, m, rad   world
     valid         N     -           -
+    stamp         N     s           -
+    pose_age      N     s           -
     pose_fault    N     -           -
     sent_command  2 N   m/s, rad/s  robot
     counts        2 N   -           -
@@ -45,10 +49,11 @@ class MotionCheck(LeafSystem):
     fault         N     -           -
     ============  ====  ==========  =====
 
-    `counts` and their `age` are of the last report of each robot. `fault` is a number of Reason:
-    ODOMETRY, NOT_FOLLOWING, or 0; it does not depend on what is sent at the same tick, which
-    depends on it. Each time the operator says start, of which `starts_said` is the number, all is
-    forgiven.
+    `stamp` is when a pose was seen, by the clock of the motion capture, and `pose_age` how long ago
+    that is. `counts` and their `age` are of the last report of each robot. `fault` is a number of
+    Reason: ODOMETRY, NOT_FOLLOWING, or 0; it does not depend on what is sent at the same tick,
+    which depends on it. Each time the operator says start, of which `starts_said` is the number,
+    all is forgiven.
 
     Source: ours; see `check_motion`.
 
@@ -68,6 +73,8 @@ class MotionCheck(LeafSystem):
         self._chassis, self._period = chassis, float(period)
         self._pose = self.DeclareVectorInputPort("pose", 3 * count)
         self._valid = self.DeclareVectorInputPort("valid", count)
+        self._stamp = self.DeclareVectorInputPort("stamp", count)
+        self._pose_age = self.DeclareVectorInputPort("pose_age", count)
         self._pose_fault = self.DeclareVectorInputPort("pose_fault", count)
         self._sent = self.DeclareVectorInputPort("sent_command", 2 * count)
         self._counts = self.DeclareVectorInputPort("counts", 2 * count)
@@ -79,8 +86,9 @@ class MotionCheck(LeafSystem):
         self._heard = self.DeclareDiscreteState(state_vector(np.zeros(1)))
         self._number = self.DeclareDiscreteState(state_vector(np.array([-1.0])))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
-        ports = (self._pose, self._valid, self._pose_fault, self._counts, self._age, self._said)
-        depends = {self.input_port_ticket(port.get_index()) for port in ports}
+        sent = self._sent.get_index()
+        others = [k for k in range(self.num_input_ports()) if k != sent]
+        depends = {self.input_port_ticket(InputPortIndex(k)) for k in others}
         depends |= {self.all_state_ticket()}
         self.DeclareVectorOutputPort("fault", count, self._calc_fault, depends)
 
@@ -101,6 +109,8 @@ class MotionCheck(LeafSystem):
             period=self._period,
             poses=read(self._pose, context).reshape(-1, 3),
             good=(read(self._valid, context) > 0.5) & believed,
+            stamps=read(self._stamp, context),
+            pose_ages=read(self._pose_age, context),
             counts=read(self._counts, context).reshape(-1, 2),
             ages=read(self._age, context),
         )

@@ -3,8 +3,8 @@
 Both are compared as ways of the wheels. The motion that a command leads to is predicted by a delay
 of two ticks and a first-order lag; a robot whose pose stands still while it should have gone some
 centimetres does not follow. The ways by encoders and by motion capture between two reports are
-compared; what they differ by, beyond what delay and slip explain, is added up (a CUSUM test, Page,
-Biometrika 41, 1954).
+compared, at the moments at which both were measured, however late ticks are; what they differ by,
+beyond what delay and slip explain, is added up (a CUSUM test, Page, Biometrika 41, 1954).
 """
 
 from dataclasses import dataclass
@@ -30,8 +30,9 @@ _PAUSE, _TRIES = 0.5, 3
 _ALLOWED, _SLIP = 0.01, 0.25
 # What the rest adds up to when encoders and motion capture disagree [m].
 _DISAGREEMENT = 0.025
-# Ticks that are remembered: a report tells how things stood some ticks ago.
-_KEPT = 4
+# Poses that are remembered: a report tells how things stood some ticks ago. The newest may be older
+# than the report, by so much at most [s].
+_KEPT, _AHEAD = 4, 0.06
 # Two reports are not nearer in time [s].
 _BETWEEN_REPORTS = 0.03
 
@@ -66,8 +67,10 @@ class MotionMemory(NamedTuple):
 
     Attributes:
         poses: Last good ones, shape (N, 3) [m], [m], [rad].
-        good: For how many ticks in a row poses were good, shape (N,).
-        ways: Of the wheels by motion capture, at the last ticks, newest first, shape (4, N, 2) [m].
+        since: Stamp from which on poses were good without a break, shape (N,) [s]; infinite if the
+            last was not.
+        ways: Of the wheels by motion capture, at the last poses, newest first, shape (4, N, 2) [m].
+        stamps: Of these poses, shape (4, N) [s]; minus infinity if there was none.
         sent: Wheel speeds sent at the last tick, shape (N, 2) [m/s].
         predicted: Wheel speeds that earlier commands lead to, shape (N, 2) [m/s].
         anchors: Poses from which motion is counted, shape (N, 3) [m], [m], [rad].
@@ -81,8 +84,9 @@ class MotionMemory(NamedTuple):
     """
 
     poses: np.ndarray
-    good: np.ndarray
+    since: np.ndarray
     ways: np.ndarray
+    stamps: np.ndarray
     sent: np.ndarray
     predicted: np.ndarray
     anchors: np.ndarray
@@ -105,8 +109,9 @@ def no_motion(count: int) -> MotionMemory:
     never, poses = np.full(count, -np.inf), np.zeros((count, 3))
     return MotionMemory(
         poses=poses,
-        good=none,
+        since=-never,
         ways=np.zeros((_KEPT, count, 2)),
+        stamps=np.full((_KEPT, count), -np.inf),
         sent=pairs,
         predicted=pairs,
         anchors=poses,
@@ -153,6 +158,8 @@ def check_motion(
     period: float,
     poses: np.ndarray,
     good: np.ndarray,
+    stamps: np.ndarray,
+    pose_ages: np.ndarray,
     counts: np.ndarray,
     ages: np.ndarray,
 ) -> tuple[MotionMemory, np.ndarray]:
@@ -165,6 +172,8 @@ def check_motion(
         period: Between two calls [s].
         poses: That are believed, shape (N, 3) [m], [m], [rad].
         good: Which of them are seen now and plausible, shape (N,).
+        stamps: When they were seen, by the clock of the motion capture, shape (N,) [s].
+        pose_ages: How long ago that is, shape (N,) [s].
         counts: Of the encoders, in the last report, shape (N, 2).
         ages: Of the last report, shape (N,) [s].
 
@@ -172,16 +181,21 @@ def check_motion(
         memory: Without what is sent at this tick: that is for `with_sent`.
         faults: ODOMETRY, NOT_FOLLOWING or NONE, as numbers of Reason, shape (N,).
     """
-    known = good & (memory.good > 0)
+    known = good & np.isfinite(memory.since)
     step = np.where(known[:, np.newaxis], wheel_ways(chassis, memory.poses, poses), 0.0)
-    ways = np.concatenate([memory.ways[:1] + step, memory.ways[:-1]])
+    newer = good & (stamps > memory.stamps[0])
+    latest = np.concatenate([memory.ways[:1] + step, memory.ways[:-1]])
+    moments = np.concatenate([stamps[np.newaxis], memory.stamps[:-1]])
     memory = memory._replace(
         poses=np.where(good[:, np.newaxis], poses, memory.poses),
-        good=np.where(good, memory.good + 1, 0.0),
-        ways=ways,
+        since=np.where(good, np.where(known, memory.since, stamps), np.inf),
+        ways=np.where(newer[:, np.newaxis], latest, memory.ways),
+        stamps=np.where(newer, moments, memory.stamps),
     )
     memory = _follow(chassis, memory, time, period, good)
-    memory = _compare(chassis, memory, time, period, counts, ages)
+    with np.errstate(invalid="ignore"):
+        now = stamps + pose_ages
+    memory = _compare(chassis, memory, now, counts, ages)
     disagree = (memory.differences > _DISAGREEMENT).any(axis=1)
     faults = np.where(
         disagree, Reason.ODOMETRY, np.where(time < memory.until, Reason.NOT_FOLLOWING, Reason.NONE)
@@ -239,39 +253,59 @@ def _follow(
 def _compare(
     chassis: Chassis,
     memory: MotionMemory,
-    time: float,
-    period: float,
+    now: np.ndarray,
     counts: np.ndarray,
     ages: np.ndarray,
 ) -> MotionMemory:
-    """Ways by encoders and by motion capture since the report before, where one has come."""
-    stamps = time - ages
-    new = np.isfinite(stamps) & (stamps > memory.reports + _BETWEEN_REPORTS)
-    back = np.where(new, (ages + chassis.report_delay) / period, 0.0)
-    seen = _ways_at(memory.ways, back)
+    """Ways by encoders and by motion capture since the report before, where one has come.
+
+    Args:
+        chassis: Wheels.
+        memory: With the newest poses.
+        now: By the clock of the motion capture, shape (N,) [s].
+        counts: Of the encoders, in the last report, shape (N, 2).
+        ages: Of the last report, shape (N,) [s].
+    """
+    # Where nothing was seen or heard yet, times are no numbers, and nothing is compared.
     with np.errstate(invalid="ignore"):
+        stamps = now - ages
+        new = np.isfinite(stamps) & (stamps > memory.reports + _BETWEEN_REPORTS)
         between = np.where(new, stamps - memory.reports, np.inf)
         counted = (counts - memory.counts) / chassis.counts_per_metre
+    # A report from after the last pose waits for the next.
+    new &= stamps - chassis.report_delay <= memory.stamps[0] + _AHEAD
+    measured = np.where(new, stamps - chassis.report_delay, -np.inf)
+    seen, surely = _ways_at(memory.ways, memory.stamps, measured)
     driven = seen - memory.report_ways
     # Poses were good all the time, and nobody set the counts back.
-    since = between + back * period + period
-    whole = new & (memory.good * period >= since) & (back <= _KEPT - 1)
+    whole = new & surely & (measured - between >= memory.since)
     whole &= np.abs(counted).max(axis=1) <= 2 * chassis.top_speed * np.minimum(between, 10.0)
     error = np.abs(counted - driven)
     explained = _ALLOWED + _SLIP * np.maximum(np.abs(counted), np.abs(driven))
     sums = np.maximum(memory.differences + error - explained, 0.0)
+    # One that is older than what is remembered is nothing to count from.
     return memory._replace(
-        reports=np.where(new, stamps, memory.reports),
+        reports=np.where(new, np.where(surely, stamps, -np.inf), memory.reports),
         counts=np.where(new[:, np.newaxis], counts, memory.counts),
         report_ways=np.where(new[:, np.newaxis], seen, memory.report_ways),
         differences=np.where(whole[:, np.newaxis], sums, memory.differences),
     )
 
 
-def _ways_at(ways: np.ndarray, back: np.ndarray) -> np.ndarray:
-    """Ways so many ticks ago, a part of a tick being a part of the way, shape (N, 2) [m]."""
-    back = np.minimum(back, len(ways) - 1)
-    later = np.minimum(np.floor(back).astype(int), len(ways) - 2)
-    part = (back - later)[:, np.newaxis]
-    rows = np.arange(ways.shape[1])
-    return (1 - part) * ways[later, rows] + part * ways[later + 1, rows]
+def _ways_at(
+    ways: np.ndarray, stamps: np.ndarray, moments: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Ways at moments, between two poses or just after the last, and whether they are remembered.
+
+    Args:
+        ways: At the last poses, newest first, shape (k, N, 2) [m].
+        stamps: Of these, shape (k, N) [s].
+        moments: Shape (N,) [s].
+    """
+    robots = np.arange(len(moments))
+    later = np.clip((stamps > moments).sum(axis=0) - 1, 0, len(stamps) - 2)
+    first, second = stamps[later + 1, robots], stamps[later, robots]
+    known = (moments >= first) & np.isfinite(first)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        part = np.where(known, (moments - first) / (second - first), 0.0)[:, np.newaxis]
+    return (1 - part) * ways[later + 1, robots] + part * ways[later, robots], known

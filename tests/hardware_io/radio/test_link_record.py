@@ -83,3 +83,20 @@ def test_only_the_latest_sendings_are_remembered():
     assert record.statistics(1.0).round_trip is None
     record.note_telemetry(report(1, 1999, 1), 1.0)
     assert record.statistics(1.0).round_trip == 1.0
+
+
+def test_a_report_that_waited_is_as_late_as_its_round_trip_is_longer_than_usual():
+    record = LinkRecord((1,))
+    lates = []
+    for sequence in range(1, 41):
+        sent = 0.05 * sequence
+        record.note_sent(1, sequence, None, sent)
+        # The robot held it for 20 ms; trips take 60 ms, and once 180 ms.
+        trip = 0.18 if sequence == 30 else 0.06
+        lates.append(
+            record.note_telemetry(report(1, sequence, sequence, hold=20), sent + 0.02 + trip)
+        )
+    assert lates[29] == pytest.approx(0.12 - 0.01)
+    assert max(lates[:29] + lates[30:]) == 0.0
+    # Of a frame that is unknown nothing can be said.
+    assert record.note_telemetry(report(1, 999, 41), 9.0) == 0.0

@@ -152,6 +152,8 @@ class Floor:
             period=PERIOD,
             poses=self.known.poses,
             good=valid & (self.known.verdicts == 0),
+            stamps=stamps,
+            pose_ages=time - stamps,
             counts=self.counts,
             ages=time - self.stamps,
         )
