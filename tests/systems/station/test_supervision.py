@@ -257,6 +257,29 @@ def test_a_body_that_stands_still_for_the_cameras_alone_is_held_within_decimetre
         assert np.hypot(*stood) < 0.15
 
 
+def test_ticks_that_come_late_are_no_fault_of_a_robots():
+    """Every eighth tick comes 0.3 s late, while robots drive on at full speed."""
+    random, memory, moment = np.random.default_rng(4), no_motion(1), 10.0
+    for tick in range(400):
+        moment += 0.3 if tick % 8 == 0 else random.uniform(0.9, 1.1) * PERIOD
+        seen, measured = moment - 0.01, 0.2 * np.floor((moment - CHASSIS.report_delay) / 0.2)
+        way = 0.3 * (measured - 10.0)
+        memory, faults = check_motion(
+            CHASSIS,
+            memory,
+            time=tick * PERIOD,
+            period=PERIOD,
+            poses=np.array([[0.3 * (seen - 10.0), 0.0, 0.0]]),
+            good=np.ones(1, bool),
+            stamps=np.array([seen]),
+            pose_ages=np.array([0.01]),
+            counts=np.full((1, 2), round(way * CHASSIS.counts_per_metre)),
+            ages=np.array([moment - measured - CHASSIS.report_delay]),
+        )
+        memory = with_sent(CHASSIS, memory, np.array([[0.3, 0.0]]))
+        assert faults[0] == Reason.NONE
+
+
 @pytest.mark.parametrize("fault", ["dead encoder", "reversed encoder"])
 def test_encoders_that_tell_another_motion_are_noticed(fault):
     for moment in (2.0, 2.13, 2.27):
