@@ -18,6 +18,12 @@ def read(path):
     return nbformat.read(path, as_version=4)
 
 
+def test_every_tutorial_has_its_solutions():
+    assert [each.name for each in SOLUTIONS] == sorted(
+        each.name for each in TUTORIALS.glob("*.ipynb")
+    )
+
+
 @each_solution
 def test_the_solutions_run_on_the_wheel_alone(path, execute, tmp_path):
     execute(read(path), tmp_path)
