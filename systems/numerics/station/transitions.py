@@ -66,5 +66,5 @@ def transitions(
 def _transition(robot: str, standing: float, reason: float) -> Transition:
     why = reason_words(reason)
     name = standing_name(standing)
-    fault = name in ("held", "lost") and reason != Reason.OPERATOR_STOP
+    fault = name in ("held", "lost") and int(reason) != Reason.OPERATOR_STOP
     return Transition(robot, f"{name}: {why}" if why else name, fault)

@@ -1,11 +1,17 @@
 """Runs in which something is wrong: what is told of them, and that they are played again."""
 
+import json
+
 import numpy as np
 import pytest
 
 from sightfield.diagrams.station.hardware import Operator, read_run_log
 from sightfield.diagrams.station.replay import load_recording, replay
-from sightfield.diagrams.station.report import events_of
+from sightfield.diagrams.station.report import (
+    events_of,
+    summarise_station,
+    write_station_report,
+)
 from sightfield.diagrams.station.run import run_station
 from sightfield.systems.numerics.station.reasons import Reason, Standing
 
@@ -47,6 +53,16 @@ def test_the_clock_counts_the_ticks_at_which_a_robot_runs(unheard):
     assert clock == pytest.approx(0.05 * np.cumsum(running))
     assert done.tracking_time == pytest.approx(clock[-1])
     assert 0 < done.tracking_time < 1.3
+
+
+def test_the_summary_of_a_run_with_holds_is_written(unheard, tmp_path):
+    done, path, game = unheard
+    log = read_run_log(path)
+    summary = summarise_station(done, log, game, "thesis_3v3", 1.5, "simulate")
+    write_station_report(done, log, game, summary, tmp_path)
+    written = json.loads((tmp_path / "summary.json").read_text())
+    assert written == json.loads(json.dumps(summary))
+    assert written["faults"] == sum(event["fault"] for event in written["events"]) > 0
 
 
 def test_who_is_held_is_sent_nothing(unheard):
