@@ -240,10 +240,10 @@ def _from_kalibr(text: str, path: Path) -> CameraModel:
     node = tree.get("cam0") if isinstance(tree, dict) else None
     if not isinstance(node, dict):
         raise InvalidInput(f"`camera` must have a camera `cam0`, as Kalibr writes; got {path}")
-    kind = (node.get("camera_model"), node.get("distortion_model"))
+    kind = (str(node.get("camera_model")), str(node.get("distortion_model")))
     known = {("omni", "radtan"): 5, ("omni", "none"): 5, ("pinhole", "equidistant"): 4}
     forms = ", ".join("-".join(each) for each in known)
-    require(kind in known, "camera.cam0", f"be one of {forms}", "-".join(map(str, kind)))
+    require(kind in known, "camera.cam0", f"be one of {forms}", "-".join(kind))
     numbers = _numbers("camera.cam0.intrinsics", node.get("intrinsics"), known[kind])
     distortion = [0.0] * 4
     if kind[1] != "none":

@@ -1,0 +1,1 @@
+"""Calibration of central cameras on pictures of checkerboards."""
