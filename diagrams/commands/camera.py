@@ -3,6 +3,7 @@
 import typer
 
 from .camera_commands.calibrate import calibrate
+from .camera_commands.convert import convert
 from .camera_commands.estimate import estimate
 from .camera_commands.render import render
 from .camera_commands.track import track_on_pictures
@@ -13,6 +14,7 @@ camera = typer.Typer(
     rich_markup_mode=None,
 )
 camera.command()(calibrate)
+camera.command()(convert)
 camera.command()(render)
 camera.command()(estimate)
 camera.command("track")(track_on_pictures)

@@ -13,6 +13,7 @@ from rich.progress import track
 from rich.table import Table
 
 from ....systems.numerics.errors import require_positive
+from ....systems.numerics.vision.boards.calibrate import MODELS as BOARD_MODELS
 from ....systems.numerics.vision.estimation.calibration import calibrate as calibrate_readings
 from ....systems.numerics.vision.estimation.calibration_files import (
     save_calibration,
@@ -34,6 +35,7 @@ from ...outputs import output_folder
 from ...vision.calibration.camera_file import load_camera
 from ...vision.calibration.plots import save_direction_spread, save_error_curves
 from ...vision.calibration.summary import summarise
+from .board import calibrate_board
 from .options import (
     COLOUR_HELP,
     QUALITY,
@@ -63,6 +65,19 @@ def calibrate(
     base: BaseOption = SHELL.base,
     top: TopOption = SHELL.top,
     radius: RadiusOption = SHELL.radius,
+    board: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMNSxROWS",
+            help="Calibrate on pictures of a checkerboard instead, with so many inner corners.",
+        ),
+    ] = None,
+    square: Annotated[
+        str, typer.Option(help="With --board: of its squares, as 0.03 or 0.03x0.031 [m].")
+    ] = "0.03",
+    model: Annotated[
+        str, typer.Option(help=f"With --board: one of {', '.join(BOARD_MODELS)}.")
+    ] = "scaramuzza",
     height: Annotated[
         float | None,
         typer.Option(help="h, if measured: of the mirror's focus above the bottom edge [m]."),
@@ -79,8 +94,12 @@ def calibrate(
     """Compute k and h, fit the exact optics, and compare both on the same pictures (2.2.4.2).
 
     The radius of the mirror and its distance from the pinhole are taken from the optics; all else
-    is fitted, starting there.
+    is fitted, starting there. With --board a camera of any central model is fitted to the corners
+    of a checkerboard, and written for OCamCalib, OpenCV and Kalibr.
     """
+    if board is not None:
+        calibrate_board(pictures, board, square, model, out, as_json)
+        return
     optics, (shade,) = load_camera(camera), chosen_colours([colour])
     shell = shell_of(colour, radius=radius, base=base, top=top)
     if height is not None:
