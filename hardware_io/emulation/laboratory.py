@@ -170,7 +170,13 @@ class EmulatedLaboratory:
         self._asked.put(lambda cores: cores.place(k, pose))
 
     def set_encoder(self, k: int, wheel: int, sense: int) -> None:
-        """Set what an encoder tells, as `RobotCores.set_encoder` does, at the next moment."""
+        """Set what an encoder tells at the next moment: a fault.
+
+        Args:
+            k: Number of the robot.
+            wheel: 0 for the left, 1 for the right.
+            sense: 1 the wheel's way, -1 the other way, 0 nothing.
+        """
         self._asked.put(lambda cores: cores.set_encoder(k, wheel, sense))
 
     def reset_robot(self, k: int) -> None:

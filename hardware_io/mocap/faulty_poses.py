@@ -79,7 +79,7 @@ def stuck(body: int, pose: np.ndarray) -> PoseFault:
 
     Args:
         body: Its row.
-        pose: x, y [m], heading [rad].
+        pose: x, y, heading, shape (3,) [m], [m], [rad].
     """
 
     def fault(reading: PoseReading) -> PoseReading:
