@@ -35,8 +35,9 @@ from .session import open_laboratory
 _MOVING = 0.05
 # How long one may take to move [s], and to stand after the fault.
 _UNTIL_IT_MOVES, _UNTIL_IT_STANDS = 6.0, 2.0
-# How long a fault is left once robots stand, so that it is told [s].
-_LEFT = 0.5
+# How long a fault is left once robots stand, so that it is told [s]: a robot reports five times a
+# second, and a tenth of the reports is lost.
+_LEFT = 1.0
 # How long robots stand while they are carried back, before and after [s].
 _CARRIED = 0.25
 
