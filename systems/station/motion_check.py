@@ -13,6 +13,7 @@ from ..numerics.station.motion_checks import (
     no_motion,
     with_sent,
 )
+from .kept_record import KeptRecord
 
 
 class MotionCheck(LeafSystem):
@@ -80,9 +81,7 @@ class MotionCheck(LeafSystem):
         self._counts = self.DeclareVectorInputPort("counts", 2 * count)
         self._age = self.DeclareVectorInputPort("age", count)
         self._said = self.DeclareVectorInputPort("starts_said", 1)
-        memory = no_motion(count)
-        self._shapes = [part.shape for part in memory]
-        self._parts = [self.DeclareDiscreteState(state_vector(part.ravel())) for part in memory]
+        self._memory = KeptRecord(self, no_motion(count))
         self._heard = self.DeclareDiscreteState(state_vector(np.zeros(1)))
         self._number = self.DeclareDiscreteState(state_vector(np.array([-1.0])))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
@@ -93,12 +92,7 @@ class MotionCheck(LeafSystem):
         self.DeclareVectorOutputPort("fault", count, self._calc_fault, depends)
 
     def _checked(self, context, time: float) -> tuple[MotionMemory, np.ndarray]:
-        memory = MotionMemory(
-            *(
-                context.get_discrete_state(part).value().reshape(shape)
-                for part, shape in zip(self._parts, self._shapes, strict=True)
-            )
-        )
+        memory = self._memory.read(context)
         if read(self._said, context)[0] > context.get_discrete_state(self._heard).value()[0]:
             memory = forgiven(memory)
         believed = read(self._pose_fault, context) < 0.5
@@ -127,9 +121,7 @@ class MotionCheck(LeafSystem):
             return
         memory, _ = self._checked(context, before * self._period)
         sent = read(self._sent, context).reshape(-1, 2)
-        memory = with_sent(self._chassis, memory, sent)
-        for part, value in zip(self._parts, memory, strict=True):
-            discrete_state.set_value(part, np.asarray(value).ravel())
+        self._memory.write(discrete_state, with_sent(self._chassis, memory, sent))
         discrete_state.set_value(self._heard, read(self._said, context))
 
     def _calc_fault(self, context, output):

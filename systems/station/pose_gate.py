@@ -7,6 +7,7 @@ from pydrake.systems.framework import LeafSystem
 from ..drake_types import read, state_vector
 from ..numerics.errors import require, require_positive
 from ..numerics.station.pose_checks import PoseLimits, PoseMemory, check_poses, no_poses
+from .kept_record import KeptRecord
 
 
 class PoseGate(LeafSystem):
@@ -61,21 +62,14 @@ class PoseGate(LeafSystem):
         self._valid = self.DeclareVectorInputPort("valid", count)
         self._stamp = self.DeclareVectorInputPort("stamp", count)
         self._said = self.DeclareVectorInputPort("starts_said", 1)
-        memory = no_poses(poses)
-        self._shapes = [part.shape for part in memory]
-        self._parts = [self.DeclareDiscreteState(state_vector(part.ravel())) for part in memory]
+        self._memory = KeptRecord(self, no_poses(poses))
         self._heard = self.DeclareDiscreteState(state_vector(np.zeros(1)))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
         self.DeclareVectorOutputPort("believed_pose", 3 * count, self._calc_believed_pose)
         self.DeclareVectorOutputPort("fault", count, self._calc_fault)
 
     def _checked(self, context) -> PoseMemory:
-        memory = PoseMemory(
-            *(
-                context.get_discrete_state(part).value().reshape(shape)
-                for part, shape in zip(self._parts, self._shapes, strict=True)
-            )
-        )
+        memory = self._memory.read(context)
         if read(self._said, context)[0] > context.get_discrete_state(self._heard).value()[0]:
             never = np.full(len(memory.stamps), -np.inf)
             memory = memory._replace(stamps=never, looked=never)
@@ -87,8 +81,7 @@ class PoseGate(LeafSystem):
         # At a tick, inputs are those of the tick before; before the first there was none.
         if context.get_time() <= 0.5 * self._period:
             return
-        for part, value in zip(self._parts, self._checked(context), strict=True):
-            discrete_state.set_value(part, value.ravel())
+        self._memory.write(discrete_state, self._checked(context))
         discrete_state.set_value(self._heard, read(self._said, context))
 
     def _calc_believed_pose(self, context, output):

@@ -16,6 +16,7 @@ from ..numerics.station.supervision import (
     no_supervision,
     supervise,
 )
+from .kept_record import KeptRecord
 
 # Inputs of one number for each robot.
 _OF_ROBOTS = (
@@ -107,9 +108,7 @@ class RobotSupervisor(LeafSystem):
         self._mode = self.DeclareVectorInputPort("mode", 1)
         self._said = self.DeclareVectorInputPort("starts_said", 1)
         self._view_age = self.DeclareVectorInputPort("view_age", 1)
-        memory = no_supervision(count)
-        self._shapes = [part.shape for part in memory]
-        self._parts = [self.DeclareDiscreteState(state_vector(part.ravel())) for part in memory]
+        self._memory = KeptRecord(self, no_supervision(count))
         self._heard = self.DeclareDiscreteState(state_vector(np.zeros(1)))
         self._ticks = self.DeclareDiscreteState(state_vector(np.zeros(1)))
         self._number = self.DeclareDiscreteState(state_vector(np.array([-1.0])))
@@ -128,12 +127,7 @@ class RobotSupervisor(LeafSystem):
         return round(context.get_discrete_state(self._number).value()[0])
 
     def _decided(self, context, tick: int) -> tuple[SupervisorMemory, Decision]:
-        memory = SupervisorMemory(
-            *(
-                context.get_discrete_state(part).value().reshape(shape)
-                for part, shape in zip(self._parts, self._shapes, strict=True)
-            )
-        )
+        memory = self._memory.read(context)
         values = {name: read(port, context) for name, port in self._ports.items()}
         heard = context.get_discrete_state(self._heard).value()[0]
         signs = Signs(
@@ -162,8 +156,7 @@ class RobotSupervisor(LeafSystem):
         if tick < 0:
             return
         memory, decision = self._decided(context, tick)
-        for part, value in zip(self._parts, memory, strict=True):
-            discrete_state.set_value(part, value.ravel())
+        self._memory.write(discrete_state, memory)
         discrete_state.set_value(self._heard, read(self._said, context))
         ticks = context.get_discrete_state(self._ticks).value() + self._ran(decision, tick)
         discrete_state.set_value(self._ticks, ticks)
