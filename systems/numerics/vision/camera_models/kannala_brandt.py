@@ -10,18 +10,15 @@ wide-angle, and fish-eye lenses", PAMI 2006, without its asymmetric part.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
+from typing import ClassVar
 
 import numpy as np
 
 from ...errors import require_finite
-from .pixel_grid import PixelGrid
+from .pixel_grid import ON_THE_GRID, PixelGrid
 from .rising import first_root, invert_rising
-
-_FITTED = ("focal_x", "focal_y", "centre_x", "centre_y", "k1", "k2", "k3", "k4")
-_UNITS = ("px", "px", "px", "px", "1/rad^2", "1/rad^4", "1/rad^6", "1/rad^8")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +29,8 @@ class KannalaBrandtCamera(PixelGrid):
         InvalidInput: A focal length or a size is not positive, or a number is not finite.
     """
 
+    UNITS: ClassVar = ON_THE_GRID | {f"k{n}": f"1/rad^{2 * n}" for n in range(1, 5)}
+
     k1: float = 0.0  # [1/rad^2]
     k2: float = 0.0  # [1/rad^4]
     k3: float = 0.0  # [1/rad^6]
@@ -41,20 +40,6 @@ class KannalaBrandtCamera(PixelGrid):
         super().__post_init__()
         for name in ("k1", "k2", "k3", "k4"):
             require_finite(name, getattr(self, name))
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of the parameters, with their units; the skew is kept as it is."""
-        return tuple(f"{name} [{unit}]" for name, unit in zip(_FITTED, _UNITS, strict=True))
-
-    @property
-    def vector(self) -> np.ndarray:
-        """The parameters, shape (8,), in the units of `names`."""
-        return np.array([getattr(self, name) for name in _FITTED])
-
-    def with_vector(self, values: np.ndarray) -> Self:
-        """The same camera with other values of the parameters, shape (8,), as in `names`."""
-        return replace(self, **dict(zip(_FITTED, np.asarray(values).tolist(), strict=True)))
 
     @cached_property
     def largest_angle(self) -> float:

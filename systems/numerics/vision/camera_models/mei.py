@@ -17,18 +17,16 @@ image formation", CVPR 2001.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
+from typing import ClassVar
 
 import numpy as np
 
 from ...errors import require_finite, require_non_negative, require_positive
-from .pixel_grid import PixelGrid
+from .pixel_grid import ON_THE_GRID, PixelGrid
 from .rising import first_root, invert_rising
 
-_FITTED = ("xi", "focal_x", "focal_y", "centre_x", "centre_y", "k1", "k2", "k3", "p1", "p2")
-_UNITS = ("-", "px", "px", "px", "px", "-", "-", "-", "-", "-")
 # Newton's method against tangential distortion, and how near it has to come.
 _STEPS, _NEAR = 20, 1e-11
 
@@ -41,6 +39,8 @@ class MeiCamera(PixelGrid):
         InvalidInput: A focal length or a size is not positive, xi is negative, or a number is not
             finite.
     """
+
+    UNITS: ClassVar = {"xi": "-"} | ON_THE_GRID | dict.fromkeys(("k1", "k2", "k3", "p1", "p2"), "-")
 
     # Height of the second centre of projection above the sphere's, in its radii: 0 for a pinhole,
     # 1 for a parabolic mirror, between them for a hyperbolic one, above 1 for lenses.
@@ -96,20 +96,6 @@ class MeiCamera(PixelGrid):
             width=width,
             height=height,
         )
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of the parameters, with their units; the skew is kept as it is."""
-        return tuple(f"{name} [{unit}]" for name, unit in zip(_FITTED, _UNITS, strict=True))
-
-    @property
-    def vector(self) -> np.ndarray:
-        """The parameters, shape (10,), in the units of `names`."""
-        return np.array([getattr(self, name) for name in _FITTED])
-
-    def with_vector(self, values: np.ndarray) -> Self:
-        """The same camera with other values of the parameters, shape (10,), as in `names`."""
-        return replace(self, **dict(zip(_FITTED, np.asarray(values).tolist(), strict=True)))
 
     @property
     def least_z(self) -> float:

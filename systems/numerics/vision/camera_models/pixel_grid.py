@@ -1,10 +1,14 @@
 """The part that Mei's and Kannala and Brandt's cameras share: from a plane at depth 1 to pixels."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
 
 import numpy as np
 
 from ...errors import require, require_finite, require_positive
+
+# What every camera on the grid fits, with units.
+ON_THE_GRID: dict[str, str] = dict.fromkeys(("focal_x", "focal_y", "centre_x", "centre_y"), "px")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -14,6 +18,9 @@ class PixelGrid:
     Raises:
         InvalidInput: A focal length or a size is not positive, or a number not finite.
     """
+
+    # Units of the parameters that are fitted, by name and in order; the skew is kept as it is.
+    UNITS: ClassVar[dict[str, str]] = ON_THE_GRID
 
     # In pixels for one unit of the plane.
     focal_x: float
@@ -33,6 +40,20 @@ class PixelGrid:
         for name in ("centre_x", "centre_y", "skew"):
             require_finite(name, getattr(self, name))
         require_size(self.width, self.height)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters, with their units; the skew is kept as it is."""
+        return tuple(f"{name} [{unit}]" for name, unit in self.UNITS.items())
+
+    @property
+    def vector(self) -> np.ndarray:
+        """The parameters, shape (p,), in the units of `names`."""
+        return np.array([getattr(self, name) for name in self.UNITS])
+
+    def with_vector(self, values: np.ndarray) -> Self:
+        """The same camera with other values of the parameters, shape (p,), as in `names`."""
+        return replace(self, **dict(zip(self.UNITS, np.asarray(values).tolist(), strict=True)))
 
     @property
     def matrix(self) -> np.ndarray:
