@@ -15,7 +15,7 @@ def _field(shape: shapely.Polygon, holes: tuple[shapely.Polygon, ...] = ()) -> F
 
 
 def _box(width: float, height: float, turned: float = 0.0) -> shapely.Polygon:
-    return shapely.affinity.rotate(shapely.box(0, 0, width, height), turned, origin=(0, 0))
+    return _turned(shapely.box(0, 0, width, height), turned)
 
 
 def _disc(x: float, y: float, radius: float, corners: int = 12) -> shapely.Polygon:
@@ -45,6 +45,10 @@ def _blob(seed: int, radius: float, rough: float) -> shapely.Polygon:
         radii += rough / wave * rng.normal() * np.cos(wave * angles + rng.uniform(0, 6.3))
     points = radius * radii[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
     return shapely.Polygon(points)
+
+
+def _turned(shape: shapely.Polygon, angle: float) -> shapely.Polygon:
+    return shapely.affinity.rotate(shape, angle, origin=(0, 0))
 
 
 def _neck(width: float, opening: float) -> shapely.Polygon:
@@ -82,9 +86,13 @@ FIELDS: dict[str, Callable[[], Field]] = {
         )
     ),
     "star_9": lambda: _field(_star(260, 0.5, 5)),
+    "star_11": lambda: _field(_turned(_star(255.34, 0.5563, 5), 12.84)),
     "star_20": lambda: _field(_star(340, 0.62, 6)),
     "banana_7": lambda: _field(_banana(300, 110, 2.1)),
+    "banana_5": lambda: _field(_turned(_banana(317.8306, 65.20954, 2.480104), -10.08483)),
     "banana_4": lambda: _field(_banana(200, 70, 2.6)),
+    "blob_5": lambda: _field(_blob(1022, 120.06, 0.2378)),
+    "blob_7": lambda: _field(_blob(1070, 144.61, 0.2465)),
     "blob_12": lambda: _field(_blob(3, 200, 0.22)),
     "blob_30": lambda: _field(_blob(8, 310, 0.25)),
     "neck_8": lambda: _field(_neck(420, 14)),

@@ -11,8 +11,8 @@ from .harvest_log import Site
 # An outline may lie along an obstacle or the end of the margin; deeper in is a fault [m].
 TOUCH = 0.01
 
-# Corners of the margin are mitred, but none reaches farther out than so many margins.
-MITRE_LIMIT = 2.0
+# Chords to a quarter of the circles that bound the margin at corners.
+CHORDS = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,16 +43,9 @@ class Ground:
 
 
 def ground_of(site: Site) -> Ground:
-    """The ground of a site.
-
-    The margin is mitred as that of `Field.ground`: parallel to the boundary, with corners that are
-    cut off where they would be farther out than MITRE_LIMIT margins.
-    """
+    """The ground of a site: all that is no farther from a part than the margin, corners too."""
     outlines = [part.boundary for part in site.parts]
-    grown = [
-        outline.buffer(site.margin, join_style="mitre", mitre_limit=MITRE_LIMIT)
-        for outline in outlines
-    ]
+    grown = [outline.buffer(site.margin, quad_segs=CHORDS) for outline in outlines]
     crops = [part.boundary.difference(shapely.union_all(part.holes)) for part in site.parts]
     crop = shapely.union_all(crops)
     holes = [hole for part in site.parts for hole in (*part.holes, *part.no_go)]

@@ -161,13 +161,23 @@ class _Service:
         return [job.visit for jobs in self.jobs for job in jobs if job.visit]
 
     def run(self) -> None:
-        """Serve until nothing is left; `left` tells if there was no end of it."""
+        """Serve until nothing is left.
+
+        Raises:
+            NoPlan: There is no end of it, or a cart finds no way.
+        """
+        seen: set[tuple[object, ...]] = set()
         for _ in range(self._most_rounds()):
             if any(self._room(cart) < LEAST * self.combine.capacity for cart in self.carts):
                 self._empty_carts(self.cart.capacity - self.combine.capacity)
             if all(t.full_at() == np.inf and t.left <= EMPTY for t in self.tanks):
                 break
             self.progress(sum(visit.taken for visit in self.visits) / self._grain())
+            now = (*self.turns, *self.visits, *self.stops)
+            if now in seen:
+                # What follows from it was given up again, and would be for ever.
+                raise self._endless()
+            seen.add(now)
             missed = self._serve_in_windows()
             if missed is None:
                 continue
@@ -176,8 +186,17 @@ class _Service:
                 self._stop(missed, full)
             else:
                 self._collect()
+        else:
+            raise self._endless()
         self._empty_carts(0.0)
         self.progress(1.0)
+
+    def _endless(self) -> NoPlan:
+        left = self._grain() - sum(visit.taken for visit in self.visits)
+        return NoPlan(
+            f"`carts` must take all grain; {left:.0f} kg would be left, for combines that stop "
+            "undo what others have stopped for"
+        )
 
     def fail(self, failure: Failure) -> None:
         """Give up all that has not begun when a cart fails; it serves nobody any more.

@@ -19,6 +19,9 @@ CORNER_TIME = 18.0
 # An arc begins and ends this far from split corners [m].
 FROM_CORNER = 3.0
 
+# An arc's smoothed path leans by no more than this against its loop where it begins [rad].
+LEAN = 0.015
+
 # Where an edge cannot be reached as far before its corner as it should, less is tried [m].
 LESS = (0.0, 0.0, 2.0, 4.0, 7.0)
 
@@ -211,8 +214,12 @@ def _fitting(loop: Loop, ideal: float, shift: float, ground: CutGround, *, corne
             begin, end = at - along - 2 * FROM_CORNER, at + 2 * FROM_CORNER
             if len(loop.corners_within(begin, end)) or not _straight(loop, begin, end):
                 continue
-            entry = entry_path(loop.pose(at), shift, ground.combine, 0)
-            if ground.admits(entry, cutting=True):
+            leaning = (loop.pose(at) + [0.0, 0.0, lean] for lean in (-LEAN, LEAN))
+            entries = [entry_path(pose, shift, ground.combine, 0) for pose in leaning]
+            if all(
+                ground.may_stand(entry.poses[0]) and ground.admits(entry, cutting=True)
+                for entry in entries
+            ):
                 return float(at)
     if len(loop.corners):
         return _fitting(loop, ideal, shift, ground, corners=True)

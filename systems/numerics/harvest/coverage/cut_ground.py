@@ -15,14 +15,16 @@ from ..turns.lattice import EXPANSIONS
 from ..turns.standing_crop import CELL, StandingCrop
 from ..turns.turn import combine_footprint, turn_between
 
-# Distance kept from obstacles [m].
+# Distance kept from obstacles, and how much less is let pass for rounding [m].
 GAP = 0.5
+ROUNDING = 0.02
 
 # Smaller patches of crop may be given up [m^2].
 LEAST_PATCH = 20.0
 
-# Depth to which an outline may reach beyond the ground's end [m].
-ROUNDING = 0.02
+# By how much the ground ends before the margin does, so that what `stays_on_ground` lets pass is no
+# fault to the audit, and machines may still drive along the margin's very end [m].
+WITHIN = 0.006
 
 
 class CutGround:
@@ -40,8 +42,9 @@ class CutGround:
     @classmethod
     def of(cls, field: Field, combine: Combine) -> "CutGround":
         """The ground before anything is cut."""
-        obstacles = shapely.union_all([shape.buffer(GAP) for shape in field.obstacles])
-        region = field.ground.difference(obstacles).buffer(ROUNDING)
+        obstacles = [shape.buffer(GAP - ROUNDING) for shape in field.obstacles]
+        within = field.ground.buffer(-WITHIN, join_style="mitre")
+        region = within.difference(shapely.union_all(obstacles))
         return cls(Ground(region), StandingCrop(field.polygon), combine)
 
     def copy(self) -> "CutGround":
@@ -85,6 +88,10 @@ class CutGround:
         """
         crop = None if cutting else self.crop
         return self.ground.admits(path, combine_footprint(self.combine), crop)
+
+    def may_stand(self, pose: np.ndarray) -> bool:
+        """Whether the outline at a pose, shape (3,), is on the ground, and its body off the crop."""
+        return self.ground.admits_pose(pose.tolist(), combine_footprint(self.combine), self.crop)
 
     def has_room(self, pose: np.ndarray) -> bool:
         """Whether the outline at a pose, shape (3,), is on the ground, crop or not."""

@@ -13,11 +13,12 @@ from ..field.field import Field
 from ..machines.combine import Combine
 from ..no_plan import NoPlan
 from ..paths.machine_path import MachinePath
-from ..turns.turn import turn_times
+from ..turns.ground import Ground
+from ..turns.turn import combine_footprint, turn_times
 from .adjacent_rounds import come_ahead, line_up
 from .arcs import Arc, drive_arc, first_round_shift, split_loops
 from .candidates import TURN_TIME, Candidate, find_candidates
-from .cut_ground import GAP, CutGround
+from .cut_ground import GAP, WITHIN, CutGround
 from .driver import Driver, NoWay, lay_out_roads, stop_time
 from .lands import chain_swaths, split_chain
 from .loops import crop_to_offset
@@ -30,9 +31,11 @@ from .swaths import Swath, left_neighbour
 # Patterns of coverage.
 PATTERNS = ("lands", "thesis")
 
-# How many candidates are built to choose from, and how many of each number of rounds are tried.
+# How many sound ways to cut a field are compared, how many of a number of rounds are tried before
+# others, and how many are tried at most.
 BUILT = 3
-TRIED = 4
+FOREMOST = 4
+MOST_TRIED = 24
 
 # Least share of the crop that a plan cuts, and the same with three holes and more [-].
 LEAST_COVERAGE = 0.995
@@ -149,13 +152,9 @@ def _sound_coverages(
     region = crop_to_offset(field, combine)
     candidates = find_candidates(field, region, combine, inwards=pattern == "thesis")
     ground = CutGround.of(field, combine)
+    bare, footprint = Ground.of_field(field, gap=WITHIN), combine_footprint(combine)
     least = LEAST_COVERAGE_HOLES if len(field.obstacles) >= 3 else LEAST_COVERAGE
-    tried: dict[int, int] = {}
-    for candidate in candidates:
-        rounds = len(candidate.rounds)
-        tried[rounds] = tried.get(rounds, 0) + 1
-        if tried[rounds] > TRIED:
-            continue
+    for candidate in _spread(candidates):
         try:
             plan = _build(field, combine, count, candidate, ground, adjacent=pattern == "thesis")
         except NoWay as fault:
@@ -167,8 +166,22 @@ def _sound_coverages(
             faults.append("combines would wait for one another")
         elif plan.precedence.crop_under_bodies > MOST_UNDER_BODIES * field.area:
             faults.append("bodies would drive over crop")
+        elif not all(bare.admits(path, footprint) for path in plan.paths):
+            faults.append("combines would leave the ground")
         else:
             yield plan
+
+
+def _spread(candidates: list[Candidate]) -> list[Candidate]:
+    """The same, with no more than FOREMOST of a number of rounds before those of other numbers."""
+    places: dict[int, int] = {}
+    turns = []
+    for candidate in candidates:
+        place = places.get(len(candidate.rounds), 0)
+        places[len(candidate.rounds)] = place + 1
+        turns.append(place // FOREMOST)
+    order = sorted(range(len(candidates)), key=lambda k: turns[k])
+    return [candidates[k] for k in order][:MOST_TRIED]
 
 
 def _build(

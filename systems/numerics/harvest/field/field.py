@@ -79,9 +79,10 @@ class Field:
     def ground(self) -> shapely.Polygon:
         """Everything that may be driven on, once the crop is cut: the field with its margin.
 
+        The margin is as wide as it is at corners too, which it rounds.
         Bits of the margin that a no-go area cuts off from the field are left out.
         """
-        wide = self.outline.buffer(self.margin, join_style="mitre", mitre_limit=2.0)
+        wide = self.outline.buffer(self.margin)
         ground = wide.difference(shapely.union_all([*self.obstacles, *self.no_go]))
         reached = [part for part in shapely.get_parts(ground) if part.intersects(self.polygon)]
         return max(reached, key=lambda part: part.intersection(self.polygon).area)

@@ -1,6 +1,8 @@
 """The plan of the combines: paths that cut the field, and the times at which they drive them."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 
 from ..coverage.plan_coverage import BUILT, CoveragePaths, find_coverages
 from ..field.field import Field
@@ -60,8 +62,6 @@ def plan_combines(
 ) -> CombinePlan:
     """Plan how combines cut a field: of the best ways to cut it the one that is done first.
 
-    Where combines would block one another in all of them, other ways are tried, until none is left.
-
     Args:
         field: The field.
         combine: One of equal combines.
@@ -73,24 +73,52 @@ def plan_combines(
         InvalidInput: A value is out of its range.
         NoPlan: The combines cannot cut the field, or block one another.
     """
-    best: CombinePlan | None = None
+    return next(find_combine_plans(field, combine, count, pattern=pattern, seed=seed))
+
+
+def find_combine_plans(
+    field: Field, combine: Combine, count: int, *, pattern: str = "lands", seed: int = 0
+) -> Iterator[CombinePlan]:
+    """Plans of combines: the best ways to cut a field, what is done first first, then other ways.
+
+    Ways in which combines would block one another are left out.
+
+    Args:
+        field: The field.
+        combine: One of equal combines.
+        count: Of combines.
+        pattern: Of the paths; see `plan_coverage`.
+        seed: Of the orders that are tried.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+        NoPlan: There is none.
+    """
+    best: list[CombinePlan] = []
     blocked: list[Standstill] = []
-    for number, coverage in enumerate(find_coverages(field, combine, count, pattern=pattern)):
-        if best is not None and coverage.times.max() >= best.makespan:
+    every = find_coverages(field, combine, count, pattern=pattern)
+    untimed: list[CoveragePaths] = []
+    for number, coverage in enumerate(every):
+        if best and coverage.times.max() >= min(plan.makespan for plan in best):
+            untimed = [coverage]
             break
         plan = _time(field, combine, coverage, seed)
         if isinstance(plan, Standstill):
             blocked.append(plan)
-        elif best is None or plan.makespan < best.makespan:
-            best = plan
-        if best is not None and number + 1 >= BUILT:
+        else:
+            best.append(plan)
+        if best and number + 1 >= BUILT:
             break
-    if best is None:
+    if not best:
         raise NoPlan(
             f"`count` must be less, for combines would block one another in all of {len(blocked)} "
             f"ways to cut the field, as in the first of them: {blocked[0]}"
         )
-    return best
+    yield from sorted(best, key=lambda plan: plan.makespan)
+    for coverage in chain(untimed, every):
+        plan = _time(field, combine, coverage, seed)
+        if isinstance(plan, CombinePlan):
+            yield plan
 
 
 def _time(

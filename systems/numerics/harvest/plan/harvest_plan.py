@@ -1,7 +1,9 @@
 """The plan of a harvest: paths, times and visits of all machines."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 import shapely
@@ -15,16 +17,24 @@ from ..machines.cart import Cart
 from ..machines.combine import Combine
 from ..machines.outlines import combine_outline
 from ..machines.trucks import TruckFleet
+from ..no_plan import NoPlan
 from ..paths.timed_path import TimedPath
 from ..timing.timetable import with_stops
-from .combine_plan import CombinePlan, plan_combines
+from .combine_plan import CombinePlan, find_combine_plans
 
-# Where the first truck stands, as a part of the way round the field.
+# How many ways for the combines are tried, where carts cannot serve them.
+TEAMS = 6
+# Where the first truck stands, as a part of the way round the field, and how much farther round in
+# each further try.
 FIRST_TRUCK = 0.125
+OTHER_TRUCK = 0.38
 # How far a cart is emptied from the place of its truck, at most [m].
 NEAR_TRUCK = 60.0
 # Straight pieces of work that are shorter are no way for a cart [m].
 SHORTEST_LINE = 30.0
+# Carts come to a truck and leave it on a way that is about straight for so long [m], [rad].
+RUN = 20.0
+STRAIGHT = 0.6
 # Between a cart at its truck and all combines, at least [m].
 FREE = 1.0
 
@@ -72,6 +82,9 @@ def plan_harvest(
 ) -> HarvestPlan:
     """Plan a whole harvest.
 
+    Where carts cannot serve the combines as they would cut the field best, others of their ways to
+    cut it are tried, with trucks elsewhere if these have no places.
+
     Args:
         field: The field.
         combine, cart: One of the equal combines and carts.
@@ -95,34 +108,51 @@ def plan_harvest(
             a combine or to its truck.
     """
     progress("paths and times of the combines", 0.0)
-    if team is None:
-        team = plan_combines(field, combine, combines, pattern=pattern, seed=seed)
-    supply = Supply(
-        density=density,
-        trucks=truck_places(team, cart, carts),
-        truck_rate=truck_rate,
-        truck_fleet=trucks or TruckFleet(count=carts),
-    )
+    teams = find_combine_plans(field, combine, combines, pattern=pattern, seed=seed)
     stage = "visits and routes of the carts"
-    progress(stage, 0.0)
 
-    def retime(stops: Sequence[Stop]) -> list[TimedPath]:
-        return [ended(plan) for plan in with_stops(team.timetable, team.journeys, stops)]
+    def served(team: CombinePlan, first_truck: float, failure: Failure | None) -> HarvestPlan:
+        progress(stage, 0.0)
+        supply = Supply(
+            density=density,
+            trucks=truck_places(team, cart, carts, first_truck),
+            truck_rate=truck_rate,
+            truck_fleet=trucks or TruckFleet(count=carts),
+        )
 
-    service = serve_combines(
-        field,
-        combine,
-        cart,
-        team.paths,
-        swath_lines(team),
-        supply,
-        retime,
-        strategy,
-        threshold,
-        failure,
-        lambda share: progress(stage, share),
-    )
-    return HarvestPlan(team, cart, supply, service)
+        def retime(stops: Sequence[Stop]) -> list[TimedPath]:
+            return [ended(plan) for plan in with_stops(team.timetable, team.journeys, stops)]
+
+        service = serve_combines(
+            field,
+            combine,
+            cart,
+            team.paths,
+            swath_lines(team),
+            supply,
+            retime,
+            strategy,
+            threshold,
+            failure,
+            lambda share: progress(stage, share),
+        )
+        return HarvestPlan(team, cart, supply, service)
+
+    faults: list[NoPlan] = []
+    for number, each in enumerate(islice(teams, TEAMS) if team is None else [team]):
+        first_truck = FIRST_TRUCK + number * OTHER_TRUCK
+        try:
+            return served(each, first_truck, failure)
+        except NoPlan as fault:
+            faults.append(fault)
+        if failure is not None:
+            # Nobody would have planned otherwise for a failure that was to come.
+            try:
+                served(each, first_truck, None)
+            except NoPlan:
+                continue
+            break
+    raise faults[0]
 
 
 def swath_lines(team: CombinePlan) -> list[np.ndarray]:
@@ -136,7 +166,9 @@ def swath_lines(team: CombinePlan) -> list[np.ndarray]:
     return lines
 
 
-def truck_places(team: CombinePlan, cart: Cart, count: int) -> np.ndarray:
+def truck_places(
+    team: CombinePlan, cart: Cart, count: int, first: float = FIRST_TRUCK
+) -> np.ndarray:
     """Poses of the tractor beside trucks on the margin, shape (K, 3).
 
     They are near the places where the field has room for trucks, else near its gates, else about
@@ -146,6 +178,7 @@ def truck_places(team: CombinePlan, cart: Cart, count: int) -> np.ndarray:
         team: Paths of the combines.
         cart: One of the equal carts.
         count: Of carts.
+        first: Where the first truck stands that has no place, as a part of the way round.
 
     Raises:
         InvalidInput: The margin has no room for so many, or none near the places of trucks.
@@ -176,14 +209,17 @@ def truck_places(team: CombinePlan, cart: Cart, count: int) -> np.ndarray:
             passed.append(_boxes(along, part[0, 0], part[1, 0], part[2, 1]))
     near = shapely.STRtree(np.concatenate(passed)).query(outlines, "dwithin", distance=FREE)
     fits[near[0]] = False
+    bent = _bends(course, math.ceil(RUN / (SHORTEST_LINE / 4))) > STRAIGHT
     places = field.trucks if len(field.trucks) else field.gates
     chosen: list[int] = []
     for k in range(count):
         if len(places):
             ideal = edge.project(shapely.Point(places[k % len(places)]))
         else:
-            ideal = edge.length * ((FIRST_TRUCK + k / count) % 1.0)
+            ideal = edge.length * ((first + k / count) % 1.0)
         apart = np.abs((ways - ideal + edge.length / 2) % edge.length - edge.length / 2)
+        # Where the way bends, as at the tip of a star, only if it is straight nowhere.
+        apart[bent] += edge.length
         apart[~fits] = np.inf
         for other in chosen:
             apart[np.hypot(*(here - here[other]).T) < SHORTEST_LINE] = np.inf
@@ -202,6 +238,17 @@ def truck_places(team: CombinePlan, cart: Cart, count: int) -> np.ndarray:
             near_enough += f"{place[1]:.1f}) on the margin"
             require(far <= most, "trucks", near_enough, f"{far:.0f} m")
     return poses[chosen]
+
+
+def _bends(course: np.ndarray, reach: int) -> np.ndarray:
+    """How much a closed way bends within so many points of each, shape (n,) [rad].
+
+    Args:
+        course: At its points, shape (n,) [rad].
+        reach: How many, before and behind.
+    """
+    near = np.stack([np.roll(course, k) for k in range(-reach, reach + 1)])
+    return np.ptp(np.unwrap(near, axis=0), axis=0)
 
 
 def _boxes(poses: np.ndarray, rear: float, front: float, half: float) -> np.ndarray:

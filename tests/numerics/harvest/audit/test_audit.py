@@ -95,8 +95,9 @@ def test_a_trailer_that_leaves_its_hitch_is_seen(by_hand, audited):
     assert kinds(audited()) == {"trailer off its hitch"}
 
 
-def test_an_outline_beyond_the_margin_is_seen_with_its_area(by_hand, audited):
+def test_an_outline_beyond_the_margin_is_seen_with_its_area(by_hand, shapes, audited):
     by_hand.about["margin"] = 51.0
+    put_cart(by_hand, shapes, 250.0, 13.0, 0.3)
     found = audited()
     (fault,) = found.faults
     assert (fault.kind, fault.machines) == ("beyond the margin", ("cart 0",))
@@ -111,12 +112,13 @@ def test_an_outline_beyond_the_margin_is_seen_with_its_area(by_hand, audited):
     assert found.figures["beyond_margin"] == fault.amount
 
 
-def test_a_margin_is_mitred_at_corners(by_hand, shapes, audited):
-    # The corner of the ground is at (260, 87); a round margin would end 25 m before it.
+def test_a_margin_is_round_at_corners(by_hand, shapes, audited):
+    # The field's corner is at (200, 27); the tractor's farthest corner is 2.5 m ahead of its pose.
     by_hand.about["margin"] = 60.0
-    put_cart(by_hand, shapes, 256.0, 80.0, 0.0)
+    ahead, aside = 60.0 / np.sqrt(2), 60.0 / np.sqrt(2)
+    put_cart(by_hand, shapes, 200 + ahead - 2.6, 27 + aside - 1.35, 0.0)
     assert audited().passed
-    put_cart(by_hand, shapes, 257.6, 80.0, 0.0)
+    put_cart(by_hand, shapes, 200 + ahead - 2.4, 27 + aside - 1.15, 0.0)
     assert kinds(audited()) == {"beyond the margin"}
 
 

@@ -218,7 +218,7 @@ def audit_carts(field, combine, cart, plans, motions, spacing=0.25):
     tree = shapely.STRtree(strips)
     crop, outside = 0.0, 0.0
     beyond = shapely.box(*field.ground.buffer(99.0).bounds).difference(
-        field.outline.buffer(field.margin, join_style="mitre", mitre_limit=2.0)
+        field.outline.buffer(field.margin, quad_segs=32)
     )
     wrong = shapely.union_all([beyond, *field.obstacles])
     shapely.prepare(wrong)

@@ -23,7 +23,8 @@ TRUCK = np.array([100.0, -14.0, 0.3])
 
 @pytest.mark.parametrize("hitch", [0.0, 0.7])
 def test_a_cart_drives_from_its_truck_to_every_window_and_back(hand_made, audit, hitch):
-    made = hand_made(180.0, 150.0, 1)
+    # Room for a cart with an offset hitch to turn at the corners.
+    made = hand_made(180.0, 150.0, 1, margin=28.0)
     cart = Cart(hitch_offset=hitch)
     ground = open_ground(made.field, cut_times(made.field, made.combine, made.plans))
     combines = combine_traffic(made.combine, made.plans)

@@ -126,6 +126,20 @@ def test_combines_that_are_told_to_be_off_all_other_paths_are(planned):
                         assert shapely.distance(mine, _placed(part, poses)).min() > 0.5
 
 
+@pytest.mark.parametrize(("name", "count"), [("blob_5", 5), ("blob_7", 3)])
+def test_combines_start_beside_the_crop_and_stay_within_the_margin(field_makers, name, count):
+    """Where the boundary is hollow a bay beside it may have crop behind."""
+    field = field_makers[name]()
+    within = field.outline.buffer(field.margin, quad_segs=64).buffer(0.01)
+    header, body = combine_outline(Combine())
+    for path in plan_coverage(field, Combine(), count).paths:
+        start = _placed(body, path.pose_at([0.0]))[0]
+        assert start.intersection(field.polygon).area < 0.5
+        poses = path.pose_at(path.stations_every(0.25))
+        for part in (header, body):
+            assert within.covers(_placed(part, poses)).all()
+
+
 @pytest.mark.parametrize(
     ("field", "count", "word"),
     [

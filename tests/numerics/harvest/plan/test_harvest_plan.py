@@ -6,12 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines.cart import Cart
 from sightfield.systems.numerics.harvest.machines.combine import Combine
+from sightfield.systems.numerics.harvest.no_plan import NoPlan
 from sightfield.systems.numerics.harvest.plan.combine_plan import plan_combines
 from sightfield.systems.numerics.harvest.plan.harvest_plan import (
     NEAR_TRUCK,
@@ -80,6 +82,24 @@ def test_a_combine_with_a_small_tank_stops_where_the_cart_can_come(logs):
         times = np.arange(0.0, path.end, 0.5)
         stands = np.abs(path.station_at(times) - stop.station) < 1.0
         assert 0.5 * stands.sum() >= stop.duration - 1.0
+
+
+def test_where_carts_cannot_serve_combines_these_cut_the_field_in_another_way(field_makers, logs):
+    field = field_makers["banana_5"]()
+    crew = {"combines": 3, "carts": 1, "density": 0.8}
+    with pytest.raises(NoPlan, match="`carts` must"):
+        plan_harvest(field, Combine(), Cart(), team=plan_combines(field, Combine(), 3), **crew)
+    checked(logs, plan_harvest(field, Combine(), Cart(), **crew))
+
+
+def test_no_truck_stands_at_the_tip_of_a_star(field_makers, logs):
+    field = field_makers["star_11"]()
+    plan = plan_harvest(field, Combine(), Cart(), combines=5, carts=3, density=0.8)
+    checked(logs, plan)
+    tips = shapely.get_coordinates(field.outline.exterior)
+    tips = tips[np.hypot(*tips.T) > 250.0]
+    away = plan.supply.trucks[:, None, :2] - tips
+    assert np.hypot(away[..., 0], away[..., 1]).min() > 18.0
 
 
 def test_without_a_margin_carts_have_no_place():
