@@ -214,8 +214,9 @@ def _fitting(loop: Loop, ideal: float, shift: float, ground: CutGround, *, corne
             begin, end = at - along - 2 * FROM_CORNER, at + 2 * FROM_CORNER
             if len(loop.corners_within(begin, end)) or not _straight(loop, begin, end):
                 continue
-            leaning = (loop.pose(at) + [0.0, 0.0, lean] for lean in (-LEAN, LEAN))
-            entries = [entry_path(pose, shift, ground.combine, 0) for pose in leaning]
+            pose = loop.pose(at)
+            leaning = (np.append(pose[:2], pose[2] + lean) for lean in (-LEAN, LEAN))
+            entries = [entry_path(goal, shift, ground.combine, 0) for goal in leaning]
             if all(
                 ground.may_stand(entry.poses[0]) and ground.admits(entry, cutting=True)
                 for entry in entries

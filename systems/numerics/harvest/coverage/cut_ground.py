@@ -90,7 +90,7 @@ class CutGround:
         return self.ground.admits(path, combine_footprint(self.combine), crop)
 
     def may_stand(self, pose: np.ndarray) -> bool:
-        """Whether the outline at a pose, shape (3,), is on the ground, and its body off the crop."""
+        """Whether the outline at a pose, shape (3,), is on the ground, with its body off crop."""
         return self.ground.admits_pose(pose.tolist(), combine_footprint(self.combine), self.crop)
 
     def has_room(self, pose: np.ndarray) -> bool:
