@@ -23,7 +23,7 @@ JUMP_ACCELERATION, JUMP_SPEED, JUMP_RATE = 5.0, 30.0, 1.5
 
 # What is stated may be exceeded so much where a sample falls between two pieces of a path: as a
 # part, [m/s^2], [rad], across the heading [m].
-PART, SLACK_ACCELERATION, SLACK_TURN, SLACK_ACROSS = 0.02, 0.05, 0.02, 0.05
+PART, SLACK_ACCELERATION, SLACK_TURN, SLACK_ACROSS = 0.02, 0.05, 0.02, 0.01
 
 # Between the speed that is logged and that of the poses, beyond what half a period's acceleration
 # changes [m/s].
@@ -164,8 +164,9 @@ def _jumps(name: str, which: str, motion: Motion, across: float, time: np.ndarra
     lasts, at, who = np.diff(time), _at(time), (name,)
     jolts = _of_samples(motion.jolt)
     speeds, rates = np.abs(motion.speed), np.abs(motion.turn) / lasts
-    # Entering a bend amid two samples, the axle ends beside the mean heading by v^2 dt^2 / 8 R.
-    beside = across * lasts**2 / 8 + SLACK_ACROSS
+    # From one bend into the opposite one amid two samples, the axle ends beside the mean heading by
+    # v^2 dt^2 / 4 R.
+    beside = across * lasts**2 / 4 + SLACK_ACROSS
     return [
         *faults_where(f"{which}pose jumps", who, jolts, JUMP_ACCELERATION, "m/s^2", time, at),
         *faults_where(f"{which}speed", who, speeds, JUMP_SPEED, "m/s", time, at),

@@ -141,9 +141,22 @@ def test_a_machine_that_teleports_has_jumped(shift, kind):
 
 def test_a_machine_that_slides_aside_is_seen():
     poses = along(2.0 * TIME, math.inf, (0.0, 0.0, 0.7))
-    poses[:, 2] += 0.3
+    poses[:, 2] += 0.35
     log = log_of(poses, speed=np.full(len(TIME), 2.0))
     assert kinds(log) == {"moves sideways"}
+
+
+def test_a_bend_into_the_opposite_one_is_no_slide():
+    """The heading is the same before and after the step; the way across is a dt^2 / 4."""
+    across, speed = 2.0, 3.5
+    radius = speed**2 / across
+    before = along(speed * (TIME[:11] - TIME[10] - 0.25), radius, (0.0, 0.0, 0.4))
+    after = along(speed * (TIME[11:21] - TIME[10] - 0.25), -radius, (0.0, 0.0, 0.4))
+    log = log_of(tractor=np.concatenate([before, after]), time=TIME[:21])
+    motion = motion_of(log.tractor_pose[:, 0], log.time)
+    assert np.abs(motion.across).max() == pytest.approx(across * 0.5**2 / 4, rel=0.01)
+    assert kinds(log, lateral_acceleration=1.01 * across) == set()
+    assert "moves sideways" in kinds(log, lateral_acceleration=0.8 * across)
 
 
 def test_a_trailer_is_held_by_its_hitch_wherever_that_is():
