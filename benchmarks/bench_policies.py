@@ -22,13 +22,13 @@ from sightfield.systems.numerics.statistics.paired import paired_difference
 from sightfield.systems.numerics.statistics.survival import restricted_mean
 from sightfield.systems.numerics.tracking.best_response.rollouts import Rollout
 from sightfield.systems.tracking import BestResponseEvaders
-from sightfield.systems.tracking.best_response_evaders import DEFAULT_ROLLOUT
+from sightfield.systems.tracking.best_response_evaders import ALONE, IN_TEAMS, Foresight
 
 pytestmark = pytest.mark.benchmarks
 
 # Games a row: one against one by opponent, teams, settings of rollouts by team size, periods,
 # pursuers that are fewer than their evaders; games in which changes are counted.
-ALONE = {"adversarial": 1000, "best_response": 300}
+ONE_ON_ONE = {"adversarial": 1000, "best_response": 300}
 TEAMS, ROLLOUTS, PERIODS, REASSIGNED = 100, 200, 40, 20
 
 # Field, rule and hold of the assignment; the first is what the others are compared with.
@@ -55,9 +55,9 @@ SOLVED = {
     ),
 }
 
-# Decisions between two of an evader, and plans that it tries beside the straight runs, about: the
-# corners that it sees, the game's play, what it does so far.
-DECISION_PERIOD, OTHER_PLANS = 0.7, 5
+# Plans that an evader tries beside the straight runs, about: the corners that it sees, the game's
+# play, what it does so far.
+OTHER_PLANS = 5
 
 # What the pursuers do whose opponents are compared: the thesis's alone, the best as a team.
 PURSUERS = {
@@ -90,10 +90,10 @@ def ratio(first: np.ndarray, second: np.ndarray) -> str:
     return f"{first.mean() / second.mean():.2f} [{low:.2f}, {high:.2f}]"
 
 
-@pytest.mark.parametrize("opponent", ALONE)
+@pytest.mark.parametrize("opponent", ONE_ON_ONE)
 @pytest.mark.parametrize("field", ["margin", "lookahead"])
 def test_fields_and_lookahead_one_against_one(field, opponent, tmp_path):
-    runs = {opponent: games(ALONE[opponent])}
+    runs = {opponent: games(ONE_ON_ONE[opponent])}
     fields = ("table", field)
     cells = [
         match_cell(Match(1, 1, each, opponent), (f"pursuers.field={each}",), runs)
@@ -231,7 +231,7 @@ def changes_in(game: TrackingGame) -> tuple[int, float]:
     return sum(time <= end for time in times), end
 
 
-def evaders_with(game: TrackingGame, rollout: Rollout, decision_period: float):
+def evaders_with(game: TrackingGame, foresight: Foresight):
     """`best_response` evaders of a game, with settings of one's own."""
     scenario = game.scenario
     return BestResponseEvaders(
@@ -246,14 +246,13 @@ def evaders_with(game: TrackingGame, rollout: Rollout, decision_period: float):
         risk_vectors=scenario.pursuers.risk_vectors,
         assignment=scenario.pursuers.assignment,
         hold=scenario.pursuers.switch,
-        decision_period=decision_period,
-        rollout=rollout,
+        foresight=foresight,
     )
 
 
-def tracking_time(game: TrackingGame, rollout: Rollout, decision_period: float) -> float:
+def tracking_time(game: TrackingGame, foresight: Foresight) -> float:
     """How long the evaders are kept, up to the horizon [s]."""
-    diagram = MakeTracking(game, evasion=evaders_with(game, rollout, decision_period))
+    diagram = MakeTracking(game, evasion=evaders_with(game, foresight))
     simulator, horizon = Simulator(diagram), game.scenario.seconds
     loss, context = diagram.GetOutputPort("loss"), simulator.get_context()
     while context.get_time() < horizon:
@@ -264,27 +263,29 @@ def tracking_time(game: TrackingGame, rollout: Rollout, decision_period: float) 
     return horizon
 
 
-def steps_played(rollout: Rollout, decision_period: float) -> float:
+def steps_played(foresight: Foresight) -> float:
     """Steps that an evader plays ahead for each second of the game, at most about."""
+    rollout, period = foresight
     plans = rollout.headings + OTHER_PLANS
-    return plans * rollout.horizon / rollout.step / decision_period
+    return plans * rollout.horizon / rollout.step / period
 
 
-def random_settings(number: int) -> list[tuple[Rollout, float]]:
-    """Rollouts that play as many steps as the default, and their decision periods [s].
+def random_settings(number: int, default: Foresight) -> list[Foresight]:
+    """Settings that play as many steps as the default.
 
     The horizon is of 4 to 20 s, the step of 0.1 to 0.5 s, headings are 8 to 32; the period is what
     is left to choose.
     """
     rng, found = np.random.default_rng(0), []
-    budget = steps_played(DEFAULT_ROLLOUT, DECISION_PERIOD)
+    budget = steps_played(default)
     for _ in range(number):
         rollout = Rollout(
             round(rng.uniform(4.0, 20.0), 1),
             round(rng.uniform(0.1, 0.5), 2),
             int(rng.integers(8, 33)),
         )
-        found.append((rollout, round(steps_played(rollout, 1.0) / budget, 2)))
+        period = round(steps_played(Foresight(rollout, 1.0)) / budget, 2)
+        found.append(Foresight(rollout, period))
     return found
 
 
@@ -293,19 +294,21 @@ def test_settings_of_rollouts(size):
     number = games(ROLLOUTS)
     cell = Cell(name=size, settings=PURSUERS[size])
     study = Study(name="rollouts", base=thesis_base(), cells=(cell,), runs=number)
-    settings = [(DEFAULT_ROLLOUT, DECISION_PERIOD), *random_settings(5)]
+    default = ALONE if size == "1v1" else IN_TEAMS
+    settings = [default, *random_settings(5, default)]
     times, costs = np.empty((len(settings), number)), np.zeros(len(settings))
     for run in range(number):
         game = set_up_game(study.scenario(cell, run))
         for k, chosen in enumerate(settings):
             began = time.process_time()
-            times[k, run] = tracking_time(game, *chosen)
+            times[k, run] = tracking_time(game, chosen)
             costs[k] += time.process_time() - began
     print(f"\n{number} games, {', '.join(cell.settings)}")
-    for k, (rollout, period) in enumerate(settings):
+    for k, foresight in enumerate(settings):
+        rollout, period = foresight
         print(
             f"{rollout.horizon:g} s in steps of {rollout.step:g} s, {rollout.headings} headings, "
-            f"every {period:.2f} s, {steps_played(rollout, period):.0f} steps: "
+            f"every {period:.2f} s, {steps_played(foresight):.0f} steps: "
             f"{times[k].mean():.1f} s, over the default {ratio(times[k], times[0])}, "
             f"{difference(times[k], times[0])}; {costs[k] / times[k].sum() * 1e3:.1f} ms of CPU "
             "for a second of play"

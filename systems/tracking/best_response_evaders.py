@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem
@@ -38,8 +39,23 @@ from ..numerics.tracking.visibility_game.responsibilities import make_team_board
 from ..numerics.tracking.visibility_game.two_evaders import GuaranteedTimesOfTwo
 from .assignment import codes_of, require_assignment
 
-# Measured best among those of equal cost: see BENCHMARKS.md.
-DEFAULT_ROLLOUT = Rollout(horizon=20.0, step=0.25, headings=12)
+
+class Foresight(NamedTuple):
+    """How plans are tried, and how often.
+
+    Attributes:
+        rollout: How far and how finely.
+        decision_period: Time between decisions [s].
+    """
+
+    rollout: Rollout
+    decision_period: float
+
+
+# Measured best among those of equal cost, see BENCHMARKS.md: games of one evader are long, and of
+# several some evader soon gets away.
+ALONE = Foresight(Rollout(horizon=20.0, step=0.25, headings=12), 0.7)
+IN_TEAMS = Foresight(Rollout(horizon=8.0, step=0.1, headings=32), 1.5)
 
 # Names of pursuits that the evaders know, or take for one that they know.
 KNOWN_PURSUITS = {
@@ -55,7 +71,7 @@ _MATCHINGS = {"hungarian": LEAST_RISK, "hungarian_max": GREATEST_RISK}
 class BestResponseEvaders(LeafSystem):
     """Each evader plays its plans against the pursuers' rule beforehand, and takes the best.
 
-    Every `decision_period` each evader tries straight runs all round, runs to the corners that it
+    At every decision each evader tries straight runs all round, runs to the corners that it
     sees, and the corner game's best play, each against the pursuers' own rule. In between it
     follows its plan. An evader that nobody sees waits.
 
@@ -102,8 +118,7 @@ class BestResponseEvaders(LeafSystem):
         extra: What pursuers beyond a matching do: "stay" or "riskiest".
         risk_functions: Theirs, names in `RISK_FUNCTIONS`, one for all pursuers or one each.
         radius: Of an evader: how near its centre comes to a wall [m].
-        decision_period: Time between decisions [s].
-        rollout: How far and how finely plans are tried.
+        foresight: How plans are tried; None: ALONE for one evader, IN_TEAMS for more.
         table: The visibility game that pursuers play by whose rule is "guarantee", or by the lower
             bound "certified"; without it they are taken for ones that follow the margin field.
         double: The game of two evaders, where pursuers share evaders out by it; then `responsible`
@@ -131,8 +146,7 @@ class BestResponseEvaders(LeafSystem):
         extra: str = "stay",
         risk_functions: Sequence[str] = ("total",),
         radius: float = 0.0,
-        decision_period: float = 0.7,
-        rollout: Rollout = DEFAULT_ROLLOUT,
+        foresight: Foresight | None = None,
         table: GuaranteedTimes | None = None,
         double: GuaranteedTimesOfTwo | None = None,
     ):
@@ -145,7 +159,10 @@ class BestResponseEvaders(LeafSystem):
         require_non_negative("radius", radius)
         require_one_of("hold", hold, KNOWN_HOLDS)
         require_one_of("extra", extra, EXTRA_PURSUERS)
-        require_positive("decision_period", decision_period)
+        if foresight is None:
+            foresight = ALONE if evaders == 1 else IN_TEAMS
+        rollout, period = foresight
+        require_positive("decision_period", period)
         require_positive("rollout.horizon", rollout.horizon)
         require_positive("rollout.step", rollout.step)
         require(rollout.headings >= 0, "rollout.headings", "be 0 or positive", rollout.headings)
@@ -185,7 +202,6 @@ class BestResponseEvaders(LeafSystem):
             int(rollout.headings),
             float(rollout.leg),
         )
-        self._period = float(decision_period)
         self._count = evaders
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
         self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
@@ -199,7 +215,7 @@ class BestResponseEvaders(LeafSystem):
         # Whether a first decision was made: a run that is resumed makes no other.
         self._begun = self.DeclareDiscreteState(1)
         self.DeclareInitializationDiscreteUpdateEvent(self._begin)
-        self.DeclarePeriodicDiscreteUpdateEvent(decision_period, decision_period, self._decide)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, period, self._decide)
         self.DeclareVectorOutputPort("velocity", 2 * evaders, self._calc_velocity)
 
     def _begin(self, context, discrete_state):
