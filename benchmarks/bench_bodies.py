@@ -14,7 +14,7 @@ from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.tracking.game import set_up_game, with_random_starts
 from sightfield.diagrams.tracking.run import TrackingRun, run_tracking
 from sightfield.diagrams.tracking.scenario import TrackingScenario
-from sightfield.diagrams.tracking.summary import summarise
+from sightfield.diagrams.tracking.summary import summarise_tracking
 from sightfield.diagrams.world_source import WorldSource
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
 from sightfield.systems.numerics.statistics.paired import paired_difference
@@ -81,7 +81,7 @@ def test_games_with_bodies_and_without(name):
     for seed in range(GAMES):
         game = set_up_game(replace(scenario, seed=seed), world)
         run = run_tracking(game)
-        summary = summarise(run, name)
+        summary = summarise_tracking(run, name)
         assert summary["contacts"] == 0
         gaps.append(summary["min_body_gap"])
         waits.append(longest_wait(run))

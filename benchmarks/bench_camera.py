@@ -17,7 +17,7 @@ from sightfield.diagrams.vision.tracking.picture_game import set_up_picture_game
 from sightfield.diagrams.vision.tracking.practice import practise
 from sightfield.diagrams.vision.tracking.run import run_picture_tracking
 from sightfield.diagrams.vision.tracking.scenario import PictureTrackingScenario
-from sightfield.diagrams.vision.tracking.summary import summarise
+from sightfield.diagrams.vision.tracking.summary import summarise_picture_tracking
 from sightfield.systems.numerics.vision.ray_table import make_ray_table
 from sightfield.systems.numerics.vision.rendering import render
 from sightfield.systems.numerics.vision.sensor import expose
@@ -56,7 +56,7 @@ def test_pictures_of_the_thesis_arena_with_four_shells():
 def test_tracking_on_pictures_against_real_time(name):
     scenario = scenario_of(name, "seconds=20")
     run = run_picture_tracking(set_up_picture_game(scenario))
-    factor = summarise(run, name)["realtime_factor"]
+    factor = summarise_picture_tracking(run, name)["realtime_factor"]
     print(f"\n{name} on pictures: {factor:.2f} simulated seconds per second")
 
 
@@ -70,7 +70,7 @@ def test_tracking_time_on_pictures_and_on_the_truth(name):
         for k, senses in enumerate(("pictures", "truth")):
             vision = replace(scenario.vision, senses=senses)
             game = set_up_picture_game(replace(scenario, seed=seed, vision=vision), calibration)
-            numbers = summarise(run_picture_tracking(game), name)
+            numbers = summarise_picture_tracking(run_picture_tracking(game), name)
             kept[seed, k] = numbers["tracking_time"]
             if senses == "pictures":
                 errors.append(numbers["estimation_error_rms"])

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.vision.boards.board import Board, Pose, find_corners
+from sightfield.systems.numerics.vision.boards.board import Checkerboard, Pose, find_corners
 from sightfield.systems.numerics.vision.boards.calibrate import (
     MODELS,
     calibrate_on_board,
@@ -40,7 +40,7 @@ pytestmark = pytest.mark.benchmarks
 
 OMNI = os.environ.get("SIGHTFIELD_OMNI", "")
 needs_pictures = pytest.mark.skipif(not OMNI, reason="SIGHTFIELD_OMNI names no folder")
-BOARD = Board(columns=11, rows=7, square_width=0.03, square_height=0.03)
+BOARD = Checkerboard(columns=11, rows=7, square_width=0.03, square_height=0.03)
 TRIALS, NOISE = 300, 0.3
 
 
@@ -115,7 +115,7 @@ def test_intervals_of_simulated_calibrations():
         width=640,
         height=480,
     )
-    board = Board(columns=7, rows=5, square_width=0.04, square_height=0.03)
+    board = Checkerboard(columns=7, rows=5, square_width=0.04, square_height=0.03)
     fixed = fixed_names("mei")
     rng = np.random.default_rng(2024)
     covered, converged = [], 0
@@ -134,7 +134,7 @@ def test_intervals_of_simulated_calibrations():
 
 
 def _pictures(
-    camera: MeiCamera, board: Board, count: int, rng: np.random.Generator
+    camera: MeiCamera, board: Checkerboard, count: int, rng: np.random.Generator
 ) -> list[np.ndarray]:
     """Corners of boards all round the axis, new ones each time, with normal errors."""
     pictures: list[np.ndarray] = []

@@ -9,7 +9,7 @@ from sightfield.diagrams.harvest import scenarios
 from sightfield.diagrams.harvest.job import prepare_harvest
 from sightfield.diagrams.harvest.run import run_harvest
 from sightfield.diagrams.harvest.scenario import HarvestScenario
-from sightfield.diagrams.harvest.summary import summarise
+from sightfield.diagrams.harvest.summary import summarise_harvest
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 
 pytestmark = pytest.mark.benchmarks
@@ -41,7 +41,7 @@ def test_a_scenario(compiled, name, drawn):
     page = Meshcat() if drawn else None
     job, planned = timed(lambda: prepare_harvest(scenario_of(name)))
     run, simulated = timed(lambda: run_harvest(job, page, recording=drawn))
-    numbers, audited = timed(lambda: summarise(run, name))
+    numbers, audited = timed(lambda: summarise_harvest(run, name))
     most_planned, most_simulated = TARGETS[name]
     print(
         f"\n{name}, {numbers['field_area'] / 1e4:.0f} ha, {numbers['combines']} combines, "
@@ -64,7 +64,7 @@ def test_both_strategies(compiled, name):
     told = []
     for strategy in ("sequential", "on-demand"):
         job = prepare_harvest(scenario_of(name, f"strategy={strategy}"))
-        numbers = summarise(run_harvest(job), name)
+        numbers = summarise_harvest(run_harvest(job), name)
         assert numbers["finished"]
         told.append(
             f"{strategy} {numbers['makespan']:.0f} s, "

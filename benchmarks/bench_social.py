@@ -11,7 +11,7 @@ from sightfield.diagrams.social import scenarios
 from sightfield.diagrams.social.run import run_social_search
 from sightfield.diagrams.social.scenario import SocialScenario
 from sightfield.diagrams.social.social_game import set_up_social_game
-from sightfield.diagrams.social.summary import summarise
+from sightfield.diagrams.social.summary import summarise_search
 from sightfield.systems.numerics.social.network.memory_network import MemoryNetwork
 
 pytestmark = pytest.mark.benchmarks
@@ -27,7 +27,7 @@ def test_fifty_searches_of_the_thesis_maze():
         settings = [f"seed={seed}", f"seconds={SECONDS}"]
         game = set_up_social_game(load_scenario(SocialScenario, path, settings))
         run = run_social_search(game, MemoryNetwork(game.temperaments, seed))
-        numbers = summarise(run, "thesis_maze")
+        numbers = summarise_search(run, "thesis_maze")
         errors += run.location_errors.tolist()
         if numbers["time_to_first_location"] is not None:
             first.append(numbers["time_to_first_location"])

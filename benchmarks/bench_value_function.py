@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 
 pytestmark = pytest.mark.benchmarks
 
@@ -54,7 +54,7 @@ def solve(step, starts):
 
 def solve_by_peer(step, starts):
     """The peer's answer on the same grid."""
-    grid = Grid.of_step(step, starts.goal.state[:2])
+    grid = StateGrid.of_step(step, starts.goal.state[:2])
     x_min, y_min, x_max, y_max = grid.bounds
     job = {
         "low": [x_min, y_min, 0, 0],
@@ -114,7 +114,7 @@ def test_growth_with_refinement(starts):
     found = [solve(step, starts) for step in STEPS]
     print("\nvalue function, growth with refinement")
     for step, each in zip(STEPS, found, strict=True):
-        grid = Grid.of_step(step)
+        grid = StateGrid.of_step(step)
         print(
             f"  step {step:5g} {'x'.join(map(str, reversed(grid.shape))):>16s}: {said(each)}; "
             f"{each['cpu_seconds']:.2f} CPU s, {each['peak_megabytes']:.0f} MB, "

@@ -16,7 +16,7 @@ import numpy as np
 
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.motions import make_motions
 from sightfield.systems.numerics.planning.value_function.solve import (
     POLISH,
@@ -34,10 +34,10 @@ def main() -> None:
     """Read, compile, solve, answer."""
     job = json.load(sys.stdin)
     goal = Goal(state=tuple(job["goal"]), tolerance=tuple(job["tolerance"]))
-    grid = Grid.of_step(job["step"], goal.state[:2])
+    grid = StateGrid.of_step(job["step"], goal.state[:2])
     states = np.array(job["states"])
     # Compiles, or loads what was compiled before.
-    solve_value_function(Trailer(), goal, Grid.of_step(1.0, goal.state[:2])).time_to_go(states)
+    solve_value_function(Trailer(), goal, StateGrid.of_step(1.0, goal.state[:2])).time_to_go(states)
     before = peak()
     passes = []
     began = time.process_time()

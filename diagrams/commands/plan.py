@@ -24,8 +24,8 @@ from ..planning.memory import quarter_of_memory
 from ..planning.methods import METHODS, chosen_methods
 from ..planning.pictures.plan_picture import save_sweep_picture
 from ..planning.question import PlanningQuestion
-from ..planning.report import write_report
-from ..planning.sweep import Sweep, sweep_ratios
+from ..planning.report import write_planning_report
+from ..planning.sweep import DirectionSweep, sweep_ratios
 from ..planning.verdict import ask_methods
 from ..planning.verdict_table import as_object, as_table
 from .solving import solving_shown
@@ -119,7 +119,7 @@ def compare_planners(
     with output_folder(out) if out is not None else nullcontext() as folder:
         with solving_shown(not as_json) as progress:
             verdict = ask_methods(replace(question, progress=progress), names)
-        written = [] if folder is None else write_report(verdict, folder)
+        written = [] if folder is None else write_planning_report(verdict, folder)
     if as_json:
         typer.echo(json.dumps(as_object(verdict), indent=2))
         return
@@ -185,7 +185,7 @@ def _grid_step(grid: str) -> float:
         raise InvalidInput(f"`--grid` must be thesis, fine or a number; got {grid}") from None
 
 
-def _sweep_table(results: Sweep) -> Table:
+def _sweep_table(results: DirectionSweep) -> Table:
     table = Table(
         title=escape("Travel time [s]"),
         caption=escape("\n".join(results.remarks)),

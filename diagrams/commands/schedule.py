@@ -17,7 +17,7 @@ from ...systems.numerics.units import read_quantities, read_quantity
 from ..outputs import output_folder
 from ..schedule.load_diagram import save_load_diagram
 from ..schedule.schedule_table import schedule_tables
-from ..schedule.summary import summarise
+from ..schedule.summary import summarise_schedule
 
 # More take splits and programmes of a size that nobody waits for.
 _MOST_COMBINES = 20
@@ -99,7 +99,7 @@ def schedule(
         middle,
     )
     answer = answer_schedule(fleet, carts, truck, fill, jitter)
-    summary = summarise(answer, carts, gap, fill, jitter)
+    summary = summarise_schedule(answer, carts, gap, fill, jitter)
     text = json.dumps(summary, indent=2, allow_nan=False)
     if out is not None:
         with output_folder(out) as folder:

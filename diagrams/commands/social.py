@@ -17,11 +17,11 @@ from ..outputs import output_folder
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
 from ..social import scenarios
 from ..social.networks import NetworkChoice, open_network
-from ..social.report import write_report
+from ..social.report import write_search_report
 from ..social.run import run_social_search
 from ..social.scenario import SocialScenario
 from ..social.social_game import set_up_social_game
-from ..social.summary import summarise
+from ..social.summary import summarise_search
 from ..tracking.live_page import open_live_page
 from .run_by_default import RunByDefault
 from .social_server import server
@@ -102,8 +102,8 @@ def run(
                 realtime_rate=rate,
                 progress=lambda time: bar.update(task, completed=time),
             )
-        summary = summarise(done, path.stem, network)
-        written = write_report(done, summary, folder) if folder is not None else []
+        summary = summarise_search(done, path.stem, network)
+        written = write_search_report(done, summary, folder) if folder is not None else []
     if as_json:
         print(json.dumps(summary, indent=2))
     else:

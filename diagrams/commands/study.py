@@ -23,7 +23,7 @@ from ..outputs import NoRoom, output_folder
 from ..scenario_files import build, with_settings
 from ..studies.assignment_study import assignment_grid, assignment_study
 from ..studies.engine import run_study
-from ..studies.grid import Grid
+from ..studies.grid import StudyGrid
 from ..studies.opponents import (
     FEWER,
     OPPONENTS,
@@ -43,15 +43,15 @@ from ..studies.policies_study import (
 from ..studies.records import recorded_study
 from ..studies.report import write_scenario, write_study_report
 from ..studies.study import Study
-from ..studies.summary import summarise
+from ..studies.summary import summarise_study
 from ..studies.tables import mean_tables
 from ..studies.tracking_study import SECONDS, thesis_base, tracking_grid, tracking_study
 from ..tracking.game import set_up_game
 from ..tracking.live_page import open_live_page
-from ..tracking.report import write_report
+from ..tracking.report import write_tracking_report
 from ..tracking.run import run_tracking
 from ..tracking.scenario import TrackingScenario
-from ..tracking.summary import summarise as summarise_run
+from ..tracking.summary import summarise_tracking
 from ..world_source import WorldSource
 from .study_map import study_map
 
@@ -319,7 +319,7 @@ def _choose(
 
 def _do(
     chosen: Study,
-    grid_of: Callable[[Study], Grid],
+    grid_of: Callable[[Study], StudyGrid],
     workers: int | None,
     cluster: str | None,
     resume: Path | None,
@@ -345,7 +345,7 @@ def _do(
                 result = run_study(
                     chosen, Path(folder), workers=count, cluster=cluster, progress=progress
                 )
-            summary = summarise(result, grid)
+            summary = summarise_study(result, grid)
             written = ["table.parquet"]
             if place is not None:
                 with output_folder(place) as scratch:
@@ -375,9 +375,9 @@ def _replay(chosen: Study, only: str, out: Path | None, console: Console) -> dic
     with output_folder(out) if out is not None else nullcontext() as folder:
         page = open_live_page() if folder is not None else None
         run = run_tracking(game, page, recording=page is not None)
-        summary = summarise_run(run, f"{chosen.name}, cell {name}, run {number}")
+        summary = summarise_tracking(run, f"{chosen.name}, cell {name}, run {number}")
         if folder is not None:
-            written = write_report(run, summary, folder)
+            written = write_tracking_report(run, summary, folder)
             write_scenario(scenario, folder / "scenario.yaml")
             console.print(f"Wrote {', '.join([*written, 'scenario.yaml'])} to [bold]{out}[/]")
     ended = "the horizon" if run.lost_evader is None else f"the loss of evader {run.lost_evader}"
@@ -399,7 +399,7 @@ def _bar(console: Console, *, shown: bool):
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-def _show(console: Console, summary: dict[str, Any], grid: Grid) -> None:
+def _show(console: Console, summary: dict[str, Any], grid: StudyGrid) -> None:
     """Print restricted means, whom they are worst against, and the clearest comparisons."""
     for each in mean_tables(summary, grid):
         # Text: Rich would take [s] for markup.

@@ -18,11 +18,11 @@ from ..rosbag.bag import BAG, require_rosbags
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
 from ..tracking.game import TrackingGame, set_up_game, with_random_starts
 from ..tracking.live_page import open_live_page
-from ..tracking.report import write_report
-from ..tracking.rosbag import write_rosbag
+from ..tracking.report import write_tracking_report
+from ..tracking.rosbag import write_tracking_rosbag
 from ..tracking.run import TrackingRun, run_tracking
 from ..tracking.scenario import TrackingScenario
-from ..tracking.summary import summarise
+from ..tracking.summary import summarise_tracking
 from ..world_source import WorldSource
 
 
@@ -89,10 +89,10 @@ def track(
                 progress=lambda time: bar.update(task, completed=time),
             )
         name = Path(scenario).stem if world is None else f"{Path(scenario).stem} in {world.stem}"
-        summary = summarise(run, name)
-        written = write_report(run, summary, folder) if folder is not None else []
+        summary = summarise_tracking(run, name)
+        written = write_tracking_report(run, summary, folder) if folder is not None else []
         if folder is not None and mcap:
-            write_rosbag(run, folder / BAG)
+            write_tracking_rosbag(run, folder / BAG)
             written.append(BAG)
     if as_json:
         print(json.dumps(summary, indent=2))

@@ -24,12 +24,12 @@ _TONNE = 1000.0
 TASKDATA = f"TASKDATA/{TASKDATA_FILE}"
 
 
-def write_report(run: HarvestRun, summary: dict[str, object], folder: Path) -> list[str]:
+def write_harvest_report(run: HarvestRun, summary: dict[str, object], folder: Path) -> list[str]:
     """Write everything that is known of a run; return the names of the files.
 
     Args:
         run: A finished run; with a recording scene, a replay is written too.
-        summary: From `summarise`.
+        summary: From `summarise_harvest`.
         folder: Exists.
     """
     names = ["summary.json", LOG_FILE, MACHINES_FILE, "log_units.json", "loads.png", "field.png"]
@@ -38,7 +38,7 @@ def write_report(run: HarvestRun, summary: dict[str, object], folder: Path) -> l
     np.savez_compressed(folder / names[1], **log_arrays(run))  # type: ignore[arg-type]  # none is called allow_pickle
     (folder / names[2]).write_text(json.dumps(machines(run), indent=2) + "\n", encoding="utf-8")
     (folder / names[3]).write_text(json.dumps(UNITS, indent=2) + "\n", encoding="utf-8")
-    draw_loads(run).savefig(folder / names[4], dpi=120)
+    draw_tank_loads(run).savefig(folder / names[4], dpi=120)
     draw_field(run).savefig(folder / names[5], dpi=120)
     plan = run.job.plan
     text = json.dumps(plan_geojson(plan), ensure_ascii=False)
@@ -53,7 +53,7 @@ def write_report(run: HarvestRun, summary: dict[str, object], folder: Path) -> l
     return names
 
 
-def draw_loads(run: HarvestRun) -> Figure:
+def draw_tank_loads(run: HarvestRun) -> Figure:
     """Loads against time, as simulated and as planned, a row for each tank and one for carts."""
     tanks, planned = run.log["tank"] / _TONNE, planned_tanks(run) / _TONNE
     minutes, count = run.times / 60, tanks.shape[1]

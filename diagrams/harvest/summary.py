@@ -35,7 +35,7 @@ UNITS = {
 }
 
 
-def summarise(run: HarvestRun, scenario: str) -> dict[str, object]:
+def summarise_harvest(run: HarvestRun, scenario: str) -> dict[str, object]:
     """The run in numbers, ready for JSON.
 
     Distances, crop under bodies and the faults are those of the audit of the log.

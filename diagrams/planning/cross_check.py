@@ -5,14 +5,14 @@ from collections.abc import Callable
 from .evidence import AGREEMENT, DRIVEN_TOLERANCE
 from .methods import promises_optimum
 from .question import PlanningQuestion
-from .verdict import Verdict
+from .verdict import PlanningVerdict
 
 # A converged plan may be faster than the bound by a rounding, relative to it.
 BOUND_TOLERANCE = 1e-6
 
 
 def contradictions(
-    verdict: Verdict,
+    verdict: PlanningVerdict,
     exact: Callable[[str, PlanningQuestion], bool] = promises_optimum,
 ) -> list[str]:
     """What cannot be: sentences, none if all is well.

@@ -7,7 +7,7 @@ that no path can beat, or planners that work in different ways agree.
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .verdict import Row, Verdict
+    from .verdict import PlanningVerdict, Row
 
 # How far a converged plan's controls may lead from the goal, in the units of the state.
 DRIVEN_TOLERANCE = 1e-4
@@ -17,7 +17,7 @@ AGREEMENT = 2e-3
 _WITNESSES = {"casadi": "programme", "polished": "programme"}
 
 
-def reasons(verdict: "Verdict", row: "Row") -> list[str]:
+def reasons(verdict: "PlanningVerdict", row: "Row") -> list[str]:
     """Why a plan is taken for the optimum; none: it is not, or nothing speaks for it.
 
     Args:
@@ -42,7 +42,7 @@ def reasons(verdict: "Verdict", row: "Row") -> list[str]:
     return found
 
 
-def status_of(verdict: "Verdict", row: "Row") -> str:
+def status_of(verdict: "PlanningVerdict", row: "Row") -> str:
     """What is said of a plan, in words: its planner's status, and what it is worth.
 
     Args:

@@ -2,7 +2,7 @@
 
 import os
 
-from ...systems.numerics.planning.value_function.grid import Grid
+from ...systems.numerics.planning.value_function.grid import StateGrid
 
 # Of a solution of the value function, for each node: the table, bounds and what passes keep.
 BYTES_PER_NODE = 24
@@ -20,7 +20,7 @@ def quarter_of_memory() -> float:
         return _UNKNOWN / 4
 
 
-def memory_of(grid: Grid, walled: bool) -> float:
+def memory_of(grid: StateGrid, walled: bool) -> float:
     """What solving on a grid takes [bytes].
 
     Args:

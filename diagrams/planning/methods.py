@@ -13,14 +13,14 @@ from ...systems.numerics.planning.plan import Plan
 from ...systems.numerics.planning.polished.planner import plan_polished
 from ...systems.numerics.planning.thesis_scheme.planner import METHOD as AVERAGING
 from ...systems.numerics.planning.thesis_scheme.planner import plan_by_averaging
-from ...systems.numerics.planning.value_function.grid import Grid, grid_around
+from ...systems.numerics.planning.value_function.grid import StateGrid, grid_around
 from ...systems.numerics.planning.value_function.tables import open_field_table
 from ...systems.numerics.planning.value_function.value_function import ValueFunction
 from .memory import memory_of
 from .question import PlanningQuestion
 
 
-def too_large(ask: PlanningQuestion, grid: Grid) -> bool:
+def too_large(ask: PlanningQuestion, grid: StateGrid) -> bool:
     """Whether a table on a grid would take more memory than is allowed.
 
     Args:
@@ -74,7 +74,7 @@ def _value_function(ask: PlanningQuestion) -> Plan:
     )
 
 
-def _grid(ask: PlanningQuestion) -> Grid:
+def _grid(ask: PlanningQuestion) -> StateGrid:
     if ask.world is None:
         return grid_around(ask.trailer, ask.start, ask.goal, ask.grid_step)
     return grid_within(ask.world, ask.trailer, ask.goal, ask.grid_step)

@@ -8,11 +8,11 @@ import numpy as np
 from .pictures.plan_picture import save_paths_picture, save_states_picture
 from .pictures.replay import write_planning_replay
 from .pictures.value_picture import save_value_picture
-from .verdict import Verdict
+from .verdict import PlanningVerdict
 from .verdict_table import as_object
 
 
-def write_report(verdict: Verdict, folder: Path) -> list[str]:
+def write_planning_report(verdict: PlanningVerdict, folder: Path) -> list[str]:
     """Write everything that is known of a verdict; return the names of the files.
 
     Args:

@@ -29,7 +29,7 @@ _BY_TABLE = {"value-function", "polished"}
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep:
+class DirectionSweep:
     """Travel times over the ratio (x_g - x_i) / (y_g - y_i).
 
     Attributes:
@@ -66,7 +66,7 @@ def sweep_ratios(
     count: int,
     grid_step: float = THESIS_STEP,
     progress: Progress | None = None,
-) -> Sweep:
+) -> DirectionSweep:
     """Ask planners for the way from below a goal, with headings and trailer straight.
 
     Args:
@@ -95,7 +95,7 @@ def sweep_ratios(
         table = _shared_table(questions[-1])
         questions = [replace(question, table=table) for question in questions]
     found = {name: [METHODS[name](each) for each in questions] for name in methods}
-    return Sweep(
+    return DirectionSweep(
         ratios=ratios,
         times={name: np.array([_time(plan) for plan in plans]) for name, plans in found.items()},
         lower_bounds=np.array([lower_bound(q.trailer, q.start, q.goal) for q in questions]),

@@ -53,7 +53,7 @@ class Row:
 
 
 @dataclass(frozen=True, eq=False)
-class Verdict:
+class PlanningVerdict:
     """What all planners say.
 
     Attributes:
@@ -90,7 +90,7 @@ class Verdict:
         return _gap(row, self.lower_bound)
 
 
-def ask_methods(question: PlanningQuestion, methods: Sequence[str]) -> Verdict:
+def ask_methods(question: PlanningQuestion, methods: Sequence[str]) -> PlanningVerdict:
     """Ask planners, by name, and drive what they return through the plant.
 
     Args:
@@ -111,7 +111,7 @@ def ask_methods(question: PlanningQuestion, methods: Sequence[str]) -> Verdict:
             driven = resimulate(question.trailer, plan.path, question.goal)
         rows.append(Row(name, plan, driven))
     bound = lower_bound(question.trailer, question.start, question.goal)
-    return Verdict(question, bound, tuple(rows))
+    return PlanningVerdict(question, bound, tuple(rows))
 
 
 def _gap(row: Row, reference: float) -> float | None:

@@ -8,13 +8,13 @@ from rich.table import Table
 
 from .cross_check import contradictions
 from .evidence import reasons, status_of
-from .verdict import Row, Verdict
+from .verdict import PlanningVerdict, Row
 
 # What the half-widths of a goal are along: its box turns with it.
 _ALONG = ("goal's heading", "across it", "theta", "beta")
 
 
-def as_object(verdict: Verdict) -> dict[str, object]:
+def as_object(verdict: PlanningVerdict) -> dict[str, object]:
     """A verdict as JSON takes it; numbers that are not there, or infinite, are null."""
     return {
         "start": list(verdict.question.start),
@@ -29,7 +29,7 @@ def as_object(verdict: Verdict) -> dict[str, object]:
     }
 
 
-def as_table(verdict: Verdict) -> Table:
+def as_table(verdict: PlanningVerdict) -> Table:
     """A verdict as a table for the terminal."""
     table = Table(
         title=f"{_goal_words(verdict)}; no path takes less than {verdict.lower_bound:.5f} s",
@@ -62,7 +62,7 @@ def as_table(verdict: Verdict) -> Table:
     return table
 
 
-def _words(verdict: Verdict, row: Row) -> list[str]:
+def _words(verdict: PlanningVerdict, row: Row) -> list[str]:
     """What a planner says, and what it remarks."""
     return [f"{row.method}: {each}" for each in (status_of(verdict, row), *_remarks(row))]
 
@@ -77,7 +77,7 @@ def _remarks(row: Row) -> list[str]:
     return found
 
 
-def _row_object(verdict: Verdict, row: Row) -> dict[str, object]:
+def _row_object(verdict: PlanningVerdict, row: Row) -> dict[str, object]:
     return {
         "time": _finite(row.plan.time),
         "beta_final": row.beta_final,
@@ -92,7 +92,7 @@ def _row_object(verdict: Verdict, row: Row) -> dict[str, object]:
     }
 
 
-def _goal_words(verdict: Verdict) -> str:
+def _goal_words(verdict: PlanningVerdict) -> str:
     """Which of the different times is meant."""
     goal = verdict.question.goal
     if goal.is_point:

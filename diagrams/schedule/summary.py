@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 
-from ...systems.numerics.harvest.schedule.answer import CartPlan, ScheduleAnswer
+from ...systems.numerics.harvest.schedule.answer import CartSchedule, ScheduleAnswer
 from ...systems.numerics.harvest.schedule.best_visits import best_visits, travel_time_limit
 from ...systems.numerics.harvest.schedule.closed_forms import (
     EqualCombines,
@@ -45,7 +45,7 @@ class Constraint:
     says: str
 
 
-def summarise(
+def summarise_schedule(
     answer: ScheduleAnswer,
     carts: int,
     travel_time: float | None = None,
@@ -180,7 +180,7 @@ def binding(
     return ["jitter" if jitter is not None else "fill"] if fill < 1 or jitter is not None else []
 
 
-def _least_trip(answer: ScheduleAnswer, cart: CartPlan) -> float:
+def _least_trip(answer: ScheduleAnswer, cart: CartSchedule) -> float:
     """Grain of the largest trip of a cart that never waits [kg]; without a plan none fits."""
     round_ = cart.round
     early = plan_round(answer.fleet, round_, aim=Aim.EARLY)
@@ -225,7 +225,7 @@ def _remedies(answer: ScheduleAnswer, carts: int, travel_time: float | None) -> 
     return changes
 
 
-def _cart_object(answer: ScheduleAnswer, cart: CartPlan) -> dict[str, object]:
+def _cart_object(answer: ScheduleAnswer, cart: CartSchedule) -> dict[str, object]:
     plan = cart.plan
     visits: list[dict[str, object]] = []
     for i in range(plan.round.size if plan is not None else 0):

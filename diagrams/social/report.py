@@ -21,12 +21,12 @@ _PURSUER, _EVADER = "#215fcc", "#d92e33"
 _SHEETS = 6
 
 
-def write_report(run: SocialRun, summary: dict[str, object], folder: Path) -> list[str]:
+def write_search_report(run: SocialRun, summary: dict[str, object], folder: Path) -> list[str]:
     """Write everything that is known of a search; return the names of the files.
 
     Args:
         run: A finished one; with a recording scene, a replay is written too.
-        summary: From `summarise`.
+        summary: From `summarise_search`.
         folder: Exists.
     """
     names = ["summary.json", "log.npz", "log_units.json", "connectivity.png", "search.png"]

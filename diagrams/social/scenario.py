@@ -59,7 +59,7 @@ class MazeSource:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Camera:
+class AgentCamera:
     """Of every common agent.
 
     Raises:
@@ -92,7 +92,7 @@ class Camera:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CommonAgents:
+class Crowd:
     """The people of the story: they walk about, take pictures and post them.
 
     Raises:
@@ -149,7 +149,7 @@ class CommonAgents:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Evader:
+class SoughtEvader:
     """Whom the pursuer looks for.
 
     Raises:
@@ -172,7 +172,7 @@ class Evader:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pursuer:
+class SearchingPursuer:
     """Who makes friends, reads their pictures, and goes to the evader.
 
     Raises:
@@ -195,7 +195,7 @@ class Pursuer:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Search:
+class SearchPolicy:
     """How friends are made and pictures read (Table 2.3).
 
     Raises:
@@ -244,15 +244,15 @@ class SocialScenario:
     # Where it takes place.
     maze: MazeSource = MazeSource()
     # Who takes pictures.
-    agents: CommonAgents
+    agents: Crowd
     # Who is looked for.
-    evader: Evader = Evader()
+    evader: SoughtEvader = SoughtEvader()
     # Who looks.
-    pursuer: Pursuer = Pursuer()
+    pursuer: SearchingPursuer = SearchingPursuer()
     # What the pictures are taken with.
-    camera: Camera = Camera()
+    camera: AgentCamera = AgentCamera()
     # How friends are made and pictures read.
-    search: Search = Search()
+    search: SearchPolicy = SearchPolicy()
     # Horizon [s].
     seconds: float = 120.0
     # Control period and time step [s].

@@ -24,7 +24,7 @@ UNITS = {
 }
 
 
-def summarise(run: SocialRun, scenario: str, network: str = "memory") -> dict[str, object]:
+def summarise_search(run: SocialRun, scenario: str, network: str = "memory") -> dict[str, object]:
     """The search in numbers, ready for JSON.
 
     Args:

@@ -14,11 +14,11 @@ from ...systems.numerics.standoff.equilibria import (
     wanted_equilibrium,
 )
 from ...systems.numerics.standoff.loop import StandoffLoop
-from ...systems.numerics.standoff.region import Region, region_of_attraction
+from ...systems.numerics.standoff.region import RegionOfAttraction, region_of_attraction
 from ...systems.numerics.standoff.sampled.margins import LoopMargins, loop_margins, sampled_loop
 from ...systems.numerics.standoff.sampled.region import sampled_region
 from ...systems.numerics.standoff.sampled_pid import SampledPid
-from .certificate import Certificate, sum_of_squares_certificate
+from .certificate import SumOfSquaresCertificate, sum_of_squares_certificate
 
 _DEFAULT = SampledPid()
 # The numbers of `LoopMargins` that JSON has, with their units.
@@ -59,14 +59,14 @@ class StandoffAnalysis:
     wanted: Equilibrium
     bias: float
     singularities: tuple[float, ...]
-    region: Region
-    region_at_rest: Region
+    region: RegionOfAttraction
+    region_at_rest: RegionOfAttraction
     energy_interval: tuple[float, float]
-    certificate: Certificate | None
+    certificate: SumOfSquaresCertificate | None
     margin: DelayMargin
     filtered_margin: DelayMargin
     sampled_margins: LoopMargins
-    sampled_region: Region | None
+    sampled_region: RegionOfAttraction | None
     held: tuple[HeldEquilibrium, ...]
 
     def as_object(self) -> dict[str, object]:

@@ -27,7 +27,7 @@ _SAFETY = 1 + 2e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Certificate:
+class SumOfSquaresCertificate:
     """V(x) = (x - rest)^T matrix (x - rest) falls along all motions in V < 1.
 
     Attributes:
@@ -47,7 +47,7 @@ class Certificate:
         return np.einsum("...i,ij,...j->...", off, self.matrix, off)
 
 
-def sum_of_squares_certificate(loop: StandoffLoop) -> Certificate | None:
+def sum_of_squares_certificate(loop: StandoffLoop) -> SumOfSquaresCertificate | None:
     """The largest level set of the linear loop's Lyapunov function that can be proved attracted.
 
     The exact region (see `region_of_attraction`) is larger: a quadratic V reaches as far to one
@@ -90,7 +90,7 @@ def sum_of_squares_certificate(loop: StandoffLoop) -> Certificate | None:
     matrix = _SAFETY * _quadratic_form(lyapunov, names) / np.outer(scale, scale)
     rest = np.array([unit.rest, 0.0])[: len(names)]
     reach = 1 / np.sqrt(matrix[0, 0])
-    return Certificate(rest, matrix, float(rest[0] - reach), float(rest[0] + reach))
+    return SumOfSquaresCertificate(rest, matrix, float(rest[0] - reach), float(rest[0] + reach))
 
 
 def _quadratic_form(lyapunov: Expression, names: list[Variable]) -> np.ndarray:

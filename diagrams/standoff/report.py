@@ -94,7 +94,9 @@ def standoff_report(scenario: StandoffScenario) -> StandoffReport:
     return StandoffReport(scenario, summary, run)
 
 
-def write_report(folder: Path, report: StandoffReport, found: StandoffAnalysis | None) -> list[str]:
+def write_standoff_report(
+    folder: Path, report: StandoffReport, found: StandoffAnalysis | None
+) -> list[str]:
     """Write the JSON, pictures and the replay; return their names.
 
     summary.json is what the command prints as JSON; beside an analysis the start's summary is

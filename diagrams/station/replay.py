@@ -92,7 +92,7 @@ def load_recording(path: Path) -> Recording:
     return Recording(log, mode, scenario, set_up_game(scenario.tracking), tuple(own))
 
 
-def replay(
+def replay_station(
     recording: Recording,
     log: Path,
     *,

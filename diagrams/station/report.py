@@ -10,9 +10,9 @@ import numpy as np
 from ...systems.numerics.station.supervision import view_is_gone
 from ...systems.numerics.station.transitions import transitions
 from ..tracking.game import TrackingGame
-from ..tracking.report import write_report
+from ..tracking.report import write_tracking_report
 from ..tracking.run import LOGGED, TrackingRun
-from ..tracking.summary import summarise
+from ..tracking.summary import summarise_tracking
 from .hardware import RunLog
 from .ports import REASON, SENT, STANDING, VIEW_AGE
 from .run import StationRun
@@ -58,9 +58,9 @@ def summarise_station(
         mode: How it was played.
 
     Returns:
-        What `summarise` says, with the station's horizon, and: mode, ended (how the run did),
-        ticks (samples in the log), poses_valid (part of all poses that were), pose_age (mean and
-        greatest of those seen) [s],
+        What `summarise_tracking` says, with the station's horizon, and: mode, ended (how the run
+        did), ticks (samples in the log), poses_valid (part of all poses that were), pose_age (mean
+        and greatest of those seen) [s],
         events (each time, robot and text: what the supervisor made of robots when), faults (how
         many of these were that something was wrong, and losses of the operator's view),
         link_quality (mean of each robot, from 0 to 1, null if never known), ranges_valid (part of
@@ -82,7 +82,7 @@ def _numbers(
     speeds = np.abs(log.samples[SENT][:, ::2])
     events = events_of(log, game)
     return {
-        **summarise(tracking_run(run, log, game), scenario),
+        **summarise_tracking(tracking_run(run, log, game), scenario),
         "seconds": seconds,
         "mode": mode,
         "ended": run.how,
@@ -151,4 +151,4 @@ def write_station_report(
 ) -> list[str]:
     """Write `summary.json`, arrays with their units, and `tracks.png`; return the names."""
     with np.errstate(over="ignore", invalid="ignore"):
-        return write_report(tracking_run(run, log, game), summary, folder)
+        return write_tracking_report(tracking_run(run, log, game), summary, folder)

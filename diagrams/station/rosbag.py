@@ -13,7 +13,7 @@ from .replay import Recording
 _POSE, _COMMAND = 3, 2
 
 
-def write_rosbag(recording: Recording, folder: Path) -> None:
+def write_station_rosbag(recording: Recording, folder: Path) -> None:
     """Write a recorded run: `/world`, `/tf`, what each robot was sent, pictures, and every port.
 
     Robots are the frames `pursuer_0`, ..., at their poses as the motion capture had them. The

@@ -10,7 +10,7 @@ from ...systems.numerics.geometry.world import World
 from ...systems.station.pose_parts import PoseParts
 from ..tracking.game import TrackingGame
 from ..tracking.make_tracking import AddTracking, ConnectTeams, OwnAssignment
-from ..tracking.scenario import CERTIFIED, Team
+from ..tracking.scenario import CERTIFIED, RobotTeam
 from ..tracking.team_ports import AddAvoidance, AddDrive, TeamPorts, deflections_of, inputs_of
 from .ports import COMMANDS
 
@@ -67,7 +67,7 @@ def AddStationTracking(
 def _add_team(
     builder: DiagramBuilder,
     name: str,
-    team: Team,
+    team: RobotTeam,
     regions: Sequence[World],
     period: float,
     other_radii: Sequence[float] | None,

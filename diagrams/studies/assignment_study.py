@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 from ...systems.numerics.geometry.arenas.random_arena import Arena
 from ..tracking.scenario import TrackingScenario
-from .grid import Grid, Panel, matrix_of
+from .grid import StudyGrid, StudyPanel, matrix_of
 from .opponents import OPPONENTS, RUNS, Match, cell_name, match_cell, match_of, runs_against
 from .study import Study
 from .tracking_study import thesis_base
@@ -72,7 +72,7 @@ def assignment_study(
     )
 
 
-def assignment_grid(study: Study) -> Grid:
+def assignment_grid(study: Study) -> StudyGrid:
     """How to show and compare the cells of `assignment_study`."""
     matches = [match_of(cell.name) for cell in study.cells]
     opponents = list(dict.fromkeys(match.opponent for match in matches))
@@ -83,16 +83,16 @@ def assignment_grid(study: Study) -> Grid:
     def name(evaders: int, rule: str, opponent: str) -> str:
         return cell_name(PURSUERS, evaders, rule, opponent)
 
-    return Grid(
+    return StudyGrid(
         means=tuple(
-            Panel(
+            StudyPanel(
                 title=f"three risk functions, against {opponent}",
                 series={rule: {m: name(m, rule, opponent) for m in sizes} for rule in rules},
             )
             for opponent in opponents
         ),
         curves=tuple(
-            Panel(
+            StudyPanel(
                 title=f"{PURSUERS} against {m} {opponent}",
                 series={rule: {m: name(m, rule, opponent)} for rule in rules},
             )

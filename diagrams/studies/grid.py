@@ -7,7 +7,7 @@ from .study import Study
 
 
 @dataclass(frozen=True, kw_only=True)
-class Panel:
+class StudyPanel:
     """One pair of axes.
 
     Attributes:
@@ -20,7 +20,7 @@ class Panel:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Grid:
+class StudyGrid:
     """The panels of a study, and its comparisons.
 
     Attributes:
@@ -32,8 +32,8 @@ class Grid:
         columns: Panels of means side by side; 0: all.
     """
 
-    means: tuple[Panel, ...] = ()
-    curves: tuple[Panel, ...] = ()
+    means: tuple[StudyPanel, ...] = ()
+    curves: tuple[StudyPanel, ...] = ()
     pairs: tuple[tuple[str, str], ...] = ()
     matrix: dict[str, dict[str, dict[str, str]]] = field(default_factory=dict)
     columns: int = 0

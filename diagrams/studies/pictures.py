@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from ...systems.numerics.statistics.survival import kaplan_meier, restricted_mean
-from .grid import Grid, Panel
+from .grid import StudyGrid, StudyPanel
 from .opponents import runs_in_words
 from .records import StudyResult
 from .summary import CONFIDENCE, mean_matrix, worst_of
@@ -17,7 +17,7 @@ _COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown", "t
 _MARKERS = "osD^vP"
 
 
-def draw_means(result: StudyResult, grid: Grid) -> Figure:
+def draw_means(result: StudyResult, grid: StudyGrid) -> Figure:
     """Mean tracking time up to the horizon over the number of evaders, a panel for each figure."""
     panels = grid.means
     columns = grid.columns or len(panels)
@@ -39,7 +39,7 @@ def draw_means(result: StudyResult, grid: Grid) -> Figure:
     return figure
 
 
-def draw_matrix(result: StudyResult, grid: Grid) -> Figure:
+def draw_matrix(result: StudyResult, grid: StudyGrid) -> Figure:
     """Restricted means with their intervals, pursuers over evaders, for each pair of teams.
 
     A frame is round the evaders that are worst for the pursuers of the row (`worst_of`).
@@ -85,7 +85,7 @@ def draw_matrix(result: StudyResult, grid: Grid) -> Figure:
     return figure
 
 
-def _draw_panel(axis: Axes, result: StudyResult, panel: Panel) -> None:
+def _draw_panel(axis: Axes, result: StudyResult, panel: StudyPanel) -> None:
     top = 0.0
     for k, (label, cells) in enumerate(panel.series.items()):
         means = [
@@ -117,7 +117,7 @@ def _draw_panel(axis: Axes, result: StudyResult, panel: Panel) -> None:
     axis.grid(axis="y", alpha=0.3)
 
 
-def draw_curves(result: StudyResult, grid: Grid) -> Figure:
+def draw_curves(result: StudyResult, grid: StudyGrid) -> Figure:
     """Share of runs in which every evader is still in sight, over time, a panel for each team."""
     panels = grid.curves
     columns = min(4, math.ceil(math.sqrt(len(panels))))

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from ...systems.numerics.errors import require, require_one_of
 from ...systems.numerics.geometry.arenas.random_arena import Arena
 from ..tracking.scenario import TrackingScenario
-from .grid import Grid, Panel, matrix_of
+from .grid import StudyGrid, StudyPanel, matrix_of
 from .opponents import POLICIES, Match, cell_name, match_cell, match_of, runs_against
 from .study import Study
 from .tracking_study import thesis_base
@@ -94,16 +94,16 @@ def policies_study(
     )
 
 
-def policies_grid(study: Study) -> Grid:
+def policies_grid(study: Study) -> StudyGrid:
     """How to show and compare the cells of `policies_study`: each pursuers less the thesis's."""
     matches = [match_of(cell.name) for cell in study.cells]
     teams = list(dict.fromkeys((match.pursuers, match.evaders) for match in matches))
     opponents = list(dict.fromkeys(match.opponent for match in matches))
     pursuers = list(dict.fromkeys(match.variant for match in matches))
     compared = [each for each in pursuers if each != REFERENCE] if REFERENCE in pursuers else []
-    return Grid(
+    return StudyGrid(
         curves=tuple(
-            Panel(
+            StudyPanel(
                 title=f"{n} against {m} {opponent}",
                 series={each: {m: cell_name(n, m, each, opponent)} for each in pursuers},
             )

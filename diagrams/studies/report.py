@@ -7,21 +7,21 @@ from pathlib import Path
 import yaml
 
 from ..tracking.scenario import TrackingScenario
-from .grid import Grid
+from .grid import StudyGrid
 from .pictures import draw_curves, draw_matrix, draw_means
 from .records import StudyResult
 from .tables import mean_tables, to_markdown
 
 
 def write_study_report(
-    result: StudyResult, grid: Grid, summary: dict[str, object], folder: Path
+    result: StudyResult, grid: StudyGrid, summary: dict[str, object], folder: Path
 ) -> list[str]:
     """Write numbers and pictures of a finished study; return the names of the files.
 
     Args:
         result: A finished study.
         grid: What is drawn with what; what it has nothing of is not drawn.
-        summary: From `summarise`.
+        summary: From `summarise_study`.
         folder: Exists.
     """
     (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")

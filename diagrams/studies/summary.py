@@ -6,14 +6,14 @@ from ...systems.numerics.statistics.corrections import holm
 from ...systems.numerics.statistics.estimate import Estimate, share
 from ...systems.numerics.statistics.paired import paired_difference
 from ...systems.numerics.statistics.survival import restricted_mean
-from .grid import Grid
+from .grid import StudyGrid
 from .opponents import opponent_of, runs_by_opponent
 from .records import StudyResult
 
 CONFIDENCE = 0.95
 
 
-def summarise(result: StudyResult, grid: Grid) -> dict[str, object]:
+def summarise_study(result: StudyResult, grid: StudyGrid) -> dict[str, object]:
     """The study in numbers, ready for JSON.
 
     Args:
@@ -73,7 +73,7 @@ def summarise(result: StudyResult, grid: Grid) -> dict[str, object]:
     }
 
 
-def mean_matrix(result: StudyResult, grid: Grid) -> dict[str, dict[str, dict[str, Estimate]]]:
+def mean_matrix(result: StudyResult, grid: StudyGrid) -> dict[str, dict[str, dict[str, Estimate]]]:
     """Restricted means [s] in the places of the grid's matrix.
 
     Args:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from .grid import Grid
+from .grid import StudyGrid
 
 
 @dataclass(frozen=True)
@@ -21,11 +21,11 @@ class MeanTable:
     rows: tuple[tuple[str, ...], ...]
 
 
-def mean_tables(summary: dict[str, Any], grid: Grid) -> tuple[MeanTable, ...]:
+def mean_tables(summary: dict[str, Any], grid: StudyGrid) -> tuple[MeanTable, ...]:
     """The panels of a study over the number of evaders or, where it has none, its matrices.
 
     Args:
-        summary: From `summarise`.
+        summary: From `summarise_study`.
         grid: Of the same study.
     """
     level = f"{summary['confidence']:.0%}"

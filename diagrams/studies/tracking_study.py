@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from ...systems.numerics.geometry.arenas.random_arena import Arena
 from ..tracking.scenario import Evaders, Pursuers, TrackingScenario
 from ..world_source import WorldSource
-from .grid import Grid, Panel, matrix_of
+from .grid import StudyGrid, StudyPanel, matrix_of
 from .opponents import OPPONENTS, RUNS, Match, cell_name, match_cell, match_of, runs_against
 from .study import Study
 
@@ -84,14 +84,14 @@ def tracking_study(
     )
 
 
-def tracking_grid(study: Study) -> Grid:
+def tracking_grid(study: Study) -> StudyGrid:
     """How to show and compare the cells of `tracking_study`."""
     matches = [match_of(cell.name) for cell in study.cells]
     opponents = list(dict.fromkeys(match.opponent for match in matches))
     vectors = list(dict.fromkeys(match.variant for match in matches))
     sizes = list(dict.fromkeys(match.pursuers for match in matches))
     means = tuple(
-        Panel(
+        StudyPanel(
             title=f"{TIMES.get(vector, 'time')}: {vector} risk vector, against {opponent}",
             series={
                 f"{n} pursuer{'s' if n > 1 else ''}": {
@@ -104,7 +104,7 @@ def tracking_grid(study: Study) -> Grid:
         for vector in vectors
     )
     curves = tuple(
-        Panel(
+        StudyPanel(
             title=f"{n} against {m} {opponent}",
             series={vector: {m: cell_name(n, m, vector, opponent)} for vector in vectors},
         )
@@ -120,6 +120,6 @@ def tracking_grid(study: Study) -> Grid:
         for n in sizes
         for m in sizes
     )
-    return Grid(
+    return StudyGrid(
         means=means, curves=curves, pairs=pairs, matrix=matrix_of(study), columns=len(vectors)
     )

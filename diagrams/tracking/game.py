@@ -14,7 +14,7 @@ from ...systems.numerics.geometry.team_sight import sight_matrix
 from ...systems.numerics.geometry.wall_sliding import SKIN
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.tracking.random_starts import draw_starts
-from .scenario import Team, TrackingScenario
+from .scenario import RobotTeam, TrackingScenario
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +123,7 @@ def _positions(
 
 
 def _checked(
-    team: Team, name: str, positions: np.ndarray, world: World, regions: tuple[World, ...]
+    team: RobotTeam, name: str, positions: np.ndarray, world: World, regions: tuple[World, ...]
 ) -> np.ndarray:
     """Positions moved off the walls by the skin that wall sliding keeps, if they touch one."""
     index, free = build_edge_index(world), build_edge_index(*regions)
@@ -180,7 +180,7 @@ def _require_distinct(
                 )
 
 
-def _poses(team: Team, positions: np.ndarray) -> np.ndarray:
+def _poses(team: RobotTeam, positions: np.ndarray) -> np.ndarray:
     headings = np.array(team.headings) if team.headings else np.zeros(len(positions))
     return np.column_stack([positions, headings])
 

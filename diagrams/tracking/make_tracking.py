@@ -147,10 +147,10 @@ def AddTracking(
         builder: Of the diagram.
         game: What is played.
         meshcat: The page on which you drive the evader whose policy is "you".
-        assignment: Instead of the scenario's rule: a name in `RULES`, a function of a TeamView, or
-            a system with the output port `assignment` (Np), the evader of each pursuer or -1. With
-            none, pursuers by the solved game that are fewer than their evaders answer for several
-            each, whatever the scenario's rule (`TeamGuaranteePursuit`).
+        assignment: Instead of the scenario's rule: a name in `ASSIGNMENT_RULES`, a function of a
+            TeamView, or a system with the output port `assignment` (Np), the evader of each pursuer
+            or -1. With none, pursuers by the solved game that are fewer than their evaders answer
+            for several each, whatever the scenario's rule (`TeamGuaranteePursuit`).
         pursuit: Instead of the scenario's field: a system with the output port `velocity` (2 Np),
             the velocities that the pursuers wish for [m/s].
         evasion: Instead of the scenario's policies: a system with the output port `velocity`

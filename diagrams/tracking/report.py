@@ -16,12 +16,12 @@ from .summary import log_arrays, units_of
 _PURSUERS = ("tab:green", "black", "tab:blue", "tab:purple", "tab:cyan", "tab:brown")
 
 
-def write_report(run: TrackingRun, summary: dict[str, object], folder: Path) -> list[str]:
+def write_tracking_report(run: TrackingRun, summary: dict[str, object], folder: Path) -> list[str]:
     """Write everything that is known of a run; return the names of the files.
 
     Args:
         run: A finished run; with a recording scene, a replay is written too.
-        summary: From `summarise`.
+        summary: From `summarise_tracking`.
         folder: Exists.
     """
     names = ["summary.json", "log.npz", "log_units.json", "tracks.png"]

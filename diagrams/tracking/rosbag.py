@@ -11,7 +11,7 @@ from .summary import log_arrays, units_of
 TEAMS = ("pursuer", "evader")
 
 
-def write_rosbag(run: TrackingRun, folder: Path) -> None:
+def write_tracking_rosbag(run: TrackingRun, folder: Path) -> None:
     """Write a run: `/world`, `/tf`, each robot's velocity, and every array of the log.
 
     Robots are points to the log: their frames `pursuer_0`, ... are never turned. The arrays of

@@ -15,7 +15,7 @@ from ...systems.numerics.errors import (
 )
 from ...systems.numerics.tracking.assignment.holding import HOLDS
 from ...systems.numerics.tracking.assignment.kemeny import MOST_EVADERS
-from ...systems.numerics.tracking.assignment.rules import RULES
+from ...systems.numerics.tracking.assignment.rules import ASSIGNMENT_RULES
 from ...systems.numerics.tracking.assignment.team_view import EXTRA_PURSUERS
 from ...systems.numerics.tracking.corner_fields import FIELDS
 from ...systems.numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS
@@ -44,7 +44,7 @@ POLICIES = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Team:
+class RobotTeam:
     """A team of equal robots.
 
     Raises:
@@ -104,7 +104,7 @@ class Team:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pursuers(Team):
+class Pursuers(RobotTeam):
     """The team that keeps sight, and its strategy.
 
     Raises:
@@ -145,7 +145,7 @@ class Pursuers(Team):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_one_of("assignment", self.assignment, (*RULES, GUARANTEE))
+        require_one_of("assignment", self.assignment, (*ASSIGNMENT_RULES, GUARANTEE))
         guaranteed = self.assignment == GUARANTEE
         require_one_of("hold", self.switch, SWITCHES if guaranteed else HOLDS)
         require_one_of("extra", self.extra, EXTRA_PURSUERS)
@@ -177,7 +177,7 @@ class Pursuers(Team):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Evaders(Team):
+class Evaders(RobotTeam):
     """The team that is watched.
 
     Raises:
@@ -329,6 +329,6 @@ class TrackingScenario:
         return self.evaders.top_speed / self.pursuers.top_speed
 
 
-def _kept_off(team: Team) -> list[float]:
+def _kept_off(team: RobotTeam) -> list[float]:
     """Radii of a team with their clearance [m]."""
     return [(1.0 + CLEARANCE) * team.radius] * team.size

@@ -23,7 +23,7 @@ UNITS = {
 CERTIFICATE_UNITS = {"certificate": "s", "guaranteed_time": "s", "withdrawn": "1"}
 
 
-def summarise(run: TrackingRun, scenario: str) -> dict[str, object]:
+def summarise_tracking(run: TrackingRun, scenario: str) -> dict[str, object]:
     """The run in numbers, ready for JSON.
 
     Args:

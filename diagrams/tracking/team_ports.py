@@ -14,7 +14,7 @@ from ...systems.tracking.collision_stop import CollisionStop
 from ...systems.tracking.differential_drive_team import DifferentialDriveTeam
 from ...systems.tracking.heading_controller import HeadingController
 from ...systems.tracking.turn_first_controller import TurnFirstController
-from .scenario import CLEARANCE, Team
+from .scenario import CLEARANCE, RobotTeam
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class TeamPorts:
 def AddTeam(
     builder: DiagramBuilder,
     name: str,
-    team: Team,
+    team: RobotTeam,
     starts: ArrayLike,
     regions: Sequence[World],
     period: float,
@@ -116,7 +116,7 @@ def AddTeam(
 def AddAvoidance(
     builder: DiagramBuilder,
     name: str,
-    team: Team,
+    team: RobotTeam,
     regions: Sequence[World],
     period: float,
     other_radii: Sequence[float] | None = None,
@@ -176,7 +176,7 @@ def deflections_of(*systems: System) -> tuple[OutputPort, ...]:
 def AddDrive(
     builder: DiagramBuilder,
     name: str,
-    team: Team,
+    team: RobotTeam,
     regions: Sequence[World],
     period: float,
     other_radii: Sequence[float] | None = None,

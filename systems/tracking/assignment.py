@@ -11,7 +11,7 @@ from ..numerics.errors import InvalidInput, require, require_non_negative, requi
 from ..numerics.geometry.world import World
 from ..numerics.tracking.assignment.holding import HOLDS, hold_or_choose, is_broken
 from ..numerics.tracking.assignment.local_views import decentralised
-from ..numerics.tracking.assignment.rules import RULES, AssignmentRule
+from ..numerics.tracking.assignment.rules import ASSIGNMENT_RULES, AssignmentRule
 from ..numerics.tracking.assignment.team_view import EXTRA_PURSUERS, TeamView, names_evaders
 from ..numerics.tracking.corner_table import corner_table
 from ..numerics.tracking.risk import RISK_FUNCTIONS, team_risk
@@ -59,7 +59,7 @@ class Assignment(LeafSystem):
         evaders: Number of evaders Ne.
         hold: When to follow the rule, a name in `HOLDS`.
         period: Sampling period of what is held; without one nothing is held [s].
-        rule: A name in `RULES`, or a function of a TeamView.
+        rule: A name in `ASSIGNMENT_RULES`, or a function of a TeamView.
         risk_functions: Names in `RISK_FUNCTIONS`, one for all pursuers or one each.
         extra: What pursuers beyond a matching do: "stay" or "riskiest".
         seed: For rules that draw lots.
@@ -86,8 +86,8 @@ class Assignment(LeafSystem):
     ):
         super().__init__()
         if isinstance(rule, str):
-            require_one_of("rule", rule, RULES)
-            rule = RULES[rule]
+            require_one_of("rule", rule, ASSIGNMENT_RULES)
+            rule = ASSIGNMENT_RULES[rule]
         require_one_of("hold", hold, HOLDS)
         require_non_negative("period", period)
         require(hold == "none" or period > 0, "period", f"be positive to hold {hold}", period)

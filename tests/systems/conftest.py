@@ -46,7 +46,7 @@ from sightfield.systems.numerics.harvest.paths.speed_profile import fastest_prof
 from sightfield.systems.numerics.planning.driven_path import driven_path
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 from sightfield.systems.numerics.social.landmarks.thesis_maze import thesis_maze
 from sightfield.systems.numerics.social.network.acceptance import thesis_temperaments
@@ -70,7 +70,7 @@ from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times impor
 from sightfield.systems.numerics.tracking.visibility_game.two_evaders import solve_two_evaders
 from sightfield.systems.numerics.vision.estimation.calibration import Calibration, calibrate
 from sightfield.systems.numerics.vision.estimation.readings import Readings
-from sightfield.systems.numerics.vision.omni_optics import OmniCamera, project
+from sightfield.systems.numerics.vision.omni_optics import OmniCamera, project_omni
 from sightfield.systems.numerics.vision.sensor import Sensor
 from sightfield.systems.numerics.vision.shells import shell_of
 from sightfield.systems.numerics.vision.surroundings import Surroundings
@@ -170,7 +170,7 @@ def ideal_calibration() -> Calibration:
     camera, shell = OmniCamera(), shell_of("red")
     distance, bearing = np.linspace(0.3, 1.6, 8), np.linspace(-3, 3, 8)
     at = np.column_stack([np.cos(bearing), np.sin(bearing)]) * distance[:, None]
-    pixels, _ = project(camera, np.column_stack([at, np.full(8, shell.base)]))
+    pixels, _ = project_omni(camera, np.column_stack([at, np.full(8, shell.base)]))
     return calibrate(
         Readings(distance=distance, bearing=bearing, pixels=pixels),
         camera=camera,
@@ -376,7 +376,9 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
             recording=False,
         ),
         "ValueFunctionFeedback": lambda: ValueFunctionFeedback(
-            solve_value_function(Trailer(), Goal(state=(0, 0, 0, 0)), Grid.of_step(0.8), polish=0)
+            solve_value_function(
+                Trailer(), Goal(state=(0, 0, 0, 0)), StateGrid.of_step(0.8), polish=0
+            )
         ),
         "VelocitySelector": lambda: VelocitySelector([0, 1, 1], sources=2),
         "Wanderers": lambda: Wanderers(3, law=WanderingLaw(), ring=ring, period=0.1),

@@ -10,7 +10,7 @@ from rich.progress import track
 from rich.table import Table
 
 from ....systems.numerics.errors import InvalidInput, require
-from ....systems.numerics.vision.boards.board import Board, find_corners
+from ....systems.numerics.vision.boards.board import Checkerboard, find_corners
 from ....systems.numerics.vision.boards.calibrate import calibrate_on_board, fixed_names
 from ....systems.numerics.vision.boards.fit import fit_aspect, held_out_residuals
 from ....systems.numerics.vision.camera_models.camera_files import forms_of, save_camera_model
@@ -86,7 +86,7 @@ def calibrate_board(
     plain.print(str(summary["ruler"]), markup=False)
 
 
-def _board(words: str, square: str) -> Board:
+def _board(words: str, square: str) -> Checkerboard:
     """The board of COLUMNSxROWS inner corners and squares of SIZE or WIDTHxHEIGHT [m]."""
     try:
         columns, rows = (int(word) for word in words.split("x"))
@@ -97,4 +97,4 @@ def _board(words: str, square: str) -> Board:
         width, height = sides if len(sides) == 2 else sides * 2
     except ValueError:
         raise InvalidInput(f"`--square` must be 0.03 or 0.03x0.031; got {square}") from None
-    return Board(columns=columns, rows=rows, square_width=width, square_height=height)
+    return Checkerboard(columns=columns, rows=rows, square_width=width, square_height=height)

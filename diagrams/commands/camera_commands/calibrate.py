@@ -34,7 +34,7 @@ from ....systems.numerics.vision.shells import shell_of
 from ...outputs import output_folder
 from ...vision.calibration.camera_file import load_camera
 from ...vision.calibration.plots import save_direction_spread, save_error_curves
-from ...vision.calibration.summary import summarise
+from ...vision.calibration.summary import summarise_calibration
 from .board import calibrate_board
 from .options import (
     COLOUR_HELP,
@@ -127,7 +127,7 @@ def calibrate(
         found = calibrate_readings(
             readings, camera=optics, base=base, shell_radius=radius, shell_top=top, height=height
         )
-        summary = summarise(found, skipped, optics if pictures is None else None)
+        summary = summarise_calibration(found, skipped, optics if pictures is None else None)
         text = json.dumps(summary, indent=2)
         if folder is not None:
             save_calibration(folder / "calibration.json", found)

@@ -19,10 +19,10 @@ from ...tracking.game import with_random_starts
 from ...tracking.live_page import open_live_page
 from ...vision import scenarios
 from ...vision.tracking.picture_game import set_up_picture_game
-from ...vision.tracking.report import write_report, write_sweep
+from ...vision.tracking.report import write_picture_report, write_sweep
 from ...vision.tracking.run import run_picture_tracking
 from ...vision.tracking.scenario import PictureTrackingScenario
-from ...vision.tracking.summary import summarise
+from ...vision.tracking.summary import summarise_picture_tracking
 from ...vision.tracking.sweep import WeightSweep, sweep_weights
 
 
@@ -101,8 +101,8 @@ def track_on_pictures(
                 realtime_rate=rate,
                 progress=lambda time: bar.update(task, completed=time),
             )
-        summary = summarise(run, path.stem)
-        written = write_report(run, summary, folder) if folder is not None else []
+        summary = summarise_picture_tracking(run, path.stem)
+        written = write_picture_report(run, summary, folder) if folder is not None else []
     if as_json:
         print(json.dumps(summary, indent=2))
     else:

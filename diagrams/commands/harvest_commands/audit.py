@@ -8,8 +8,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from ....systems.numerics.harvest.audit.audit import GAP, Audit, audit_harvest
-from ....systems.numerics.harvest.audit.faults import Fault
+from ....systems.numerics.harvest.audit.audit import GAP, HarvestAudit, audit_harvest
+from ....systems.numerics.harvest.audit.faults import AuditFault
 from ....systems.numerics.harvest.audit.harvest_log import read_harvest
 from ....systems.numerics.units import area_text
 
@@ -55,7 +55,7 @@ def audit(
         raise typer.Exit(1)
 
 
-def _as_json(found: Audit) -> dict[str, object]:
+def _as_json(found: HarvestAudit) -> dict[str, object]:
     faults = [{**fault._asdict(), "says": _line(fault)} for fault in found.faults]
     return {"passed": found.passed, **found.figures, "faults": faults}
 
@@ -69,7 +69,7 @@ def shown(value: object, unit: str) -> tuple[str, str]:
     return text, unit
 
 
-def _show(found: Audit) -> None:
+def _show(found: HarvestAudit) -> None:
     table = Table(show_header=False, box=None, padding=(0, 2))
     for name, value in found.figures.items():
         table.add_row(name.replace("_", " "), *shown(value, UNITS.get(name, "")))
@@ -84,7 +84,7 @@ def _show(found: Audit) -> None:
     print("The audit finds nothing wrong." if found.passed else "The audit FAILS.")
 
 
-def _line(fault: Fault) -> str:
+def _line(fault: AuditFault) -> str:
     who = f"{' and '.join(fault.machines)}: " if fault.machines else ""
     return (
         f"{fault.begin:.1f} to {fault.end:.1f} s: {who}{fault.kind}; {fault.amount:.4g} "

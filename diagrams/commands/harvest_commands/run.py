@@ -74,9 +74,9 @@ def run(
     with the reason; 2: bad input.
     """
     # They load Drake, which takes longer than the audit beside this command.
-    from ...harvest.report import write_report
+    from ...harvest.report import write_harvest_report
     from ...harvest.run import run_harvest
-    from ...harvest.summary import summarise
+    from ...harvest.summary import summarise_harvest
     from ...tracking.live_page import open_live_page
 
     require_non_negative("--realtime", realtime)
@@ -125,8 +125,8 @@ def run(
                 progress=lambda share: bar.update(task, completed=share),
             )
         name = Path(scenario).stem if field is None else f"{Path(scenario).stem} on {field.stem}"
-        summary = summarise(done, name)
-        written = write_report(done, summary, written_to) if written_to is not None else []
+        summary = summarise_harvest(done, name)
+        written = write_harvest_report(done, summary, written_to) if written_to is not None else []
     if as_json:
         print(json.dumps(summary, indent=2))
     else:

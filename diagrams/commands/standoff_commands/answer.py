@@ -11,7 +11,7 @@ from rich.table import Table
 
 from ...outputs import output_folder
 from ...standoff.analysis import StandoffAnalysis, analyse_standoff
-from ...standoff.report import ROWS, StandoffReport, standoff_report, write_report
+from ...standoff.report import ROWS, StandoffReport, standoff_report, write_standoff_report
 from ...standoff.scenario import StandoffScenario
 
 
@@ -41,7 +41,7 @@ def answer(
     written: list[str] = []
     with output_folder(out) if out is not None else nullcontext() as folder:
         if folder is not None and report is not None:
-            written = write_report(folder, report, found)
+            written = write_standoff_report(folder, report, found)
     if as_json:
         said = found.as_object() if found is not None else report.summary if report else {}
         typer.echo(json.dumps(said, indent=2))

@@ -12,7 +12,7 @@ from rich.console import Console
 from ....systems.numerics.standoff.sampled.design import Specification, design_gains
 from ...outputs import output_folder
 from ...standoff.analysis import MARGINS, analyse_standoff
-from ...standoff.report import standoff_report, write_report
+from ...standoff.report import standoff_report, write_standoff_report
 from ...standoff.scenario import StandoffScenario
 from .answer import summary_table
 from .options import JsonOption, OutOption, takes_scenario
@@ -71,7 +71,7 @@ def design(
         if folder is not None:
             tuned = replace(scenario, loop=loop)
             analysis = analyse_standoff(loop, scenario.sampled, scenario.delay_samples)
-            written = write_report(folder, standoff_report(tuned), analysis)
+            written = write_standoff_report(folder, standoff_report(tuned), analysis)
             (folder / "design.json").write_text(json.dumps(said, indent=2) + "\n", "utf-8")
             written.append("design.json")
     if as_json:

@@ -12,8 +12,7 @@ from rich.console import Console
 from ....systems.numerics.errors import require_non_negative
 from ...outputs import output_folder
 from ...station.hardware import Operator
-from ...station.replay import load_recording
-from ...station.replay import replay as play_again
+from ...station.replay import load_recording, replay_station
 from ...station.session import show_on_view
 from .options import DEFAULT_PORT, JsonOption, PortOption
 
@@ -52,7 +51,7 @@ def replay(
                 )
             )
             console.print(f"Operator's view: [bold]{url}[/]", soft_wrap=True)
-        result = play_again(recording, scratch / "replay.log", view=link, realtime_rate=rate)
+        result = replay_station(recording, scratch / "replay.log", view=link, realtime_rate=rate)
         if link is not None:
             link.end("the end of the log")
     summary = {

@@ -9,7 +9,7 @@ from rich.console import Console
 from ...outputs import output_folder
 from ...rosbag.bag import BAG, require_rosbags
 from ...station.replay import load_recording
-from ...station.rosbag import write_rosbag
+from ...station.rosbag import write_station_rosbag
 
 
 def rosbag(
@@ -20,7 +20,7 @@ def rosbag(
     require_rosbags()
     recording = load_recording(log)
     with output_folder(out) as folder:
-        write_rosbag(recording, folder / BAG)
+        write_station_rosbag(recording, folder / BAG)
     console = Console()
     console.print(f"Wrote {BAG} to [bold]{out}[/]")
     if recording.log.lost:

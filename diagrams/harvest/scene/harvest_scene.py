@@ -13,7 +13,7 @@ from ...visuals.stage import Stage
 from ..job import HarvestJob
 from .crop_layer import CropLayer
 from .machine_shapes import machine_sizes
-from .machines import Carts, Combines, draw_trucks
+from .machines import CartShapes, CombineShapes, draw_trucks
 from .panel import HarvestMoment, Panel
 
 # Where everything is, in Meshcat's tree.
@@ -134,8 +134,8 @@ class HarvestScene(LeafSystem):
         sizes = machine_sizes(scenario.combines, scenario.carts, job.reach, layout.span)
         self._crop = CropLayer(stage, layout, job)
         draw_trucks(stage, sizes, scenario.carts, job.trucks)
-        self._combines = Combines(stage, sizes, job.scenario.combines.count)
-        self._carts = Carts(stage, sizes, scenario.carts, scenario.carts.count)
+        self._combines = CombineShapes(stage, sizes, job.scenario.combines.count)
+        self._carts = CartShapes(stage, sizes, scenario.carts, scenario.carts.count)
         self._panel = Panel(
             stage, layout, job.scenario.combines.count, scenario.carts.count, SPEED_UP
         )

@@ -34,7 +34,7 @@ from .palette import (
 _LEAST = 1e-3
 
 
-class Combines:
+class CombineShapes:
     """Combines at `combines/N`, with `tank/fill`, `auger/out` and `auger/folded`.
 
     Args:
@@ -81,7 +81,7 @@ class Combines:
             stage.show(f"combines/{n}/auger/folded", not pouring[n])
 
 
-class Carts:
+class CartShapes:
     """Carts at `carts/K/tractor` and `carts/K/trailer`, with `trailer/load/fill`.
 
     Args:

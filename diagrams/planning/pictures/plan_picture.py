@@ -10,14 +10,14 @@ from matplotlib.patches import Polygon
 
 from ....systems.numerics.planning.trailer_pose import trailer_pose
 from ...world_picture import draw_world
-from ..sweep import Sweep
-from ..verdict import Verdict
+from ..sweep import DirectionSweep
+from ..verdict import PlanningVerdict
 from .colours import METHOD_COLOURS, line_width
 
 _SIZE = 120
 
 
-def save_paths_picture(path: Path, verdict: Verdict) -> None:
+def save_paths_picture(path: Path, verdict: PlanningVerdict) -> None:
     """Draw the ways of tractor and trailer of every planner over the plane (Figure 3.9)."""
     figure = Figure(figsize=(7.0, 6.4), layout="constrained")
     axes = figure.add_subplot()
@@ -27,7 +27,7 @@ def save_paths_picture(path: Path, verdict: Verdict) -> None:
     figure.savefig(path, dpi=_SIZE, bbox_inches="tight")
 
 
-def save_states_picture(path: Path, verdict: Verdict) -> None:
+def save_states_picture(path: Path, verdict: PlanningVerdict) -> None:
     """Draw x, y, theta, beta and omega of every planner over time.
 
     The switching function too, where a planner knows it: omega is at the bound of its sign.
@@ -78,7 +78,7 @@ def save_states_picture(path: Path, verdict: Verdict) -> None:
     figure.savefig(path, dpi=_SIZE)
 
 
-def save_sweep_picture(path: Path, sweep: Sweep) -> None:
+def save_sweep_picture(path: Path, sweep: DirectionSweep) -> None:
     """Draw travel times over the ratio (Figure 3.10)."""
     figure = Figure(figsize=(7.0, 4.6), layout="constrained")
     axes = figure.add_subplot()
@@ -99,7 +99,7 @@ def save_sweep_picture(path: Path, sweep: Sweep) -> None:
     figure.savefig(path, dpi=_SIZE)
 
 
-def _draw_paths(axes: Axes, verdict: Verdict) -> None:
+def _draw_paths(axes: Axes, verdict: PlanningVerdict) -> None:
     question = verdict.question
     if question.world is not None:
         draw_world(axes, question.world, corners=False)

@@ -15,7 +15,7 @@ from ...visuals.meshes import bar_mesh, extruded_mesh, flat_mesh, line_mesh
 from ...visuals.replay import write_replay
 from ...visuals.stage import Stage
 from ...visuals.text import advance, text_mesh
-from ..verdict import Verdict
+from ..verdict import PlanningVerdict
 from .cart_shapes import drawbar_shape, swept_area, tractor_shape, trailer_shape
 from .colours import METHOD_COLOURS, line_width
 from .value_floor import ValueFloor
@@ -42,7 +42,7 @@ class PlanningScene:
         meshcat: Where it is drawn.
     """
 
-    def __init__(self, meshcat: Meshcat, verdict: Verdict) -> None:
+    def __init__(self, meshcat: Meshcat, verdict: PlanningVerdict) -> None:
         """Draw what stands still: floor, walls, swept areas, ways, names, start and goal."""
         self.meshcat = meshcat
         self._trailer = verdict.question.trailer
@@ -85,7 +85,9 @@ class PlanningScene:
         """End the recording with what was drawn last."""
         self._stage.finish_recording()
 
-    def _draw_names(self, verdict: Verdict, corner: tuple[float, float], span: float) -> None:
+    def _draw_names(
+        self, verdict: PlanningVerdict, corner: tuple[float, float], span: float
+    ) -> None:
         """Every planner's name and time, one below the other from an upper left corner."""
         lines = [
             f"{row.method}  " + ("no path" if row.plan.path is None else f"{row.plan.time:.4f} s")
@@ -98,7 +100,7 @@ class PlanningScene:
             self._stage.mesh(f"names/{k}", text_mesh(line, height, bold=True), colour)
             self._stage.place(f"names/{k}", corner[0], corner[1] - 2.2 * height * (k + 1))
 
-    def _draw_floor(self, verdict: Verdict, low: np.ndarray, high: np.ndarray) -> None:
+    def _draw_floor(self, verdict: PlanningVerdict, low: np.ndarray, high: np.ndarray) -> None:
         question = verdict.question
         if question.world is None:
             self._stage.mesh("floor", flat_mesh(shapely.box(*low, *high)), _PAPER)
@@ -112,7 +114,7 @@ class PlanningScene:
                 "walls", extruded_mesh(shapely.union_all([wall, *solid]), 0, size), _WALL
             )
 
-    def _draw_ends(self, verdict: Verdict, line: float) -> None:
+    def _draw_ends(self, verdict: PlanningVerdict, line: float) -> None:
         """Start and goal, and the box in which paths may end with a line of a width [m]."""
         start, goal = verdict.question.start, verdict.question.goal
         for name, state in (("start", start), ("goal", goal.state)):
@@ -124,7 +126,7 @@ class PlanningScene:
             self._stage.mesh("ends/box", outline, _INK)
 
     def _draw_value(
-        self, verdict: Verdict, low: np.ndarray, high: np.ndarray, span: float
+        self, verdict: PlanningVerdict, low: np.ndarray, high: np.ndarray, span: float
     ) -> ValueFloor | None:
         """The time to go on the floor, below all ways."""
         value, row = verdict.value_function, followed_row(verdict)
@@ -176,7 +178,7 @@ class PlanningScene:
         stage.mesh(f"{cart}/tractor/hitch", extruded_mesh(hitch, 0, 0.26 * height), _INK)
 
 
-def write_planning_replay(path: Path, verdict: Verdict) -> Path:
+def write_planning_replay(path: Path, verdict: PlanningVerdict) -> Path:
     """Write a self-contained page that plays the plans of a verdict.
 
     Raises:
@@ -188,7 +190,7 @@ def write_planning_replay(path: Path, verdict: Verdict) -> Path:
     return write_replay(scene, path, title="Sightfield: plans")
 
 
-def _view(verdict: Verdict, paths: dict[str, TrailerPath]) -> tuple[np.ndarray, np.ndarray]:
+def _view(verdict: PlanningVerdict, paths: dict[str, TrailerPath]) -> tuple[np.ndarray, np.ndarray]:
     """Corners of what is to be seen [m]."""
     if verdict.question.world is not None:
         bounds = verdict.question.world.bounds

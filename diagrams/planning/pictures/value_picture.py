@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...world_picture import draw_world
-from ..verdict import Verdict
+from ..verdict import PlanningVerdict
 from .colours import METHOD_COLOURS, time_colours
 from .value_slices import ValueSlice, band_levels, extent, followed_row, slices_along
 
@@ -15,7 +15,7 @@ _SIZE = 120
 _COLUMNS, _ROWS = 3, 2
 
 
-def save_value_picture(path: Path, verdict: Verdict) -> bool:
+def save_value_picture(path: Path, verdict: PlanningVerdict) -> bool:
     """Draw the time to go over (x, y) with the cart's theta and beta at moments of a plan.
 
     Returns:
@@ -54,7 +54,7 @@ def save_value_picture(path: Path, verdict: Verdict) -> bool:
     return True
 
 
-def _draw_cart(axes: Axes, verdict: Verdict, piece: ValueSlice) -> None:
+def _draw_cart(axes: Axes, verdict: PlanningVerdict, piece: ValueSlice) -> None:
     """The way so far, where the cart is, its heading and its trailer, and the goal."""
     row = followed_row(verdict)
     x, y, theta, beta = piece.state

@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from shapely.geometry.base import BaseGeometry
 
 from ....systems.numerics.planning.value_function.value_function import ValueFunction
-from ..verdict import Row, Verdict
+from ..verdict import PlanningVerdict, Row
 
 # Bands of equal colour in a slice, at most.
 _BANDS = 20
@@ -38,7 +38,7 @@ class ValueSlice:
     times: np.ndarray
 
 
-def followed_row(verdict: Verdict) -> Row | None:
+def followed_row(verdict: PlanningVerdict) -> Row | None:
     """Whose way the slices follow: the value function's own, else the fastest; None without any."""
     rows = [row for row in verdict.rows if row.plan.path is not None]
     own = [row for row in rows if "value_function" in row.plan.notes]

@@ -4,7 +4,7 @@ from ....systems.numerics.statistics.corrections import holm
 from ....systems.numerics.statistics.paired import paired_difference
 from ....systems.numerics.tracking.assignment.aggregation import AGGREGATIONS
 from ...studies.assignment_study import PURSUERS, assignment_study
-from ...studies.grid import Grid, Panel, matrix_of
+from ...studies.grid import StudyGrid, StudyPanel, matrix_of
 from ...studies.opponents import cell_name
 from ...studies.pictures import draw_matrix, draw_means
 from ...studies.records import StudyResult
@@ -24,7 +24,7 @@ def _make(workshop: Workshop) -> Evidence:
     result = played(workshop, study)
     files = [workshop.pictures / f"beyond_aggregations{name}.png" for name in ("", "_matrix")]
     panels = tuple(
-        Panel(
+        StudyPanel(
             title=f"{said} total score, against {opponent}",
             series={
                 name: {m: cell_name(PURSUERS, m, f"{name}_{sense}", opponent) for m in SIZES}
@@ -34,7 +34,7 @@ def _make(workshop: Workshop) -> Evidence:
         for opponent in runs
         for sense, said in zip(SENSES, ("least", "greatest"), strict=True)
     )
-    grid = Grid(means=panels, matrix=matrix_of(study), columns=len(SENSES))
+    grid = StudyGrid(means=panels, matrix=matrix_of(study), columns=len(SENSES))
     draw_means(result, grid).savefig(files[0], dpi=110)
     draw_matrix(result, grid).savefig(files[1], dpi=110)
     captions = (

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from ....systems.numerics.geometry.arenas.random_arena import Arena
 from ....systems.numerics.statistics.paired import paired_difference
 from ....systems.numerics.tracking.risk import RISK_FUNCTIONS
-from ...studies.grid import Grid, Panel, matrix_of
+from ...studies.grid import StudyGrid, StudyPanel, matrix_of
 from ...studies.opponents import Match, cell_name, match_cell, runs_against
 from ...studies.pictures import draw_matrix, draw_means
 from ...studies.study import Study
@@ -62,13 +62,13 @@ def _make(workshop: Workshop) -> Evidence:
         return cell_name(PURSUERS, evaders, _name(reach), opponent)
 
     panels = tuple(
-        Panel(
+        StudyPanel(
             title=f"range of the radio, against {opponent}",
             series={_name(reach): {m: cell(m, reach, opponent) for m in SIZES} for reach in RANGES},
         )
         for opponent in runs
     )
-    grid = Grid(means=panels, matrix=matrix_of(result.study))
+    grid = StudyGrid(means=panels, matrix=matrix_of(result.study))
     files = [workshop.pictures / f"beyond_radio{name}.png" for name in ("", "_matrix")]
     draw_means(result, grid).savefig(files[0], dpi=110)
     draw_matrix(result, grid).savefig(files[1], dpi=110)

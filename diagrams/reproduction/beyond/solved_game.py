@@ -10,7 +10,7 @@ from ....systems.numerics.statistics.bootstrap import ratio_of_means
 from ....systems.numerics.statistics.estimate import Estimate, share
 from ....systems.numerics.statistics.paired import paired_difference
 from ....systems.numerics.statistics.trend import run_slopes
-from ...studies.grid import Grid, Panel, matrix_of
+from ...studies.grid import StudyGrid, StudyPanel, matrix_of
 from ...studies.opponents import cell_name, match_of
 from ...studies.pictures import draw_curves, draw_matrix, draw_means
 from ...studies.policies_study import REFERENCE, policies_study
@@ -64,13 +64,13 @@ def solved_game_study(
     )
 
 
-def solved_game_grid(study: Study) -> Grid:
+def solved_game_grid(study: Study) -> StudyGrid:
     """How to show the cells: means over evaders for each strategy, curves of equal teams."""
     matches = [match_of(cell.name) for cell in study.cells]
     opponents = list(dict.fromkeys(match.opponent for match in matches))
     sizes = list(dict.fromkeys(match.pursuers for match in matches))
     means = tuple(
-        Panel(
+        StudyPanel(
             title=f"{name}, against {opponent}",
             series={
                 f"{n} pursuer{'s' if n > 1 else ''}": {
@@ -83,14 +83,14 @@ def solved_game_grid(study: Study) -> Grid:
         for name in PURSUERS
     )
     curves = tuple(
-        Panel(
+        StudyPanel(
             title=f"{n} against {n} {opponent}",
             series={name: {n: cell_name(n, n, name, opponent)} for name in PURSUERS},
         )
         for n in sizes
         for opponent in opponents
     )
-    return Grid(means=means, curves=curves, matrix=matrix_of(study), columns=len(PURSUERS))
+    return StudyGrid(means=means, curves=curves, matrix=matrix_of(study), columns=len(PURSUERS))
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +105,7 @@ class WorstGames:
     """
 
     result: StudyResult
-    grid: Grid
+    grid: StudyGrid
     promised: Mapping[str, np.ndarray]
 
     def opponent(self, size: str, name: str) -> str:

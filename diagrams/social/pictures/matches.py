@@ -13,7 +13,7 @@ from ....systems.numerics.social.landmarks.landmark_pictures import (
 from ....systems.numerics.social.landmarks.maze import Maze
 from ....systems.numerics.social.localisation.location import Location
 from ....systems.numerics.social.localisation.reading import Reading
-from ....systems.numerics.social.recognition.detections import Detection, Stance
+from ....systems.numerics.social.recognition.detections import LandmarkDetection, Stance
 from ....systems.numerics.social.recognition.picture_files import decode_picture
 from ....systems.numerics.social.recognition.references import MARKER
 
@@ -28,7 +28,7 @@ _LINES = 18
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
-def draw_detections(picture: np.ndarray, detections: tuple[Detection, ...]) -> np.ndarray:
+def draw_detections(picture: np.ndarray, detections: tuple[LandmarkDetection, ...]) -> np.ndarray:
     """A picture with the outlines of what was recognised, each with its name.
 
     Args:
@@ -85,7 +85,7 @@ def _on_sheet(pixels: np.ndarray) -> np.ndarray:
     return _SCALE * (pixels + 0.5) - 0.5
 
 
-def _outline(sheet: np.ndarray, detections: tuple[Detection, ...], scale: int) -> None:
+def _outline(sheet: np.ndarray, detections: tuple[LandmarkDetection, ...], scale: int) -> None:
     fine = 16
     for each in detections:
         corners = scale * (each.corners + 0.5) - 0.5
@@ -99,7 +99,7 @@ def _outline(sheet: np.ndarray, detections: tuple[Detection, ...], scale: int) -
             cv2.putText(sheet, name, place, _FONT, 0.4 * scale, colour, width, cv2.LINE_AA)
 
 
-def _colour(detection: Detection) -> tuple[int, int, int]:
+def _colour(detection: LandmarkDetection) -> tuple[int, int, int]:
     if detection.subject == MARKER:
         return _EVADER
     return _LANDMARK if detection.stance is Stance.UPRIGHT else _DOUBTED

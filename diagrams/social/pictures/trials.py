@@ -10,7 +10,7 @@ import shapely
 from ....systems.numerics.geometry.edge_index import build_edge_index
 from ....systems.numerics.geometry.grown_obstacles import shrink_world
 from ....systems.numerics.geometry.segment_sight import are_clear
-from ....systems.numerics.social.landmarks.forward_camera import project
+from ....systems.numerics.social.landmarks.forward_camera import project_forward
 from ....systems.numerics.social.landmarks.maze import Maze
 from ....systems.numerics.social.recognition.references import MARKER
 from ....systems.numerics.vision.sensor import Sensor, expose
@@ -126,7 +126,7 @@ def _squares(
     index = build_edge_index(maze.world)
     found = []
     for subject, corners in known:
-        seen = project(maze.camera, camera, corners)
+        seen = project_forward(maze.camera, camera, corners)
         middle = corners.mean(axis=0)[:2]
         along = corners[1, :2] - corners[0, :2]
         normal = np.array([along[1], -along[0]]) / np.hypot(*along)

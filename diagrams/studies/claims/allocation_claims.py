@@ -9,9 +9,9 @@ from .claim import (
     FAILS,
     HOLDS,
     OPEN,
+    ClaimVerdict,
     Games,
     Judgement,
-    Verdict,
     compare,
     joint_verdict,
     judge_against_each,
@@ -38,7 +38,7 @@ def judge_allocations(result: StudyResult, horizon: float | None = None) -> tupl
     """
     sizes = team_sizes(result.study)
 
-    def judge(games: Games) -> tuple[Verdict, ...]:
+    def judge(games: Games) -> tuple[ClaimVerdict, ...]:
         return (
             _single(games),
             *(_better(games, sizes, rule) for rule in AGGREGATED),
@@ -48,12 +48,12 @@ def judge_allocations(result: StudyResult, horizon: float | None = None) -> tupl
     return judge_against_each(result, horizon, judge)
 
 
-def _single(games: Games) -> Verdict:
+def _single(games: Games) -> ClaimVerdict:
     cells = [(PURSUERS, 1, rule) for rule in TEAMS]
     kept = np.concatenate([games.times(*cell) >= games.horizon for cell in cells])
     found = share(int(kept.sum()), len(kept))
     verdict = FAILS if not kept.all() else HOLDS if found.low > NEARLY_ALL else OPEN
-    return Verdict(
+    return ClaimVerdict(
         "one evader is never lost",
         "2.19",
         "With one evader all teams reach the maximum time that is counted.",
@@ -65,7 +65,7 @@ def _single(games: Games) -> Verdict:
     )
 
 
-def _better(games: Games, sizes, rule: str) -> Verdict:
+def _better(games: Games, sizes, rule: str) -> ClaimVerdict:
     several = [m for m in sizes if m > 1]
     tests = [
         compare(
@@ -77,7 +77,7 @@ def _better(games: Games, sizes, rule: str) -> Verdict:
         for reference in REFERENCES
     ]
     verdict, said = joint_verdict(tests)
-    return Verdict(
+    return ClaimVerdict(
         f"{rule} is better",
         "2.19",
         "For several evaders ranking and aggregation shows a better performance than random "
@@ -90,7 +90,7 @@ def _better(games: Games, sizes, rule: str) -> Verdict:
     )
 
 
-def _especially(games: Games, sizes, rule: str) -> Verdict:
+def _especially(games: Games, sizes, rule: str) -> ClaimVerdict:
     several = [m for m in sizes if m > 1]
 
     def gain(evaders: int) -> np.ndarray:
@@ -102,7 +102,7 @@ def _especially(games: Games, sizes, rule: str) -> Verdict:
     verdict, said = joint_verdict(
         [compare("gain with enough pursuers less without", enough, beyond)]
     )
-    return Verdict(
+    return ClaimVerdict(
         f"{rule} gains most with enough pursuers",
         "2.19",
         "It does so especially where there are as many pursuers as evaders or more.",

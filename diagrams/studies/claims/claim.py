@@ -20,7 +20,7 @@ LEVEL = 0.05
 
 
 @dataclass(frozen=True)
-class Verdict:
+class ClaimVerdict:
     """What became of a claim against one opponent.
 
     Attributes:
@@ -51,10 +51,10 @@ class Judgement:
         against: The verdict on it for each opponent of a study.
     """
 
-    against: tuple[Verdict, ...]
+    against: tuple[ClaimVerdict, ...]
 
     @property
-    def strongest(self) -> Verdict:
+    def strongest(self) -> ClaimVerdict:
         """That against the opponent with the least mean over the claim's cells."""
         return min(self.against, key=lambda verdict: verdict.level)
 
@@ -135,7 +135,7 @@ class Games:
 
 
 def judge_against_each(
-    result: StudyResult, horizon: float | None, judge: Callable[[Games], Sequence[Verdict]]
+    result: StudyResult, horizon: float | None, judge: Callable[[Games], Sequence[ClaimVerdict]]
 ) -> tuple[Judgement, ...]:
     """Judge claims against every opponent of a study.
 

@@ -10,9 +10,9 @@ from .claim import (
     FAILS,
     HOLDS,
     OPEN,
+    ClaimVerdict,
     Games,
     Judgement,
-    Verdict,
     compare,
     joint_verdict,
     judge_against_each,
@@ -37,7 +37,7 @@ def judge_teams(result: StudyResult, horizon: float | None = None) -> tuple[Judg
     """
     sizes = team_sizes(result.study)
 
-    def judge(games: Games) -> tuple[Verdict, ...]:
+    def judge(games: Games) -> tuple[ClaimVerdict, ...]:
         return (
             _floor(games, sizes),
             _least_cell(games, sizes),
@@ -55,11 +55,11 @@ def team_sizes(study: Study) -> tuple[int, ...]:
     return tuple(sorted({int(str(cell.value("evaders.count"))) for cell in study.cells}))
 
 
-def _floor(games: Games, sizes) -> Verdict:
+def _floor(games: Games, sizes) -> ClaimVerdict:
     cells = [(n, m, "uniform") for n in sizes for m in sizes if n >= m]
     tests = [compare(f"{n}v{m}", games.times(n, m, t1), FLOOR) for n, m, t1 in cells]
     verdict, said = joint_verdict(tests)
-    return Verdict(
+    return ClaimVerdict(
         "t1 above 50",
         "2.16",
         "Where there are as many pursuers as evaders or more, every t1 exceeds 50 time units.",
@@ -71,7 +71,7 @@ def _floor(games: Games, sizes) -> Verdict:
     )
 
 
-def _least_cell(games: Games, sizes) -> Verdict:
+def _least_cell(games: Games, sizes) -> ClaimVerdict:
     few, many = min(sizes), max(sizes)
     cells = [(n, m, "uniform") for n in sizes for m in sizes]
     least = games.times(few, many, "uniform")
@@ -81,7 +81,7 @@ def _least_cell(games: Games, sizes) -> Verdict:
         if (n, m) != (few, many)
     ]
     verdict, said = joint_verdict(tests)
-    return Verdict(
+    return ClaimVerdict(
         "least at 1 against 4",
         "2.16",
         "The least average of t1 is that of one pursuer against four evaders.",
@@ -92,14 +92,14 @@ def _least_cell(games: Games, sizes) -> Verdict:
     )
 
 
-def _least_value(games: Games, sizes) -> Verdict:
+def _least_value(games: Games, sizes) -> ClaimVerdict:
     cell = min(sizes), max(sizes), "uniform"
     mean = games.mean(*cell)
     inside = mean.low <= LEAST <= mean.high
     # An interval as wide as what it is about tells nothing.
     sharp = mean.high - mean.low < 0.5 * LEAST
     verdict = FAILS if not inside else HOLDS if sharp else OPEN
-    return Verdict(
+    return ClaimVerdict(
         "74.62 there",
         "2.16",
         f"That least average is {LEAST} time units.",
@@ -111,7 +111,7 @@ def _least_value(games: Games, sizes) -> Verdict:
     )
 
 
-def _trend(games: Games, sizes, vector: str, more: str) -> Verdict:
+def _trend(games: Games, sizes, vector: str, more: str) -> ClaimVerdict:
     tests = []
     for fixed in sizes:
         cells = [(fixed, k) if more == "evaders" else (k, fixed) for k in sizes]
@@ -122,7 +122,7 @@ def _trend(games: Games, sizes, vector: str, more: str) -> Verdict:
     verdict, said = joint_verdict(tests)
     number = f"t{1 + list(VECTORS).index(vector)}"
     falls = more == "evaders"
-    return Verdict(
+    return ClaimVerdict(
         f"{number} {'falls' if falls else 'rises'} with {more}",
         VECTORS[vector],
         "With a given number of pursuers, tracking time decreases with the number of evaders."
@@ -135,7 +135,7 @@ def _trend(games: Games, sizes, vector: str, more: str) -> Verdict:
     )
 
 
-def _spread(games: Games, sizes) -> Verdict:
+def _spread(games: Games, sizes) -> ClaimVerdict:
     cells = [(n, m) for n in sizes for m in sizes]
     samples = np.stack(
         [np.stack([games.times(n, m, vector) for vector in VECTORS], axis=1) for n, m in cells]
@@ -146,7 +146,7 @@ def _spread(games: Games, sizes) -> Verdict:
     # Of single runs, whose spread between the vectors is what a player would notice.
     each = run_slopes(samples.var(axis=2, ddof=1).T, agents)
     single = paired_difference(each, np.zeros_like(each))
-    return Verdict(
+    return ClaimVerdict(
         "variance between t1, t2, t3 rises",
         "2.16 to 2.18",
         "The variances between t1, t2 and t3 increase with the number of agents.",

@@ -8,13 +8,13 @@ from matplotlib.figure import Figure
 
 from ....systems.numerics.vision.estimation.calibration import Calibration
 from ....systems.numerics.vision.estimation.range_models import exact_pixel_radius
-from ....systems.numerics.vision.estimation.shell_detection import Detection
+from ....systems.numerics.vision.estimation.shell_detection import ShellDetection
 from ....systems.numerics.vision.estimation.shell_estimate import ShellEstimate, locate
 
 # Rings of equal range in pictures [m].
 _RINGS = (0.25, 0.5, 1.0, 2.0)
 
-Found = Sequence[tuple[str, Detection, ShellEstimate]]
+Found = Sequence[tuple[str, ShellDetection, ShellEstimate]]
 
 
 def summarise_found(

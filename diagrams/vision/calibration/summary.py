@@ -7,7 +7,7 @@ from ....systems.numerics.vision.estimation.range_models import MODELS, implied_
 from ....systems.numerics.vision.omni_optics import OmniCamera
 
 
-def summarise(
+def summarise_calibration(
     calibration: Calibration, skipped: list[str], truth: OmniCamera | None
 ) -> dict[str, object]:
     """The entries of a calibration's summary, in SI units and pixels.

@@ -8,13 +8,13 @@ from ....systems.numerics.vision.estimation.labelled_pictures import (
     simulated_pictures,
 )
 from ....systems.numerics.vision.estimation.shell_colours import chosen_colours
-from .scenario import Vision
+from .scenario import PursuerVision
 
 # How many distances, in equal ratios, and directions.
 _DISTANCES, _DIRECTIONS = 9, 5
 
 
-def practise(vision: Vision) -> Calibration:
+def practise(vision: PursuerVision) -> Calibration:
     """Calibrate by the procedure of 2.2.4.2, on simulated pictures over the range that is asked.
 
     Args:

@@ -13,12 +13,12 @@ from .summary import PICTURE_UNITS, picture_log_arrays
 from .sweep import WeightSweep
 
 
-def write_report(run: PictureRun, summary: dict[str, object], folder: Path) -> list[str]:
+def write_picture_report(run: PictureRun, summary: dict[str, object], folder: Path) -> list[str]:
     """Write everything that is known of a run; return the names of the files.
 
     Args:
         run: A finished run; with a recording scene, a replay is written too.
-        summary: From `summarise`.
+        summary: From `summarise_picture_tracking`.
         folder: Exists.
     """
     names = ["summary.json", "log.npz", "log_units.json", "tracks.png", "estimates.png"]

@@ -27,21 +27,21 @@ _PURSUER_COLOUR = (88, 90, 95)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Optics(OmniCamera):
+class OmniOptics(OmniCamera):
     """The pursuers' cameras, all equal."""
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
 
 @dataclass(frozen=True, kw_only=True)
-class Quality(Sensor):
+class PictureQuality(Sensor):
     """The quality of their pictures; each camera adds its number to the seed."""
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
 
 @dataclass(frozen=True, kw_only=True)
-class Vision:
+class PursuerVision:
     """How pursuers see, and the strategy that goes with it.
 
     Raises:
@@ -69,9 +69,9 @@ class Vision:
     # Height of the walls [m].
     wall_height: float = 0.5
     # Mirror and camera.
-    optics: Optics = Optics()
+    optics: OmniOptics = OmniOptics()
     # Exposure, blur, noise, losses.
-    quality: Quality = Quality()
+    quality: PictureQuality = PictureQuality()
     # How ranges are read: "exact" or "thesis".
     model: str = "exact"
     # Calibration file; empty: the cameras are calibrated in simulation before the run.
@@ -121,7 +121,7 @@ class PictureTrackingScenario(TrackingScenario):
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
     # How pursuers see.
-    vision: Vision
+    vision: PursuerVision
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from ...tracking.summary import UNITS, log_arrays
-from ...tracking.summary import summarise as summarise_tracking
+from ...tracking.summary import UNITS, log_arrays, summarise_tracking
 from .run import PictureRun
 
 # Units of the arrays in the log; "1" for numbers without one.
@@ -17,7 +16,7 @@ PICTURE_UNITS = {
 }
 
 
-def summarise(run: PictureRun, scenario: str) -> dict[str, object]:
+def summarise_picture_tracking(run: PictureRun, scenario: str) -> dict[str, object]:
     """The run in numbers, ready for JSON.
 
     Args:

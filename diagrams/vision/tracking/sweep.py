@@ -8,7 +8,7 @@ import numpy as np
 from .picture_game import PictureGame, set_up_picture_game
 from .run import run_picture_tracking
 from .scenario import PictureTrackingScenario
-from .summary import summarise
+from .summary import summarise_picture_tracking
 
 # What is averaged over the seeds.
 AVERAGED = ("tracking_time", "estimation_error_rms", "estimated_share", "mean_distance")
@@ -77,7 +77,7 @@ def sweep_weights(
     for k, row in enumerate(variants):
         for n, variant in enumerate(row):
             game = set_up_picture_game(variant, None if game is None else game.calibration)
-            numbers = summarise(run_picture_tracking(game), "")
+            numbers = summarise_picture_tracking(run_picture_tracking(game), "")
             censored[k, n] = bool(numbers["censored"])
             for name in AVERAGED:
                 value = numbers[name]

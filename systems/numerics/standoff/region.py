@@ -10,7 +10,7 @@ from .separatrix import separatrix
 
 
 @dataclass(frozen=True)
-class Region:
+class RegionOfAttraction:
     """An open interval of starting distances.
 
     Attributes:
@@ -29,7 +29,7 @@ class Region:
         return self.low < y < self.high
 
 
-def region_of_attraction(loop: StandoffLoop, *, integral: str = "empty") -> Region:
+def region_of_attraction(loop: StandoffLoop, *, integral: str = "empty") -> RegionOfAttraction:
     """The starts that end at the wanted equilibrium.
 
     On one side lies the other equilibrium or the singularity, whichever is nearer, for all four
@@ -48,11 +48,11 @@ def region_of_attraction(loop: StandoffLoop, *, integral: str = "empty") -> Regi
     require(integral in ("empty", "still"), "integral", "be empty or still", integral)
     border = edge(loop)
     if math.isinf(border):
-        return Region(-math.inf, math.inf)
+        return RegionOfAttraction(-math.inf, math.inf)
     outward = math.copysign(math.inf, loop.error.a)
     opposite: float | None = -outward
     if loop.integrates:
         found = separatrix(loop)
         opposite = found.empty if integral == "empty" else found.still
     far = -outward if opposite is None else opposite
-    return Region(min(far, border), max(far, border))
+    return RegionOfAttraction(min(far, border), max(far, border))

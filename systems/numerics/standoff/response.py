@@ -21,7 +21,7 @@ _TOLERANCE = 1e-11
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
+class StandoffResponse:
     """A motion of the loop.
 
     Attributes:
@@ -47,7 +47,7 @@ def still_integral(loop: StandoffLoop, y: float) -> float:
 
 def respond(
     loop: StandoffLoop, start: float, *, duration: float = 60.0, integral: float = 0.0
-) -> Response:
+) -> StandoffResponse:
     """Solve the closed loop from a distance.
 
     Args:
@@ -106,7 +106,7 @@ def respond(
     # Beside the singularity the rate outgrows every step size, and the solver gives up.
     elif hits[0] or path.status == -1:
         outcome, end = _ending(loop, end)
-    return Response(path.t, y, path.y[1], outcome, end)
+    return StandoffResponse(path.t, y, path.y[1], outcome, end)
 
 
 def require_start(loop: StandoffLoop, start: float) -> None:

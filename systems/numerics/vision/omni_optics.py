@@ -123,7 +123,7 @@ def pixel_rays(camera: OmniCamera, pixels: np.ndarray) -> tuple[np.ndarray, np.n
     return points, directions
 
 
-def project(camera: OmniCamera, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def project_omni(camera: OmniCamera, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Where points appear in the picture: the exact inverse of `pixel_rays`.
 
     The point of reflection is found by halving: there the normal halves the angle between the

@@ -6,7 +6,7 @@ import shapely
 from sightfield.diagrams.harvest.job import prepare_harvest
 from sightfield.diagrams.harvest.run import run_harvest
 from sightfield.diagrams.harvest.scenario import Carts, Combines, FieldSource, HarvestScenario
-from sightfield.diagrams.harvest.summary import summarise
+from sightfield.diagrams.harvest.summary import summarise_harvest
 
 NOTCH = shapely.Polygon(
     [(138.5, -37.2), (-55.4, 112.9), (20, 210.3), (108.7, 141.6), (164.5, 213.7), (269.6, 132.3)]
@@ -39,7 +39,7 @@ def test_an_awkward_field_is_harvested_to_the_end(case, tmp_path):
         hours=3.0,
         **more,
     )
-    summary = summarise(run_harvest(prepare_harvest(scenario)), case)
+    summary = summarise_harvest(run_harvest(prepare_harvest(scenario)), case)
     assert summary["finished"]
     assert summary["audit_faults"] == 0
     assert summary["coverage"] > 0.985

@@ -14,7 +14,7 @@ from sightfield.diagrams.harvest.driver_map import draw_map
 from sightfield.diagrams.harvest.job import prepare_harvest
 from sightfield.diagrams.harvest.run import STILL, run_harvest
 from sightfield.diagrams.harvest.scenario import FieldSource, HarvestScenario
-from sightfield.diagrams.harvest.summary import planned_tanks, summarise
+from sightfield.diagrams.harvest.summary import planned_tanks, summarise_harvest
 from sightfield.diagrams.harvest.timetable_picture import draw_timetable
 from sightfield.diagrams.scenario_files import builtin_scenarios, find_scenario, load_scenario
 from sightfield.systems.numerics.errors import InvalidInput
@@ -40,7 +40,7 @@ def run():
 
 @pytest.fixture(scope="module")
 def summary(run):
-    return summarise(run, "thesis_2")
+    return summarise_harvest(run, "thesis_2")
 
 
 @pytest.fixture(scope="module")
@@ -267,7 +267,7 @@ def test_a_run_in_which_nothing_moves_any_more_ends(small_job):
 def test_a_disturbed_run_is_later_and_keeps_the_order(small_job):
     asked = replace(small_job.scenario.disturbance, slowness=0.2, stops=6.0, seed=3)
     job = replace(small_job, scenario=replace(small_job.scenario, disturbance=asked))
-    summary = summarise(run_harvest(job), "late")
+    summary = summarise_harvest(run_harvest(job), "late")
     assert summary["finished"]
     assert summary["audit_faults"] == 0
     assert summary["latest"] > 20.0

@@ -8,13 +8,13 @@ from pydrake.geometry import Meshcat, MeshcatParams
 
 from sightfield.diagrams.harvest import scenarios
 from sightfield.diagrams.harvest.job import prepare_harvest
-from sightfield.diagrams.harvest.report import write_report
+from sightfield.diagrams.harvest.report import write_harvest_report
 from sightfield.diagrams.harvest.run import run_harvest
 from sightfield.diagrams.harvest.scenario import HarvestScenario
 from sightfield.diagrams.harvest.scene.crop_patches import crop_patches
 from sightfield.diagrams.harvest.scene.harvest_scene import SPEED_UP
 from sightfield.diagrams.harvest.scene.machine_shapes import drawn_cart, machine_sizes, tank_box
-from sightfield.diagrams.harvest.summary import summarise
+from sightfield.diagrams.harvest.summary import summarise_harvest
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.tracking.scene.layout import make_layout
 
@@ -40,7 +40,7 @@ def replay(tmp_path_factory):
     page = Meshcat(MeshcatParams(port=0, show_stats_plot=False))
     run = run_harvest(prepare_harvest(scenario), page, recording=True)
     folder = tmp_path_factory.mktemp("harvest")
-    written = write_report(run, summarise(run, "small"), folder)
+    written = write_harvest_report(run, summarise_harvest(run, "small"), folder)
     kept = [each for each in folder.rglob("*") if each.is_file()]
     assert sorted(written) == sorted(str(each.relative_to(folder)) for each in kept)
     return run, folder / "replay.html"

@@ -10,9 +10,9 @@ import pytest
 from sightfield.diagrams.planning.cross_check import contradictions
 from sightfield.diagrams.planning.methods import chosen_methods
 from sightfield.diagrams.planning.question import PlanningQuestion
-from sightfield.diagrams.planning.report import write_report
+from sightfield.diagrams.planning.report import write_planning_report
 from sightfield.diagrams.planning.sweep import sweep_ratios
-from sightfield.diagrams.planning.verdict import Row, Verdict, ask_methods
+from sightfield.diagrams.planning.verdict import PlanningVerdict, Row, ask_methods
 from sightfield.diagrams.planning.verdict_table import as_object, as_table
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
@@ -39,7 +39,7 @@ def with_time(verdict, method, time):
         Row(row.method, replace(row.plan, time=time) if row.method == method else row.plan, None)
         for row in verdict.rows
     )
-    return Verdict(verdict.question, verdict.lower_bound, rows)
+    return PlanningVerdict(verdict.question, verdict.lower_bound, rows)
 
 
 def test_every_planner_answers_and_nothing_contradicts(verdict):
@@ -81,7 +81,7 @@ def test_a_path_that_leads_elsewhere_is_a_contradiction(verdict):
     other = ask_methods(PlanningQuestion(start=START, goal=shifted), ["casadi"])
     wrong = Row("casadi", row_of(verdict, "casadi").plan, other.rows[0].driven)
     wrong = replace(wrong, driven=replace(wrong.driven, goal_miss=(0.1, 0.0, 0.0, 0.0)))
-    said = contradictions(Verdict(verdict.question, verdict.lower_bound, (wrong,)))
+    said = contradictions(PlanningVerdict(verdict.question, verdict.lower_bound, (wrong,)))
     assert said == ["casadi misses by 0.1 when it is driven"]
 
 
@@ -188,7 +188,7 @@ def test_the_sweep_never_beats_its_bound():
 
 
 def test_a_report_holds_the_paths(verdict, tmp_path):
-    names = write_report(verdict, tmp_path)
+    names = write_planning_report(verdict, tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == set(names)
     with np.load(tmp_path / "paths.npz") as arrays:
         assert arrays["casadi/times"][-1] == row_of(verdict, "casadi").plan.time

@@ -25,7 +25,7 @@ from sightfield.diagrams.reproduction.make_exhibits import FAILED, Made, make_ex
 from sightfield.diagrams.reproduction.page.make_page import make_page
 from sightfield.diagrams.reproduction.played import fewest, findings_of, verdicts_by_assumption
 from sightfield.diagrams.reproduction.registry import EXHIBITS, chosen_exhibits
-from sightfield.diagrams.studies.claims.claim import FAILS, HOLDS, Judgement, Verdict
+from sightfield.diagrams.studies.claims.claim import FAILS, HOLDS, ClaimVerdict, Judgement
 from sightfield.systems.numerics.errors import InvalidInput
 
 AWKWARD = "a < b & \"c\" <script>alert('d')</script>"
@@ -206,7 +206,7 @@ def test_variants_have_no_more_runs_than_the_study_itself():
 
 
 def verdict(claim, opponent, level, found):
-    return Verdict(claim, "2.16", "The thesis says.", opponent, level, found, "Numbers.")
+    return ClaimVerdict(claim, "2.16", "The thesis says.", opponent, level, found, "Numbers.")
 
 
 def test_a_finding_is_what_the_strongest_opponent_leaves_of_a_claim():

@@ -10,7 +10,7 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from sightfield.diagrams.social.make_social_search import VECTORS, MakeSocialSearch
 from sightfield.diagrams.social.robots import AddRobots
-from sightfield.diagrams.social.summary import UNITS, gaps, log_arrays, summarise
+from sightfield.diagrams.social.summary import UNITS, gaps, log_arrays, summarise_search
 from sightfield.systems.numerics.geometry.clearance import clearances
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
 
@@ -18,7 +18,7 @@ EVADER = np.array([1.1, 1.1])
 
 
 def test_an_evader_in_plain_view_is_located_and_approached(found):
-    numbers = summarise(found, "standing")
+    numbers = summarise_search(found, "standing")
     # The pictures of 0 s are read a moment later.
     assert numbers["time_to_first_location"] < 0.3
     # Twelve pictures; now and then the pursuer stands before the evader.
@@ -37,7 +37,7 @@ def test_an_evader_in_plain_view_is_located_and_approached(found):
 
 
 def test_the_summary_is_json_and_the_log_has_units(found):
-    assert json.loads(json.dumps(summarise(found, "standing")))["scenario"] == "standing"
+    assert json.loads(json.dumps(summarise_search(found, "standing")))["scenario"] == "standing"
     arrays = log_arrays(found)
     assert set(arrays) == set(UNITS)
     assert {len(each) for each in arrays.values()} == {len(found.times)}
@@ -54,7 +54,7 @@ def test_without_friends_nothing_is_read_and_the_pursuer_rests(search):
     run = search(
         "agents.friending=[0, 0, 0]", "agents.rejection=[1, 1, 0]", "seconds=5", standing=True
     )
-    numbers = summarise(run, "alone")
+    numbers = summarise_search(run, "alone")
     assert numbers["pictures_scanned"] == numbers["locations"] == 0
     assert numbers["time_to_first_location"] is None
     assert numbers["location_error"] is None

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
-from sightfield.diagrams.social.report import write_report
-from sightfield.diagrams.social.summary import summarise
+from sightfield.diagrams.social.report import write_search_report
+from sightfield.diagrams.social.summary import summarise_search
 
 pytestmark = pytest.mark.browser
 
@@ -19,7 +19,7 @@ def replay(search, tmp_path_factory):
     page = Meshcat(MeshcatParams(port=0, show_stats_plot=False))
     run = search(*SETTINGS, standing=True, meshcat=page, recording=True)
     folder = tmp_path_factory.mktemp("search")
-    written = write_report(run, summarise(run, "standing"), folder)
+    written = write_search_report(run, summarise_search(run, "standing"), folder)
     assert sorted(written) == sorted(each.name for each in folder.iterdir())
     return run, folder / "replay.html"
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sightfield.diagrams.station.recorded import ticks_of
-from sightfield.diagrams.station.replay import load_recording, replay
+from sightfield.diagrams.station.replay import load_recording, replay_station
 from sightfield.diagrams.station.report import summarise_station, write_station_report
 from sightfield.diagrams.station.run import HORIZON, StationRun, run_station
 from sightfield.hardware_io.recording.log_format import (
@@ -87,7 +87,7 @@ def test_what_is_left_is_played_to_identical_commands(log_path, tmp_path, gone):
     assert recording.log.lost == len(gone)
     left = sorted({*range(21)} - {*gone})
     assert ticks_of(recording.log.times, recording.scenario.period).tolist() == left
-    result = replay(recording, tmp_path / "again.log")
+    result = replay_station(recording, tmp_path / "again.log")
     assert (result.identical, result.differing, result.ticks) == (True, (), len(left))
     # After the last there is nothing to compare.
     assert result.missing == len([tick for tick in gone if tick < left[-1]])

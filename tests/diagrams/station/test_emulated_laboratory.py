@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sightfield.diagrams.station.hardware import read_run_log
-from sightfield.diagrams.station.replay import load_recording, replay
+from sightfield.diagrams.station.replay import load_recording, replay_station
 from sightfield.diagrams.station.run import STOP
 from sightfield.systems.numerics.geometry.clearance import clearances
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
@@ -72,6 +72,6 @@ def test_what_robots_report_comes_back(log):
 def test_the_recorded_run_gives_the_same_commands_bit_for_bit(emulated_run, tmp_path):
     recording = load_recording(emulated_run.log)
     assert recording.mode == "emulate"
-    result = replay(recording, tmp_path / "again.log")
+    result = replay_station(recording, tmp_path / "again.log")
     assert result.ticks > 180
     assert (result.identical, result.differing) == (True, ())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sightfield.diagrams.station.hardware import read_run_log
-from sightfield.diagrams.station.replay import load_recording, replay
+from sightfield.diagrams.station.replay import load_recording, replay_station
 from sightfield.diagrams.station.run import run_station
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.tracking import RandomWalkEvaders
@@ -39,7 +39,7 @@ def test_they_are_what_is_played(recorded):
 def test_with_them_the_commands_are_the_same_again(recorded, tmp_path):
     recording = load_recording(recorded)
     own = {"assignment": crosswise, "evasion": wanderers(recording.game)}
-    assert replay(recording, tmp_path / "again.log", **own).identical
+    assert replay_station(recording, tmp_path / "again.log", **own).identical
 
 
 @pytest.mark.parametrize("missing", ["assignment", "evasion"])
@@ -48,7 +48,7 @@ def test_without_them_a_log_is_not_played(recorded, tmp_path, missing):
     own = {"assignment": crosswise, "evasion": wanderers(recording.game)}
     del own[missing]
     with pytest.raises(InvalidInput, match=f"`{missing}` must be the one that was recorded with"):
-        replay(recording, tmp_path / "again.log", **own)
+        replay_station(recording, tmp_path / "again.log", **own)
 
 
 def test_a_log_of_the_scenario_alone_is_not_played_with_another(load_laboratory, tmp_path):
@@ -56,4 +56,4 @@ def test_a_log_of_the_scenario_alone_is_not_played_with_another(load_laboratory,
     run_station(scenario, game, log=tmp_path / "run.log", realtime_rate=0)
     recording = load_recording(tmp_path / "run.log")
     with pytest.raises(InvalidInput, match="`assignment` must be the scenario's"):
-        replay(recording, tmp_path / "again.log", assignment=crosswise)
+        replay_station(recording, tmp_path / "again.log", assignment=crosswise)

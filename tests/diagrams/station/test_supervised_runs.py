@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sightfield.diagrams.station.hardware import Operator, read_run_log
-from sightfield.diagrams.station.replay import load_recording, replay
+from sightfield.diagrams.station.replay import load_recording, replay_station
 from sightfield.diagrams.station.report import (
     events_of,
     summarise_station,
@@ -73,5 +73,5 @@ def test_who_is_held_is_sent_nothing(unheard):
 
 
 def test_a_run_with_holds_gives_the_same_commands_bit_for_bit(unheard, tmp_path):
-    result = replay(load_recording(unheard[1]), tmp_path / "again.log")
+    result = replay_station(load_recording(unheard[1]), tmp_path / "again.log")
     assert (result.identical, result.differing) == (True, ())

@@ -16,7 +16,7 @@ from sightfield.diagrams.studies.opponents import (
 from sightfield.diagrams.studies.pictures import draw_curves, draw_matrix, draw_means
 from sightfield.diagrams.studies.policies_study import policies_grid, policies_study
 from sightfield.diagrams.studies.records import SCHEMA, StudyResult
-from sightfield.diagrams.studies.summary import summarise
+from sightfield.diagrams.studies.summary import summarise_study
 from sightfield.diagrams.studies.tables import mean_tables, to_markdown
 from sightfield.diagrams.studies.tracking_study import tracking_grid, tracking_study
 from sightfield.systems.numerics.errors import InvalidInput
@@ -203,7 +203,8 @@ def test_a_strategy_that_is_better_in_every_run_is_found_to_be_so():
     )
     grid = assignment_grid(study)
     found = {
-        (each["first"], each["second"]): each for each in summarise(result, grid)["comparisons"]
+        (each["first"], each["second"]): each
+        for each in summarise_study(result, grid)["comparisons"]
     }
     assert len(found) == 16
     against = "adversarial"
@@ -226,7 +227,7 @@ def test_the_worst_opponent_is_found_on_the_runs_that_all_have():
             return 40.0 if n == 2 else 60.0
         return 50.0 if run < 2 else 10.0
 
-    summary = summarise(made_up(study, times_of), tracking_grid(study))
+    summary = summarise_study(made_up(study, times_of), tracking_grid(study))
     assert summary["runs"] == {"adversarial": 4, "best_response": 2}
     row = summary["matrix"]["2v3"]["uniform"]
     assert {name: each["mean"] for name, each in row.items()} == {
@@ -279,7 +280,7 @@ def test_tables_hold_the_means_of_panels_or_of_the_matrix():
     team = tracking_study(runs=3, sizes=(1, 2), vectors=("uniform",), opponents=("adversarial",))
     grid = tracking_grid(team)
     result = made_up(team, lambda cell, run: 10.0 * match_of(cell).evaders)
-    (table,) = mean_tables(summarise(result, grid), grid)
+    (table,) = mean_tables(summarise_study(result, grid), grid)
     assert table.title.startswith("t1: uniform risk vector, against adversarial: mean up to")
     assert table.head == ("evaders", "1", "2")
     row = ("10.0 (10.0-10.0)", "20.0 (20.0-20.0)")
@@ -287,7 +288,7 @@ def test_tables_hold_the_means_of_panels_or_of_the_matrix():
     sizes = policies_study(runs=3, sizes=("3v4",), opponents=OPPONENTS)
     grid = policies_grid(sizes)
     result = made_up(sizes, lambda cell, run: 5.0 if "best" in cell else 30.0)
-    tables = mean_tables(summarise(result, grid), grid)
+    tables = mean_tables(summarise_study(result, grid), grid)
     (table,) = tables
     assert table.head == ("pursuers", *OPPONENTS)
     assert table.rows[0] == ("thesis", "30.0 (30.0-30.0)  ", "5.0 (5.0-5.0) *")

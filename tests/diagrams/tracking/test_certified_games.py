@@ -11,11 +11,11 @@ from pydrake.systems.analysis import Simulator
 from sightfield.diagrams.tracking.game import set_up_game
 from sightfield.diagrams.tracking.make_tracking import MakeTracking
 from sightfield.diagrams.tracking.promises import audit_promises
-from sightfield.diagrams.tracking.report import write_report
+from sightfield.diagrams.tracking.report import write_tracking_report
 from sightfield.diagrams.tracking.run import run_tracking
 from sightfield.diagrams.tracking.scenario import Evaders, Pursuers, TrackingScenario
 from sightfield.diagrams.tracking.solved_game import solved_game
-from sightfield.diagrams.tracking.summary import summarise
+from sightfield.diagrams.tracking.summary import summarise_tracking
 from sightfield.diagrams.world_source import WorldSource
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
@@ -97,22 +97,22 @@ def test_a_game_goes_on_from_a_copy_of_its_context_as_it_would_have_gone_on(aren
 def test_a_run_says_what_was_certified_and_when_that_was_withdrawn(arenas, tmp_path):
     game = set_up_game(make_scenario(arenas[0], "adversarial", 3, seconds=6.0))
     run = run_tracking(game)
-    summary = summarise(run, "certified")
+    summary = summarise_tracking(run, "certified")
     assert summary["certified"] is True
     assert summary["certificate_withdrawn"] == 0
     first = run.log["certificate"][0, 0]
     assert summary["certificate"] == (None if np.isinf(first) else first)
-    assert "tracks.png" in write_report(run, summary, tmp_path)
+    assert "tracks.png" in write_tracking_report(run, summary, tmp_path)
     with np.load(tmp_path / "log.npz") as log:
         np.testing.assert_array_equal(log["certificate"], run.log["certificate"])
         assert set(log.files) == set(json.loads((tmp_path / "log_units.json").read_text()))
     # What is not certified cannot be withdrawn.
     scenario = make_scenario(arenas[0], "adversarial", 3, seconds=1.0, field="guarantee")
-    other = summarise(run_tracking(set_up_game(scenario)), "guarantee")
+    other = summarise_tracking(run_tracking(set_up_game(scenario)), "guarantee")
     assert (other["certified"], other["certificate_withdrawn"]) == (False, None)
     # And without the solved game nothing is said.
     scenario = make_scenario(arenas[0], "adversarial", 3, seconds=1.0, field="margin")
-    assert "certificate" not in summarise(run_tracking(set_up_game(scenario)), "margin")
+    assert "certificate" not in summarise_tracking(run_tracking(set_up_game(scenario)), "margin")
 
 
 CORNER = make_world([(0, 0), (3, 0), (3, 3), (1.53, 3), (1.53, 1.53), (0, 1.53)])
@@ -134,7 +134,7 @@ def test_robots_with_bodies_keep_their_promises_and_nobody_touches(model):
         run = run_tracking(set_up_game(make_crowd(model, seed, 2), CORNER))
         found = audit_promises(run)
         assert found.breach == ""
-        assert summarise(run, "crowd")["contacts"] == 0
+        assert summarise_tracking(run, "crowd")["contacts"] == 0
         promised += (run.log["certificate"] > 0).mean() > 0.5
     assert promised >= 2
 
@@ -171,7 +171,7 @@ def test_who_is_stopped_by_a_body_has_its_promise_withdrawn_for_that_moment(monk
 
     monkeypatch.setattr(CertifiedPursuit, "_best_step", drive_at)
     run = run_tracking(set_up_game(make_crowd("point", 0, 1), CORNER))
-    found, summary = audit_promises(run), summarise(run, "crowd")
+    found, summary = audit_promises(run), summarise_tracking(run, "crowd")
     assert summary["contacts"] == 0
     assert summary["certificate_withdrawn"] == found.withdrawn > 0
     withdrawn = run.log["withdrawn"][:, 0]

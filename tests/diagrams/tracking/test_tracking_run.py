@@ -12,7 +12,7 @@ from sightfield.diagrams.tracking.game import set_up_game, with_random_starts
 from sightfield.diagrams.tracking.make_tracking import MakeTracking
 from sightfield.diagrams.tracking.run import run_tracking
 from sightfield.diagrams.tracking.scenario import TrackingScenario
-from sightfield.diagrams.tracking.summary import UNITS, log_arrays, summarise
+from sightfield.diagrams.tracking.summary import UNITS, log_arrays, summarise_tracking
 from sightfield.systems.numerics.tracking.corner_frame import to_corner_frame
 from sightfield.systems.numerics.tracking.corner_game import escape_time
 from sightfield.systems.numerics.tracking.corner_table import corner_table
@@ -30,7 +30,7 @@ def play(scenario):
 
 def numbers(run):
     """The summary without what differs from run to run."""
-    summary = summarise(run, "test")
+    summary = summarise_tracking(run, "test")
     return {key: summary[key] for key in summary if key not in ("wall_time", "realtime_factor")}
 
 

@@ -12,7 +12,7 @@ from sightfield.diagrams.social.networks import NetworkChoice, open_network
 from sightfield.diagrams.social.run import run_social_search
 from sightfield.diagrams.social.scenario import SocialScenario
 from sightfield.diagrams.social.social_game import set_up_social_game
-from sightfield.diagrams.social.summary import summarise
+from sightfield.diagrams.social.summary import summarise_search
 from sightfield.hardware_io.social.accounts import save_directory
 
 # Three agents that hardly move and see the evader, which rests, and landmarks behind it. The first
@@ -54,7 +54,7 @@ def test_the_evader_is_found_in_albums_on_a_server_that_is_restarted_meanwhile(m
 
     with open_network(game, choice) as network:
         run = run_social_search(game, network, realtime_rate=1.0, progress=watch)
-    numbers = summarise(run, "thesis_maze", "matrix")
+    numbers = summarise_search(run, "thesis_maze", "matrix")
     assert len(restarts) == 1
     # The first agent was asked again and again, and never became a friend.
     connected = run.log["connected"]

@@ -14,7 +14,7 @@ from sightfield.systems.numerics.planning.lower_bound import lower_bound
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from sightfield.systems.numerics.planning.thesis_scheme.averaging import solve_by_averaging
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 from sightfield.systems.numerics.planning.vehicle.clear import walls_part
 from sightfield.systems.numerics.planning.vehicle.footprint import covering_discs
@@ -91,7 +91,7 @@ def test_words_enter_the_turned_box():
 
 def test_a_table_on_a_grid_of_the_world_means_the_box_that_a_turned_table_means():
     goal = Goal(state=(0.3, 0.0, 0.7, 0.0), tolerance=(1.3, 0.45, 0.9, 0.9))
-    grid = Grid.covering((-2.0, -2.0, 2.0, 2.0), 0.4)
+    grid = StateGrid.covering((-2.0, -2.0, 2.0, 2.0), 0.4)
     nodes = np.stack(np.meshgrid(*grid.axes(), indexing="ij"), axis=-1).transpose(2, 3, 1, 0, 4)
     inside = goal.contains(nodes)
     for solved in (solve_value_function(CART, goal, grid), solve_by_averaging(CART, goal, grid)):

@@ -8,8 +8,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.tracking.assignment.borda import borda_scores
-from sightfield.systems.numerics.tracking.assignment.matching import match
-from sightfield.systems.numerics.tracking.assignment.rules import RULES
+from sightfield.systems.numerics.tracking.assignment.matching import match_pairs
+from sightfield.systems.numerics.tracking.assignment.rules import ASSIGNMENT_RULES
 from sightfield.systems.numerics.tracking.assignment.team_view import TeamView
 
 
@@ -50,7 +50,7 @@ NOTHING_IN_SIGHT = view([[1.0, 2.0], [3.0, 4.0]], [[False, False], [False, False
 
 
 @pytest.mark.parametrize("extra", ["stay", "riskiest"])
-@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("rule", ASSIGNMENT_RULES)
 @given(seen=views)
 @example(seen=UNSEEN_RISKIEST)
 @example(seen=UNSEEN_RISKIEST_OF_FEW)
@@ -58,20 +58,22 @@ NOTHING_IN_SIGHT = view([[1.0, 2.0], [3.0, 4.0]], [[False, False], [False, False
 @example(seen=UNSEEN_LEAST_RISKY)
 @example(seen=NOTHING_IN_SIGHT)
 def test_nobody_is_sent_after_an_evader_out_of_sight(rule, extra, seen):
-    targets = RULES[rule](seen._replace(extra=extra))
+    targets = ASSIGNMENT_RULES[rule](seen._replace(extra=extra))
     assert targets.shape == (len(seen.risk),)
     assert all(j == -1 or seen.visible[i, j] for i, j in enumerate(targets))
 
 
 # In print, a pursuer is extra only where pursuers outnumber all evaders, seen or not.
-@pytest.mark.parametrize("rule", [rule for rule in RULES if rule not in ("stay", "borda_printed")])
+@pytest.mark.parametrize(
+    "rule", [rule for rule in ASSIGNMENT_RULES if rule not in ("stay", "borda_printed")]
+)
 @given(seen=views)
 @example(seen=UNSEEN_RISKIEST)
 @example(seen=UNSEEN_RISKIEST_OF_FEW)
 @example(seen=SEEN_BY_THE_OTHER)
 @example(seen=UNSEEN_LEAST_RISKY)
 def test_with_none_to_stay_whoever_sees_an_evader_goes_after_one(rule, seen):
-    targets = RULES[rule](seen._replace(extra="riskiest"))
+    targets = ASSIGNMENT_RULES[rule](seen._replace(extra="riskiest"))
     assert ((targets >= 0) == seen.visible.any(axis=1)).all()
 
 
@@ -92,7 +94,7 @@ def test_matching_is_the_best_of_all_matchings(maximise, seen):
             # As many pairs as possible first, then the total.
             value = (len(pairs), total if maximise else -total)
             best = value if best is None else max(best, value)
-    targets = match(seen.risk, seen.visible, maximise=maximise)
+    targets = match_pairs(seen.risk, seen.visible, maximise=maximise)
     pairs = [(i, j) for i, j in enumerate(targets) if j >= 0]
     total = sum(seen.risk[i, j] for i, j in pairs)
     assert len({j for _, j in pairs}) == len(pairs)
@@ -103,25 +105,25 @@ def test_matching_is_the_best_of_all_matchings(maximise, seen):
 
 def test_hungarian_pairs_each_pursuer_with_its_least_risk_or_its_greatest():
     seen = view([[1, 5], [2, 9]])
-    assert RULES["hungarian"](seen).tolist() == [1, 0]
-    assert RULES["hungarian_max"](seen).tolist() == [0, 1]
+    assert ASSIGNMENT_RULES["hungarian"](seen).tolist() == [1, 0]
+    assert ASSIGNMENT_RULES["hungarian_max"](seen).tolist() == [0, 1]
 
 
 def test_extra_pursuers_stay_or_take_the_riskiest_evader_they_see():
     risk = [[1, 5], [2, 9], [3, 4]]
-    assert RULES["hungarian"](view(risk)).tolist() == [0, -1, 1]
-    assert RULES["hungarian"](view(risk, extra="riskiest")).tolist() == [0, 1, 1]
+    assert ASSIGNMENT_RULES["hungarian"](view(risk)).tolist() == [0, -1, 1]
+    assert ASSIGNMENT_RULES["hungarian"](view(risk, extra="riskiest")).tolist() == [0, 1, 1]
     blind = [[True, True], [False, False], [True, True]]
-    assert RULES["hungarian"](view(risk, blind, extra="riskiest")).tolist() == [0, -1, 1]
+    assert ASSIGNMENT_RULES["hungarian"](view(risk, blind, extra="riskiest")).tolist() == [0, -1, 1]
 
 
 def test_with_fewer_pursuers_than_evaders_every_pursuer_has_one():
-    targets = RULES["hungarian"](view([[3, 1, 2], [3, 2, 1]]))
+    targets = ASSIGNMENT_RULES["hungarian"](view([[3, 1, 2], [3, 2, 1]]))
     assert targets.tolist() == [1, 2]
 
 
 def test_an_evader_that_nobody_sees_is_nobodys():
-    targets = RULES["hungarian"](view([[0, 7], [0, 8]], [[False, True], [False, True]]))
+    targets = ASSIGNMENT_RULES["hungarian"](view([[0, 7], [0, 8]], [[False, True], [False, True]]))
     assert sorted(targets.tolist()) == [-1, 1]
 
 
@@ -140,14 +142,14 @@ def test_borda_points_by_hand():
 def test_borda_assigns_by_score_both_ways():
     # Everyone ranks 0 > 1 > 2. One pursuer: the least score is evader 2, the greatest evader 0.
     risk = [[3.0, 2.0, 1.0]]
-    assert RULES["borda_min"](view(risk)).tolist() == [2]
-    assert RULES["borda_max"](view(risk)).tolist() == [0]
+    assert ASSIGNMENT_RULES["borda_min"](view(risk)).tolist() == [2]
+    assert ASSIGNMENT_RULES["borda_max"](view(risk)).tolist() == [0]
 
 
 def test_printed_algorithm_sends_an_extra_pursuer_after_the_least_risky_evader():
     risk = [[3.0, 1.0], [3.0, 1.0], [3.0, 1.0]]
-    printed = RULES["borda_printed"](view(risk))
-    corrected = RULES["borda_min"](view(risk, extra="riskiest"))
+    printed = ASSIGNMENT_RULES["borda_printed"](view(risk))
+    corrected = ASSIGNMENT_RULES["borda_min"](view(risk, extra="riskiest"))
     left_over = 2
     assert sorted(printed[:2]) == sorted(corrected[:2]) == [0, 1]
     assert printed[left_over] == 1
@@ -166,17 +168,20 @@ def test_baselines():
     visible = [[True, True, False], [False, False, False]]
     positions = {"pursuers": np.zeros((2, 2)), "evaders": np.array([[3.0, 0], [1, 1], [0.1, 0]])}
     seen = view([[9.0, 1.0, 99.0], [1.0, 1.0, 1.0]], visible, **positions)
-    assert RULES["own_riskiest"](seen).tolist() == [0, -1]
-    assert RULES["nearest"](seen).tolist() == [1, -1]
-    assert RULES["stay"](seen).tolist() == [-1, -1]
+    assert ASSIGNMENT_RULES["own_riskiest"](seen).tolist() == [0, -1]
+    assert ASSIGNMENT_RULES["nearest"](seen).tolist() == [1, -1]
+    assert ASSIGNMENT_RULES["stay"](seen).tolist() == [-1, -1]
 
 
 def test_lots_are_fair_repeatable_and_kept_while_the_view_lasts():
     risk = np.ones((1, 3))
     visible = [[True, False, True]]
-    draws = [RULES["random_visible"](view(risk, visible, seed=seed))[0] for seed in range(2000)]
+    draws = [
+        ASSIGNMENT_RULES["random_visible"](view(risk, visible, seed=seed))[0]
+        for seed in range(2000)
+    ]
     assert set(draws) == {0, 2}
     # A fair lot leaves this interval once in a million.
     assert 890 < draws.count(0) < 1110
-    again = RULES["random_visible"](view(2 * risk, visible, seed=7))
+    again = ASSIGNMENT_RULES["random_visible"](view(2 * risk, visible, seed=7))
     assert again[0] == draws[7]

@@ -11,7 +11,7 @@ from sightfield.systems.numerics.tracking.assignment.holding import (
     hold_or_choose,
     is_broken,
 )
-from sightfield.systems.numerics.tracking.assignment.rules import RULES
+from sightfield.systems.numerics.tracking.assignment.rules import ASSIGNMENT_RULES
 from sightfield.systems.numerics.tracking.assignment.team_view import TeamView
 
 
@@ -117,7 +117,7 @@ def test_whoever_is_held_is_in_sight_and_nobody_idle_could_help(hold, rule, seed
     for _ in range(20):
         visible = rng.random((n, m)) < 0.7
         view = view_of(visible, rng.uniform(0.1, 5.0, (n, m)))
-        before, held = held, hold_or_choose(view, held, RULES[rule], hold)
+        before, held = held, hold_or_choose(view, held, ASSIGNMENT_RULES[rule], hold)
         for i in np.flatnonzero(held >= 0):
             assert visible[i, held[i]]
         if before is not None and hold == "until_lost" and not np.array_equal(before, held):

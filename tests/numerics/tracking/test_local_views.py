@@ -6,7 +6,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.tracking.assignment.local_views import decentralised
-from sightfield.systems.numerics.tracking.assignment.rules import RULES
+from sightfield.systems.numerics.tracking.assignment.rules import ASSIGNMENT_RULES
 from sightfield.systems.numerics.tracking.assignment.team_view import TeamView
 
 # Rules by which a pursuer never looks at what another sees.
@@ -40,28 +40,34 @@ UNSEEN_BY_ONE = TeamView(
 )
 
 
-@pytest.mark.parametrize("name", [name for name in RULES if name != "borda_printed"])
+@pytest.mark.parametrize("name", [name for name in ASSIGNMENT_RULES if name != "borda_printed"])
 @given(game=games)
 def test_when_all_hear_all_there_might_as_well_be_a_centre(name, game):
     view = random_view(game)
-    assert decentralised(RULES[name], 6.0)(view).tolist() == RULES[name](view).tolist()
+    assert (
+        decentralised(ASSIGNMENT_RULES[name], 6.0)(view).tolist()
+        == ASSIGNMENT_RULES[name](view).tolist()
+    )
 
 
 @pytest.mark.parametrize("name", SELFISH)
 @given(game=games, radio_range=st.floats(0, 3))
 def test_pursuers_for_themselves_need_no_radio(name, game, radio_range):
     view = random_view(game)
-    assert decentralised(RULES[name], radio_range)(view).tolist() == RULES[name](view).tolist()
+    assert (
+        decentralised(ASSIGNMENT_RULES[name], radio_range)(view).tolist()
+        == ASSIGNMENT_RULES[name](view).tolist()
+    )
 
 
-@pytest.mark.parametrize("name", RULES)
+@pytest.mark.parametrize("name", ASSIGNMENT_RULES)
 @given(view=games.map(random_view), radio_range=st.floats(0, 4))
 @example(view=UNSEEN_RISKIEST, radio_range=0.0)
 @example(view=UNSEEN_RISKIEST, radio_range=1.0)
 @example(view=UNSEEN_BY_ONE, radio_range=1.0)
 @example(view=UNSEEN_RISKIEST._replace(extra="riskiest"), radio_range=4.0)
 def test_what_nobody_tells_makes_no_difference(name, view, radio_range):
-    rule = decentralised(RULES[name], radio_range)
+    rule = decentralised(ASSIGNMENT_RULES[name], radio_range)
     before = rule(view)
     assert all(j == -1 or view.visible[i, j] for i, j in enumerate(before))
     for i in range(len(before)):
@@ -80,8 +86,8 @@ def test_out_of_earshot_two_go_for_the_same_evader():
         pursuers=np.array([[0.0, 0.0], [3.0, 0.0]]),
         evaders=np.array([[1.0, 1.0], [2.0, 1.0]]),
     )
-    assert decentralised(RULES["hungarian"], 2.9)(view).tolist() == [0, 0]
-    assert decentralised(RULES["hungarian"], 3.0)(view).tolist() == [1, 0]
+    assert decentralised(ASSIGNMENT_RULES["hungarian"], 2.9)(view).tolist() == [0, 0]
+    assert decentralised(ASSIGNMENT_RULES["hungarian"], 3.0)(view).tolist() == [1, 0]
 
 
 def test_what_a_neighbour_heard_from_others_is_not_passed_on():
@@ -92,5 +98,5 @@ def test_what_a_neighbour_heard_from_others_is_not_passed_on():
         pursuers=np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]),
         evaders=np.zeros((3, 2)),
     )
-    assert decentralised(RULES["hungarian"], 1.0)(view).tolist() == [0, 1, 0]
-    assert decentralised(RULES["hungarian"], 2.0)(view).tolist() == [0, 1, 2]
+    assert decentralised(ASSIGNMENT_RULES["hungarian"], 1.0)(view).tolist() == [0, 1, 0]
+    assert decentralised(ASSIGNMENT_RULES["hungarian"], 2.0)(view).tolist() == [0, 1, 2]

@@ -15,7 +15,7 @@ from sightfield.systems.numerics.tracking.assignment.aggregation import (
 )
 from sightfield.systems.numerics.tracking.assignment.ballots import places, preferences
 from sightfield.systems.numerics.tracking.assignment.kemeny import MOST_EVADERS, kemeny_ranking
-from sightfield.systems.numerics.tracking.assignment.rules import RULES
+from sightfield.systems.numerics.tracking.assignment.rules import ASSIGNMENT_RULES
 from sightfield.systems.numerics.tracking.assignment.team_view import TeamView
 
 # The capital of Tennessee, Memphis, Nashville, Chattanooga, Knoxville, each voter for the nearest:
@@ -196,5 +196,5 @@ def test_more_evaders_than_kemeny_can_order_are_refused():
 def test_one_pursuer_goes_for_the_least_or_the_riskiest(name):
     risk = np.array([[1.0, 3.0, 2.0]])
     view = TeamView(np.ones((1, 3), bool), risk, np.zeros((1, 2)), np.zeros((3, 2)))
-    assert RULES[f"{name}_max"](view).tolist() == [1]
-    assert RULES[f"{name}_min"](view).tolist() == [0]
+    assert ASSIGNMENT_RULES[f"{name}_max"](view).tolist() == [1]
+    assert ASSIGNMENT_RULES[f"{name}_min"](view).tolist() == [0]

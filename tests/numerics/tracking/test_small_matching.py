@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sightfield.systems.numerics.tracking.assignment.matching import match
+from sightfield.systems.numerics.tracking.assignment.matching import match_pairs
 from sightfield.systems.numerics.tracking.assignment.small_matching import match_small
 
 
@@ -26,7 +26,7 @@ def test_it_matches_as_the_matching_of_any_teams_does(greatest, seed, n, m):
     visible = rng.random((n, m)) < rng.choice([0.3, 0.7, 1.0])
     risk = np.where(visible, rng.uniform(0.0, 10.0 ** rng.integers(-2, 7), (n, m)), 0.0)
     small = worth(match_small(risk, visible, greatest), risk, visible)
-    any_size = worth(match(risk, visible, maximise=greatest), risk, visible)
+    any_size = worth(match_pairs(risk, visible, maximise=greatest), risk, visible)
     assert small == pytest.approx(any_size, rel=1e-9)
 
 

@@ -13,7 +13,7 @@ from sightfield.systems.numerics.vision.omni_optics import (
     bearing_of,
     floor_range,
     pixel_rays,
-    project,
+    project_omni,
 )
 
 CAMERA = OmniCamera()
@@ -72,7 +72,7 @@ def test_a_point_on_a_pixels_ray_appears_at_that_pixel(camera, samples):
     share, bearing, length = np.array(samples).T
     pixels = pixels_on(camera, share * camera.rim_radius, bearing)
     points, directions = pixel_rays(camera, pixels)
-    found, visible = project(camera, points + length[:, None] * directions)
+    found, visible = project_omni(camera, points + length[:, None] * directions)
     np.testing.assert_allclose(found, pixels, atol=1e-9)
     inside = ((pixels >= -0.5) & (pixels < np.array([camera.width, camera.height]) - 0.5)).all(
         axis=1
@@ -83,10 +83,10 @@ def test_a_point_on_a_pixels_ray_appears_at_that_pixel(camera, samples):
 def test_the_mirror_keeps_bearings_with_the_front_at_the_top_and_the_left_at_the_right():
     bearings = np.linspace(-3, 3, 13)
     points = np.stack([0.8 * np.cos(bearings), 0.8 * np.sin(bearings), 0 * bearings], axis=1)
-    pixels, visible = project(CAMERA, points)
+    pixels, visible = project_omni(CAMERA, points)
     assert visible.all()
     np.testing.assert_allclose(bearing_of(CAMERA, pixels), bearings, atol=1e-12)
-    front, left = project(CAMERA, np.array([[1.0, 0, 0], [0, 1.0, 0]]))[0] - CAMERA.axis_pixel
+    front, left = project_omni(CAMERA, np.array([[1.0, 0, 0], [0, 1.0, 0]]))[0] - CAMERA.axis_pixel
     np.testing.assert_allclose(front, [0, -math.hypot(*front)], atol=1e-9)
     np.testing.assert_allclose(left, [math.hypot(*front), 0], atol=1e-9)
 
@@ -114,7 +114,7 @@ def test_a_far_pinhole_sees_a_floor_point_by_the_ball_alone():
 
 @given(CAMERAS, st.floats(0.0, 0.04), st.floats(0.01, 20.0))
 def test_floor_range_undoes_projection(camera, height, distance):
-    pixels, _ = project(camera, np.array([[distance, 0.0, height]]))
+    pixels, _ = project_omni(camera, np.array([[distance, 0.0, height]]))
     radius = np.hypot(*(pixels[0] - camera.axis_pixel))
     # A pixel's range grows without bound at the horizon: judge it there in pixels.
     near, far = floor_range(camera, np.array([radius - 1e-8, radius + 1e-8]), height)
@@ -137,7 +137,7 @@ def test_ranges_grow_outwards_to_infinity_at_the_horizon_and_end_at_the_rim():
 def test_the_mirror_hides_what_is_in_it_or_in_its_shadow():
     centre = np.array([0, 0, CAMERA.mirror_height])
     offsets = np.array([[0, 0, 0], [0, 0, 1], [0.05, 0, 1]])
-    pixels, visible = project(CAMERA, centre + offsets)
+    pixels, visible = project_omni(CAMERA, centre + offsets)
     assert not visible.any()
     assert np.isnan(pixels).all()
     beyond = CAMERA.axis_pixel + np.array([[CAMERA.rim_radius + 1, 0]])
@@ -148,7 +148,7 @@ def test_the_mirror_hides_what_is_in_it_or_in_its_shadow():
 
 def test_what_the_ball_shows_outside_the_picture_is_not_visible():
     cropped = OmniCamera(width=200, height=200)
-    pixels, visible = project(cropped, np.array([[0.3, 0, 0], [3.0, 0, 0]]))
+    pixels, visible = project_omni(cropped, np.array([[0.3, 0, 0], [3.0, 0, 0]]))
     np.testing.assert_array_equal(visible, [True, False])
     assert np.isfinite(pixels).all()
 

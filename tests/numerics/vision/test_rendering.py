@@ -8,7 +8,7 @@ import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.vision.omni_optics import OmniCamera, project
+from sightfield.systems.numerics.vision.omni_optics import OmniCamera, project_omni
 from sightfield.systems.numerics.vision.ray_table import make_ray_table
 from sightfield.systems.numerics.vision.rendering import render
 from sightfield.systems.numerics.vision.shells import Shell, shell_of
@@ -50,7 +50,7 @@ def test_a_shells_bottom_edge_is_where_its_point_projects():
             picture = render(
                 camera, rays, scene, (1, 2, heading), [shell], [1, 2] + distance * turned
             )
-            (foot,), _ = project(
+            (foot,), _ = project_omni(
                 camera, np.array([[*((distance - shell.radius) * direction), shell.base]])
             )
             outwards = foot - camera.axis_pixel

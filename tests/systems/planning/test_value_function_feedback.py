@@ -8,7 +8,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 from sightfield.systems.planning.tractor_trailer import TractorTrailer
 from sightfield.systems.planning.value_function_feedback import ValueFunctionFeedback
@@ -17,7 +17,7 @@ from sightfield.systems.planning.value_function_feedback import ValueFunctionFee
 @pytest.fixture(scope="module")
 def value():
     goal = Goal(state=(0.0, 0.0, 0.0, 0.0), tolerance=(0.4, 0.4, 0.55, 0.55))
-    return solve_value_function(Trailer(), goal, Grid.of_step(0.4))
+    return solve_value_function(Trailer(), goal, StateGrid.of_step(0.4))
 
 
 def control(value, state):

@@ -5,7 +5,10 @@ import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput, SightfieldError
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.social.landmarks.forward_camera import ForwardCamera, project
+from sightfield.systems.numerics.social.landmarks.forward_camera import (
+    ForwardCamera,
+    project_forward,
+)
 from sightfield.systems.numerics.social.landmarks.maze import Landmark, Maze
 from sightfield.systems.social import maze_renderer
 from sightfield.systems.social.maze_renderer import MazeRenderer, Poster
@@ -34,7 +37,7 @@ def room() -> MazeRenderer:
 def test_a_square_on_a_wall_is_drawn_where_a_pinhole_camera_sees_it(pose, room):
     poses = np.array([pose, [0.2, 0.2, 0.0]])
     picture = room.render(0, poses)
-    corners = project(MAZE.camera, poses[0], LANDMARK.corners)
+    corners = project_forward(MAZE.camera, poses[0], LANDMARK.corners)
     low, high = np.floor(corners.min(axis=0)).astype(int), np.ceil(corners.max(axis=0)).astype(int)
     part = picture[low[1] - 8 : high[1] + 9, low[0] - 8 : high[0] + 9, 0].astype(float)
     # Brighter than half way between wall and square.
@@ -52,7 +55,9 @@ def test_the_evader_is_drawn_with_its_markers(room):
     evader = np.array([1.2, 1.1, 0.4])
     changed = np.any(room.render(0, poses, evader) != room.render(0, poses), axis=2)
     for corners in MAZE.marker.corners(evader)[1:3]:
-        column, row = project(MAZE.camera, poses[0], corners).mean(axis=0).round().astype(int)
+        column, row = (
+            project_forward(MAZE.camera, poses[0], corners).mean(axis=0).round().astype(int)
+        )
         assert changed[row, column]
 
 

@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from ...errors import require_positive
 from .crop import crop_record
-from .faults import Fault, spells
+from .faults import AuditFault, spells
 from .grain import grain_faults
 from .ground import Ground, edges_of, ground_of
 from .harvest_log import HarvestLog, Site
@@ -29,7 +29,7 @@ CRUSHED = 0.002
 
 
 @dataclass(frozen=True, eq=False)
-class Audit:
+class HarvestAudit:
     """What came out.
 
     Attributes:
@@ -44,7 +44,7 @@ class Audit:
     """
 
     figures: dict[str, float | int | None]
-    faults: tuple[Fault, ...]
+    faults: tuple[AuditFault, ...]
 
     @property
     def passed(self) -> bool:
@@ -52,7 +52,7 @@ class Audit:
         return not self.faults
 
 
-def audit_harvest(log: HarvestLog, site: Site, gap: float = GAP) -> Audit:
+def audit_harvest(log: HarvestLog, site: Site, gap: float = GAP) -> HarvestAudit:
     """Audit a log.
 
     Args:
@@ -91,21 +91,21 @@ def audit_harvest(log: HarvestLog, site: Site, gap: float = GAP) -> Audit:
         for name, each in crop.crushed.items()
         if crushed > most and each.any()
     ]
-    return Audit(figures, (*faults, *off_ground, *trodden, *impossible, *misplaced))
+    return HarvestAudit(figures, (*faults, *off_ground, *trodden, *impossible, *misplaced))
 
 
-def _trodden(name: str, crushed: np.ndarray, time: np.ndarray, limit: float) -> Fault:
+def _trodden(name: str, crushed: np.ndarray, time: np.ndarray, limit: float) -> AuditFault:
     where = np.flatnonzero(crushed)
     first, last = int(where[0]), int(where[-1])
     worst = float(time[int(np.argmax(crushed))])
     amount = float(crushed.sum())
     begin, end = float(time[first]), float(time[last + 1])
-    return Fault("crop under bodies", (name,), begin, end, worst, amount, limit, "m^2")
+    return AuditFault("crop under bodies", (name,), begin, end, worst, amount, limit, "m^2")
 
 
 def _machines(
     moving: dict[str, list[MovingOutline]], time: np.ndarray, gap: float
-) -> tuple[dict[str, float | None], list[Fault]]:
+) -> tuple[dict[str, float | None], list[AuditFault]]:
     """Least distances of machines by what they are, and where they are too near."""
     best = {
         "min_combine_to_combine": math.inf,
@@ -117,7 +117,7 @@ def _machines(
         frozenset(["cart"]): "min_cart_to_cart",
         frozenset(["cart", "combine"]): "min_cart_to_combine",
     }
-    faults: list[Fault] = []
+    faults: list[AuditFault] = []
     for one, other in combinations(moving, 2):
         kind = names[frozenset([one.split()[0], other.split()[0]])]
         found: list[Nearness] = []
@@ -148,13 +148,13 @@ def _too_near(
     last: int,
     time: np.ndarray,
     gap: float,
-) -> Fault:
+) -> AuditFault:
     # Seven arguments are what two machines and a spell of a log are.
     begin, end = float(time[first]), float(time[last])
     worst = first + int(np.argmin(least[first:last]))
     if least[worst] > 0:
         at = _moment(time, worst, share[worst])
-        return Fault("machines too near", who, begin, end, at, float(least[worst]), gap, "m")
+        return AuditFault("machines too near", who, begin, end, at, float(least[worst]), gap, "m")
     numbers, shares = _looks(share, first, last)
     one, other = (
         np.array([shapely.union_all(both) for both in zip(*polygons, strict=True)])
@@ -163,7 +163,7 @@ def _too_near(
     areas = shapely.area(shapely.intersection(one, other))
     k = int(np.argmax(areas))
     at = _moment(time, numbers[k], shares[k])
-    return Fault("machines overlap", who, begin, end, at, float(areas[k]), 0.0, "m^2")
+    return AuditFault("machines overlap", who, begin, end, at, float(areas[k]), 0.0, "m^2")
 
 
 def _looks(share: np.ndarray, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
@@ -182,12 +182,12 @@ def _moment(time: np.ndarray, number: int, share: float) -> float:
 
 def _off_ground(
     moving: dict[str, list[MovingOutline]], time: np.ndarray, ground: Ground
-) -> tuple[float | None, float, list[Fault]]:
+) -> tuple[float | None, float, list[AuditFault]]:
     """Least distance to an obstacle, the most area beyond the margin, and where that is wrong."""
     obstacles, core = edges_of(ground.obstacles), edges_of(ground.core)
     ends = edges_of(ground.touched)
     best, beyond = math.inf, 0.0
-    faults: list[Fault] = []
+    faults: list[AuditFault] = []
     for name, outlines in moving.items():
         in_core: list[Nearness] = []
         outside: list[Nearness] = []
@@ -202,7 +202,7 @@ def _off_ground(
             least, share = _nearest(found)
             for first, last in spells(least <= 0.0, time):
                 spell = _off(outlines, share, first, last, time, region, within)
-                faults.append(Fault(kind, (name,), *spell, 0.0, "m^2"))
+                faults.append(AuditFault(kind, (name,), *spell, 0.0, "m^2"))
                 beyond = max(beyond, 0.0 if within else faults[-1].amount)
     return best if math.isfinite(best) else None, beyond, faults
 

@@ -9,7 +9,7 @@ import numpy as np
 APART = 2.0
 
 
-class Fault(NamedTuple):
+class AuditFault(NamedTuple):
     """Something that is not as it must be.
 
     Attributes:
@@ -59,7 +59,7 @@ def faults_where(
     unit: str,
     time: np.ndarray,
     moments: Callable[[int], float],
-) -> list[Fault]:
+) -> list[AuditFault]:
     """A fault for every spell in which amounts are beyond their limits.
 
     Args:
@@ -76,7 +76,7 @@ def faults_where(
     for first, last in spells(amounts > bounds, time):
         worst = first + int(np.argmax((amounts - bounds)[first:last]))
         found.append(
-            Fault(
+            AuditFault(
                 kind,
                 machines,
                 float(time[first]),

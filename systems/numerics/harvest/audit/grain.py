@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from .crop import CropRecord
-from .faults import Fault, faults_where
+from .faults import AuditFault, faults_where
 from .harvest_log import HarvestLog, Site
 
 # What is exact to rounding [kg].
@@ -17,7 +17,7 @@ PART, AREA = 0.02, 100.0
 
 def grain_faults(
     log: HarvestLog, site: Site, crop: CropRecord
-) -> tuple[dict[str, float | None], list[Fault]]:
+) -> tuple[dict[str, float | None], list[AuditFault]]:
     """Weigh all the grain.
 
     Nothing may be below zero or above what a machine holds, what is delivered and all grain
@@ -28,7 +28,7 @@ def grain_faults(
         Figures by name and faults.
     """
     time = log.time
-    faults: list[Fault] = []
+    faults: list[AuditFault] = []
 
     def look(kind: str, machines: tuple[str, ...], beyond: np.ndarray, limit: float) -> None:
         faults.extend(

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .faults import Fault, faults_where
+from .faults import AuditFault, faults_where
 from .harvest_log import HarvestLog, Machine, Site
 from .twists import continuous
 
@@ -96,7 +96,7 @@ def hitch_errors(tractor: np.ndarray, trailer: np.ndarray) -> np.ndarray:
     return errors
 
 
-def motion_faults(log: HarvestLog, site: Site) -> tuple[dict[str, float | None], list[Fault]]:
+def motion_faults(log: HarvestLog, site: Site) -> tuple[dict[str, float | None], list[AuditFault]]:
     """Greatest accelerations of combines and carts, and whatever moved as it cannot.
 
     Returns:
@@ -151,7 +151,9 @@ def _of_samples(values: np.ndarray) -> np.ndarray:
     return np.maximum(np.abs(values[:-1]), np.abs(values[1:]))
 
 
-def _jumps(name: str, which: str, motion: Motion, across: float, time: np.ndarray) -> list[Fault]:
+def _jumps(
+    name: str, which: str, motion: Motion, across: float, time: np.ndarray
+) -> list[AuditFault]:
     """What no machine can do.
 
     Args:
@@ -175,7 +177,7 @@ def _jumps(name: str, which: str, motion: Motion, across: float, time: np.ndarra
     ]
 
 
-def _limits(name: str, motion: Motion, machine: Machine, time: np.ndarray) -> list[Fault]:
+def _limits(name: str, motion: Motion, machine: Machine, time: np.ndarray) -> list[AuditFault]:
     lasts, at, who = np.diff(time), _at(time), (name,)
     lateral = min(machine.lateral_acceleration, JUMP_ACCELERATION)
     faults = _jumps(name, "", motion, lateral, time)
@@ -199,7 +201,7 @@ def _limits(name: str, motion: Motion, machine: Machine, time: np.ndarray) -> li
 
 def _logged_speed(
     name: str, motion: Motion, machine: Machine, logged: np.ndarray, time: np.ndarray
-) -> list[Fault]:
+) -> list[AuditFault]:
     lasts = np.diff(time)
     said = (np.abs(logged[:-1]) + np.abs(logged[1:])) / 2
     usual = machine.acceleration if math.isfinite(machine.acceleration) else USUAL_ACCELERATION

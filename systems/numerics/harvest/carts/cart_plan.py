@@ -28,7 +28,7 @@ class Supply:
     truck_fleet: TruckFleet = TruckFleet()  # noqa: RUF009  # It is frozen.
 
 
-class Visit(NamedTuple):
+class CartVisit(NamedTuple):
     """A cart's time beside a combine.
 
     Attributes:
@@ -77,7 +77,7 @@ class Job(NamedTuple):
     """
 
     motion: CartMotion
-    visit: Visit | None
+    visit: CartVisit | None
     trip: Trip | None
     stop: Stop | None
 
@@ -118,7 +118,7 @@ class CartPlan:
 
     plans: list[TimedPath]
     motions: list[CartMotion]
-    visits: list[Visit]
+    visits: list[CartVisit]
     trips: list[Trip]
     stops: list[Stop]
     left: float

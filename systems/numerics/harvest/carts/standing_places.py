@@ -8,7 +8,7 @@ from ..machines.alongside import MIDDLE, STANDING
 from .cart_motion import trailer_poses
 from .cut_times import GAP
 from .roadmap import node_opens
-from .surroundings import Surroundings
+from .surroundings import CartSurroundings
 from .traffic import Traffic, least_gaps
 from .windows import BETWEEN, beside
 
@@ -27,7 +27,7 @@ PLACES = np.array(
 
 
 def standing_poses(
-    world: Surroundings, pose: np.ndarray, time: float, others: Traffic | None = None
+    world: CartSurroundings, pose: np.ndarray, time: float, others: Traffic | None = None
 ) -> np.ndarray:
     """Poses of the tractor in which the auger of a standing combine reaches, shape (n, 3).
 

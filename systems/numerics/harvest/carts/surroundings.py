@@ -30,7 +30,7 @@ SAME = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Surroundings:
+class CartSurroundings:
     """What carts plan among.
 
     Attributes:
@@ -103,7 +103,7 @@ def make_surroundings(
     swaths: Sequence[np.ndarray],
     trucks: np.ndarray,
     plans: list[TimedPath],
-) -> Surroundings:
+) -> CartSurroundings:
     """Look at a field for the first time.
 
     Args:
@@ -120,16 +120,16 @@ def make_surroundings(
     combines = combine_traffic(combine, plans)
     planner = make_planner(ground, cart, roadmap, combines, trucks)
     tree = KDTree(_places(roadmap.nodes))
-    return Surroundings(combine, cart, plans, cut, free, ground, combines, planner, tree)
+    return CartSurroundings(combine, cart, plans, cut, free, ground, combines, planner, tree)
 
 
 def changed_surroundings(
-    world: Surroundings,
+    world: CartSurroundings,
     field: Field,
     trucks: np.ndarray,
     plans: list[TimedPath],
     until: float = np.inf,
-) -> tuple[Surroundings, float]:
+) -> tuple[CartSurroundings, float]:
     """Look at a field when combines have other times.
 
     Args:

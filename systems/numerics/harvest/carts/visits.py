@@ -23,13 +23,13 @@ from ..machines.trucks import TruckPool
 from ..no_plan import NoPlan
 from ..paths.timed_path import TimedPath
 from .cart_motion import CartMotion, join_motions, standing_motion
-from .cart_plan import CartPlan, Failure, Job, Supply, Trip, Visit
+from .cart_plan import CartPlan, CartVisit, Failure, Job, Supply, Trip
 from .cut_times import GAP, opens_along
 from .profile import Moving
 from .routes import Standing
 from .standing_places import standing_poses
 from .stops import FOR_EVER, Stop, retime_alone
-from .surroundings import SAME, Surroundings, changed_surroundings, make_surroundings
+from .surroundings import SAME, CartSurroundings, changed_surroundings, make_surroundings
 from .tanks import Pour, make_tanks
 from .traffic import SAMPLE, Traffic, cart_traffic, least_gaps
 from .visit_choice import EMPTY, LEAST, STRATEGIES, Attempt, FreeCart, Outlook, choose_visits
@@ -61,7 +61,7 @@ class _TooLate(Exception):
 class _Plan(NamedTuple):
     """What is planned so far, and the world that it is planned in."""
 
-    world: Surroundings
+    world: CartSurroundings
     jobs: list[list[Job]]
     stops: list[Stop]
 
@@ -125,7 +125,7 @@ class _Service:
     def __init__(
         self,
         field: Field,
-        world: Surroundings,
+        world: CartSurroundings,
         supply: Supply,
         retime: Retime,
         strategy: str,
@@ -156,7 +156,7 @@ class _Service:
         return range(len(self.jobs))
 
     @property
-    def visits(self) -> list[Visit]:
+    def visits(self) -> list[CartVisit]:
         """All that are planned."""
         return [job.visit for jobs in self.jobs for job in jobs if job.visit]
 
@@ -311,7 +311,7 @@ class _Service:
             stay = CartMotion(timed, self.cart, to.last_angle)
             if not self._keeps_off(stay, self.world.combines) or not self._keeps_off(stay, others):
                 continue
-            visit = Visit(cart, number, begin, taken.end, taken.taken)
+            visit = CartVisit(cart, number, begin, taken.end, taken.taken)
             leaves = Moving(end, float(timed.speeds[-1]))
             if self._leave([to, stay], leaves, visit, others, None):
                 return True
@@ -321,7 +321,7 @@ class _Service:
         self,
         motions: list[CartMotion],
         leaves: Moving,
-        visit: Visit,
+        visit: CartVisit,
         others: Traffic,
         stop: Stop | None,
     ) -> bool:
@@ -460,7 +460,7 @@ class _Service:
             cart, to = found
             begin = max(to.timed.end, self.world.plans[number].end) + 1.0
             pour = self.tanks[number].pour(begin, np.inf, self._room(cart))
-            visit = Visit(cart, number, begin, pour.end, pour.taken)
+            visit = CartVisit(cart, number, begin, pour.end, pour.taken)
             motions = [to, standing_motion(self.cart, to.last_pose, begin, to.last_angle)]
             leaves = Moving(pour.end + 1.0, 0.0)
             if stop is None:
@@ -473,7 +473,7 @@ class _Service:
         return False
 
     def _leave_stop(
-        self, motions: list[CartMotion], leaves: Moving, visit: Visit, stop: Stop
+        self, motions: list[CartMotion], leaves: Moving, visit: CartVisit, stop: Stop
     ) -> bool:
         """Let a combine go on when it is empty, or later, so that the cart finds a way off."""
         cart, kept = visit.cart, self._kept()

@@ -30,7 +30,7 @@ class Pieces(NamedTuple):
     speeds: np.ndarray
 
 
-class Fleet(NamedTuple):
+class FleetArrays(NamedTuple):
     """M machines, N of them combines, as `advance` needs them.
 
     Attributes:
@@ -67,7 +67,7 @@ class Fleet(NamedTuple):
     spill: bool
 
 
-def pack_fleet(work: PlannedWork) -> Fleet:
+def pack_fleet(work: PlannedWork) -> FleetArrays:
     """The machines of a plan."""
     combine, cart, timed = work.combine, work.cart, work.timed
     count = len(work.plans)
@@ -86,7 +86,7 @@ def pack_fleet(work: PlannedWork) -> Fleet:
         at = [float(path.station_at(trip.begin)) for trip in own for _ in trip.flows]
         trips.append(np.array(at, dtype=float))
         flows.append(np.array([flow for trip in own for flow in _flows(trip)]).reshape(-1, 2))
-    return Fleet(
+    return FleetArrays(
         count,
         _packed(timed),
         _packed(fastest),

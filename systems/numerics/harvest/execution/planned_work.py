@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ..carts.cart_motion import CartMotion, trailer_angles, trailer_poses
-from ..carts.cart_plan import Supply, Trip, Visit
+from ..carts.cart_plan import CartVisit, Supply, Trip
 from ..carts.cut_times import CELL, CutTimes, cut_times
 from ..coverage.precedence import CropPrecedence
 from ..field.field import Field
@@ -43,7 +43,7 @@ class PlannedWork:
     supply: Supply
     plans: Sequence[TimedPath]
     motions: Sequence[CartMotion]
-    visits: Sequence[Visit] = ()
+    visits: Sequence[CartVisit] = ()
     trips: Sequence[Trip] = ()
     precedence: CropPrecedence | None = None
 

@@ -13,7 +13,7 @@ from ..paths.timed_path import TimedPath
 from ..timing.standstill import Standstill
 from ..timing.sweep import grid_stations, sweep_of
 from ..timing.timed_drive import Journey
-from ..timing.timetable import Timetable, time_machines
+from ..timing.timetable import MachineTimetable, time_machines
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class CombinePlan:
     field: Field
     combine: Combine
     coverage: CoveragePaths
-    timetable: Timetable
+    timetable: MachineTimetable
     journeys: tuple[Journey, ...]
 
     @property

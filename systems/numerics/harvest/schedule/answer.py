@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from ...errors import require, require_non_negative
 from .carts import CartGroup, assign_combines
-from .certificate import Certificate, certify_infeasible
+from .certificate import InfeasibilityCertificate, certify_infeasible
 from .fleet import Fleet, Truck
 from .limits import best_round, unloading_share
 from .periodic_plan import Aim, PeriodicPlan, plan_round
@@ -17,7 +17,7 @@ from .timetable import Timetable
 
 
 @dataclass(frozen=True)
-class CartPlan:
+class CartSchedule:
     """What one cart does.
 
     Attributes:
@@ -61,10 +61,10 @@ class ScheduleAnswer:
 
     fleet: Fleet
     truck: Truck | None
-    carts: tuple[CartPlan, ...]
+    carts: tuple[CartSchedule, ...]
     feasible: bool
     reasons: tuple[str, ...]
-    certificate: Certificate | None = None
+    certificate: InfeasibilityCertificate | None = None
 
     @property
     def travel_scale(self) -> float:
@@ -175,7 +175,7 @@ def answer_timetable(
 
 def _plan_cart(
     fleet: Fleet, group: CartGroup, truck: Truck | None, fill: float, jitter: float | None
-) -> CartPlan:
+) -> CartSchedule:
     """The plan of one cart by itself: with one visit to each combine a round, if that will do."""
     if group.carts > 1:
         return _plan_visits(fleet, group, group.best.round, fill, jitter)
@@ -188,7 +188,7 @@ def _plan_cart(
 
 def _plan_visits(
     fleet: Fleet, group: CartGroup, round_: Round, fill: float, jitter: float | None
-) -> CartPlan:
+) -> CartSchedule:
     early = plan_round(fleet, round_, aim=Aim.EARLY)
     if early is None:
         limit = -1.0
@@ -200,7 +200,7 @@ def _plan_visits(
         plan = plan_round(fleet, round_, fill)
     else:
         plan = plan_for_jitter(fleet, round_, jitter)
-    return CartPlan(
+    return CartSchedule(
         group=group,
         round=round_,
         plan=plan,
@@ -218,7 +218,7 @@ def _period_min(early: PeriodicPlan | None) -> float:
     return early.period if any(early.round.travel_times) else 0.0
 
 
-def _in_step(fleet: Fleet, carts: list[CartPlan], fill: float) -> list[CartPlan]:
+def _in_step(fleet: Fleet, carts: list[CartSchedule], fill: float) -> list[CartSchedule]:
     """The same carts with one period, the shortest of theirs, if all can keep it."""
     if len(carts) == 1:
         return carts
@@ -233,7 +233,7 @@ def _in_step(fleet: Fleet, carts: list[CartPlan], fill: float) -> list[CartPlan]
     ]
 
 
-def _in_turn(carts: list[CartPlan]) -> list[CartPlan]:
+def _in_turn(carts: list[CartSchedule]) -> list[CartSchedule]:
     """The same carts, each by an equal part of its period after the one before."""
     turn = []
     for k, cart in enumerate(carts):
@@ -245,7 +245,7 @@ def _in_turn(carts: list[CartPlan]) -> list[CartPlan]:
     return turn
 
 
-def _reasons(fleet: Fleet, cart: CartPlan, fill: float, jitter: float | None) -> list[str]:
+def _reasons(fleet: Fleet, cart: CartSchedule, fill: float, jitter: float | None) -> list[str]:
     """Why a cart has no plan, in words."""
     if cart.plan is not None:
         return []

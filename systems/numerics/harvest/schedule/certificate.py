@@ -18,7 +18,7 @@ class Holds(Enum):
 
 
 @dataclass(frozen=True)
-class Certificate:
+class InfeasibilityCertificate:
     """What there is too little of.
 
     Attributes:
@@ -44,7 +44,7 @@ class Certificate:
 
 def certify_infeasible(
     fleet: Fleet, carts: int, truck: Truck | None, groups: list[BestVisits]
-) -> Certificate:
+) -> InfeasibilityCertificate:
     """The strongest reason why there is no schedule.
 
     Args:
@@ -55,12 +55,12 @@ def certify_infeasible(
     """
     limit = certain_limit(fleet, carts, truck)
     if limit == 0.0:
-        return Certificate("unload_rate", 0.0, Holds.ANY)
+        return InfeasibilityCertificate("unload_rate", 0.0, Holds.ANY)
     if limit < 1.0:
-        return Certificate("travel_time", limit, Holds.ANY)
+        return InfeasibilityCertificate("travel_time", limit, Holds.ANY)
     if carts == 1 and groups[0].bound <= 1.0:
-        return Certificate("travel_time", groups[0].bound, Holds.ORDERS)
+        return InfeasibilityCertificate("travel_time", groups[0].bound, Holds.ORDERS)
     found = min(group.scale for group in groups)
-    return Certificate(
+    return InfeasibilityCertificate(
         "travel_time", max(found, 0.0) if math.isfinite(found) else 0.0, Holds.SEARCHED
     )

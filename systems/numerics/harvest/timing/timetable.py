@@ -40,7 +40,7 @@ VARIATION = 0.15
 
 
 @dataclass(frozen=True, eq=False)
-class Timetable:
+class MachineTimetable:
     """When each machine is where, and who goes first.
 
     Attributes:
@@ -73,7 +73,7 @@ def time_machines(
     gap: float = GAP,
     trials: int = 60,
     seed: int = 0,
-) -> Timetable | Standstill:
+) -> MachineTimetable | Standstill:
     """Decide who goes first wherever paths meet, and when each machine is where.
 
     All machines are at the beginnings of their paths at time zero.
@@ -106,7 +106,9 @@ def time_machines(
 
 
 def with_stops(
-    timetable: Timetable, journeys: Sequence[Journey], stops: Sequence[tuple[int, float, float]]
+    timetable: MachineTimetable,
+    journeys: Sequence[Journey],
+    stops: Sequence[tuple[int, float, float]],
 ) -> list[TimedPath]:
     """The times of machines of which some stand for a while, in the orders of a timetable.
 
@@ -155,7 +157,7 @@ def needed_progress(stations: np.ndarray, others: np.ndarray, passed: np.ndarray
 
 def time_meetings(
     journeys: list[Journey], meetings: Meetings, rule: Rule, *, trials: int, seed: int
-) -> Timetable | Standstill:
+) -> MachineTimetable | Standstill:
     """Decide who goes first, from conflicts and crop precedence in their compiled form.
 
     Args:
@@ -181,7 +183,7 @@ def time_meetings(
     assert first is not None, "an order that machines came by leads them to their ends"
     best = search.improve(first, trials, rng)
     search.tell(rule, best.first)
-    return Timetable(
+    return MachineTimetable(
         tuple(timed_paths(journeys, best.drive, search.paces)),
         rule,
         meetings,

@@ -9,7 +9,7 @@ from ..goal import Goal
 from ..minimum_time.planner import plan_by_casadi
 from ..plan import Plan
 from ..trailer import Trailer
-from ..value_function.grid import Grid
+from ..value_function.grid import StateGrid
 from ..value_function.obstacles import make_walls
 from ..value_function.value_function import ValueFunction
 from ..vehicle.footprint import Discs
@@ -22,7 +22,7 @@ METHOD = "value-function"
 FINENESS = 4
 
 
-def grid_within(world: World, trailer: Trailer, goal: Goal, step: float) -> Grid:
+def grid_within(world: World, trailer: Trailer, goal: Goal, step: float) -> StateGrid:
     """A grid over a world, with a node at the goal.
 
     Args:
@@ -37,7 +37,7 @@ def grid_within(world: World, trailer: Trailer, goal: Goal, step: float) -> Grid
         at - h * math.ceil((at - low) / h - 1e-9)
         for at, low in zip(goal.state[:2], world.bounds[:2].tolist(), strict=True)
     ]
-    return Grid.covering((lows[0], lows[1], *world.bounds[2:].tolist()), step, radius=radius)
+    return StateGrid.covering((lows[0], lows[1], *world.bounds[2:].tolist()), step, radius=radius)
 
 
 def plan_from_table(

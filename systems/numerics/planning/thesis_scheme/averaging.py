@@ -17,7 +17,7 @@ from ...errors import require, require_positive
 from ..arc_words.held_controls import normalised
 from ..goal import Goal
 from ..trailer import Trailer, trailer_rates
-from ..value_function.grid import Grid
+from ..value_function.grid import StateGrid
 from ..value_function.solve import Progress, widened
 from ..value_function.sweeps import FAR, LIMIT
 from ..value_function.value_function import ValueFunction
@@ -34,7 +34,7 @@ CHANGE = 1e-3
 def solve_by_averaging(
     trailer: Trailer,
     goal: Goal,
-    grid: Grid,
+    grid: StateGrid,
     *,
     step: float = STEP,
     progress: Progress | None = None,
@@ -86,7 +86,7 @@ def solve_by_averaging(
     )
 
 
-def _signs(grid: Grid, cart: Trailer) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _signs(grid: StateGrid, cart: Trailer) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Signs of x' and y' by theta; of theta' and beta' by beta, for each of their combinations.
 
     Returns:
@@ -107,7 +107,7 @@ def _sign(values: np.ndarray) -> np.ndarray:
     return np.where(np.abs(values) < 1e-9, 0, np.sign(values)).astype(np.int64)
 
 
-def _inside(grid: Grid, box: Goal) -> np.ndarray:
+def _inside(grid: StateGrid, box: Goal) -> np.ndarray:
     """Nodes in a box, shape of the grid."""
     x, y, theta, beta = grid.axes()
     # Rounding must not drop a node on the face of the box.

@@ -19,7 +19,7 @@ from ..arc_words.held_controls import (
 from ..arc_words.quickest import quickest_word
 from ..goal import Goal
 from ..trailer import Trailer
-from .grid import Grid
+from .grid import StateGrid
 from .lookup import look_up
 
 # Spread of the nodes of a cell that is a jump [1 / turn rate].
@@ -29,7 +29,7 @@ AHEAD = 3.2
 
 
 def look_beyond_jumps(
-    table: np.ndarray, grid: Grid, trailer: Trailer, goal: Goal, states: np.ndarray
+    table: np.ndarray, grid: StateGrid, trailer: Trailer, goal: Goal, states: np.ndarray
 ) -> np.ndarray:
     """Interpolated times, and beyond jumps the least of long steps to smooth cells and words.
 
@@ -62,7 +62,7 @@ def look_beyond_jumps(
     return times
 
 
-def _feet(grid: Grid, trailer: Trailer, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _feet(grid: StateGrid, trailer: Trailer, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Ends of long steps, shape (n, m, 4), and their durations, shape (n, m) [s]."""
     cart = normalised(trailer)
     radius = trailer.speed / trailer.turn_rate

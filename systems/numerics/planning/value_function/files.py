@@ -12,7 +12,7 @@ from ...errors import InvalidInput, require
 from ...whole_file import written_whole
 from ..goal import Goal
 from ..trailer import Trailer
-from .grid import Grid
+from .grid import StateGrid
 from .value_function import ValueFunction
 
 FORMAT = "sightfield value function"
@@ -91,7 +91,7 @@ def load_value_function(path: str | os.PathLike[str]) -> ValueFunction:
     try:
         value = ValueFunction(
             table=table,
-            grid=Grid(**about["grid"]),
+            grid=StateGrid(**about["grid"]),
             trailer=Trailer(**about["trailer"]),
             goal=Goal(**{key: tuple(entries) for key, entries in about["goal"].items()}),
             scheme=about["scheme"],

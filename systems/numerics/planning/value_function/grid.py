@@ -20,7 +20,7 @@ MARGIN = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Grid:
+class StateGrid:
     """Equally spaced nodes in x and y, and periodic ones in theta and beta.
 
     Angle number k stands at 2 pi k / n, so that zero is a node and mirror images of nodes are
@@ -50,7 +50,7 @@ class Grid:
             require(isinstance(count, int) and count >= 8, name, "be an integer >= 8", count)
 
     @classmethod
-    def of_step(cls, step: float, centre=(0.0, 0.0), *, radius: float = 1.0) -> "Grid":
+    def of_step(cls, step: float, centre=(0.0, 0.0), *, radius: float = 1.0) -> "StateGrid":
         """A square of twelve turning radii around a place, with angles refined alike.
 
         Args:
@@ -79,7 +79,7 @@ class Grid:
         )
 
     @classmethod
-    def thesis(cls, centre=(0.0, 0.0), *, radius: float = 1.0) -> "Grid":
+    def thesis(cls, centre=(0.0, 0.0), *, radius: float = 1.0) -> "StateGrid":
         """61 x 61 x 25 x 25 nodes (Table 3.1).
 
         Args:
@@ -89,7 +89,7 @@ class Grid:
         return cls.of_step(THESIS_STEP, centre, radius=radius)
 
     @classmethod
-    def fine(cls, centre=(0.0, 0.0), *, radius: float = 1.0) -> "Grid":
+    def fine(cls, centre=(0.0, 0.0), *, radius: float = 1.0) -> "StateGrid":
         """The thesis's grid with every step halved.
 
         Args:
@@ -101,7 +101,7 @@ class Grid:
     @classmethod
     def covering(
         cls, bounds: tuple[float, float, float, float], step: float, *, radius: float = 1.0
-    ) -> "Grid":
+    ) -> "StateGrid":
         """A grid over a rectangle.
 
         Args:
@@ -172,7 +172,7 @@ class Grid:
         )
 
 
-def grid_around(trailer: Trailer, start: Sequence[float], goal: Goal, step: float) -> Grid:
+def grid_around(trailer: Trailer, start: Sequence[float], goal: Goal, step: float) -> StateGrid:
     """The usual grid around a goal, grown where the start needs more room.
 
     Args:
@@ -182,7 +182,7 @@ def grid_around(trailer: Trailer, start: Sequence[float], goal: Goal, step: floa
         step: Distance of nodes in turning radii.
     """
     radius = trailer.speed / trailer.turn_rate
-    square = Grid.of_step(step, goal.state[:2], radius=radius)
+    square = StateGrid.of_step(step, goal.state[:2], radius=radius)
     margin = MARGIN * radius
     # Equally far on both sides of the goal, so that it stays a node and a mirror axis.
     widths = [
@@ -190,7 +190,7 @@ def grid_around(trailer: Trailer, start: Sequence[float], goal: Goal, step: floa
         for k in range(2)
     ]
     nodes = [math.ceil(width / square.step - 1e-9) for width in widths]
-    return Grid(
+    return StateGrid(
         x_min=goal.state[0] - nodes[0] * square.step,
         y_min=goal.state[1] - nodes[1] * square.step,
         step=square.step,

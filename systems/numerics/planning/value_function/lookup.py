@@ -5,11 +5,13 @@ import math
 import numpy as np
 
 from ...compiled import compiled, kernel
-from .grid import Grid
+from .grid import StateGrid
 from .sweeps import FAR, between
 
 
-def look_up(table: np.ndarray, grid: Grid, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def look_up(
+    table: np.ndarray, grid: StateGrid, states: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Value at each state, by limited cubics, and how much the nodes of its cell differ.
 
     The value is infinite outside the grid, and where a node of the state's own cell is unreachable.

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arc_words.held_controls import control_set, hold_beta, shift_of
 from ..trailer import Trailer
-from .grid import THESIS_ANGLES, Grid
+from .grid import THESIS_ANGLES, StateGrid
 
 # Durations of the steps on the thesis's grid, in angles between theta nodes.
 MULTIPLES = (1, 2, 4)
@@ -51,7 +51,7 @@ class Motions:
     beta_parts: np.ndarray
 
 
-def step_multiples(grid: Grid) -> tuple[int, ...]:
+def step_multiples(grid: StateGrid) -> tuple[int, ...]:
     """Durations of steps, in angles between theta nodes."""
     finer = (grid.theta_count / THESIS_ANGLES) ** SHORTENING
     # In doubt rather longer: at a step of 0.125, shorter ones had twice the median error.
@@ -59,7 +59,7 @@ def step_multiples(grid: Grid) -> tuple[int, ...]:
     return tuple(multiple * unit for multiple in MULTIPLES)
 
 
-def make_motions(grid: Grid, trailer: Trailer, scale: float) -> Motions:
+def make_motions(grid: StateGrid, trailer: Trailer, scale: float) -> Motions:
     """Tabulate the steps of a normalised trailer; `scale` is a turning radius [m]."""
     pairs = [(v, omega, k) for v, omega in control_set(trailer) for k in step_multiples(grid)]
     v, omega, multiples = (np.array(column) for column in zip(*pairs, strict=True))

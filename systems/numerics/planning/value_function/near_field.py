@@ -13,7 +13,7 @@ from ..arc_words.held_controls import half_angles
 from ..arc_words.words import endings_of, within_jackknife, words_of
 from ..goal import Goal
 from ..trailer import Trailer
-from .grid import Grid
+from .grid import StateGrid
 from .obstacles import Walls
 from .sweeps import FAR
 from .walled_words import alike, drop_walled
@@ -28,7 +28,7 @@ SAMPLE = 0.05
 
 
 def first_hits(
-    grid: Grid,
+    grid: StateGrid,
     trailer: Trailer,
     goal: Goal,
     scale: float,

@@ -11,7 +11,7 @@ from ..arc_words.held_controls import control_set, hold_beta
 from ..trailer import Trailer
 from ..vehicle.footprint import TRACTOR, TRAILER, Discs
 from ..vehicle.free_distance import signed_distance
-from .grid import Grid
+from .grid import StateGrid
 from .motions import step_multiples
 
 # Places that are looked at in one angle between theta nodes.
@@ -41,7 +41,7 @@ class Walls(NamedTuple):
     hitch: float
 
 
-def make_walls(world: World, discs: Discs, grid: Grid, fineness: int = FINENESS) -> Walls:
+def make_walls(world: World, discs: Discs, grid: StateGrid, fineness: int = FINENESS) -> Walls:
     """Sample the free distance over the grid, at a fraction of its step.
 
     Args:
@@ -92,7 +92,7 @@ def overlaps(walls, x, y, theta, beta):
     return False
 
 
-def shut_ways(grid: Grid, trailer: Trailer, walls: Walls, scale: float) -> np.ndarray:
+def shut_ways(grid: StateGrid, trailer: Trailer, walls: Walls, scale: float) -> np.ndarray:
     """Which steps lead through a wall, one bit for each control of `make_motions`.
 
     The room around a body depends on where it is and on its heading alone: it is tabulated once,

@@ -22,7 +22,7 @@ from ..goal import Goal
 from ..ranges import require_plannable_cart
 from ..trailer import Trailer
 from ..vehicle.footprint import Discs, covering_discs
-from .grid import Grid
+from .grid import StateGrid
 from .motions import Motions, make_motions
 from .near_field import first_hits
 from .obstacles import make_walls, shut_ways
@@ -45,7 +45,7 @@ Progress = Callable[[int, float], None]
 def solve_value_function(
     trailer: Trailer,
     goal: Goal,
-    grid: Grid,
+    grid: StateGrid,
     *,
     polish: int | None = None,
     progress: Progress | None = None,
@@ -122,7 +122,7 @@ def solve_value_function(
     )
 
 
-def widened(goal: Goal, grid: Grid) -> tuple[Goal, tuple[str, ...]]:
+def widened(goal: Goal, grid: StateGrid) -> tuple[Goal, tuple[str, ...]]:
     """The goal that the grid can resolve, and a warning where it is not the one asked for.
 
     Raises:
@@ -153,7 +153,7 @@ def widened(goal: Goal, grid: Grid) -> tuple[Goal, tuple[str, ...]]:
     return replace(goal, tolerance=(x_width, y_width, theta_width, beta_width)), (warning,)
 
 
-def is_mirrored(grid: Grid, goal: Goal) -> bool:
+def is_mirrored(grid: StateGrid, goal: Goal) -> bool:
     """Whether (x, y, theta, beta) -> (x, -y, -theta, -beta) maps grid and goal to themselves."""
     _, low, _, high = grid.bounds
     _, y, theta, beta = goal.state
@@ -169,7 +169,7 @@ class _Sweep:
 
     def __init__(
         self,
-        grid: Grid,
+        grid: StateGrid,
         near: np.ndarray,
         motions: Motions,
         mirrored: bool,

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 from ..goal import Goal
 from ..trailer import Trailer
-from .grid import Grid, grid_around
+from .grid import StateGrid, grid_around
 from .solve import Progress, solve_value_function
 from .value_function import ValueFunction
 
@@ -18,7 +18,7 @@ _KEPT = 8
 
 Solver = Callable[..., ValueFunction]
 
-_tables: dict[tuple[Solver, Trailer, Goal, Grid], ValueFunction] = {}
+_tables: dict[tuple[Solver, Trailer, Goal, StateGrid], ValueFunction] = {}
 
 
 def open_field_table(

@@ -9,7 +9,7 @@ from ...errors import require, require_finite
 from ..goal import Goal
 from ..trailer import Trailer
 from .beyond_jumps import look_beyond_jumps
-from .grid import Grid
+from .grid import StateGrid
 from .lookup import look_up
 
 
@@ -38,7 +38,7 @@ class ValueFunction:
     """
 
     table: np.ndarray
-    grid: Grid
+    grid: StateGrid
     trailer: Trailer
     goal: Goal
     scheme: str

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from .grid import Grid
+from .grid import StateGrid
 from .sweeps import FAR, LIMIT
 from .value_function import ValueFunction
 
 
-def carried_over(value: ValueFunction, grid: Grid) -> np.ndarray:
+def carried_over(value: ValueFunction, grid: StateGrid) -> np.ndarray:
     """A table interpolated linearly at the nodes of another grid, one direction after the other.
 
     Args:

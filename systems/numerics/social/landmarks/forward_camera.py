@@ -66,7 +66,7 @@ class ForwardCamera:
         return np.array([[self.focal_pixels, 0, cx], [0, self.focal_pixels, cy], [0, 0, 1]])
 
 
-def project(camera: ForwardCamera, pose: np.ndarray, points: np.ndarray) -> np.ndarray:
+def project_forward(camera: ForwardCamera, pose: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Where points of the world appear in a picture.
 
     Args:

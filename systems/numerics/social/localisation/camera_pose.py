@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from ..landmarks.forward_camera import project
+from ..landmarks.forward_camera import project_forward
 from ..landmarks.maze import Landmark, Maze
-from ..recognition.detections import Detection
+from ..recognition.detections import LandmarkDetection
 from .perspective import slopes
 from .relative import Relative, relative_poses
 
@@ -42,7 +42,9 @@ class CameraPose:
     used: tuple[int, ...]
 
 
-def camera_poses(maze: Maze, landmarks: Sequence[Detection], method: str) -> list[CameraPose]:
+def camera_poses(
+    maze: Maze, landmarks: Sequence[LandmarkDetection], method: str
+) -> list[CameraPose]:
     """Poses from which a picture may have been taken, the likeliest first.
 
     By "level" all landmarks are fitted at once, with weights that forget those that disagree. By
@@ -93,7 +95,9 @@ def _placed(landmark: Landmark, relative: Relative) -> CameraPose:
     )
 
 
-def _fit(maze: Maze, landmarks: Sequence[Detection], start: np.ndarray) -> CameraPose | None:
+def _fit(
+    maze: Maze, landmarks: Sequence[LandmarkDetection], start: np.ndarray
+) -> CameraPose | None:
     """Fit all landmarks at once (Gauss and Newton, reweighted)."""
     points = [maze.landmark(each.subject).corners for each in landmarks]
     weights = [np.linalg.inv(each.covariance) for each in landmarks]
@@ -102,7 +106,7 @@ def _fit(maze: Maze, landmarks: Sequence[Detection], start: np.ndarray) -> Camer
     def residuals(at: np.ndarray) -> np.ndarray:
         return np.concatenate(
             [
-                (project(maze.camera, at, corners) - each.corners).ravel()
+                (project_forward(maze.camera, at, corners) - each.corners).ravel()
                 for corners, each in zip(points, landmarks, strict=True)
             ]
         )

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..landmarks.forward_camera import ForwardCamera
 from ..landmarks.maze import MarkerBlock
-from ..recognition.detections import Detection
+from ..recognition.detections import LandmarkDetection
 from .edges import middle_by_size
 from .perspective import slopes
 from .relative import relative_poses
@@ -36,7 +36,7 @@ class EvaderPlace:
 
 
 def evader_place(
-    camera: ForwardCamera, block: MarkerBlock, markers: Sequence[Detection], method: str
+    camera: ForwardCamera, block: MarkerBlock, markers: Sequence[LandmarkDetection], method: str
 ) -> EvaderPlace | None:
     """Average over the copies of the marker that agree with the surest one.
 
@@ -76,7 +76,7 @@ def evader_place(
 
 
 def _by_size(
-    camera: ForwardCamera, block: MarkerBlock, detection: Detection, method: str
+    camera: ForwardCamera, block: MarkerBlock, detection: LandmarkDetection, method: str
 ) -> EvaderPlace | None:
     def axis(corners: np.ndarray, printed: bool = method == "thesis") -> np.ndarray:
         middle = middle_by_size(camera, corners.reshape(4, 2), block.side, printed=printed)
@@ -102,7 +102,7 @@ def _by_size(
 
 
 def _by_pose(
-    camera: ForwardCamera, block: MarkerBlock, detection: Detection, method: str
+    camera: ForwardCamera, block: MarkerBlock, detection: LandmarkDetection, method: str
 ) -> EvaderPlace | None:
     def axis(pose: np.ndarray) -> np.ndarray:
         return pose[:2] - block.depth * np.array([math.cos(pose[2]), math.sin(pose[2])])

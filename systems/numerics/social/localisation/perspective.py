@@ -10,7 +10,7 @@ import math
 import cv2
 import numpy as np
 
-from ..landmarks.forward_camera import ForwardCamera, project
+from ..landmarks.forward_camera import ForwardCamera, project_forward
 from ..landmarks.maze import upright_square
 from .edges import middle_by_size
 
@@ -101,7 +101,7 @@ def fit_square(
     def residual(pose: np.ndarray) -> np.ndarray:
         middle = np.array([pose[0], pose[1], middle_height])
         return (
-            project(camera, np.zeros(3), upright_square(middle, side, pose[2])) - corners
+            project_forward(camera, np.zeros(3), upright_square(middle, side, pose[2])) - corners
         ).ravel()
 
     pose = np.asarray(start, dtype=float).copy()

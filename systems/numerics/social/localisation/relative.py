@@ -8,7 +8,7 @@ import numpy as np
 
 from ...errors import require_one_of
 from ..landmarks.forward_camera import ForwardCamera
-from ..recognition.detections import Detection
+from ..recognition.detections import LandmarkDetection
 from .edges import square_by_edges
 from .perspective import fit_square, slopes, square_by_pnp, starting_poses
 
@@ -39,7 +39,11 @@ class Relative:
 
 
 def relative_poses(
-    camera: ForwardCamera, detection: Detection, side: float, middle_height: float, method: str
+    camera: ForwardCamera,
+    detection: LandmarkDetection,
+    side: float,
+    middle_height: float,
+    method: str,
 ) -> list[Relative]:
     """Poses that may be a square's.
 

@@ -17,7 +17,7 @@ class Stance(Enum):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Detection:
+class LandmarkDetection:
     """A landmark or a marker in a picture.
 
     Attributes:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...vision.estimation.pictures import as_rgb
 from .alignment import align
-from .detections import Detection, Stance, stance_of
+from .detections import LandmarkDetection, Stance, stance_of
 from .matching import Matches, match
 from .references import MARKER, References
 from .verification import FEWEST, find_square, homography_of, map_square
@@ -30,16 +30,16 @@ class Recognition:
         matches: All that came of matching, false ones included.
     """
 
-    detections: tuple[Detection, ...]
+    detections: tuple[LandmarkDetection, ...]
     matches: Matches
 
     @property
-    def landmarks(self) -> tuple[Detection, ...]:
+    def landmarks(self) -> tuple[LandmarkDetection, ...]:
         """Those that are no markers."""
         return tuple(each for each in self.detections if each.subject != MARKER)
 
     @property
-    def markers(self) -> tuple[Detection, ...]:
+    def markers(self) -> tuple[LandmarkDetection, ...]:
         """Copies of the evader's marker."""
         return tuple(each for each in self.detections if each.subject == MARKER)
 
@@ -60,7 +60,7 @@ def recognise(picture: np.ndarray, references: References) -> Recognition:
     grey = cv2.cvtColor(as_rgb(picture), cv2.COLOR_RGB2GRAY)
     matches = match(references.finder.find(grey), references)
     light = grey.astype(np.float32)
-    found: list[Detection] = []
+    found: list[LandmarkDetection] = []
     for subject in references.subjects:
         own = matches.where(matches.subject == subject)
         for _ in range(_COPIES if subject == MARKER else 1):
@@ -80,7 +80,7 @@ def recognise(picture: np.ndarray, references: References) -> Recognition:
 
 def _detect(
     picture: np.ndarray, reference: np.ndarray, corners: np.ndarray, on: Matches
-) -> Detection | None:
+) -> LandmarkDetection | None:
     """Align a square and judge it."""
     aligned = align(picture, reference, corners, on)
     if aligned is None or aligned.correlation < _CORRELATION or aligned.visible < _VISIBLE:
@@ -88,7 +88,7 @@ def _detect(
     stance = stance_of(aligned.corners, _SLANT)
     if stance is Stance.TILTED:
         return None
-    return Detection(
+    return LandmarkDetection(
         subject=int(on.subject[0]),
         corners=aligned.corners,
         covariance=aligned.covariance,
@@ -106,7 +106,7 @@ def _within(corners: np.ndarray, pixels: np.ndarray) -> np.ndarray:
     return np.all((places > 0) & (places < 1), axis=1)
 
 
-def _is_known(detection: Detection, found: list[Detection]) -> bool:
+def _is_known(detection: LandmarkDetection, found: list[LandmarkDetection]) -> bool:
     """Whether a copy of the same subject has been found there."""
     middle = detection.corners.mean(axis=0)
     return any(

@@ -24,7 +24,7 @@ from scipy.linalg import solve_discrete_lyapunov
 from ...compiled import compiled
 from ..equilibria import other_equilibrium, span, wanted_equilibrium
 from ..loop import StandoffLoop
-from ..region import Region
+from ..region import RegionOfAttraction
 from ..sampled_pid import SampledPid
 from .margins import sampled_loop
 
@@ -240,7 +240,7 @@ def _settling(loop: StandoffLoop, sampled: SampledPid, delay_samples: int) -> fl
 
 def sampled_region(
     loop: StandoffLoop, sampled: SampledPid, delay_samples: int = 0
-) -> Region | None:
+) -> RegionOfAttraction | None:
     """The starts around rest, with an empty integral and an evader that stands still, that settle.
 
     Unlike the continuous loop's, the set of such starts may have gaps; this is the interval around
@@ -284,4 +284,4 @@ def sampled_region(
             last = int(np.argmin(good)) if not good.all() else _FINER
             inside, outside = between[last], between[last + 1]
         ends.append(rest + sign * inside)
-    return Region(ends[0], ends[1])
+    return RegionOfAttraction(ends[0], ends[1])

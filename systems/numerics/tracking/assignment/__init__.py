@@ -1,1 +1,1 @@
-"""Who tracks whom: rules that give each pursuer an evader, by name in `rules.RULES`."""
+"""Who tracks whom: rules that give each pursuer an evader, by name in `ASSIGNMENT_RULES`."""

@@ -18,7 +18,7 @@ from ...errors import require
 from .ballots import places, preferences
 from .borda import borda_scores
 from .kemeny import MOST_EVADERS, kemeny_ranking
-from .matching import match, place_extra
+from .matching import match_pairs, place_extra
 from .team_view import TeamView
 
 # Scores of the evaders, shape (m,), from risks and who is ranked by whom, shapes (n, m).
@@ -73,6 +73,6 @@ def aggregated(scores: Aggregation, *, maximise: bool) -> Callable[[TeamView], n
 
     def rule(view: TeamView) -> np.ndarray:
         score = np.broadcast_to(scores(view.risk, view.visible), view.risk.shape)
-        return place_extra(match(score, view.visible, maximise=maximise), view, score)
+        return place_extra(match_pairs(score, view.visible, maximise=maximise), view, score)
 
     return rule

@@ -14,7 +14,7 @@ the text of 2.2.3.2.
 import numpy as np
 
 from .ballots import places
-from .matching import match
+from .matching import match_pairs
 from .team_view import UNASSIGNED, TeamView
 
 
@@ -39,7 +39,7 @@ def borda_printed(view: TeamView) -> np.ndarray:
         Each pursuer's evader, shape (n,).
     """
     scores = borda_scores(view.risk, np.ones_like(view.visible))
-    targets = match(np.broadcast_to(scores, view.risk.shape), view.visible)
+    targets = match_pairs(np.broadcast_to(scores, view.risk.shape), view.visible)
     rank = np.argsort(-scores, kind="stable")
     if len(view.risk) > len(scores):
         for i in np.flatnonzero(targets == UNASSIGNED):

@@ -12,7 +12,7 @@ from .small_matching import nearer_first
 from .team_view import UNASSIGNED, TeamView
 
 
-def match(cost: np.ndarray, visible: np.ndarray, *, maximise: bool = False) -> np.ndarray:
+def match_pairs(cost: np.ndarray, visible: np.ndarray, *, maximise: bool = False) -> np.ndarray:
     """Match rows to columns.
 
     Args:
@@ -58,7 +58,7 @@ def place_extra(targets: np.ndarray, view: TeamView, score: np.ndarray) -> np.nd
     """Give pursuers that were left over the highest-scored evader in their sight, if asked to.
 
     Args:
-        targets: From `match`, shape (n,).
+        targets: From `match_pairs`, shape (n,).
         view: The game; nothing is done when `view.extra` is "stay".
         score: Score of each evader for each pursuer, shape (n, m).
     """
@@ -76,7 +76,7 @@ def hungarian(view: TeamView) -> np.ndarray:
         Each pursuer's evader, -1 for none, shape (n,).
     """
     cost = nearer_first(view.risk, view.pursuers.ravel(), view.evaders.ravel(), False)
-    return place_extra(match(cost, view.visible), view, view.risk)
+    return place_extra(match_pairs(cost, view.visible), view, view.risk)
 
 
 def hungarian_max(view: TeamView) -> np.ndarray:
@@ -86,4 +86,4 @@ def hungarian_max(view: TeamView) -> np.ndarray:
         Each pursuer's evader, -1 for none, shape (n,).
     """
     gain = nearer_first(view.risk, view.pursuers.ravel(), view.evaders.ravel(), True)
-    return place_extra(match(gain, view.visible, maximise=True), view, view.risk)
+    return place_extra(match_pairs(gain, view.visible, maximise=True), view, view.risk)

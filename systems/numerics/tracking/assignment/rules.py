@@ -13,7 +13,7 @@ from .team_view import TeamView
 # A rule gives each pursuer an evader that it sees, or -1: shape (n,) of int.
 AssignmentRule = Callable[[TeamView], np.ndarray]
 
-RULES: dict[str, AssignmentRule] = {
+ASSIGNMENT_RULES: dict[str, AssignmentRule] = {
     "hungarian": hungarian,
     "hungarian_max": hungarian_max,
     **{f"{name}_min": aggregated(scores, maximise=False) for name, scores in AGGREGATIONS.items()},

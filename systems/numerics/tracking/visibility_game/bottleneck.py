@@ -10,7 +10,7 @@ Source: ours.
 
 import numpy as np
 
-from ..assignment.matching import match
+from ..assignment.matching import match_pairs
 from ..assignment.team_view import UNASSIGNED
 from .certificates import team_certificate
 
@@ -36,13 +36,13 @@ def bottleneck(worth: np.ndarray) -> np.ndarray:
     values = np.unique(worth[worth > 0.0])
     if len(values) == 0:
         return np.full(len(worth), UNASSIGNED)
-    targets = match(worth, worth > 0.0, maximise=True)
+    targets = match_pairs(worth, worth > 0.0, maximise=True)
     most = np.count_nonzero(targets != UNASSIGNED)
     # The greatest bound that allows as many pairs, by bisection; it holds for the first.
     low, high = 0, len(values)
     while high - low > 1:
         middle = (low + high) // 2
-        above = match(worth, worth >= values[middle], maximise=True)
+        above = match_pairs(worth, worth >= values[middle], maximise=True)
         if np.count_nonzero(above != UNASSIGNED) == most:
             low, targets = middle, above
         else:

@@ -10,7 +10,7 @@ from ..camera_models.camera_model import CameraModel
 
 
 @dataclass(frozen=True, kw_only=True)
-class Board:
+class Checkerboard:
     """The inner corners of a checkerboard, where four squares meet.
 
     Raises:
@@ -57,7 +57,7 @@ class Pose:
         return points @ self.rotation[:, :2].T + self.translation
 
 
-def find_corners(picture: np.ndarray, board: Board) -> np.ndarray | None:
+def find_corners(picture: np.ndarray, board: Checkerboard) -> np.ndarray | None:
     """The board's inner corners in a picture, however much a mirror bends it.
 
     OpenCV's search by sectors, with its ray of sub-pixel fits.
@@ -67,8 +67,8 @@ def find_corners(picture: np.ndarray, board: Board) -> np.ndarray | None:
         board: Which.
 
     Returns:
-        (column, row) of each corner in the order of `Board.points`, shape (n, 2); None if there is
-        no whole board. A board cannot be told from itself turned by half.
+        (column, row) of each corner in the order of `Checkerboard.points`, shape (n, 2); None if
+        there is no whole board. A board cannot be told from itself turned by half.
 
     Source: Duda and Frese, "Accurate detection and localization of checkerboard corners for
     calibration", BMVC 2018, in OpenCV.

@@ -12,7 +12,7 @@ from ..camera_models.camera_model import CameraModel
 from ..camera_models.kannala_brandt import KannalaBrandtCamera
 from ..camera_models.mei import MeiCamera
 from ..camera_models.scaramuzza import ScaramuzzaCamera
-from .board import Board
+from .board import Checkerboard
 from .first_guess import first_guess
 from .fit import BoardFit, fit_camera, free_indices
 
@@ -31,7 +31,7 @@ _LOST = 1e3
 
 
 def calibrate_on_board(
-    board: Board,
+    board: Checkerboard,
     pictures: Sequence[np.ndarray],
     *,
     width: int,

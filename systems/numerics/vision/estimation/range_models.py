@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..omni_optics import OmniCamera, floor_range, project
+from ..omni_optics import OmniCamera, floor_range, project_omni
 
 # Names of the models: the thesis's (2.4), and the exact mirror ball.
 MODELS = ("thesis", "exact")
@@ -71,7 +71,7 @@ def exact_pixel_radius(
     """
     distance = np.asarray(distance, dtype=float)
     zero = np.zeros_like(distance)
-    pixels, _ = project(camera, np.column_stack([distance, zero, zero + base]))
+    pixels, _ = project_omni(camera, np.column_stack([distance, zero, zero + base]))
     return np.linalg.norm(pixels - camera.axis_pixel, axis=1)
 
 

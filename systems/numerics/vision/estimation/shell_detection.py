@@ -28,7 +28,7 @@ _MAX_EDGE_ERROR = 1.5
 
 
 @dataclass(frozen=True, kw_only=True)
-class Detection:
+class ShellDetection:
     """One colour in one picture.
 
     Attributes:
@@ -56,7 +56,7 @@ class Detection:
 
 def detect_shells(
     picture: np.ndarray, colours: Sequence[ShellColour], axis: np.ndarray | tuple[float, float]
-) -> list[Detection]:
+) -> list[ShellDetection]:
     """Look for one shell of each colour.
 
     Args:
@@ -75,10 +75,10 @@ def detect_shells(
     return [_detect(picture, colour_mask(hsv, colour), np.asarray(axis)) for colour in colours]
 
 
-def _detect(picture: np.ndarray, mask: np.ndarray, axis: np.ndarray) -> Detection:
+def _detect(picture: np.ndarray, mask: np.ndarray, axis: np.ndarray) -> ShellDetection:
     left, top, across, down = cv2.boundingRect(mask)
     if across == 0:
-        return Detection(outcome=Outcome.NO_BLOB)
+        return ShellDetection(outcome=Outcome.NO_BLOB)
     window = (slice(top, top + down), slice(left, left + across))
     # Dilation, then erosion: noisy holes close. The other order would drop noisy specks, and with
     # them the shells far away, which are two pixels high; specks are told by their area instead.
@@ -88,14 +88,16 @@ def _detect(picture: np.ndarray, mask: np.ndarray, axis: np.ndarray) -> Detectio
     area = int(areas.max())
     blobs = np.flatnonzero(areas >= _MIN_AREA)
     if len(blobs) != 1:
-        return Detection(outcome=Outcome.TWO_BLOBS if len(blobs) else Outcome.NO_BLOB, area=area)
+        return ShellDetection(
+            outcome=Outcome.TWO_BLOBS if len(blobs) else Outcome.NO_BLOB, area=area
+        )
     blob = (labels == int(blobs[0]) + 1).astype(np.uint8)
     rows, columns = np.nonzero(blob)
     rows, columns = rows + top, columns + left
     height, width = mask.shape
     borders = (rows.min(), columns.min(), height - 1 - rows.max(), width - 1 - columns.max())
     if 0 in borders:
-        return Detection(outcome=Outcome.CUT_OFF, area=area)
+        return ShellDetection(outcome=Outcome.CUT_OFF, area=area)
     mask[:] = 0
     mask[window] = blob
     return _measure(picture, mask, columns, rows, axis)
@@ -103,9 +105,9 @@ def _detect(picture: np.ndarray, mask: np.ndarray, axis: np.ndarray) -> Detectio
 
 def _measure(
     picture: np.ndarray, blob: np.ndarray, columns: np.ndarray, rows: np.ndarray, axis: np.ndarray
-) -> Detection:
+) -> ShellDetection:
     """Bearing, width and base of the only blob."""
-    nothing = Detection(outcome=Outcome.NO_SHELL_SHAPE, area=len(rows))
+    nothing = ShellDetection(outcome=Outcome.NO_SHELL_SHAPE, area=len(rows))
     right, up = columns - axis[0], axis[1] - rows
     radius = np.hypot(right, up)
     if radius.min() < 1:
@@ -134,7 +136,7 @@ def _measure(
         return nothing
     out = np.array([math.sin(bearing), -math.cos(bearing)])
     column, row = axis + base.radius * out
-    return Detection(
+    return ShellDetection(
         outcome=Outcome.SEEN,
         pixel=(float(column), float(row)),
         pixel_radius=base.radius,

@@ -15,7 +15,7 @@ from ...errors import require_one_of
 from .calibration import Calibration
 from .outcomes import Outcome
 from .range_models import MODELS, exact_range
-from .shell_detection import Detection
+from .shell_detection import ShellDetection
 
 # Widths over the expected: below, partly or mostly hidden; above, not one whole shell.
 _PARTLY, _MOSTLY, _TOO_WIDE = 0.85, 0.35, 1.25
@@ -60,7 +60,7 @@ def no_estimate(outcome: Outcome) -> ShellEstimate:
 
 
 def estimate_shell(
-    detection: Detection, calibration: Calibration, model: str = "exact"
+    detection: ShellDetection, calibration: Calibration, model: str = "exact"
 ) -> ShellEstimate:
     """Range and bearing of a detected shell.
 
@@ -113,7 +113,7 @@ def estimate_shell(
 
 
 def _doubts(
-    detection: Detection, calibration: Calibration, distance: float, expected: float
+    detection: ShellDetection, calibration: Calibration, distance: float, expected: float
 ) -> tuple[float, float]:
     """Deviations of range [m] and bearing [rad] that the blob's outline gives reason to fear.
 

@@ -8,7 +8,7 @@ from .calibration import Calibration
 from .outcomes import Outcome
 from .pictures import as_rgb, has_contrast, require_size
 from .shell_colours import ShellColour
-from .shell_detection import Detection, detect_shells
+from .shell_detection import ShellDetection, detect_shells
 from .shell_estimate import ShellEstimate, estimate_shell
 
 
@@ -17,7 +17,7 @@ def search_shells(
     colours: Sequence[ShellColour],
     calibration: Calibration,
     model: str = "exact",
-) -> list[tuple[Detection, ShellEstimate]]:
+) -> list[tuple[ShellDetection, ShellEstimate]]:
     """Look for one shell of each colour, and estimate where it is.
 
     Args:
@@ -38,7 +38,7 @@ def search_shells(
     camera = calibration.camera
     require_size(picture, camera.width, camera.height)
     if not has_contrast(picture):
-        detections = [Detection(outcome=Outcome.NO_PICTURE) for _ in colours]
+        detections = [ShellDetection(outcome=Outcome.NO_PICTURE) for _ in colours]
     else:
         detections = detect_shells(picture, colours, camera.axis_pixel)
     return [(each, estimate_shell(each, calibration, model)) for each in detections]

@@ -18,10 +18,10 @@ from sightfield.diagrams.planning.pictures.value_slices import (
     slices_along,
 )
 from sightfield.diagrams.planning.question import PlanningQuestion
-from sightfield.diagrams.planning.verdict import Verdict, ask_methods
+from sightfield.diagrams.planning.verdict import PlanningVerdict, ask_methods
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 
 GOAL = Goal(state=(2.0, 1.5, 0.0, 0.0), tolerance=(0.5, 0.5, 0.63, 0.63))
@@ -63,7 +63,7 @@ def test_without_a_way_the_slice_is_the_starts(verdict):
 
 
 def test_the_extent_turns_with_the_table():
-    grid = Grid.covering((-2.0, -4.0, 2.0, 4.0), 1.0)
+    grid = StateGrid.covering((-2.0, -4.0, 2.0, 4.0), 1.0)
     goal = Goal(state=(0.0, 0.0, 0.0, 0.0), tolerance=(1.0, 1.0, 1.3, 1.3))
     value = solve_value_function(Trailer(), goal, grid, polish=0)
     x_low, y_low, x_high, y_high = value.grid.bounds
@@ -111,6 +111,6 @@ def test_the_picture_is_there_if_there_is_a_table(verdict, tmp_path):
     assert save_value_picture(tmp_path / "value.png", verdict)
     picture = imread(tmp_path / "value.png")[..., :3]
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
-    without = Verdict(verdict.question, verdict.lower_bound, ())
+    without = PlanningVerdict(verdict.question, verdict.lower_bound, ())
     assert not save_value_picture(tmp_path / "none.png", without)
     assert not (tmp_path / "none.png").exists()

@@ -5,10 +5,10 @@ import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from sightfield.diagrams.vision.tracking.picture_scene import mirror_square
-from sightfield.diagrams.vision.tracking.report import write_report
+from sightfield.diagrams.vision.tracking.report import write_picture_report
 from sightfield.diagrams.vision.tracking.run import run_picture_tracking
 from sightfield.diagrams.vision.tracking.shown_field import modified_field_of
-from sightfield.diagrams.vision.tracking.summary import summarise
+from sightfield.diagrams.vision.tracking.summary import summarise_picture_tracking
 from sightfield.systems.numerics.vision.omni_optics import OmniCamera
 
 
@@ -23,7 +23,7 @@ def test_a_report_holds_the_pictures_in_its_replay(picture_game, tmp_path):
         assert not page.HasPath(f"/pictures/views/{camera}/3/square")
     for evader in range(2):
         assert page.HasPath(f"/pictures/estimates/{evader}/ring")
-    written = write_report(run, summarise(run, "short"), tmp_path)
+    written = write_picture_report(run, summarise_picture_tracking(run, "short"), tmp_path)
     assert sorted(written) == sorted(path.name for path in tmp_path.iterdir())
     assert (tmp_path / "replay.html").stat().st_size > 1e6
 

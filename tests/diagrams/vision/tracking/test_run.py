@@ -7,7 +7,7 @@ from sightfield.diagrams.vision.tracking.run import run_picture_tracking
 from sightfield.diagrams.vision.tracking.summary import (
     PICTURE_UNITS,
     picture_log_arrays,
-    summarise,
+    summarise_picture_tracking,
 )
 
 
@@ -52,7 +52,7 @@ def test_without_pictures_pursuers_know_nothing_and_stay(picture_game):
     assert np.isnan(run.errors).all()
     track = run.tracking.log["pursuer_position"][:, 0]
     np.testing.assert_array_equal(track, np.broadcast_to(track[0], track.shape))
-    summary = summarise(run, "dark")
+    summary = summarise_picture_tracking(run, "dark")
     assert summary["estimation_error_rms"] is None
     assert summary["mean_distance"] is None
     assert summary["pictures_lost_share"] == 1
@@ -62,7 +62,7 @@ def test_lost_pictures_are_bridged_by_what_is_remembered(picture_game):
     run = run_picture_tracking(
         picture_game("omni_1v1", "seconds=2", "vision.quality.drop_share=0.5")
     )
-    assert 0.2 < summarise(run, "")["pictures_lost_share"] < 0.8
+    assert 0.2 < summarise_picture_tracking(run, "")["pictures_lost_share"] < 0.8
     known = run.known[:, 0]
     # Once known, always known.
     assert known[np.argmax(known) :].all()
@@ -71,7 +71,7 @@ def test_lost_pictures_are_bridged_by_what_is_remembered(picture_game):
 
 def test_the_truth_has_no_error(picture_game):
     run = run_picture_tracking(picture_game("omni_2v2", "seconds=0.5", "vision.senses=truth"))
-    assert summarise(run, "")["estimation_error_worst"] == 0
+    assert summarise_picture_tracking(run, "")["estimation_error_worst"] == 0
 
 
 def test_every_array_of_the_log_has_its_unit_and_its_samples(picture_game):

@@ -31,7 +31,7 @@ from sightfield.systems.numerics.harvest.machines.filling import (
     TANK,
 )
 from sightfield.systems.numerics.harvest.machines.outlines import cart_outline, combine_outline
-from sightfield.systems.numerics.harvest.timing.timetable import Timetable, time_machines
+from sightfield.systems.numerics.harvest.timing.timetable import MachineTimetable, time_machines
 
 HERE = Path(__file__).parent
 
@@ -215,7 +215,7 @@ def combines_only():
             paths = fleets["KINDS"][kind](rng, count)
             journeys = [fleets["journey"](path) for path in paths]
             timetable = time_machines(journeys, trials=5)
-            if isinstance(timetable, Timetable):
+            if isinstance(timetable, MachineTimetable):
                 break
         cart = Cart()
         return PlannedWork(

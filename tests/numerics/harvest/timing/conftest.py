@@ -12,7 +12,7 @@ from sightfield.systems.numerics.harvest.paths.machine_path import MachinePath
 from sightfield.systems.numerics.harvest.timing.rule import hold_of
 from sightfield.systems.numerics.harvest.timing.sweep import grid_stations, sweep_of
 from sightfield.systems.numerics.harvest.timing.timed_drive import Journey
-from sightfield.systems.numerics.harvest.timing.timetable import Timetable, time_machines
+from sightfield.systems.numerics.harvest.timing.timetable import MachineTimetable, time_machines
 
 COMBINE = Combine(header_width=7.5, length=7.0, width=3.4, turning_radius=6.5, speed=1.7)
 OUTLINE = combine_outline(COMBINE)
@@ -152,7 +152,7 @@ def fleet_that_can_arrive(kind, rng, count):
     """Journeys of the first made-up paths of a kind that can all be driven."""
     while True:
         journeys = journeys_of(KINDS[kind](rng, count), rng)
-        if isinstance(time_machines(journeys, trials=0), Timetable):
+        if isinstance(time_machines(journeys, trials=0), MachineTimetable):
             return journeys
 
 

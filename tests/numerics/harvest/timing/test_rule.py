@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.harvest.timing.timetable import Timetable, time_machines
+from sightfield.systems.numerics.harvest.timing.timetable import MachineTimetable, time_machines
 
 # What the audit of a plan asks for [m].
 LEAST = 0.3
@@ -14,7 +14,7 @@ def test_late_machines_all_arrive_keep_their_distance_and_the_order(fleets, seed
     rng = np.random.default_rng([7, seed])
     journeys = fleets.fleet_that_can_arrive(seed % 4, rng, 2 + seed % 3)
     found = time_machines(journeys, trials=5)
-    assert isinstance(found, Timetable)
+    assert isinstance(found, MachineTimetable)
     log = fleets.drive_disturbed(journeys, found, rng)
     assert log[-1] == pytest.approx([journey.path.length for journey in journeys], abs=0.02)
     assert fleets.least_distance(journeys, log) >= LEAST

@@ -17,7 +17,7 @@ from sightfield.systems.numerics.harvest.timing.timed_drive import (
     nominal_durations,
     paces_of,
 )
-from sightfield.systems.numerics.harvest.timing.timetable import Timetable, time_machines
+from sightfield.systems.numerics.harvest.timing.timetable import MachineTimetable, time_machines
 
 
 def check_is_driven(path, journey):
@@ -47,7 +47,7 @@ def test_machines_keep_their_distance_and_their_accelerations(fleets, seed):
     rng = np.random.default_rng([21, seed])
     journeys = fleets.fleet_that_can_arrive(seed % 4, rng, 2 + seed % 3)
     found = time_machines(journeys, trials=8, seed=seed)
-    assert isinstance(found, Timetable)
+    assert isinstance(found, MachineTimetable)
     for path, journey in zip(found.paths, journeys, strict=True):
         check_is_driven(path, journey)
     times = np.arange(0.0, found.makespan, 0.21)
@@ -87,7 +87,7 @@ def test_no_order_of_a_few_encounters_is_much_quicker(fleets, seed):
     count = 2 + seed % 2
     journeys = fleets.journeys_of(fleets.kinds[seed % 4](rng, count), rng)
     found = time_machines(journeys)
-    assert isinstance(found, Timetable)
+    assert isinstance(found, MachineTimetable)
     encounters = len(found.first)
     assert 1 <= encounters <= 10
     paces, cells = paces_of(journeys), found.rule.cells

@@ -9,7 +9,7 @@ from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.planning.driven_path import driven_path
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.motions import make_motions
 from sightfield.systems.numerics.planning.value_function.obstacles import make_walls, shut_ways
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
@@ -24,7 +24,7 @@ WALL = [[1.3, 1.5], [1.7, 1.5], [1.7, 7], [1.3, 7]]
 @pytest.fixture(scope="module")
 def solve():
     def times(*walls):
-        grid = Grid.covering((-5, -5, 11, 11), 0.4)
+        grid = StateGrid.covering((-5, -5, 11, 11), 0.4)
         world = make_world(FIELD, walls)
         return solve_value_function(Trailer(), GOAL, grid, obstacles=world, polish=0)
 
@@ -52,7 +52,7 @@ def test_no_wall_makes_a_way_shorter_than_a_cell_can_tell(solve, walled):
 
 
 def test_steps_are_shut_just_when_the_cart_would_overlap_a_wall():
-    grid, cart = Grid.covering((-5, -5, 11, 11), 0.4), Trailer(hitch_offset=0.2)
+    grid, cart = StateGrid.covering((-5, -5, 11, 11), 0.4), Trailer(hitch_offset=0.2)
     world, discs = make_world(FIELD, [WALL]), covering_discs(cart)
     shut = shut_ways(grid, cart, make_walls(world, discs, grid), 1.0)
     motions = make_motions(grid, cart, 1.0)

@@ -12,7 +12,7 @@ from sightfield.systems.numerics.planning.from_table.planner import plan_by_valu
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.value_function import ValueFunction
 from sightfield.systems.numerics.planning.vehicle.footprint import covering_discs
 
@@ -100,7 +100,9 @@ def test_the_grid_covers_the_world_with_a_node_at_the_goal(headland):
 def test_where_the_table_knows_no_way_a_finer_grid_is_proposed():
     world = make_world([(0, 0), (4, 0), (4, 4), (0, 4)])
     goal = Goal(state=(2.0, 2.0, 0.0, 0.0), tolerance=(0.4, 0.4, 0.8, 0.8))
-    grid = Grid(x_min=0.0, y_min=0.0, step=0.4, x_count=11, y_count=11, theta_count=8, beta_count=8)
+    grid = StateGrid(
+        x_min=0.0, y_min=0.0, step=0.4, x_count=11, y_count=11, theta_count=8, beta_count=8
+    )
     nowhere = ValueFunction(
         table=np.full(grid.shape, np.inf, dtype=np.float32),
         grid=grid,

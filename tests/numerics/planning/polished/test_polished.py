@@ -16,7 +16,7 @@ from sightfield.systems.numerics.planning.lower_bound import lower_bound
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from sightfield.systems.numerics.planning.polished.planner import plan_polished
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 from sightfield.systems.numerics.planning.value_function.tables import open_field_table
 
@@ -29,7 +29,7 @@ START = (1.0, 1.0, 0.0, 0.0)
 def value():
     """A coarse table, which is enough of a guide here; one that holds every start below."""
     goal = Goal(state=(0.0, 0.0, 0.0, 0.0), tolerance=(0.3, 0.3, 0.36, 0.36))
-    return solve_value_function(Trailer(), goal, Grid.of_step(0.3))
+    return solve_value_function(Trailer(), goal, StateGrid.of_step(0.3))
 
 
 def random_starts(count, seed):

@@ -8,14 +8,14 @@ from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.thesis_scheme.averaging import solve_by_averaging
 from sightfield.systems.numerics.planning.thesis_scheme.planner import plan_by_averaging
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 
 GOAL = Goal(state=(0.0, 0.0, 0.0, 0.0), tolerance=(0.4, 0.4, 0.55, 0.55))
 
 
 @pytest.fixture(scope="module")
 def table():
-    return solve_by_averaging(Trailer(), GOAL, Grid.of_step(0.4))
+    return solve_by_averaging(Trailer(), GOAL, StateGrid.of_step(0.4))
 
 
 def test_the_table_is_a_fixed_point_of_the_averages(table):
@@ -35,7 +35,7 @@ def test_the_table_depends_on_the_step_alone_and_is_not_the_time_to_go(table):
     # From four cells away a cart takes 1.2 to the box at least.
     behind = [[-1.6, 0.0, 0.0, 0.0]]
     assert table.time_to_go(behind)[0] < 0.6
-    doubled = solve_by_averaging(Trailer(), GOAL, Grid.of_step(0.4), step=0.1)
+    doubled = solve_by_averaging(Trailer(), GOAL, StateGrid.of_step(0.4), step=0.1)
     inner = np.isfinite(table.table) & (table.table < 0.5)
     np.testing.assert_allclose(doubled.table[inner], 2 * table.table[inner], atol=0.02)
 
@@ -43,7 +43,7 @@ def test_the_table_depends_on_the_step_alone_and_is_not_the_time_to_go(table):
 def test_a_refined_grid_does_not_bring_it_nearer():
     spot = [[-1.6, 0.0, 0.0, 0.0]]
     coarse, fine = (
-        solve_by_averaging(Trailer(), GOAL, Grid.of_step(step)).time_to_go(spot)[0]
+        solve_by_averaging(Trailer(), GOAL, StateGrid.of_step(step)).time_to_go(spot)[0]
         for step in (0.4, 0.2)
     )
     # Twice as many steps of the same length: twice the value.
@@ -65,7 +65,7 @@ def test_its_path_leads_straight_ahead_into_the_box(table):
 
 def test_reverse_is_refused():
     with pytest.raises(InvalidInput, match="forwards only"):
-        solve_by_averaging(Trailer(reverse=True), GOAL, Grid.of_step(0.4))
+        solve_by_averaging(Trailer(reverse=True), GOAL, StateGrid.of_step(0.4))
 
 
 def test_a_path_into_a_wider_box_has_not_converged(table):

@@ -7,7 +7,7 @@ import pytest
 
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 from sightfield.systems.numerics.planning.value_function.value_function import ValueFunction
 
@@ -25,7 +25,7 @@ def solved() -> Callable[..., ValueFunction]:
         polish: int = 24,
     ) -> ValueFunction:
         goal = Goal(state=state, tolerance=(*THESIS_TOLERANCE[:3], beta_width))
-        grid = Grid.of_step(step, state[:2])
+        grid = StateGrid.of_step(step, state[:2])
         return solve_value_function(Trailer(reverse=reverse), goal, grid, polish=polish)
 
     return solve

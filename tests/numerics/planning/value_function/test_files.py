@@ -12,14 +12,16 @@ from sightfield.systems.numerics.planning.value_function.files import (
     load_value_function,
     save_value_function,
 )
-from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 
 
 @pytest.fixture(scope="module")
 def value():
     goal = Goal(state=(1.0, 2.0, 0.5, 0.0), tolerance=(0.8, 0.8, 1.1, np.inf))
-    return solve_value_function(Trailer(reverse=True), goal, Grid.of_step(0.8, (1, 2)), polish=2)
+    return solve_value_function(
+        Trailer(reverse=True), goal, StateGrid.of_step(0.8, (1, 2)), polish=2
+    )
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.polished.planner import plan_polished
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.following import AT_REST, follow
-from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.policy import best_word, next_word
 from sightfield.systems.numerics.planning.value_function.rollout import roll_out
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
@@ -48,7 +48,9 @@ def test_it_arrives_as_soon_as_what_is_polished(solved):
 def test_a_coarse_table_serves_nearly_as_well(solved):
     """The table chooses the word; how long it takes is no matter of the table's errors."""
     coarse = Goal(state=GOAL.state, tolerance=(0.4, 0.4, 0.55, 0.55))
-    one, other = (solve_value_function(Trailer(), coarse, Grid.of_step(h)) for h in (0.4, 0.25))
+    one, other = (
+        solve_value_function(Trailer(), coarse, StateGrid.of_step(h)) for h in (0.4, 0.25)
+    )
     times = np.array(
         [
             [roll_out(value, start).path.times[-1] for value in (one, other)]
@@ -61,7 +63,7 @@ def test_a_coarse_table_serves_nearly_as_well(solved):
 def test_the_jackknife_limit_is_kept():
     cart = Trailer(jackknife=0.9)
     value = solve_value_function(
-        cart, Goal(state=GOAL.state, tolerance=(0.4, 0.4, 0.55, 0.55)), Grid.of_step(0.4)
+        cart, Goal(state=GOAL.state, tolerance=(0.4, 0.4, 0.55, 0.55)), StateGrid.of_step(0.4)
     )
     for start in random_starts(8, 33) * [1, 1, 1, 0.5]:
         driven = roll_out(value, start)

@@ -11,7 +11,7 @@ from sightfield.systems.numerics.planning.dubins import dubins_lengths
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.value_function.grid import Grid
+from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 
 # Least times of the thesis's case, by multiple shooting from every Dubins word.
@@ -66,7 +66,7 @@ def test_halving_the_grid_halves_the_error(states):
     best = np.array([plan_by_casadi(Trailer(), start, goal).time for start in starts])
     errors = []
     for step in (0.4, 0.2):
-        value = solve_value_function(Trailer(), goal, Grid.of_step(step))
+        value = solve_value_function(Trailer(), goal, StateGrid.of_step(step))
         errors.append(np.median(np.abs(value.time_to_go(starts) / best - 1)))
     assert errors[0] < 0.02
     assert errors[1] < 0.5 * errors[0]
@@ -81,8 +81,8 @@ def test_mirror_images_take_as_long(solved, states):
 def test_half_the_rows_give_the_whole_table(solved):
     # A grid that is not symmetric about the goal is solved row by row.
     goal = solved().goal
-    whole = Grid.of_step(0.4, (0.0, 0.0))
-    odd = Grid.covering((-6.0, -6.0, 6.0, 6.41), 0.4)
+    whole = StateGrid.of_step(0.4, (0.0, 0.0))
+    odd = StateGrid.covering((-6.0, -6.0, 6.0, 6.41), 0.4)
     wide = Goal(state=goal.state, tolerance=(0.4, 0.4, 0.55, 0.55))
     one, other = (solve_value_function(Trailer(), wide, grid) for grid in (whole, odd))
     assert odd.y_count == whole.y_count + 2
@@ -92,7 +92,7 @@ def test_half_the_rows_give_the_whole_table(solved):
 
 def test_a_quarter_turn_of_the_world_changes_nothing(states):
     box = (0.4, 0.4, 0.55, 0.55)
-    grid = Grid(
+    grid = StateGrid(
         x_min=-4.8, y_min=-4.8, step=0.4, x_count=25, y_count=25, theta_count=12, beta_count=12
     )
     east, north = (
@@ -139,10 +139,10 @@ def test_scale_of_lengths_and_times_does_not_matter(solved):
     large = tuple(np.array(box) * [5, 5, 1, 1])
     cart = Trailer(speed=10.0, turn_rate=2.0, length=5.0)
     small = solve_value_function(
-        Trailer(), Goal(state=(0, 0, 0, 0), tolerance=box), Grid.of_step(0.4)
+        Trailer(), Goal(state=(0, 0, 0, 0), tolerance=box), StateGrid.of_step(0.4)
     )
     big = solve_value_function(
-        cart, Goal(state=(0, 0, 0, 0), tolerance=large), Grid.of_step(0.4, radius=5.0)
+        cart, Goal(state=(0, 0, 0, 0), tolerance=large), StateGrid.of_step(0.4, radius=5.0)
     )
     np.testing.assert_allclose(big.table, small.table / 2, rtol=1e-3)
 
@@ -159,7 +159,7 @@ def test_off_the_grid_is_out_of_reach(solved):
 
 def test_a_jackknifed_cart_is_out_of_reach():
     goal = Goal(state=(0, 0, 0, 0), tolerance=(0.4, 0.4, 0.55, 0.55))
-    value = solve_value_function(Trailer(jackknife=1.2), goal, Grid.of_step(0.4))
+    value = solve_value_function(Trailer(jackknife=1.2), goal, StateGrid.of_step(0.4))
     assert value.time_to_go([-2, 0, 0, 1.3]) == math.inf
     assert value.time_to_go([-2, 0, 0, 1.0]) < 4
 
@@ -170,7 +170,7 @@ def test_progress_hears_of_every_pass():
     value = solve_value_function(
         Trailer(),
         goal,
-        Grid.of_step(0.8),
+        StateGrid.of_step(0.8),
         polish=3,
         progress=lambda number, change: heard.append((number, change)),
     )
@@ -179,7 +179,7 @@ def test_progress_hears_of_every_pass():
 
 
 def test_a_point_is_widened_with_a_warning():
-    value = solve_value_function(Trailer(), Goal(state=(0, 0, 0, 0)), Grid.of_step(0.8))
+    value = solve_value_function(Trailer(), Goal(state=(0, 0, 0, 0)), StateGrid.of_step(0.8))
     assert value.goal.tolerance == pytest.approx(value.grid.cell)
     assert "wider box" in value.warnings[0]
 
@@ -193,13 +193,13 @@ def test_a_point_is_widened_with_a_warning():
 )
 def test_bad_goals_are_refused(goal, words):
     with pytest.raises(InvalidInput, match=words):
-        solve_value_function(Trailer(), goal, Grid.of_step(0.8))
+        solve_value_function(Trailer(), goal, StateGrid.of_step(0.8))
 
 
 @pytest.mark.parametrize("step", [0.0, -1.0, math.nan, 2.0])
 def test_bad_steps_are_refused(step):
     with pytest.raises(InvalidInput, match=r"`grid` must have a step in \(0, 1\]"):
-        Grid.of_step(step)
+        StateGrid.of_step(step)
 
 
 def test_nan_is_refused(solved):
@@ -209,16 +209,18 @@ def test_nan_is_refused(solved):
 
 def test_a_warm_start_needs_fewer_passes_for_the_same_times(solved, states):
     box = Goal(state=(0, 0, 0, 0), tolerance=(0.4, 0.4, 0.55, 0.55))
-    coarse = solve_value_function(Trailer(), box, Grid.of_step(0.4))
-    cold = solve_value_function(Trailer(), box, Grid.of_step(0.2), polish=12)
-    warm = solve_value_function(Trailer(), box, Grid.of_step(0.2), polish=12, warm_start=coarse)
+    coarse = solve_value_function(Trailer(), box, StateGrid.of_step(0.4))
+    cold = solve_value_function(Trailer(), box, StateGrid.of_step(0.2), polish=12)
+    warm = solve_value_function(
+        Trailer(), box, StateGrid.of_step(0.2), polish=12, warm_start=coarse
+    )
     assert warm.sweeps < cold.sweeps
     one, other = warm.interpolated(states), cold.interpolated(states)
     assert np.quantile(np.abs(one - other), 0.95) < 0.02
     with pytest.raises(InvalidInput, match="warm_start"):
-        solve_value_function(Trailer(length=2.0), box, Grid.of_step(0.2), warm_start=coarse)
+        solve_value_function(Trailer(length=2.0), box, StateGrid.of_step(0.2), warm_start=coarse)
     with pytest.raises(InvalidInput, match="polish"):
-        solve_value_function(Trailer(), box, Grid.of_step(0.2), polish=0, warm_start=coarse)
+        solve_value_function(Trailer(), box, StateGrid.of_step(0.2), polish=0, warm_start=coarse)
 
 
 def test_a_table_has_converged_when_nothing_changes_any_more(solved):

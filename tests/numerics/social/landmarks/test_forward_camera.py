@@ -6,20 +6,23 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.social.landmarks.forward_camera import ForwardCamera, project
+from sightfield.systems.numerics.social.landmarks.forward_camera import (
+    ForwardCamera,
+    project_forward,
+)
 
 CAMERA = ForwardCamera()
 
 
 def test_what_is_straight_ahead_at_lens_height_appears_in_the_middle():
     point = np.array([[2.0, 3.0, CAMERA.lens_height]])
-    seen = project(CAMERA, np.array([2.0, 1.0, math.pi / 2]), point)
+    seen = project_forward(CAMERA, np.array([2.0, 1.0, math.pi / 2]), point)
     assert seen == pytest.approx(CAMERA.centre[None])
 
 
 def test_left_is_left_and_up_is_up():
     point = np.array([[1.0, 0.2, 0.5]])
-    column, row = project(CAMERA, np.zeros(3), point)[0]
+    column, row = project_forward(CAMERA, np.zeros(3), point)[0]
     assert column < CAMERA.centre[0]
     assert row < CAMERA.centre[1]
 
@@ -27,11 +30,11 @@ def test_left_is_left_and_up_is_up():
 def test_the_edge_of_the_field_of_view_is_the_edge_of_the_picture():
     half = 0.5 * CAMERA.field_of_view
     point = np.array([[math.cos(half), math.sin(half), CAMERA.lens_height]])
-    assert project(CAMERA, np.zeros(3), point)[0, 0] == pytest.approx(-0.5)
+    assert project_forward(CAMERA, np.zeros(3), point)[0, 0] == pytest.approx(-0.5)
 
 
 def test_what_is_behind_the_lens_does_not_appear():
-    assert np.isnan(project(CAMERA, np.zeros(3), np.array([[-1.0, 0.0, 0.1]]))).all()
+    assert np.isnan(project_forward(CAMERA, np.zeros(3), np.array([[-1.0, 0.0, 0.1]]))).all()
 
 
 def test_focal_length_and_pixel_density_are_those_of_the_thesis():

@@ -5,11 +5,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.social.landmarks.forward_camera import project
+from sightfield.systems.numerics.social.landmarks.forward_camera import project_forward
 from sightfield.systems.numerics.social.landmarks.maze import Maze
 from sightfield.systems.numerics.social.landmarks.thesis_maze import thesis_maze
 from sightfield.systems.numerics.social.recognition.detections import (
-    Detection,
+    LandmarkDetection,
     Stance,
     stance_of,
 )
@@ -27,13 +27,13 @@ def maze() -> Maze:
 
 
 @pytest.fixture(scope="session")
-def detect() -> Callable[..., Detection]:
+def detect() -> Callable[..., LandmarkDetection]:
     """A function of a subject and corners [px], which it moves by their deviation if given dice."""
 
-    def make(subject, corners, deviation=0.2, rng=None) -> Detection:
+    def make(subject, corners, deviation=0.2, rng=None) -> LandmarkDetection:
         shift = rng.normal(0, deviation, (4, 2)) if rng is not None else 0.0
         corners = np.asarray(corners, dtype=float) + shift
-        return Detection(
+        return LandmarkDetection(
             subject=subject,
             corners=corners,
             covariance=deviation**2 * np.eye(8),
@@ -64,7 +64,7 @@ def look(maze, detect) -> Callable[..., Recognition]:
                 if out @ way > 0.5 * np.hypot(*out) * np.hypot(*way):
                     squares.append((MARKER, corners))
         found = [
-            detect(subject, project(maze.camera, camera, corners), **options)
+            detect(subject, project_forward(maze.camera, camera, corners), **options)
             for subject, corners in squares
         ]
         assert all(each.stance is Stance.UPRIGHT for each in found)

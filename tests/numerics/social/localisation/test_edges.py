@@ -8,7 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.social.landmarks.forward_camera import ForwardCamera, project
+from sightfield.systems.numerics.social.landmarks.forward_camera import (
+    ForwardCamera,
+    project_forward,
+)
 from sightfield.systems.numerics.social.landmarks.maze import upright_square
 from sightfield.systems.numerics.social.localisation.edges import (
     edge_bearing,
@@ -29,7 +32,7 @@ def seen(pose, side=0.26, height=0.18):
     left = share * ahead
     facing = math.atan2(-left, -ahead) + turn
     square = upright_square(np.array([ahead, left, height]), side, facing)
-    return np.array([ahead, left, facing]), project(CAMERA, ORIGIN, square)
+    return np.array([ahead, left, facing]), project_forward(CAMERA, ORIGIN, square)
 
 
 def test_an_edge_twice_as_far_looks_half_as_long():
@@ -49,7 +52,9 @@ def test_the_printed_distance_is_a_depth():
 @pytest.mark.parametrize("bearing", [-0.5, 0.0, 0.3])
 def test_a_bearing_is_read_off_the_column(bearing):
     point = np.array([[math.cos(bearing), math.sin(bearing), 0.1]])
-    assert edge_bearing(CAMERA, project(CAMERA, ORIGIN, point)[0, 0]) == pytest.approx(bearing)
+    assert edge_bearing(CAMERA, project_forward(CAMERA, ORIGIN, point)[0, 0]) == pytest.approx(
+        bearing
+    )
 
 
 @given(poses)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.social.landmarks.forward_camera import project
+from sightfield.systems.numerics.social.landmarks.forward_camera import project_forward
 from sightfield.systems.numerics.social.localisation.location import locate_evader
 from sightfield.systems.numerics.social.localisation.outcomes import Outcome
 from sightfield.systems.numerics.social.localisation.relative import METHODS
@@ -70,7 +70,7 @@ def test_two_landmarks_tell_more_than_one(look, maze):
 @pytest.mark.parametrize("method", ["edges", "pnp", "level"])
 def test_a_false_landmark_among_true_ones_is_left_out(method, look, maze, detect):
     true = look(CAMERA, [NEAR, FAR], EVADER)
-    corners = project(maze.camera, CAMERA, maze.landmark(NEAR).corners)
+    corners = project_forward(maze.camera, CAMERA, maze.landmark(NEAR).corners)
     false = detect(7, 0.7 * (corners - corners.mean(axis=0)) + [150.0, 240.0])
     recognition = Recognition((false, *true.detections), true.matches)
     found = locate_evader(recognition, maze, method)

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.vision.boards.board import Board, Pose
+from sightfield.systems.numerics.vision.boards.board import Checkerboard, Pose
 from sightfield.systems.numerics.vision.camera_models.camera_model import CameraModel, in_picture
 from sightfield.systems.numerics.vision.camera_models.mei import MeiCamera
 
@@ -21,7 +21,7 @@ class Scene:
     """
 
     camera: CameraModel
-    board: Board
+    board: Checkerboard
     poses: list[Pose]
     pictures: list[np.ndarray]
 
@@ -33,7 +33,7 @@ class Scene:
 
 def make_scene(camera: CameraModel, count: int, seed: int) -> Scene:
     """Boards all round the axis of a camera, wholly in its picture, with their faces to it."""
-    board = Board(columns=7, rows=5, square_width=0.04, square_height=0.03)
+    board = Checkerboard(columns=7, rows=5, square_width=0.04, square_height=0.03)
     rng = np.random.default_rng(seed)
     poses: list[Pose] = []
     pictures: list[np.ndarray] = []

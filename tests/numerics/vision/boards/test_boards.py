@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize._numdiff import approx_derivative
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.vision.boards.board import Board, board_pose, find_corners
+from sightfield.systems.numerics.vision.boards.board import Checkerboard, board_pose, find_corners
 from sightfield.systems.numerics.vision.boards.calibrate import (
     calibrate_on_board,
     fixed_names,
@@ -124,7 +124,7 @@ def test_the_nearest_camera_of_the_same_model_is_the_camera(mirror):
 
 
 def test_corners_are_found_where_they_were_drawn():
-    board = Board(columns=5, rows=4, square_width=1.0, square_height=1.0)
+    board = Checkerboard(columns=5, rows=4, square_width=1.0, square_height=1.0)
     picture = np.full((200, 240), 255, np.uint8)
     for row in range(5):
         for column in range(6):
@@ -142,9 +142,9 @@ def test_corners_are_found_where_they_were_drawn():
 
 def test_what_is_no_board_and_no_calibration_is_refused(mirror):
     with pytest.raises(InvalidInput, match="`columns` must be a whole number of at least 3; got 2"):
-        Board(columns=2, rows=5, square_width=1, square_height=1)
+        Checkerboard(columns=2, rows=5, square_width=1, square_height=1)
     with pytest.raises(InvalidInput, match="`square_width` must be positive; got 0"):
-        Board(columns=4, rows=5, square_width=0, square_height=1)
+        Checkerboard(columns=4, rows=5, square_width=0, square_height=1)
     with pytest.raises(
         InvalidInput, match="`pictures` must show the board at least 3 times; got 2"
     ):

@@ -13,7 +13,7 @@ from sightfield.systems.numerics.vision.estimation.labelled_pictures import (
 )
 from sightfield.systems.numerics.vision.estimation.readings import THESIS_DISTANCES, Readings
 from sightfield.systems.numerics.vision.estimation.shell_colours import COLOURS
-from sightfield.systems.numerics.vision.omni_optics import OmniCamera, project
+from sightfield.systems.numerics.vision.omni_optics import OmniCamera, project_omni
 from sightfield.systems.numerics.vision.ray_table import make_ray_table
 from sightfield.systems.numerics.vision.rendering import render
 from sightfield.systems.numerics.vision.sensor import Sensor, expose
@@ -44,7 +44,7 @@ def ideal_readings(camera) -> Callable[..., Readings]:
         bearing = np.tile(2 * np.pi * np.arange(directions) / directions, len(distances))
         distance = np.repeat(distances, directions)
         at = np.column_stack([np.cos(bearing), np.sin(bearing)]) * distance[:, None]
-        pixels, _ = project(optics, np.column_stack([at, np.full(len(at), SHELL.base)]))
+        pixels, _ = project_omni(optics, np.column_stack([at, np.full(len(at), SHELL.base)]))
         return Readings(distance=distance, bearing=bearing, pixels=pixels)
 
     return read

@@ -10,7 +10,10 @@ from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.vision.estimation.outcomes import Outcome
 from sightfield.systems.numerics.vision.estimation.range_models import MODELS, exact_pixel_radius
 from sightfield.systems.numerics.vision.estimation.shell_colours import COLOURS
-from sightfield.systems.numerics.vision.estimation.shell_detection import Detection, detect_shells
+from sightfield.systems.numerics.vision.estimation.shell_detection import (
+    ShellDetection,
+    detect_shells,
+)
 from sightfield.systems.numerics.vision.estimation.shell_estimate import estimate_shell, locate
 from sightfield.systems.numerics.vision.shells import Shell, shell_of
 
@@ -25,7 +28,7 @@ def seen(calibration):
         camera, radius = calibration.camera, RED.radius
         (p,) = exact_pixel_radius([distance], camera=camera, base=RED.base)
         (outer,) = exact_pixel_radius([distance], camera=camera, base=RED.top)
-        whole = Detection(
+        whole = ShellDetection(
             outcome=Outcome.SEEN,
             pixel=(float(camera.axis_pixel[0]), float(camera.axis_pixel[1] - p)),
             pixel_radius=float(p),
@@ -115,7 +118,7 @@ def test_above_the_horizon_there_is_no_estimate(seen, calibration):
 
 @pytest.mark.parametrize("outcome", [each for each in Outcome if not each.has_estimate])
 def test_without_a_detection_there_is_no_estimate(calibration, outcome):
-    found = estimate_shell(Detection(outcome=outcome), calibration)
+    found = estimate_shell(ShellDetection(outcome=outcome), calibration)
     assert found.outcome == outcome
     assert no_numbers(found)
     position, covariance = locate(found, np.zeros(3), 0.1)
