@@ -7,7 +7,8 @@ names the key from the root, as in `pursuers.top_speed`.
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from functools import lru_cache
-from importlib import resources
+from importlib import import_module, resources
+from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar, get_args, get_type_hints
@@ -45,19 +46,32 @@ def find_scenario(name: str, package: ModuleType = scenarios) -> Path:
     return path
 
 
-def load_scenario(schema: type[Schema], path: Path, overrides: Sequence[str] = ()) -> Schema:
+def load_scenario(
+    schema: type[Schema], scenario: str | Path, overrides: Sequence[str] = ()
+) -> Schema:
     """Read a scenario.
 
     Args:
         schema: Its dataclass.
-        path: Its file.
+        scenario: Its file, or the name of a built-in one.
         overrides: `key=value` settings, the key dotted from the root, the value in YAML.
 
     Raises:
-        InvalidInput: The file is no YAML mapping; a key is unknown; a value has the wrong type or
-            breaks a rule of the dataclass.
+        InvalidInput: There is no such scenario; the file is no YAML mapping; a key is unknown; a
+            value has the wrong type or breaks a rule of the dataclass.
     """
-    return build(schema, with_settings(read_tree(path), overrides))
+    if isinstance(scenario, str):
+        scenario = find_scenario(scenario, _built_in(schema))
+    return build(schema, with_settings(read_tree(scenario), overrides))
+
+
+def _built_in(schema: type) -> ModuleType:
+    """The package of scenarios that is nearest to a dataclass, beside it or above."""
+    place = schema.__module__
+    while place := place.rpartition(".")[0]:
+        if find_spec(f"{place}.scenarios"):
+            return import_module(f"{place}.scenarios")
+    return scenarios
 
 
 def read_tree(path: Path) -> dict[str, Any]:

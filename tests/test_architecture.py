@@ -11,7 +11,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 
 # Imports run from a higher floor to a lower one, or stay on it.
-FLOORS = {"systems.numerics": 0, "systems": 1, "diagrams": 2, "hardware_io": 3}
+FLOORS = {"systems.numerics": 0, "systems": 1, "diagrams": 2, "hardware_io": 3, "surface": 4}
 
 # The modules that swap simulation for the real thing, one for robots and one for the social
 # network: they alone look up to it.
@@ -41,7 +41,8 @@ def project_files() -> list[Path]:
 
 FILES = project_files()
 SOURCES = [file for file in FILES if file.suffix == ".py"]
-MODULES = [file for file in SOURCES if file.parts[0] in ("systems", "diagrams", "hardware_io")]
+PARTS = {floor.partition(".")[0] for floor in FLOORS}
+MODULES = [file for file in SOURCES if file.parts[0] in PARTS]
 NUMERICS = [file for file in MODULES if file.parts[:2] == ("systems", "numerics")]
 
 

@@ -1,6 +1,7 @@
 """Runs of the stand-off loop, as a block diagram and in closed form, and how they converge."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -135,7 +136,7 @@ def measure_convergence(
     loop: StandoffLoop,
     start: float,
     duration: float,
-    filter_times,
+    filter_times: Sequence[float],
     *,
     samples_per_filter_time: int = 10,
 ) -> Convergence:
@@ -154,14 +155,14 @@ def measure_convergence(
     Raises:
         InvalidInput: Filter times do not fall, or a number is out of its range.
     """
-    filter_times = np.asarray(filter_times, dtype=float)
-    require(len(filter_times) > 1, "filter_times", "be two at least", len(filter_times))
+    times = np.asarray(filter_times, dtype=float)
+    require(len(times) > 1, "filter_times", "be two at least", len(times))
     errors = []
-    for filter_time in filter_times.tolist():
+    for filter_time in times.tolist():
         period = filter_time / samples_per_filter_time
         sampled = SampledPid(period=period, filter_time=filter_time)
         run = run_standoff(StandoffScenario(loop=loop, sampled=sampled, start=start), duration)
         _, ideal = run_closed_loop(loop, start, duration, period=period)
         errors.append(math.inf if run.lost else float(np.abs(run.distance - ideal).max()))
-    order = math.log(errors[-2] / errors[-1]) / math.log(filter_times[-2] / filter_times[-1])
-    return Convergence(filter_times, np.array(errors), order)
+    order = math.log(errors[-2] / errors[-1]) / math.log(times[-2] / times[-1])
+    return Convergence(times, np.array(errors), order)

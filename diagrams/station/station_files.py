@@ -7,20 +7,22 @@ from typing import Any
 
 from ..scenario_files import build, find_scenario, read_tree, with_settings
 from ..tracking.game import TrackingGame
+from . import scenarios
 from .hardware import without_password
 from .scenario import StationScenario
 
 
-def load_station(path: Path, overrides: Sequence[str] = ()) -> StationScenario:
+def load_station(scenario: str | Path, overrides: Sequence[str] = ()) -> StationScenario:
     """Read a laboratory; its `tracking` is the name or file of a scenario of `sightfield track`.
 
     Args:
-        path: Of the file.
+        scenario: Its file, or the name of a built-in one.
         overrides: `key=value` settings, the game's below `tracking.`.
 
     Raises:
         InvalidInput: See `load_scenario`.
     """
+    path = find_scenario(scenario, scenarios) if isinstance(scenario, str) else scenario
     tree = with_settings(read_tree(path), [each for each in overrides if _names_game(each)])
     game = tree.get("tracking")
     folder = path.parent
@@ -29,9 +31,9 @@ def load_station(path: Path, overrides: Sequence[str] = ()) -> StationScenario:
         file = file if file.is_file() else find_scenario(game)
         tree["tracking"], folder = read_tree(file), file.parent
     settings = [each for each in overrides if not _names_game(each)]
-    scenario = build(StationScenario, with_settings(tree, settings))
-    tracking = scenario.tracking
-    return replace(scenario, tracking=replace(tracking, world=tracking.world.beside(folder)))
+    station = build(StationScenario, with_settings(tree, settings))
+    tracking = station.tracking
+    return replace(station, tracking=replace(tracking, world=tracking.world.beside(folder)))
 
 
 def station_tree(scenario: StationScenario, game: TrackingGame) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Writes the API pages: one for each package, from its modules' sources, into docs/api."""
+"""Writes the API pages into docs/api, from the sources: one for each story and each package."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,6 +7,7 @@ from textwrap import indent
 from docstrings import as_restructured_text
 from names import full_annotation, qualified
 from sources import Module, Thing, read_modules
+from stories import GROUPS, stories, story_doc
 
 FLOORS = {
     "Systems": "sightfield.systems",
@@ -23,8 +24,10 @@ def write_api_pages(folder: Path) -> None:
         is_package = module.file.name == "__init__.py"
         package = module.name if is_package else module.name.rpartition(".")[0]
         packages.setdefault(package, []).append(module)
-    pages = {name: "\n".join(_page(name, found)) for name, found in sorted(packages.items())}
-    pages["index"] = "\n".join(_index(list(pages)))
+    inside = {name: "\n".join(_page(name, found)) for name, found in sorted(packages.items())}
+    offered = {f"sightfield.{name}": "\n".join(_story(name)) for name in stories()}
+    pages = offered | inside
+    pages["index"] = "\n".join(_index(list(offered), list(inside)))
     folder.mkdir(exist_ok=True)
     for old in folder.glob("*.rst"):
         if old.stem not in pages:
@@ -42,10 +45,16 @@ def setup(app) -> dict[str, bool]:
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
-def _index(packages: list[str]) -> Iterator[str]:
+def _index(offered: list[str], packages: list[str]) -> Iterator[str]:
     yield "API"
     yield "===\n"
-    yield "From the sources: every public class and function, with the ports of every system.\n"
+    yield "What these stories offer is the public interface, each by a name of its own, so that"
+    yield "``from sightfield.all import ...`` has them too.\n"
+    yield ".. toctree::\n   :maxdepth: 1\n"
+    yield from (f"   {name}" for name in offered)
+    yield ""
+    yield "Behind it is the code as it lies in folders, with the ports of every system. What no"
+    yield "story offers may change without notice.\n"
     floors = sorted(FLOORS.items(), key=lambda item: -len(item[1]))
     floor_of = {
         package: next(title for title, floor in floors if package.startswith(floor))
@@ -55,6 +64,20 @@ def _index(packages: list[str]) -> Iterator[str]:
         yield f"{title}\n{'-' * len(title)}\n\n.. toctree::\n   :maxdepth: 1\n"
         yield from (f"   {name}" for name in packages if floor_of[name] == title)
         yield ""
+
+
+def _story(story: str) -> Iterator[str]:
+    title = f"sightfield.{story}"
+    yield f"{title}\n{'=' * len(title)}\n"
+    yield f".. py:module:: {title}\n"
+    yield as_restructured_text(story_doc(story)) + "\n"
+    for group in GROUPS:
+        offers = [each for each in stories()[story] if each.group == group]
+        if offers:
+            yield f"{group}\n{'-' * len(group)}\n"
+        for each in offers:
+            first = as_restructured_text(each.words).strip()
+            yield f":py:obj:`{each.name} <{each.place}>`\n{indent(first, '   ')}\n"
 
 
 def _page(package: str, modules: list[Module]) -> Iterator[str]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
+from sightfield.diagrams.harvest.scenario import HarvestScenario
 from sightfield.diagrams.scenario_files import (
     NO_OTHER_KEYS,
     build,
@@ -11,6 +12,9 @@ from sightfield.diagrams.scenario_files import (
     find_scenario,
     load_scenario,
 )
+from sightfield.diagrams.social.scenario import SocialScenario
+from sightfield.diagrams.tracking.scenario import TrackingScenario
+from sightfield.diagrams.vision.tracking.scenario import PictureTrackingScenario
 from sightfield.systems.numerics.errors import InvalidInput, require_positive
 
 
@@ -119,3 +123,28 @@ def test_built_in_scenarios_are_found_by_name():
     assert find_scenario("corner_1v1").is_file()
     with pytest.raises(InvalidInput, match=r"or one of corner_1v1.*got nowhere"):
         find_scenario("nowhere")
+
+
+@pytest.mark.parametrize(
+    ("schema", "name"),
+    [
+        (TrackingScenario, "thesis_3v4"),
+        (PictureTrackingScenario, "omni_2v2"),
+        (SocialScenario, "thesis_maze"),
+        (HarvestScenario, "season"),
+    ],
+)
+def test_a_built_in_scenario_is_that_of_its_dataclass_story(schema, name):
+    scenario = load_scenario(schema, name, ["seed=12"])
+    assert isinstance(scenario, schema)
+    assert scenario.seed == 12
+
+
+def test_a_name_that_is_none_lists_those_of_the_story():
+    with pytest.raises(InvalidInput, match=r"one of choosy_crowd, thesis_maze; got thesis_3v4$"):
+        load_scenario(SocialScenario, "thesis_3v4")
+
+
+def test_a_dataclass_of_ones_own_is_read_from_the_file_that_a_word_names(file):
+    path = file("part: {speed: 2}")
+    assert load_scenario(Whole, str(path)) == load_scenario(Whole, path)

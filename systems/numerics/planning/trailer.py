@@ -7,6 +7,7 @@ Source: Zhang 2014, 3.2.2 and (3.18)-(3.20); the hitch offset is the usual exten
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -47,7 +48,10 @@ class Trailer:
         require(0 < self.jackknife <= math.pi, "jackknife", "lie in (0, pi]", self.jackknife)
 
 
-def trailer_rates(theta, beta, v, omega, trailer: Trailer):
+# Any: NumPy, Drake and CasADi have no type in common that sine and product take.
+def trailer_rates(
+    theta: Any, beta: Any, v: Any, omega: Any, trailer: Trailer
+) -> tuple[Any, Any, Any, Any]:
     """Rates of x, y, theta and beta; scalars or arrays of any kind that NumPy's sine takes.
 
     x' = v cos(theta), y' = v sin(theta), theta' = omega,

@@ -16,6 +16,7 @@ import math
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from numpy.typing import ArrayLike
 
 from .equilibria import other_equilibrium, singularities, wanted_equilibrium
 from .loop import StandoffLoop
@@ -41,8 +42,8 @@ def potential(loop: StandoffLoop) -> Polynomial:
     return -force.integ(lbnd=wanted_equilibrium(loop).y)
 
 
-def energy(loop: StandoffLoop, y, integral):
-    """E(y, z) [m^2]; scalars or arrays."""
+def energy(loop: StandoffLoop, y: ArrayLike, integral: ArrayLike) -> np.ndarray:
+    """E(y, z) [m^2]; scalars or arrays of one shape."""
     return loop.integral_gain * np.square(integral) / 2 + potential(loop)(np.asarray(y))
 
 

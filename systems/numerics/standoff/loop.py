@@ -23,6 +23,7 @@ from dataclasses import dataclass, field
 from ..errors import require_finite, require_non_negative, require_one_of, require_positive
 from .error_model import THESIS_ERROR, ErrorModel
 
+# The controllers of (2.9) to (2.12), by the names that `StandoffLoop` takes.
 CONTROLLERS = ("P", "PI", "PD", "PID")
 
 

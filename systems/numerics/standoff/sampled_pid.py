@@ -16,7 +16,9 @@ textbook (Astrom and Murray, Feedback Systems, 11.4).
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from ..errors import require_positive
 from ..tracking.mobile_agents import clip_symmetric
@@ -50,7 +52,10 @@ class SampledPid:
         return -math.expm1(-self.period / self.filter_time)
 
 
-def pid_step(state, estimate, feed_forward, loop: StandoffLoop, sampled: SampledPid):
+# Any: floats and the scalars of Drake and CasADi have no type in common.
+def pid_step(
+    state: Sequence[Any], estimate: Any, feed_forward: Any, loop: StandoffLoop, sampled: SampledPid
+) -> tuple[tuple[Any, Any, Any], Any]:
     """One sample.
 
     Plain arithmetic, for scalars of any kind that the limit's absolute values go through.

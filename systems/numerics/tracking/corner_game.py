@@ -22,6 +22,7 @@ REGION_4 = 4
 REGION_5 = 5
 HIDDEN = 6
 
+# What each region of the partition is called, by its number.
 REGION_NAMES = {
     IN_STAR: "star",
     REGION_1: "1",

@@ -39,9 +39,10 @@ RISK_VECTORS = {
     "urgency": URGENCY,
 }
 
-TOTAL = 0
-NEAREST = 1
-MEAN = 2
+# Codes of the risk functions that `team_risk` takes.
+TOTAL = 0  # the sum of 1/d over the corners
+NEAREST = 1  # the largest 1/d
+MEAN = 2  # the mean of 1/d
 
 # Risk functions: one number for a pair of pursuer and evader. "total" is (2.13), the sum of
 # 1/d; "nearest" the largest 1/d; "mean" their average. The thesis gives pursuers different

@@ -23,6 +23,13 @@ def test_a_laboratory_survives_being_written_into_a_log(load_laboratory):
     assert build(StationScenario, station_tree(scenario, game)) == scenario
 
 
+def test_a_built_in_laboratory_goes_by_its_name():
+    scenario = load_station("thesis_3v3", ["tracking.seed=2"])
+    assert (scenario.tracking.seed, scenario.tracking.pursuers.size) == (2, 3)
+    with pytest.raises(InvalidInput, match=r"one of thesis_3v3; got thesis_3v4$"):
+        load_station("thesis_3v4")
+
+
 def test_a_world_from_a_file_is_written_into_the_log_itself(tmp_path):
     (tmp_path / "room.wkt").write_text("POLYGON ((0 0, 4 0, 4 2, 2 2, 2 4, 0 4, 0 0))")
     (tmp_path / "game.yaml").write_text(

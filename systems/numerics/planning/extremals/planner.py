@@ -12,6 +12,7 @@ Source: Zhang 2014, (3.22)-(3.24); Chitsaz 2013.
 
 import math
 import time
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -41,7 +42,7 @@ class _Found(NamedTuple):
     extremal: Extremal
 
 
-def plan_by_extremals(trailer: Trailer, start, goal: Goal) -> Plan:
+def plan_by_extremals(trailer: Trailer, start: Sequence[float], goal: Goal) -> Plan:
     """The quickest extremal found.
 
     Args:

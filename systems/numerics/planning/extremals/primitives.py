@@ -12,6 +12,7 @@ as 3.5.2.2 says, exactly. x, y and theta are exact.
 
 import math
 import time
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -118,7 +119,7 @@ def _lowest(low: float, high: float, cost) -> float:
     return 0.5 * (low + high)
 
 
-def plan_by_primitives(trailer: Trailer, start, goal: Goal) -> Plan:
+def plan_by_primitives(trailer: Trailer, start: Sequence[float], goal: Goal) -> Plan:
     """The quickest R1-S1-R2-S_g.
 
     Args:

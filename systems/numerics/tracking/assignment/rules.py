@@ -13,6 +13,7 @@ from .team_view import TeamView
 # A rule gives each pursuer an evader that it sees, or -1: shape (n,) of int.
 AssignmentRule = Callable[[TeamView], np.ndarray]
 
+# The rules that scenarios and `Assignment` know by name; one of yours may be entered.
 ASSIGNMENT_RULES: dict[str, AssignmentRule] = {
     "hungarian": hungarian,
     "hungarian_max": hungarian_max,

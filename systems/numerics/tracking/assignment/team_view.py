@@ -32,6 +32,7 @@ class TeamView(NamedTuple):
     numbers: np.ndarray = np.empty(0, dtype=int)
 
 
+# Who tracks nobody is assigned to this one.
 UNASSIGNED = -1
 
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from ...errors import require
 
-# The distances of 2.2.4.2: 15, 20, ... 60 inches [m].
 INCH = 0.0254
+# The distances of 2.2.4.2: 15, 20, ... 60 inches [m].
 THESIS_DISTANCES = tuple(inches * INCH for inches in range(15, 61, 5))
 # An empirical curve needs a parabola and one more.
 _MIN_DISTANCES = 4

@@ -1,0 +1,12 @@
+from . import all as all
+from . import components as components
+from . import games as games
+from . import harvest as harvest
+from . import planning as planning
+from . import social as social
+from . import standoff as standoff
+from . import station as station
+from . import studies as studies
+from . import tracking as tracking
+from . import vision as vision
+from . import worlds as worlds

@@ -1,0 +1,16 @@
+from .diagrams.outputs import output_folder as output_folder
+from .diagrams.scenario_files import NO_OTHER_KEYS as NO_OTHER_KEYS
+from .diagrams.scenario_files import builtin_scenarios as builtin_scenarios
+from .diagrams.scenario_files import find_scenario as find_scenario
+from .diagrams.scenario_files import load_scenario as load_scenario
+from .diagrams.tracking.live_page import open_live_page as open_live_page
+from .diagrams.visuals.replay import RecordedScene as RecordedScene
+from .diagrams.visuals.replay import write_replay as write_replay
+from .systems.drake_types import read as read
+from .systems.numerics.errors import InvalidInput as InvalidInput
+from .systems.numerics.errors import SightfieldError as SightfieldError
+from .systems.numerics.errors import require as require
+from .systems.numerics.errors import require_finite as require_finite
+from .systems.numerics.errors import require_non_negative as require_non_negative
+from .systems.numerics.errors import require_one_of as require_one_of
+from .systems.numerics.errors import require_positive as require_positive
