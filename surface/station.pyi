@@ -1,4 +1,5 @@
 from .diagrams.station.check import check_laboratory as check_laboratory
+from .diagrams.station.hardware import open_radio as open_radio
 from .diagrams.station.make_station import MakeStation as MakeStation
 from .diagrams.station.replay import Comparison as Comparison
 from .diagrams.station.replay import Recording as Recording
@@ -25,7 +26,6 @@ from .hardware_io.mocap.pose_receiver import PoseReceiver as PoseReceiver
 from .hardware_io.mocap.pose_source import NewestPoses as NewestPoses
 from .hardware_io.mocap.pose_source import PoseReading as PoseReading
 from .hardware_io.mocap.pose_source import PoseSource as PoseSource
-from .hardware_io.radio.link import RadioLink as RadioLink
 from .systems.numerics.station.channel import Channel as Channel
 from .systems.numerics.station.channel import empty_flight as empty_flight
 from .systems.numerics.station.channel import received as received

@@ -82,7 +82,7 @@ def test_a_name_is_listed_before_it_is_loaded():
     assert "MakeTracking" in dir(sightfield.tracking)
 
 
-def test_only_what_is_asked_for_is_loaded():
+def test_only_what_is_asked_for_is_loaded_and_all_of_it_without_any_extra():
     code = """
 import sys
 import sightfield, sightfield.all, sightfield.tracking
@@ -92,11 +92,16 @@ from sightfield.planning import Trailer
 print("pydrake" in sys.modules, make_world.__module__)
 from sightfield.tracking import LineOfSight
 print("pydrake" in sys.modules)
+# None stands for a package that cannot be imported.
+sys.modules |= dict.fromkeys(["digi", "serial", "nio", "motioncapture", "rosbags", "distributed"])
+from sightfield.all import *
+print(set(sightfield.all.__all__) <= set(dir()))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.stdout.split("\n") == [
         "False",
         "False sightfield.systems.numerics.geometry.world",
+        "True",
         "True",
         "",
     ], done.stderr

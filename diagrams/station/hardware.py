@@ -4,11 +4,11 @@ With `diagrams/social/networks.py` the one place where diagrams know `hardware_i
 what they need of it from here.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder, OutputPort
@@ -49,6 +49,9 @@ from ..tracking.game import TrackingGame
 from .ports import IMAGE
 from .scenario import Mocap, OmniCameraDevice, StationScenario
 from .wiring import split_teams
+
+if TYPE_CHECKING:
+    from ...hardware_io.radio.link import RadioLink
 
 __all__ = [
     "AddDevices",
@@ -136,7 +139,7 @@ def open_camera(device: OmniCameraDevice) -> FrameSource:
     return OpenCvCapture(device.place)
 
 
-def open_radio(port: str, robots: list[int], baud_rate: int) -> Any:
+def open_radio(port: str, robots: Sequence[int], baud_rate: int = 57600) -> "RadioLink":
     """Make the link to the robots, a context manager that opens the serial port.
 
     Args:
