@@ -47,8 +47,9 @@ def check_laboratory(scenario: StationScenario, port: int) -> Iterator[Finding]:
         scenario: The laboratory.
         port: Of the operator's view.
     """
-    yield _packages()
-    yield _serial(scenario)
+    yield _packages(scenario)
+    if scenario.radio.kind == "xbee":
+        yield _serial(scenario)
     yield _asked("radio and robots", lambda: _robots(scenario))
     yield _asked("motion capture", lambda: _bodies(scenario))
     yield _asked("omni-camera", lambda: _camera(scenario))
@@ -64,13 +65,16 @@ def _asked(thing: str, ask: Callable[[], str]) -> Finding:
         return Finding(thing, False, str(error))
 
 
-def _packages() -> Finding:
-    names = {"digi-xbee": "digi.xbee", "pyserial": "serial", "motioncapture": "motioncapture"}
+def _packages(scenario: StationScenario) -> Finding:
+    names = {"motioncapture": "motioncapture"}
+    if scenario.radio.kind == "xbee":
+        names = {"digi-xbee": "digi.xbee", "pyserial": "serial"} | names
     missing = [name for name, module in names.items() if not _is_installed(module)]
     if missing:
         words = f"missing: {', '.join(missing)}; pip install sightfield[hardware]"
         return Finding("packages", False, words)
-    return Finding("packages", True, f"{', '.join(names)} are installed")
+    words = f"{', '.join(names)} {'are' if len(names) > 1 else 'is'} installed"
+    return Finding("packages", True, words)
 
 
 def _is_installed(module: str) -> bool:
@@ -90,7 +94,7 @@ def _serial(scenario: StationScenario) -> Finding:
 
 def _robots(scenario: StationScenario) -> str:
     """Which robots report. The link is closed with a stop, which harms none."""
-    with open_radio(scenario.radio.port, scenario.robots, scenario.radio.baud_rate) as link:
+    with open_radio(scenario) as link:
         deadline = time.monotonic() + _PATIENCE
         while time.monotonic() < deadline and len(link.telemetry()) < len(scenario.robots):
             link.heartbeat()
@@ -99,10 +103,16 @@ def _robots(scenario: StationScenario) -> str:
     silent = [each for each in scenario.robots if each not in heard]
     if silent:
         raise SightfieldError(
-            f"the module answers at {scenario.radio.port}; robots that are silent: "
-            f"{', '.join(map(str, silent))}: are they on, and their numbers right?"
+            f"{_way(scenario)}; robots that are silent: {', '.join(map(str, silent))}: are they "
+            "on, and their numbers right?"
         )
-    return f"the module answers, and robots {', '.join(map(str, scenario.robots))} report"
+    return f"{_way(scenario)}, and robots {', '.join(map(str, scenario.robots))} report"
+
+
+def _way(scenario: StationScenario) -> str:
+    if scenario.radio.kind == "xbee":
+        return f"the module answers at {scenario.radio.port}"
+    return f"the link to robots of kind {scenario.radio.kind} opens"
 
 
 def _bodies(scenario: StationScenario) -> str:

@@ -4,11 +4,10 @@ With `diagrams/social/networks.py` the one place where diagrams know `hardware_i
 what they need of it from here.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder, OutputPort
@@ -18,6 +17,11 @@ from ...hardware_io.cameras.camera_port import CameraPort
 from ...hardware_io.cameras.frame_source import FrameSource, NoCamera
 from ...hardware_io.cameras.opencv_capture import OpenCvCapture
 from ...hardware_io.cameras.picture_folder import PictureFolder
+from ...hardware_io.emulation.air import AirSettings
+from ...hardware_io.kinds.find_kind import find_kind
+from ...hardware_io.kinds.robot_kind import Fleet, Laboratory, Surroundings
+from ...hardware_io.links.radio_commander import RadioCommander
+from ...hardware_io.links.robot_link import RobotLink
 from ...hardware_io.mocap.emulated_poses import EmulatedPoses
 from ...hardware_io.mocap.faulty_poses import (
     FaultyPoses,
@@ -43,15 +47,11 @@ from ...hardware_io.viewer.operator_port import OperatorPort
 from ...hardware_io.viewer.state_publisher import Shows, StatePublisher
 from ...hardware_io.viewer.stop_page import StopPage
 from ...hardware_io.viewer.viewer_link import ViewerLink
-from ...systems.numerics.errors import InvalidInput
 from ...systems.station.age_limit import AgeLimit
 from ..tracking.game import TrackingGame
 from .ports import IMAGE
 from .scenario import Mocap, OmniCameraDevice, StationScenario
 from .wiring import split_teams
-
-if TYPE_CHECKING:
-    from ...hardware_io.radio.link import RadioLink
 
 __all__ = [
     "AddDevices",
@@ -98,15 +98,15 @@ class Devices:
 
     Attributes:
         poses: The motion capture.
-        radio: The RadioLink to the robots.
+        radio: The link to the robots.
         camera: The omni-directional camera.
-        laboratory: The EmulatedLaboratory behind them, or None.
+        laboratory: The emulated one behind them, or None.
     """
 
     poses: PoseSource
-    radio: Any
+    radio: RobotLink
     camera: FrameSource
-    laboratory: Any = None
+    laboratory: Laboratory | None = None
 
 
 def open_poses(mocap: Mocap, bodies: list[str]) -> PoseSource:
@@ -139,25 +139,29 @@ def open_camera(device: OmniCameraDevice) -> FrameSource:
     return OpenCvCapture(device.place)
 
 
-def open_radio(port: str, robots: Sequence[int], baud_rate: int = 57600) -> "RadioLink":
-    """Make the link to the robots, a context manager that opens the serial port.
+def open_radio(scenario: StationScenario) -> RobotLink:
+    """Make the link to the robots, a context manager that connects.
 
     Args:
-        port: The serial port.
-        robots: Their numbers.
-        baud_rate: [baud].
+        scenario: The laboratory.
 
     Raises:
-        InvalidInput: The extra [hardware] is not installed.
+        InvalidInput: There is no such kind, its extra is not installed, or it needs to be told
+            more.
     """
-    try:
-        from ...hardware_io.radio.link import RadioLink
-    except ModuleNotFoundError as error:
-        raise InvalidInput(
-            f"`radio` must come with the extra [hardware]: pip install sightfield[hardware]; "
-            f"got none ({error})"
-        ) from None
-    return RadioLink(port, robots, baud_rate=baud_rate)
+    return find_kind(scenario.radio.kind).open_link(_fleet(scenario))
+
+
+def _fleet(scenario: StationScenario) -> Fleet:
+    radio = scenario.radio
+    return Fleet(
+        robots=tuple(scenario.robots),
+        port=radio.port,
+        baud_rate=radio.baud_rate,
+        addresses=tuple(radio.addresses),
+        options=radio.options,
+        chassis=scenario.supervision.chassis,
+    )
 
 
 def serial_ports() -> list[str]:
@@ -196,13 +200,12 @@ def open_devices(
     Raises:
         SightfieldError: A device is missing or does not answer.
     """
-    radio = scenario.radio
     with ExitStack() as stack:
-        laboratory, port = None, radio.port
+        laboratory = None
         if emulate:
-            laboratory = stack.enter_context(_emulated(scenario, game))
-            port = laboratory.radio_port
-        link = stack.enter_context(open_radio(port, scenario.robots, radio.baud_rate))
+            laboratory, link = stack.enter_context(_emulated(scenario, game))
+        else:
+            link = stack.enter_context(open_radio(scenario))
         source = (
             EmulatedPoses(laboratory)
             if laboratory is not None
@@ -213,18 +216,24 @@ def open_devices(
         yield Devices(poses=poses, radio=link, camera=camera, laboratory=laboratory)
 
 
-def _emulated(scenario: StationScenario, game: TrackingGame) -> Any:
-    from ...hardware_io.emulation.laboratory import EmulatedLaboratory
-
-    air = scenario.emulation
-    return EmulatedLaboratory(
-        scenario.robots,
-        np.concatenate([game.pursuer_starts, game.evader_starts]),
-        frame_loss=air.frame_loss,
-        delay=air.delay,
-        seed=air.seed,
+@contextmanager
+def _emulated(
+    scenario: StationScenario, game: TrackingGame
+) -> Iterator[tuple[Laboratory, RobotLink]]:
+    """Robots that stand in for those of the scenario's kind, and the link to them."""
+    kind, settings = find_kind(scenario.radio.kind), scenario.emulation
+    around = Surroundings(
+        starts=np.concatenate([game.pursuer_starts, game.evader_starts]),
+        air=AirSettings(frame_loss=settings.frame_loss, delay=settings.delay),
+        seed=settings.seed,
         world=game.world,
+        silence=kind.stops_after,
     )
+    with (
+        kind.open_stand_in(_fleet(scenario), around) as (laboratory, fleet),
+        kind.open_link(fleet) as link,
+    ):
+        yield laboratory, link
 
 
 def AddDevices(
@@ -235,8 +244,6 @@ def AddDevices(
     devices: Devices,
 ) -> dict[str, OutputPort]:
     """Add what reads and drives open devices; return the ports of the devices."""
-    from ...hardware_io.radio.radio_commander import RadioCommander
-
     add, connect, period, count = (
         builder.AddNamedSystem,
         builder.Connect,

@@ -56,7 +56,7 @@ class Mocap:
 
 @dataclass(frozen=True, kw_only=True)
 class Radio:
-    """The radio to the robots.
+    """The way to the robots: for most kinds a network, for XBee a radio.
 
     Raises:
         InvalidInput: A value is out of its range.
@@ -64,10 +64,16 @@ class Radio:
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
-    # Serial port of the station's XBee module, in API mode.
+    # Of the robots: one of those that `sightfield station kind-check --help` lists, or module:NAME.
+    kind: str = "xbee"
+    # Of "xbee": serial port of the station's module, in API mode.
     port: str = "/dev/ttyUSB0"
     # Its speed [baud].
     baud_rate: int = 57600
+    # Of kinds on a network: where each robot is, pursuers first.
+    addresses: list[str] = field(default_factory=list)
+    # What else a kind asks for, by name.
+    options: dict[str, bool | int | float | str] = field(default_factory=dict)
     # Numbers of the robots, as set in their firmware, pursuers first; empty: 1, 2, ...
     robots: list[int] = field(default_factory=list)
     # How often each command goes out in a period: a lost frame then costs a part of it only.
@@ -76,6 +82,7 @@ class Radio:
     heartbeat: float = 0.17
 
     def __post_init__(self) -> None:
+        require(bool(self.kind), "kind", "name a kind of robots", "nothing")
         require(self.baud_rate > 0, "baud_rate", "be positive", self.baud_rate)
         require(self.repeats > 0, "repeats", "be positive", self.repeats)
         require_positive("heartbeat", self.heartbeat)
@@ -252,6 +259,7 @@ class StationScenario:
         for name, given in (
             ("mocap.bodies", self.mocap.bodies),
             ("radio.robots", self.radio.robots),
+            ("radio.addresses", self.radio.addresses),
         ):
             require(len(given) in (0, count), name, f"name {count} robots or none", given)
         require(

@@ -2,6 +2,8 @@
 
 import heapq
 import math
+import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,16 +59,22 @@ class Flight:
 class Air:
     """What is on its way between modules, which go by numbers.
 
+    Attributes:
+        settings: How bad it is; may be set while it is used.
+        cut: Whether nothing gets through.
+
     Args:
         settings: How bad it is.
         seed: Of what is lost and how late frames are.
     """
 
     def __init__(self, settings: AirSettings, seed: int) -> None:
-        self._settings = settings
+        self.settings = settings
         self._random = np.random.default_rng(seed)
         self._queue: list[tuple[float, int, Flight]] = []
         self._count = 0
+        self._kept: list[Flight] | None = None
+        self._lock = threading.Lock()
         self.cut = False
 
     def send(self, flight: Flight, time: float) -> bool:
@@ -78,24 +86,54 @@ class Air:
             flight: What, from whom to whom.
             time: Now [s].
         """
-        settings = self._settings
-        for _ in range(1 if flight.broadcast else TRIES):
-            if not self.cut and self._random.random() >= settings.frame_loss:
-                arrival = time + settings.delay + settings.jitter * self._random.random()
-                self._count += 1
-                heapq.heappush(self._queue, (arrival, self._count, flight))
+        settings = self.settings
+        with self._lock:
+            if self._kept is not None:
+                self._kept.append(flight)
                 return True
+            for _ in range(1 if flight.broadcast else TRIES):
+                if not self.cut and self._random.random() >= settings.frame_loss:
+                    arrival = time + settings.delay + settings.jitter * self._random.random()
+                    self._push(flight, arrival)
+                    return True
         return flight.broadcast
 
     def arrivals(self, time: float) -> list[Flight]:
         """Take what has arrived by a time; nothing does while the air is cut."""
         arrived = []
-        while self._queue and self._queue[0][0] <= time:
-            _, _, flight = heapq.heappop(self._queue)
-            if not self.cut:
-                arrived.append(flight)
+        with self._lock:
+            while self._queue and self._queue[0][0] <= time:
+                _, _, flight = heapq.heappop(self._queue)
+                if not self.cut:
+                    arrived.append(flight)
         return arrived
 
     def next_arrival(self) -> float:
         """When the next payload arrives [s]; infinite if none is on its way."""
         return self._queue[0][0] if self._queue else math.inf
+
+    def keep(self) -> None:
+        """Keep from now on what is sent, instead of carrying it: a fault."""
+        with self._lock:
+            self._kept = []
+
+    def kept(self) -> list[Flight]:
+        """What has been kept so far, in the order in which it was sent."""
+        with self._lock:
+            return list(self._kept or ())
+
+    def let_go(self, arrange: Callable[[list[Flight]], list[Flight]] = lambda sent: sent) -> None:
+        """Let what was kept arrive at once, and carry what is sent from now on.
+
+        Args:
+            arrange: Given what was kept, what arrives, in its order.
+        """
+        with self._lock:
+            for flight in arrange(self._kept or []):
+                self._push(flight, -math.inf)
+            self._kept = None
+
+    def _push(self, flight: Flight, arrival: float) -> None:
+        # The count keeps the order of what arrives at one time.
+        self._count += 1
+        heapq.heappush(self._queue, (arrival, self._count, flight))

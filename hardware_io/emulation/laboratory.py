@@ -13,7 +13,7 @@ from ...systems.numerics.errors import SightfieldError, require
 from ...systems.numerics.geometry.edge_index import build_edge_index
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.social.routes.infrared import InfraredRing, infrared_ranges
-from .air import AirSettings
+from .air import Air, AirSettings
 from .emulated_radio import EmulatedRadio
 from .robot_body import RobotBody
 from .robot_cores import CoresReport, RobotCores
@@ -119,6 +119,11 @@ class EmulatedLaboratory:
     def radio_port(self) -> str:
         """Path of the work station's serial device."""
         return self._radio.port
+
+    @property
+    def air(self) -> Air:
+        """What lies between the modules."""
+        return self._radio.air
 
     def time(self) -> float:
         """Since it was entered, by the robots' clock [s]."""

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ...systems.numerics.errors import SightfieldError, require, require_finite
-from ..radio.messages import require_robots
+from ..links.robot_link import require_robots
 from .robot_body import RobotBody, sensor_voltages
 from .toolchain import firmware_path, runner_path
 

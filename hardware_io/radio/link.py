@@ -4,13 +4,13 @@ import os
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from ...systems.numerics.errors import require, require_non_negative
+from ...systems.numerics.errors import require_non_negative
+from ..links.link_record import LinkRecord, Progress
+from ..links.robot_link import OLDEST_POSES, LinkHealth, RobotLink, RobotReport
 from .frames import FrameError, decode, encode
-from .link_record import LinkRecord, LinkStatistics
 from .messages import (
     MODULUS,
     MOST_ENTRIES,
@@ -24,9 +24,8 @@ from .messages import (
     Kind,
     Stop,
     Telemetry,
-    require_robots,
 )
-from .xbee_port import RadioError, XBeePort
+from .xbee_port import XBeePort
 
 BAUD_RATE = 57600
 # Between one try and the next [s]. A stop may lose several frames in a row and still be in time; an
@@ -34,23 +33,10 @@ BAUD_RATE = 57600
 _RETRY = {Kind.STOP: 0.02, Kind.ARM: 0.08}
 
 
-@dataclass(frozen=True)
-class Receipt:
-    """Telemetry with the time at which it came, by time.monotonic [s].
-
-    What came later than round trips usually take counts as having come in time.
-    """
-
-    time: float
-    telemetry: Telemetry
-
-
-class RadioLink:
+class RadioLink(RobotLink):
     """Commands to a team of robots and telemetry from them, by one XBee module.
 
-    A context manager; leaving it stops the robots. All methods may be called from several threads.
-    Robots drive only after `arm`, which also opens a new session, and stop by themselves when they
-    hear nothing for 170 ms.
+    An arm also opens a new session. Robots stop by themselves when they hear nothing for 170 ms.
 
     Args:
         port: Serial device of the module, as /dev/ttyUSB0.
@@ -72,32 +58,26 @@ class RadioLink:
         baud_rate: int = BAUD_RATE,
         unicast: bool = False,
     ) -> None:
-        self.robots = require_robots(robots)
+        super().__init__(robots)
         self._unicast = unicast
         self._module = XBeePort(port, baud_rate, self._take_payload, self._take_status)
         self._changed = threading.Condition(threading.RLock())
         self._session = int.from_bytes(os.urandom(2), "little")
-        self._sequence = 0
+        self._frames = 0
         self._stops = self._stops_at_arming = 0
         self._record = LinkRecord(self.robots)
-        self._latest: dict[int, Receipt] = {}
+        self._latest: dict[int, RobotReport] = {}
         self._addresses: dict[int, bytes] = {}
         self._acknowledged: set[tuple[Kind, int, int, int]] = set()
         self._awaited: set[int] = set()
 
-    def __enter__(self) -> "RadioLink":
+    def connect(self) -> None:
+        """Open the serial port, and wait for the module's answer."""
         self._module.__enter__()
-        return self
 
-    def __exit__(self, *exception: object) -> None:
-        try:
-            self.stop(timeout=0.3)
-        except RadioError:
-            # Not in the place of what went wrong before.
-            if exception[0] is None:
-                raise
-        finally:
-            self._module.__exit__(*exception)
+    def close(self) -> None:
+        """Close the serial port."""
+        self._module.__exit__()
 
     def arm(self, timeout: float = 1.0) -> tuple[int, ...]:
         """Let the robots drive; returns those that have acknowledged it within a time [s].
@@ -109,7 +89,7 @@ class RadioLink:
         """
         with self._changed:
             self._session = (self._session + 1) % MODULUS
-            self._sequence = 0
+            self._frames = 0
             stops = self._stops_at_arming = self._stops
         return self._insist(Kind.ARM, timeout, lambda: self._stops == stops)
 
@@ -136,93 +116,84 @@ class RadioLink:
             self._stops += 1
         return self._insist(Kind.STOP, timeout, lambda: True)
 
-    def send_commands(
-        self,
-        velocities: np.ndarray,
-        valid: np.ndarray | None = None,
-        age: float = 0.0,
-    ) -> int:
-        """Send every robot its forward speed and turn rate.
+    def send(
+        self, speeds: np.ndarray, turn_rates: np.ndarray, sequence: int, deadline: float
+    ) -> None:
+        """See `RobotLink`; frames have numbers of their own, among which stops and arms count.
 
         Args:
-            velocities: Shape (n, 2) [m/s], [rad/s].
-            valid: Whether each is to be followed, shape (n,); the others get a speed of zero.
-            age: Of the poses they were computed from [s]; robots follow none older than 0.3 s.
-
-        Returns:
-            Sequence number of the last frame.
+            speeds: Forward, shape (n,) [m/s].
+            turn_rates: Shape (n,) [rad/s].
+            sequence: Number of the command.
+            deadline: As of `RobotLink` [s]: robots are told the age of the poses.
 
         Raises:
-            InvalidInput: Shapes do not fit, or a valid number is not finite.
             RadioError: The module has gone.
         """
-        return self._send_entries(Form.TWIST, velocities, valid, age)
+        age = OLDEST_POSES - (deadline - time.monotonic())
+        self._send_entries(Form.TWIST, np.column_stack([speeds, turn_rates]), max(age, 0.0))
 
     def send_wheel_speeds(
         self, speeds: np.ndarray, valid: np.ndarray | None = None, age: float = 0.0
-    ) -> int:
+    ) -> None:
         """Send every robot the speeds of its left and right wheel, shape (n, 2) [m/s].
 
         Args:
             speeds: Shape (n, 2) [m/s].
             valid: To which robots, shape (n,); None: all.
             age: Of the poses that they were computed from [s].
+
+        Raises:
+            InvalidInput: As `RobotLink.send_commands`.
+            RadioError: The module has gone.
         """
-        return self._send_entries(Form.WHEELS, speeds, valid, age)
+        require_non_negative("age", age)
+        self._send_entries(Form.WHEELS, self.checked_commands(speeds, valid), age)
 
-    def heartbeat(self) -> int:
-        """Tell the robots that the work station is there; returns the sequence number."""
-        return self._send(lambda **header: Heartbeat(**header))
+    def heartbeat(self) -> None:
+        """Tell the robots that the work station is there; nothing moves."""
+        self._send(lambda **header: Heartbeat(**header))
 
-    def telemetry(self) -> dict[int, Receipt]:
-        """The latest report of every robot that was heard."""
+    def telemetry(self) -> dict[int, RobotReport]:
+        """The latest report of every robot that was heard.
+
+        What came later than round trips usually take counts as having come in time.
+        """
         with self._changed:
             return dict(self._latest)
 
-    def statistics(self) -> LinkStatistics:
+    def health(self) -> LinkHealth:
         """How the link has been."""
         with self._changed:
-            return self._record.statistics(time.monotonic())
+            return self._record.health(time.monotonic())
 
-    def _send_entries(
-        self, form: Form, numbers: np.ndarray, valid: np.ndarray | None, age: float
-    ) -> int:
-        count = len(self.robots)
-        numbers = np.asarray(numbers, dtype=float)
-        require(numbers.shape == (count, 2), "velocities", f"have shape ({count}, 2)", numbers)
-        valid = np.ones(count, bool) if valid is None else np.asarray(valid, dtype=bool)
-        require(valid.shape == (count,), "valid", f"have shape ({count},)", valid)
-        numbers = np.where(valid[:, None], numbers, 0.0)
-        require(bool(np.isfinite(numbers).all()), "velocities", "be finite", numbers)
-        require_non_negative("age", age)
+    def _send_entries(self, form: Form, numbers: np.ndarray, age: float) -> None:
         milli = np.clip(np.rint(1000 * numbers), -MODULUS // 2, MODULUS // 2 - 1).astype(int)
         entries = [Entry(r, int(a), int(b)) for r, (a, b) in zip(self.robots, milli, strict=True)]
         old = min(round(1000 * age), MODULUS - 1)
         size = 1 if self._unicast else MOST_ENTRIES
-        sequence = 0
-        for start in range(0, count, size):
+        for start in range(0, len(entries), size):
             part = tuple(entries[start : start + size])
-            sequence = self._send(
+            self._send(
                 lambda part=part, **header: Command(form=form, age=old, entries=part, **header),
                 part[0].robot if self._unicast else None,
             )
-        return sequence
 
     def _send(self, make: Callable[..., AnyFrame], robot: int | None = None) -> int:
         """Send the frame that `make` makes of session and sequence; returns the latter."""
         with self._changed:
-            self._sequence = (self._sequence + 1) % MODULUS
-            frame = make(session=self._session, sequence=self._sequence)
+            self._frames = (self._frames + 1) % MODULUS
+            frame = make(session=self._session, sequence=self._frames)
             address = self._addresses.get(robot) if robot is not None else None
             # A stop waits for nothing, nor does the next one for it.
             frame_id = self._module.send(encode(frame), address, urgent=isinstance(frame, Stop))
             if frame_id is None:
-                return self._sequence
+                return self._frames
             if address is not None:
                 self._awaited.add(frame_id)
             now = time.monotonic()
             self._record.note_sent(frame.session, frame.sequence, robot, now)
-            return self._sequence
+            return self._frames
 
     def _insist(self, kind: Kind, timeout: float, goes_on: Callable[[], bool]) -> tuple[int, ...]:
         """Send a stop or an arm until all robots have acknowledged it, or time is up."""
@@ -266,8 +237,8 @@ class RadioLink:
             self._record.received += 1
             if isinstance(frame, Telemetry):
                 self._addresses[frame.robot] = address
-                late = self._record.note_telemetry(frame, now)
-                self._latest[frame.robot] = Receipt(now - late, frame)
+                late = self._record.note_progress(_progress(frame), now)
+                self._latest[frame.robot] = _report(now - late, frame)
             elif isinstance(frame, Acknowledgement):
                 what = (frame.kind, frame.session, frame.acknowledged, frame.robot)
                 self._acknowledged.add(what)
@@ -279,3 +250,21 @@ class RadioLink:
                 self._awaited.remove(frame_id)
                 self._record.acknowledged += delivered
                 self._record.lost += not delivered
+
+
+def _report(time: float, telemetry: Telemetry) -> RobotReport:
+    """What a frame reports, in SI units."""
+    left, middle_left, middle_right, right = telemetry.ranges
+    return RobotReport(
+        time=time,
+        state=telemetry.state,
+        flags=telemetry.flags,
+        counts=telemetry.counts,
+        ranges=(left / 1000, middle_left / 1000, middle_right / 1000, right / 1000),
+        battery=telemetry.battery / 1000,
+    )
+
+
+def _progress(telemetry: Telemetry) -> Progress:
+    answered = (telemetry.session, telemetry.last_sequence)
+    return Progress(telemetry.robot, *answered, telemetry.hold, telemetry.taken)

@@ -1,12 +1,11 @@
 """What work station and robots say to each other; `frames.py` has the bytes."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import IntEnum, IntFlag
+from enum import IntEnum
 
 from ...systems.numerics.errors import require
+from ..links.robot_link import EVERYONE, RobotFlag, RobotState
 
-EVERYONE = 255
 MOST_ENTRIES = 16
 MODULUS = 1 << 16
 
@@ -27,26 +26,6 @@ class Form(IntEnum):
 
     WHEELS = 0
     TWIST = 1
-
-
-class RobotState(IntEnum):
-    """What a robot's firmware is doing; only a driving robot's motors get power."""
-
-    DISARMED = 0
-    IDLE = 1
-    DRIVING = 2
-    LOST = 3
-    STOPPED = 4
-
-
-class RobotFlag(IntFlag):
-    """What else a robot reports."""
-
-    LOW_BATTERY = 1
-    WATCHDOG_RESET = 2
-    SATURATED = 4
-    LEFT_STALLED = 8
-    RIGHT_STALLED = 16
 
 
 @dataclass(frozen=True)
@@ -207,23 +186,6 @@ class Acknowledgement(Frame):
 
 
 AnyFrame = Command | Heartbeat | Stop | Arm | Telemetry | Acknowledgement
-
-
-def require_robots(robots: Sequence[int]) -> tuple[int, ...]:
-    """Numbers of a team's robots, as a tuple.
-
-    Args:
-        robots: 0 to 254, each once, one at least.
-
-    Raises:
-        InvalidInput: They are not.
-    """
-    team = tuple(robots)
-    require(len(team) > 0, "robots", "be one at least", robots)
-    for robot in team:
-        _require_robot("robots", robot, everyone=False)
-    require(len(set(team)) == len(team), "robots", "differ", robots)
-    return team
 
 
 def _require_within(name: str, value: int, low: int, high: int) -> None:

@@ -15,7 +15,7 @@ from digi.xbee.packets.base import XBeeAPIPacket
 from digi.xbee.packets.raw import RX64Packet, TX64Packet, TXStatusPacket
 from serial import SerialException, SerialTimeoutException
 
-from ...systems.numerics.errors import SightfieldError
+from ..links.robot_link import LinkError
 
 # How long a module may take to answer when it is opened [s].
 _PATIENCE = 3
@@ -27,7 +27,7 @@ _MOST_UNCONFIRMED = 4
 _SILENCE = 0.5
 
 
-class RadioError(SightfieldError):
+class RadioError(LinkError):
     """No radio, no module that answers, or a module that went away."""
 
 

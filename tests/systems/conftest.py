@@ -23,9 +23,9 @@ from sightfield.diagrams.vision.tracking.picture_scene import PictureScene
 from sightfield.diagrams.vision.tracking.scenario import PictureTrackingScenario
 from sightfield.hardware_io.cameras.camera_port import CameraPort
 from sightfield.hardware_io.cameras.frame_source import NoCamera
+from sightfield.hardware_io.links.radio_commander import RadioCommander
 from sightfield.hardware_io.mocap.pose_receiver import PoseReceiver
 from sightfield.hardware_io.mocap.pose_source import NewestPoses
-from sightfield.hardware_io.radio.radio_commander import RadioCommander
 from sightfield.hardware_io.recording.port_recorder import PortRecorder
 from sightfield.hardware_io.viewer.operator import Operator
 from sightfield.hardware_io.viewer.operator_port import OperatorPort

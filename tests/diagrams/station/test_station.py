@@ -51,13 +51,13 @@ class SilentLink:
     def telemetry(self):
         return {}
 
-    def statistics(self):
-        class Statistics:
+    def health(self):
+        class Health:
             """Of a link over which nothing came."""
 
             quality = (0.0,) * 6
 
-        return Statistics
+        return Health
 
 
 def silent_devices():

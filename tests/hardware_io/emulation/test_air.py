@@ -85,3 +85,19 @@ def test_a_seed_decides_what_is_lost():
 def test_air_that_is_none_is_refused(wrong, name):
     with pytest.raises(InvalidInput, match=f"`{name}`"):
         AirSettings(**wrong)
+
+
+def test_what_is_kept_arrives_when_it_is_let_go_in_the_order_asked_for():
+    air = Air(AirSettings(delay=0.5), 0)
+    flights = [Flight(0, 1, bytes([k]), True) for k in range(3)]
+    air.send(flights[0], 0.0)
+    air.keep()
+    for each in flights[1:]:
+        air.send(each, 0.1)
+    assert air.kept() == flights[1:]
+    assert air.arrivals(0.4) == []
+    air.let_go(lambda kept: [*reversed(kept), kept[0]])
+    assert air.arrivals(0.4) == [flights[2], flights[1], flights[1]]
+    assert air.arrivals(0.5) == [flights[0]]
+    air.send(flights[2], 1.0)
+    assert (air.kept(), air.arrivals(1.4), air.arrivals(1.5)) == ([], [], [flights[2]])

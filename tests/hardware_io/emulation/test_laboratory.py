@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from sightfield.hardware_io.emulation.laboratory import EmulatedLaboratory
+from sightfield.hardware_io.links.robot_link import RobotState
 from sightfield.hardware_io.radio.link import RadioLink
-from sightfield.hardware_io.radio.messages import RobotState
 from sightfield.systems.numerics.errors import InvalidInput, SightfieldError
 from sightfield.systems.numerics.geometry.world import make_world
 
@@ -55,8 +55,8 @@ def test_robots_do_what_they_are_told_and_report_it(unicast):
         assert poses[1, :2] == pytest.approx([0, 1], abs=0.02)
         reports = link.telemetry()
         assert set(reports) == set(ROBOTS)
-        assert reports[4].telemetry.state == RobotState.DRIVING
-        statistics = link.statistics()
+        assert reports[4].state == RobotState.DRIVING
+        statistics = link.health()
         assert statistics.rssi == -48
         assert statistics.refused == 0
         assert statistics.round_trip is not None
@@ -140,7 +140,7 @@ def test_walls_are_felt_by_the_sensors():
 
         def ranges():
             report = link.telemetry().get(4)
-            return None if report is None else np.array(report.telemetry.ranges) / 1000
+            return None if report is None else np.array(report.ranges)
 
         # The two in front feel the wall straight ahead, those at the sides where their cones,
         # from 50 degrees on, begin to see it; all from the rim.
@@ -155,8 +155,7 @@ def test_ranges_can_be_set_where_there_are_no_walls():
         wait_for(
             lambda: (
                 4 in link.telemetry()
-                and link.telemetry()[4].telemetry.ranges
-                == pytest.approx((100, 200, 300, 50), abs=10)
+                and link.telemetry()[4].ranges == pytest.approx((0.1, 0.2, 0.3, 0.05), abs=0.01)
             )
         )
         with pytest.raises(InvalidInput, match=r"`ranges` must have shape \(1, 4\)"):

@@ -83,7 +83,7 @@ def test_commands_that_are_none_are_refused(velocities, options, name):
 def test_robots_that_do_not_answer_are_asked_again_and_then_reported(deaf_robots):
     with RadioLink(deaf_robots.port, [1, 2]) as link:
         assert link.arm(timeout=0.3) == ()
-        statistics = link.statistics()
+        statistics = link.health()
         assert statistics.lost == 2
         assert statistics.retried >= 2
         assert statistics.sent == statistics.retried + 1
@@ -93,7 +93,7 @@ def test_a_stop_is_repeated_often_enough_to_lose_several_frames_and_be_in_time(d
     with RadioLink(deaf_robots.port, [1, 2]) as link:
         assert link.stop(timeout=0.4) == ()
         # Every 0.02 s, on a busy machine less often; 0.1 s would be too late after two losses.
-        assert link.statistics().retried >= 8
+        assert link.health().retried >= 8
 
 
 def test_a_stop_ends_an_arm_that_is_under_way(deaf_robots):
@@ -101,7 +101,7 @@ def test_a_stop_ends_an_arm_that_is_under_way(deaf_robots):
         answers = []
         arming = threading.Thread(target=lambda: answers.append(link.arm(timeout=60)))
         arming.start()
-        while link.statistics().sent < 2:
+        while link.health().sent < 2:
             time.sleep(0.01)
         link.stop(timeout=0)
         arming.join(timeout=30)
@@ -111,9 +111,9 @@ def test_a_stop_ends_an_arm_that_is_under_way(deaf_robots):
 def test_a_team_too_large_for_one_frame_gets_two(deaf_robots):
     robots = list(range(20))
     with RadioLink(deaf_robots.port, robots) as link:
-        before = link.statistics().sent
+        before = link.health().sent
         link.send_commands(np.zeros((20, 2)))
-        assert link.statistics().sent == before + 2
+        assert link.health().sent == before + 2
 
 
 @pytest.mark.parametrize(
@@ -139,11 +139,11 @@ def test_noise_in_payloads_is_counted_and_the_link_goes_on(deaf_robots):
         for count in range(1, 101):
             noise = rng.bytes(int(rng.integers(1, 100)))
             deaf_robots.air.send(Flight(1, 0, noise, False), 0.0)
-            wait_until(lambda count=count: link.statistics().refused == count)
-        before = link.statistics()
+            wait_until(lambda count=count: link.health().refused == count)
+        before = link.health()
         assert (before.received, before.rssi) == (0, -48)
         link.heartbeat()
-        assert link.statistics().sent == before.sent + 1
+        assert link.health().sent == before.sent + 1
 
 
 def wait_until(condition, patience=20.0):

@@ -2,30 +2,15 @@
 
 import pytest
 
-from sightfield.hardware_io.radio.link_record import LinkRecord
-from sightfield.hardware_io.radio.messages import RobotFlag, RobotState, Telemetry
+from sightfield.hardware_io.links.link_record import LinkRecord, Progress
 
 
-def report(robot: int, sequence: int, taken: int, hold: int = 0, session: int = 1) -> Telemetry:
-    return Telemetry(
-        session=session,
-        sequence=0,
-        robot=robot,
-        state=RobotState.DRIVING,
-        flags=RobotFlag(0),
-        last_sequence=sequence,
-        hold=hold,
-        counts=(0, 0),
-        speeds=(0, 0),
-        ranges=(0, 0, 0, 0),
-        battery=0,
-        taken=taken % 65536,
-        refused=0,
-    )
+def report(robot: int, sequence: int, taken: int, hold: int = 0, session: int = 1) -> Progress:
+    return Progress(robot, session, sequence, hold, taken % 65536)
 
 
 def test_a_link_without_reports_has_no_quality():
-    statistics = LinkRecord((1, 2)).statistics(0.0)
+    statistics = LinkRecord((1, 2)).health(0.0)
     assert statistics.quality == (0.0, 0.0)
     assert statistics.round_trip is None
 
@@ -39,50 +24,50 @@ def test_quality_is_the_part_of_the_frames_that_were_taken():
         # Robot 1 takes three of four; its count goes round meanwhile. Robot 2 is never heard.
         taken += sequence % 4 > 0
         if sequence % 4 == 0:
-            record.note_telemetry(report(1, sequence, taken), time)
-    assert record.statistics(5.0).quality == (0.75, 0.0)
+            record.note_progress(report(1, sequence, taken), time)
+    assert record.health(5.0).quality == (0.75, 0.0)
 
 
 def test_frames_to_one_robot_do_not_count_against_another():
     record = LinkRecord((1, 2))
     for sequence in range(1, 41):
         record.note_sent(1, sequence, 1 + sequence % 2, 0.01 * sequence)
-        record.note_telemetry(report(1 + sequence % 2, sequence, sequence // 2), 0.01 * sequence)
-    assert record.statistics(0.4).quality == pytest.approx((1.0, 1.0), abs=0.06)
+        record.note_progress(report(1 + sequence % 2, sequence, sequence // 2), 0.01 * sequence)
+    assert record.health(0.4).quality == pytest.approx((1.0, 1.0), abs=0.06)
 
 
 def test_a_link_that_falls_silent_has_no_quality():
     record = LinkRecord((1,))
     for sequence in range(1, 21):
         record.note_sent(1, sequence, None, 0.05 * sequence)
-        record.note_telemetry(report(1, sequence, sequence), 0.05 * sequence)
-    assert record.statistics(1.9).quality == (1.0,)
-    assert record.statistics(2.1).quality == (0.0,)
+        record.note_progress(report(1, sequence, sequence), 0.05 * sequence)
+    assert record.health(1.9).quality == (1.0,)
+    assert record.health(2.1).quality == (0.0,)
 
 
 def test_the_time_that_a_robot_holds_an_answer_is_no_part_of_the_round_trip():
     record = LinkRecord((1,))
     record.note_sent(1, 7, None, 10.0)
-    record.note_telemetry(report(1, 7, 1, hold=120), 10.15)
-    assert record.statistics(10.2).round_trip == pytest.approx(0.03)
+    record.note_progress(report(1, 7, 1, hold=120), 10.15)
+    assert record.health(10.2).round_trip == pytest.approx(0.03)
 
 
 def test_reports_of_other_sessions_and_robots_tell_nothing():
     record = LinkRecord((1,))
     record.note_sent(1, 7, None, 10.0)
-    record.note_telemetry(report(1, 7, 1, session=2), 10.1)
-    record.note_telemetry(report(5, 7, 1), 10.1)
-    assert record.statistics(10.2).round_trip is None
+    record.note_progress(report(1, 7, 1, session=2), 10.1)
+    record.note_progress(report(5, 7, 1), 10.1)
+    assert record.health(10.2).round_trip is None
 
 
 def test_only_the_latest_sendings_are_remembered():
     record = LinkRecord((1,))
     for sequence in range(2000):
         record.note_sent(1, sequence, None, 0.0)
-    record.note_telemetry(report(1, 100, 1), 1.0)
-    assert record.statistics(1.0).round_trip is None
-    record.note_telemetry(report(1, 1999, 1), 1.0)
-    assert record.statistics(1.0).round_trip == 1.0
+    record.note_progress(report(1, 100, 1), 1.0)
+    assert record.health(1.0).round_trip is None
+    record.note_progress(report(1, 1999, 1), 1.0)
+    assert record.health(1.0).round_trip == 1.0
 
 
 def test_a_report_that_waited_is_as_late_as_its_round_trip_is_longer_than_usual():
@@ -94,9 +79,9 @@ def test_a_report_that_waited_is_as_late_as_its_round_trip_is_longer_than_usual(
         # The robot held it for 20 ms; trips take 60 ms, and once 180 ms.
         trip = 0.18 if sequence == 30 else 0.06
         lates.append(
-            record.note_telemetry(report(1, sequence, sequence, hold=20), sent + 0.02 + trip)
+            record.note_progress(report(1, sequence, sequence, hold=20), sent + 0.02 + trip)
         )
     assert lates[29] == pytest.approx(0.12 - 0.01)
     assert max(lates[:29] + lates[30:]) == 0.0
     # Of a frame that is unknown nothing can be said.
-    assert record.note_telemetry(report(1, 999, 41), 9.0) == 0.0
+    assert record.note_progress(report(1, 999, 41), 9.0) == 0.0

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .link import Receipt
+from .robot_link import RobotReport
 
 
 @dataclass(frozen=True)
@@ -30,11 +30,13 @@ class RobotReports:
     counts: np.ndarray
 
 
-def robot_reports(receipts: dict[int, Receipt], robots: Sequence[int], now: float) -> RobotReports:
-    """Reports of some robots, in their order, at a time by the receipts' clock [s].
+def robot_reports(
+    newest: dict[int, RobotReport], robots: Sequence[int], now: float
+) -> RobotReports:
+    """Reports of some robots, in their order, at a time by time.monotonic [s].
 
     Args:
-        receipts: The newest of each robot.
+        newest: The newest of each robot.
         robots: Their numbers.
         now: The time [s].
     """
@@ -48,12 +50,12 @@ def robot_reports(receipts: dict[int, Receipt], robots: Sequence[int], now: floa
         counts=np.zeros((count, 2)),
     )
     for k, robot in enumerate(robots):
-        receipt = receipts.get(robot)
-        if receipt is not None:
-            reports.infrared_ranges[k] = np.array(receipt.telemetry.ranges) / 1000
-            reports.battery[k] = receipt.telemetry.battery / 1000
-            reports.age[k] = max(now - receipt.time, 0.0)
-            reports.robot_state[k] = receipt.telemetry.state
-            reports.robot_flags[k] = receipt.telemetry.flags
-            reports.counts[k] = receipt.telemetry.counts
+        report = newest.get(robot)
+        if report is not None:
+            reports.infrared_ranges[k] = report.ranges
+            reports.battery[k] = report.battery
+            reports.age[k] = max(now - report.time, 0.0)
+            reports.robot_state[k] = report.state
+            reports.robot_flags[k] = report.flags
+            reports.counts[k] = report.counts
     return reports

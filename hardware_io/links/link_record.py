@@ -1,11 +1,14 @@
-"""What a work station knows of its radio link: what was sent, what came back, how long it took."""
+"""What a work station knows of its link: what was sent, what came back, how long it took."""
 
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median
 
-from .messages import MODULUS, Telemetry
+from .robot_link import LinkHealth
+
+# Counts of robots go round.
+_MODULUS = 1 << 16
 
 # Robots' reports over which the quality of a link is taken, and round trips averaged.
 _WINDOW = 25
@@ -18,41 +21,29 @@ _JITTER = 0.01
 
 
 @dataclass(frozen=True)
-class LinkStatistics:
-    """Of a radio link since it was opened.
+class Progress:
+    """What a robot says of the messages to it.
 
     Attributes:
-        sent: Frames handed to the module.
-        acknowledged: Stops and arms that a robot has acknowledged, counted for every robot, and
-            frames to a single robot that its module has acknowledged.
-        retried: Stops and arms sent again.
-        lost: Stops and arms that a robot never acknowledged in time, and frames to a single robot
-            that its module did not acknowledge.
-        received: Frames from robots.
-        refused: Payloads that were none.
-        rssi: Of the last payload [dBm], None before the first.
-        round_trip: Mean of the last ones, without the time a robot held the answer [s]; None before
-            the first.
-        quality: Part of the frames sent to each robot lately that it has taken, 0 to 1, in the
-            order of the link's robots; 0 where none has been heard for a second.
+        robot: Its number.
+        session: Of the last message that it took.
+        last_sequence: Its sequence number.
+        hold: Since it was taken [ms].
+        taken: How many it has taken, modulo 65536.
     """
 
-    sent: int
-    acknowledged: int
-    retried: int
-    lost: int
-    received: int
-    refused: int
-    rssi: int | None
-    round_trip: float | None
-    quality: tuple[float, ...]
+    robot: int
+    session: int
+    last_sequence: int
+    hold: int
+    taken: int
 
 
 class LinkRecord:
     """Counts, for one link; its owner sees to it that calls do not overlap.
 
     Attributes:
-        sent, acknowledged, retried, lost, received, refused, rssi: As in LinkStatistics.
+        sent, acknowledged, retried, lost, received, refused, rssi: As in LinkHealth.
 
     Args:
         robots: Their numbers.
@@ -85,34 +76,34 @@ class LinkRecord:
         if len(self._sendings) > _KEPT:
             del self._sendings[next(iter(self._sendings))]
 
-    def note_telemetry(self, telemetry: Telemetry, time: float) -> float:
+    def note_progress(self, progress: Progress, time: float) -> float:
         """A robot tells which frame it took last, and how many.
 
         Args:
-            telemetry: What it tells.
+            progress: What it tells.
             time: Now [s].
 
         Returns:
             How much longer this round trip took than they usually do [s]: a report that waited for
             a busy machine is older than it seems.
         """
-        sending = self._sendings.get((telemetry.session, telemetry.last_sequence))
-        if sending is None or telemetry.robot not in self._progress:
+        sending = self._sendings.get((progress.session, progress.last_sequence))
+        if sending is None or progress.robot not in self._progress:
             return 0.0
-        trip = max(time - sending[0] - 1e-3 * telemetry.hold, 0.0)
+        trip = max(time - sending[0] - 1e-3 * progress.hold, 0.0)
         self._round_trips.append(trip)
-        sent = sending[1][telemetry.robot]
-        self._progress[telemetry.robot].append((time, sent, telemetry.taken))
+        sent = sending[1][progress.robot]
+        self._progress[progress.robot].append((time, sent, progress.taken))
         return max(trip - median(self._round_trips) - _JITTER, 0.0)
 
-    def statistics(self, now: float) -> LinkStatistics:
+    def health(self, now: float) -> LinkHealth:
         """What is known at a time [s].
 
         Args:
             now: The time [s].
         """
         trips = self._round_trips
-        return LinkStatistics(
+        return LinkHealth(
             sent=self.sent,
             acknowledged=self.acknowledged,
             retried=self.retried,
@@ -130,5 +121,5 @@ class LinkRecord:
         if len(progress) < 2 or now - progress[-1][0] > _SILENCE:
             return 0.0
         (_, first_sent, first_taken), (_, last_sent, last_taken) = progress[0], progress[-1]
-        sent, taken = last_sent - first_sent, (last_taken - first_taken) % MODULUS
+        sent, taken = last_sent - first_sent, (last_taken - first_taken) % _MODULUS
         return min(taken / sent, 1.0) if sent > 0 else 0.0

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from sightfield.hardware_io.radio.link import Receipt
-from sightfield.hardware_io.radio.link_record import LinkStatistics
-from sightfield.hardware_io.radio.messages import RobotFlag, RobotState, Telemetry
-from sightfield.hardware_io.radio.radio_commander import RadioCommander
+from sightfield.hardware_io.links.radio_commander import RadioCommander
+from sightfield.hardware_io.links.robot_link import LinkHealth, RobotFlag, RobotReport, RobotState
 from sightfield.systems.numerics.errors import InvalidInput
 
 
@@ -29,25 +27,28 @@ class KeptLink:
         self.armed.append(robots)
 
     def telemetry(self):
-        report = Telemetry(
-            session=0,
-            sequence=0,
-            robot=3,
+        report = RobotReport(
+            time=time.monotonic() - 2.0,
             state=RobotState.IDLE,
             flags=RobotFlag.LOW_BATTERY,
-            last_sequence=0,
-            hold=0,
             counts=(17, -4),
-            speeds=(0, 0),
-            ranges=(400, 250, 10, 0),
-            battery=7400,
-            taken=0,
-            refused=0,
+            ranges=(0.4, 0.25, 0.01, 0.0),
+            battery=7.4,
         )
-        return {3: Receipt(time.monotonic() - 2.0, report)}
+        return {3: report}
 
-    def statistics(self):
-        return LinkStatistics(9, 0, 0, 0, 1, 0, -50, 0.02, (0.9, 0.0))
+    def health(self):
+        return LinkHealth(
+            sent=9,
+            acknowledged=0,
+            retried=0,
+            lost=0,
+            received=1,
+            refused=0,
+            rssi=-50,
+            round_trip=0.02,
+            quality=(0.9, 0.0),
+        )
 
 
 @pytest.fixture

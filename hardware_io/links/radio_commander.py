@@ -1,4 +1,4 @@
-"""The radio as a system: velocity commands in, what the robots report out."""
+"""The link to the robots as a system: velocity commands in, what they report out."""
 
 import math
 import time
@@ -8,7 +8,7 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from ...systems.drake_types import read, state_vector
 from ...systems.numerics.errors import require, require_non_negative, require_positive
-from .link import RadioLink
+from .robot_link import RobotLink
 from .robot_reports import robot_reports
 
 
@@ -16,7 +16,7 @@ class RadioCommander(LeafSystem):
     """Sends the commands of a team once a period, and tells what its robots have reported last.
 
     A robot whose command is not valid, or not finite, is told to stand still. Robots must have been
-    armed (`RadioLink.arm`); they stand still by themselves when this system is no longer run. The
+    armed (`RobotLink.arm`); they stand still by themselves when this system is no longer run. The
     outputs are sampled at the beginning of each period, so that a log of them is what controllers
     saw; the commands go out in a publish event, a stated time later.
 
@@ -67,17 +67,17 @@ class RadioCommander(LeafSystem):
     Args:
         link: Open while this system runs.
         period: Between samples of the reports [s].
-        repeats: How often commands go out in a period; every 0.05 s lets two frames in a row be
-            lost before robots stop, after 0.17 s of silence.
+        repeats: How often commands go out in a period; every 0.05 s lets two messages in a row be
+            lost before robots stop that do so after 0.17 s of silence.
         offset: Of sending, after the outputs were sampled [s].
 
     Raises:
         InvalidInput: The period or the repeats are not positive, or the offset is negative.
-        RadioError: While running: the module has gone.
+        LinkError: While running: the way to the robots has gone.
     """
 
     def __init__(
-        self, link: RadioLink, *, period: float = 0.05, repeats: int = 1, offset: float = 0.0
+        self, link: RobotLink, *, period: float = 0.05, repeats: int = 1, offset: float = 0.0
     ):
         super().__init__()
         require_positive("period", period)
@@ -118,7 +118,7 @@ class RadioCommander(LeafSystem):
     def _sample(self, context: Context, discrete_state) -> EventStatus:
         link = self._link
         now = robot_reports(link.telemetry(), link.robots, time.monotonic())
-        quality = np.array(link.statistics().quality)
+        quality = np.array(link.health().quality)
         values = (now.infrared_ranges, now.battery, quality, now.age, now.robot_state)
         values += (now.robot_flags, now.counts)
         for state, value in zip(self._states, values, strict=True):

@@ -1,0 +1,200 @@
+"""What makes a kind of robots: a link, what they do in silence, and robots that stand in."""
+
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from typing import Any, Protocol
+
+import numpy as np
+
+from ...systems.numerics.errors import InvalidInput, require, require_positive
+from ...systems.numerics.geometry.world import World
+from ...systems.numerics.station.motion_checks import Chassis
+from ..emulation.air import Air, AirSettings
+from ..emulation.laboratory import LaboratorySnapshot
+from ..links.robot_link import RobotLink
+
+LATE, REPEATED, REORDERED = "late", "repeated", "reordered"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fleet:
+    """Robots of one kind, and how they are reached.
+
+    Attributes:
+        robots: Their numbers.
+        port: Serial port, for kinds that have one.
+        baud_rate: Of the port [baud].
+        addresses: Of each robot on the network, in the order of the numbers, for kinds that have
+            them.
+        options: What else a kind asks for, by name.
+        chassis: Wheels of the robots: kinds whose robots tell their way and not their encoders
+            count by it.
+    """
+
+    robots: tuple[int, ...]
+    port: str = ""
+    baud_rate: int = 57600
+    addresses: tuple[str, ...] = ()
+    options: Mapping[str, Any] = field(default_factory=dict)
+    chassis: Chassis = field(default_factory=Chassis)
+
+    def option(self, name: str, default: Any) -> Any:
+        """A setting of the kind's own.
+
+        Args:
+            name: Of the setting.
+            default: Where it is not set; what is set must be of its type.
+
+        Raises:
+            InvalidInput: It is of another type.
+        """
+        value = self.options.get(name, default)
+        if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
+            value = float(value)
+        wanted = type(default)
+        good = type(value) is wanted
+        require(good, f"radio.options.{name}", f"be of type {wanted.__name__}", value)
+        return value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Surroundings:
+    """Of robots that stand in.
+
+    Attributes:
+        starts: Poses, shape (n, 3) [m], [m], [rad].
+        air: Between station and robots.
+        seed: Of what is lost.
+        world: Walls that infrared sensors feel, or None.
+        silence: After which the robots stop by themselves [s].
+    """
+
+    starts: np.ndarray
+    air: AirSettings = field(default_factory=AirSettings)
+    seed: int = 0
+    world: World | None = None
+    silence: float
+
+
+class Laboratory(Protocol):
+    """Robots that stand in, their true poses, and what can go wrong with them."""
+
+    @property
+    def air(self) -> Air:
+        """What lies between station and robots."""
+        ...
+
+    def time(self) -> float:
+        """Since it was entered [s]."""
+        ...
+
+    def snapshot(self) -> LaboratorySnapshot:
+        """The true state now."""
+        ...
+
+    def poses(self) -> np.ndarray:
+        """True poses, shape (n, 3) [m], [m], [rad]."""
+        ...
+
+    def wheel_speeds(self) -> np.ndarray:
+        """Left and right, shape (n, 2) [m/s]."""
+        ...
+
+    def place(self, k: int, pose: np.ndarray) -> None:
+        """Carry robot k to a pose, shape (3,) [m], [m], [rad]."""
+        ...
+
+    def set_encoder(self, k: int, wheel: int, sense: int) -> None:
+        """Set what an encoder tells.
+
+        Args:
+            k: Of which robot.
+            wheel: 0 for the left, 1 for the right.
+            sense: 1 the wheel's way, -1 the other way, 0 nothing.
+        """
+        ...
+
+    def reset_robot(self, k: int) -> None:
+        """Let robot k begin anew."""
+        ...
+
+    def cut_radio(self) -> float:
+        """Let nothing through any more; returns the time of it [s]."""
+        ...
+
+    def restore_radio(self) -> None:
+        """Let messages through again."""
+        ...
+
+
+Opened = AbstractContextManager[tuple[Laboratory, Fleet]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotKind:
+    """A kind of robots.
+
+    Attributes:
+        name: As in a scenario's `radio.kind`.
+        silence: After which its robots stop by themselves [s]. A kind that does not say is refused:
+            it is all that stops a robot whose work station is gone.
+        link: Makes the link to a fleet, not yet connected.
+        stand_in: Opens robots that stand in for a fleet's, and says how those are reached.
+        recognises: Which messages its robots take for what they are and do not follow: of "late",
+            "repeated" and "reordered". They follow the others, until silence.
+        extra: Of this package, which installs what the kind needs; empty: nothing.
+        needs: Names by which that is imported.
+
+    Raises:
+        InvalidInput: It does not say after what silence its robots stop, or recognises what there
+            is not.
+    """
+
+    name: str
+    silence: float | None = None
+    link: Callable[[Fleet], RobotLink]
+    stand_in: Callable[[Fleet, Surroundings], Opened]
+    recognises: frozenset[str] = frozenset({LATE, REPEATED, REORDERED})
+    extra: str = ""
+    needs: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        wish = f"say after what time [s] robots of kind {self.name} stop by themselves"
+        require(self.silence is not None, "silence", wish, self.silence)
+        require_positive("silence", self.silence or 0.0)
+        known = {LATE, REPEATED, REORDERED}
+        require(self.recognises <= known, "recognises", f"be of {sorted(known)}", self.recognises)
+
+    @property
+    def stops_after(self) -> float:
+        """The silence, which is known [s]."""
+        assert self.silence is not None
+        return self.silence
+
+    def open_link(self, fleet: Fleet) -> RobotLink:
+        """The link to a fleet, not yet connected.
+
+        Raises:
+            InvalidInput: The kind's extra is not installed, or the fleet lacks what it needs.
+        """
+        self._require_extra()
+        return self.link(fleet)
+
+    def open_stand_in(self, fleet: Fleet, around: Surroundings) -> Opened:
+        """Robots that stand in for a fleet's.
+
+        Raises:
+            InvalidInput: The kind's extra is not installed.
+        """
+        self._require_extra()
+        return self.stand_in(fleet, around)
+
+    def _require_extra(self) -> None:
+        missing = [name for name in self.needs if find_spec(name) is None]
+        if missing:
+            raise InvalidInput(
+                f"`radio.kind` {self.name} must come with the extra [{self.extra}]: pip install "
+                f"'sightfield[{self.extra}]'; not installed: {', '.join(missing)}"
+            )

@@ -1,0 +1,42 @@
+"""Robots on an ATmega2560 with XBee radios, as in 2014; the real firmware in simavr stands in."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+from ..links.robot_link import RobotLink
+from .robot_kind import Fleet, Laboratory, RobotKind, Surroundings
+
+
+def _link(fleet: Fleet) -> RobotLink:
+    from ..radio.link import RadioLink
+
+    return RadioLink(fleet.port, fleet.robots, baud_rate=fleet.baud_rate)
+
+
+@contextmanager
+def _stand_in(fleet: Fleet, around: Surroundings) -> Iterator[tuple[Laboratory, Fleet]]:
+    from ..emulation.laboratory import EmulatedLaboratory
+
+    air = around.air
+    with EmulatedLaboratory(
+        fleet.robots,
+        around.starts,
+        frame_loss=air.frame_loss,
+        delay=air.delay,
+        jitter=air.jitter,
+        seed=around.seed,
+        world=around.world,
+    ) as laboratory:
+        yield laboratory, replace(fleet, port=laboratory.radio_port)
+
+
+# The firmware's LINK_TIMEOUT_MS, and a tick of its loop.
+XBEE = RobotKind(
+    name="xbee",
+    silence=0.18,
+    link=_link,
+    stand_in=_stand_in,
+    extra="hardware",
+    needs=("digi", "serial"),
+)

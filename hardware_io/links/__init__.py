@@ -1,0 +1,1 @@
+"""The links to robots: one interface for every kind of them, and what all kinds share."""
