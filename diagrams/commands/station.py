@@ -1,5 +1,5 @@
 """`sightfield station`: run a game in the laboratory, look what is connected and who is
-who, play a log again or write it as a ROS 2 bag, open the view."""
+who, try a kind of robots, play a log again or write it as a ROS 2 bag, open the view."""
 
 from typing import Any
 
@@ -8,6 +8,7 @@ import typer
 from .run_by_default import RunByDefault
 from .station_commands.check import check
 from .station_commands.identify import identify_robots
+from .station_commands.kind_check import kind_check
 from .station_commands.replay import replay
 from .station_commands.rosbag import rosbag
 from .station_commands.run import run
@@ -24,6 +25,7 @@ station: Any = typer.Typer(
 station.command()(run)
 station.command()(check)
 station.command("identify")(identify_robots)
+station.command("kind-check")(kind_check)
 station.command()(replay)
 station.command()(rosbag)
 station.command()(view)

@@ -17,11 +17,19 @@ from ...hardware_io.cameras.camera_port import CameraPort
 from ...hardware_io.cameras.frame_source import FrameSource, NoCamera
 from ...hardware_io.cameras.opencv_capture import OpenCvCapture
 from ...hardware_io.cameras.picture_folder import PictureFolder
-from ...hardware_io.emulation.air import AirSettings
-from ...hardware_io.kinds.find_kind import find_kind
-from ...hardware_io.kinds.robot_kind import Fleet, Laboratory, Surroundings
+from ...hardware_io.emulation.air import AirSettings, Flight
+from ...hardware_io.kinds.find_kind import KINDS, find_kind
+from ...hardware_io.kinds.robot_kind import (
+    LATE,
+    REORDERED,
+    REPEATED,
+    Fleet,
+    Laboratory,
+    RobotKind,
+    Surroundings,
+)
 from ...hardware_io.links.radio_commander import RadioCommander
-from ...hardware_io.links.robot_link import RobotLink
+from ...hardware_io.links.robot_link import OLDEST_POSES, RobotLink
 from ...hardware_io.mocap.emulated_poses import EmulatedPoses
 from ...hardware_io.mocap.faulty_poses import (
     FaultyPoses,
@@ -54,23 +62,36 @@ from .scenario import Mocap, OmniCameraDevice, StationScenario
 from .wiring import split_teams
 
 __all__ = [
+    "KINDS",
+    "LATE",
+    "OLDEST_POSES",
+    "REORDERED",
+    "REPEATED",
     "AddDevices",
+    "AirSettings",
     "Devices",
     "FaultyPoses",
+    "Fleet",
+    "Flight",
+    "Laboratory",
     "Operator",
     "OperatorPort",
     "PortRecorder",
     "PoseFault",
     "PoseReading",
+    "RobotKind",
+    "RobotLink",
     "RunLog",
     "RunWriter",
     "Scene",
     "Shows",
     "StatePublisher",
     "StopPage",
+    "Surroundings",
     "ViewerLink",
     "build_emulator",
     "displaced",
+    "find_kind",
     "find_view",
     "frozen",
     "keys",

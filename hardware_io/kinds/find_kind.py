@@ -6,9 +6,10 @@ from importlib import import_module
 
 from ...systems.numerics.errors import InvalidInput, require
 from .robot_kind import RobotKind
+from .udp import UDP
 from .xbee import XBEE
 
-KINDS = {kind.name: kind for kind in (XBEE,)}
+KINDS = {kind.name: kind for kind in (XBEE, UDP)}
 
 
 def find_kind(name: str) -> RobotKind:

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from ..links.robot_link import RobotLink
-from .robot_kind import Fleet, Laboratory, RobotKind, Surroundings
+from .robot_kind import REORDERED, REPEATED, Fleet, Laboratory, RobotKind, Surroundings
 
 
 def _link(fleet: Fleet) -> RobotLink:
@@ -31,12 +31,14 @@ def _stand_in(fleet: Fleet, around: Surroundings) -> Iterator[tuple[Laboratory, 
         yield laboratory, replace(fleet, port=laboratory.radio_port)
 
 
-# The firmware's LINK_TIMEOUT_MS, and a tick of its loop.
+# The firmware's LINK_TIMEOUT_MS, and a tick of its loop. It is told how old the poses of a command
+# were when it was sent, and cannot see how long that was on its way.
 XBEE = RobotKind(
     name="xbee",
     silence=0.18,
     link=_link,
     stand_in=_stand_in,
+    recognises=frozenset({REPEATED, REORDERED}),
     extra="hardware",
     needs=("digi", "serial"),
 )

@@ -16,3 +16,11 @@ def test_the_guides_code_runs_and_prints_what_they_say(guide, tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout == said
+
+
+def test_a_kind_of_robots_of_one_s_own_takes_80_lines_at_most(pages):
+    (page,) = (page for page in pages if page.name == "guides/robot.md")
+    blocks = [text for kind, text in page.blocks if kind == "python"]
+    before = blocks[: next(k for k, text in enumerate(blocks) if "check_kind" in text)]
+    assert "RobotKind(" in before[-1]
+    assert sum(len(text.splitlines()) for text in before) <= 80

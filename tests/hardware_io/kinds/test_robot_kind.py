@@ -48,7 +48,7 @@ def test_kinds_are_found_by_name_and_one_s_own_by_its_module(tmp_path, monkeypat
     before = list(sys.path)
     assert find_kind("own_robots:OWN").silence == 0.4
     for name in ("own_robots:OTHER", "own_robots:NONE", "no_robots:OWN", ":OWN", "carrier pigeon"):
-        with pytest.raises(InvalidInput, match="`radio.kind` must") as refusal:
+        with pytest.raises(InvalidInput, match=r"`radio\.kind` must") as refusal:
             find_kind(name)
         assert "\n" not in str(refusal.value)
     assert sys.path == before
