@@ -251,7 +251,7 @@ class _Trials:
             self._expect_rest(lambda: None, 0.25, after=0.15)
             return "robots do not follow them"
         rest = self._rest_after(at, lambda: None)
-        return f"robots follow them; {self._in_silence(rest, 'them')}"
+        return f"robots need not see that; {self._in_silence(rest, 'the last of them')}"
 
     def _in_silence(self, rest: float, what: str) -> str:
         limit = self._kind.stops_after

@@ -5,11 +5,12 @@ import sys
 from importlib import import_module
 
 from ...systems.numerics.errors import InvalidInput, require
+from .mavlink import MAVLINK
 from .robot_kind import RobotKind
 from .udp import UDP
 from .xbee import XBEE
 
-KINDS = {kind.name: kind for kind in (XBEE, UDP)}
+KINDS = {kind.name: kind for kind in (XBEE, UDP, MAVLINK)}
 
 
 def find_kind(name: str) -> RobotKind:

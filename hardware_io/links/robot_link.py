@@ -89,7 +89,8 @@ class LinkHealth:
         round_trip: Mean of the last ones, without the time a robot held the answer [s]; None before
             the first, and where robots do not say what they answer.
         quality: Part of what was sent to each robot lately that it has taken, 0 to 1, in the order
-            of the link's robots; 0 where none has been heard for a second.
+            of the link's robots; 0 where none has been heard for a second, and where robots do not
+            say what they take.
     """
 
     sent: int

@@ -1,0 +1,1 @@
+"""Rovers that speak MAVLink, as ArduPilot does: the link to them, and a rover that stands in."""
