@@ -111,7 +111,7 @@ $(VENV)/run.stamp: requirements/run.txt requirements/build.txt pyproject.toml | 
 	@touch $@
 
 $(VENV)/dev.stamp: requirements/dev.txt $(VENV)/run.stamp
-	@echo "Installing what the tests need into $(VENV): a download of about 210 MB"
+	@echo "Installing what the tests need into $(VENV): a download of about 230 MB"
 	$(INSTALL) -r requirements/dev.txt
 	@touch $@
 

@@ -1,0 +1,177 @@
+"""The work station's end of ROS 2: twists to robots, and their odometry."""
+
+import math
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...systems.numerics.errors import require
+from ...systems.numerics.station.motion_checks import Chassis, wheel_ways
+from ..links.reporting_link import Order, ReportingLink, What
+from ..links.robot_link import LinkError, RobotReport, RobotState
+from .messages import Header, Odometry, Time, Twist, TwistStamped, Vector3
+from .node import Node
+
+# How often the receiving thread looks whether the link was closed [s].
+_LOOK = 0.1
+# A robot that moves more slowly stands [m/s], [rad/s].
+_STANDS = 0.01
+# Wheels do not go further between two reports; odometry that jumps was started anew [m].
+_FURTHEST = 0.5
+
+
+@dataclass
+class _Driven:
+    """What is known of a robot: its last order, its pose by odometry, ways of its wheels [m]."""
+
+    writer: Any
+    reader: Any
+    last: What | None = None
+    stamp: tuple[int, int] = (-1, 0)
+    pose: np.ndarray | None = None
+    ways: np.ndarray | None = None
+
+
+class DdsLink(ReportingLink):
+    """Commands to robots on ROS 2 as Twist or TwistStamped, and their reports from Odometry.
+
+    Such robots know neither arms nor stops: the link sends nothing but zeros before it is armed and
+    after a stop, and a stop is acknowledged when odometry says that the robot stands. Counts are
+    made of odometry, by the chassis. A command whose deadline has passed is not sent. Whoever is in
+    the domain can drive the robots.
+
+    Args:
+        robots: Their numbers, in the order of the commands.
+        names: Namespaces of each; empty: robot1, ... by the numbers.
+        chassis: Wheels of the robots.
+        domain: Number (ROS_DOMAIN_ID).
+        stamped: Send TwistStamped.
+        command, odometry: Names of the topics below the namespaces.
+
+    Raises:
+        InvalidInput: Names are too few or come twice, or the domain is none.
+    """
+
+    def __init__(
+        self,
+        robots: Sequence[int],
+        names: Sequence[str] = (),
+        *,
+        chassis: Chassis,
+        domain: int = 0,
+        stamped: bool = False,
+        command: str = "cmd_vel",
+        odometry: str = "odom",
+    ) -> None:
+        super().__init__(robots)
+        names = [each.strip("/") for each in names] or [f"robot{each}" for each in self.robots]
+        fits = len(names) == len(self.robots) == len(set(names)) and all(names)
+        require(fits, "radio.addresses", "be a namespace for each robot, or none", names)
+        require(0 <= domain <= 232, "radio.options.domain", "be 0 to 232", domain)
+        self._names, self._chassis, self._domain = names, chassis, domain
+        self._stamped, self._command, self._odometry = stamped, command, odometry
+        self._node: Node | None = None
+        self._driven: dict[int, _Driven] = {}
+        self._closing = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def connect(self) -> None:
+        """Join the domain.
+
+        Raises:
+            LinkError: There is no network for it.
+        """
+        node = self._node = Node(self._domain)
+        kind = TwistStamped if self._stamped else Twist
+        for robot, name in zip(self.robots, self._names, strict=True):
+            self._driven[robot] = _Driven(
+                node.writer(f"{name}/{self._command}", kind),
+                node.reader(f"{name}/{self._odometry}", Odometry),
+            )
+        self._closing.clear()
+        self._thread = threading.Thread(target=self._listen, args=(node,), daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Leave the domain."""
+        self._closing.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+        self._driven.clear()
+        if self._node is not None:
+            self._node.close()
+            self._node = None
+
+    def transmit(self, robot: int, order: Order) -> None:
+        """See `ReportingLink`."""
+        driven = self._driven.get(robot)
+        if driven is None:
+            raise LinkError("the link is not open: use it in a `with` statement")
+        if order.what == What.HAIL:
+            # Zeros go on after a stop; before an arm others may drive the robot.
+            if driven.last != What.STOP:
+                return
+        else:
+            driven.last = order.what
+        if order.what == What.COMMAND and time.monotonic() > order.deadline:
+            return
+        told = Twist(Vector3(x=float(order.speed)), Vector3(z=float(order.turn_rate)))
+        if self._stamped:
+            seconds, rest = divmod(time.time_ns(), 1_000_000_000)
+            driven.writer.write(TwistStamped(Header(Time(seconds, rest), "base_link"), told))
+        else:
+            driven.writer.write(told)
+
+    def _listen(self, node: Node) -> None:
+        while not self._closing.is_set():
+            node.wait(_LOOK)
+            for robot, driven in self._driven.items():
+                for odometry in node.take(driven.reader):
+                    with self._changed:
+                        self._take(robot, driven, odometry)
+
+    def _take(self, robot: int, driven: _Driven, odometry: Any) -> None:
+        stamp = (odometry.header.stamp.sec, odometry.header.stamp.nanosec)
+        twist = odometry.twist.twist
+        speed, rate = twist.linear.x, twist.angular.z
+        pose = _planar(odometry)
+        if stamp <= driven.stamp or not np.isfinite([*pose, speed, rate]).all():
+            self.heard_nothing_of_use()
+            return
+        driven.stamp = stamp
+        if driven.pose is None or driven.ways is None:
+            driven.ways = np.zeros(2)
+        else:
+            step = wheel_ways(self._chassis, driven.pose[np.newaxis], pose[np.newaxis])[0]
+            driven.ways = driven.ways + np.where(np.abs(step) < _FURTHEST, step, 0.0)
+        driven.pose = pose
+        left, right = np.rint(self._chassis.counts_per_metre * driven.ways).astype(int).tolist()
+        moves = max(abs(speed), abs(rate)) > _STANDS
+        self.heard(
+            robot,
+            RobotReport(
+                time=time.monotonic(), state=_state(driven.last, moves), counts=(left, right)
+            ),
+        )
+
+
+def _state(last: What | None, moves: bool) -> RobotState:
+    """What a robot that knows no states is in, by its last order."""
+    if last is None:
+        return RobotState.DISARMED
+    if last == What.STOP and not moves:
+        return RobotState.STOPPED
+    return RobotState.DRIVING if moves else RobotState.IDLE
+
+
+def _planar(odometry: Any) -> np.ndarray:
+    """x, y [m] and heading [rad], shape (3,)."""
+    pose = odometry.pose.pose
+    q = pose.orientation
+    heading = math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
+    return np.array([pose.position.x, pose.position.y, heading])

@@ -1,0 +1,62 @@
+"""Robots on ROS 2, by DDS and without ROS; a driver with Twist and Odometry stands in."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+from ..emulation.stand_in_laboratory import StandInLaboratory
+from ..links.robot_link import RobotLink
+from .robot_kind import Fleet, Laboratory, RobotKind, Surroundings
+
+# Of ros2_control's differential drive (cmd_vel_timeout), unless it is set otherwise [s].
+_SILENCE = 0.5
+
+
+def _link(fleet: Fleet) -> RobotLink:
+    from ..dds.dds_link import DdsLink
+
+    return DdsLink(
+        fleet.robots,
+        fleet.addresses,
+        chassis=fleet.chassis,
+        domain=fleet.option("domain", 0),
+        stamped=fleet.option("stamped", False),
+        command=fleet.option("command", "cmd_vel"),
+        odometry=fleet.option("odometry", "odom"),
+    )
+
+
+@contextmanager
+def _stand_in(fleet: Fleet, around: Surroundings) -> Iterator[tuple[Laboratory, Fleet]]:
+    from ..dds.driver import DdsWire, Driver
+
+    stamped = fleet.option("stamped", False)
+    # Of this process, among those that ROS leaves to others.
+    domain = 110 + os.getpid() % 100
+    names = [f"stand_in{robot}" for robot in fleet.robots]
+    wire = DdsWire(names, domain, stamped=stamped)
+    with StandInLaboratory(
+        fleet.robots,
+        around.starts,
+        lambda k: Driver(around.silence, stamped=stamped),
+        wire,
+        air=around.air,
+        seed=around.seed,
+        world=around.world,
+    ) as laboratory:
+        yield (
+            laboratory,
+            replace(fleet, addresses=tuple(names), options={"domain": domain, "stamped": stamped}),
+        )
+
+
+DDS = RobotKind(
+    name="dds",
+    silence=_SILENCE,
+    link=_link,
+    stand_in=_stand_in,
+    recognises=frozenset(),
+    extra="dds",
+    needs=("cyclonedds",),
+)

@@ -1,0 +1,189 @@
+"""Twists go out and odometry comes in, to a robot in another process too."""
+
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from sightfield.hardware_io.dds.dds_link import DdsLink, _Driven
+from sightfield.hardware_io.dds.messages import (
+    Header,
+    Odometry,
+    Point,
+    Pose,
+    PoseWithCovariance,
+    Quaternion,
+    Time,
+    Twist,
+    TwistWithCovariance,
+    Vector3,
+)
+from sightfield.hardware_io.dds.node import LOOPBACK, Node, open_domain
+from sightfield.hardware_io.kinds.dds import DDS
+from sightfield.hardware_io.kinds.robot_kind import Fleet, Surroundings
+from sightfield.hardware_io.links.reporting_link import Order, What
+from sightfield.hardware_io.links.robot_link import LinkError, RobotState
+from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.station.motion_checks import Chassis
+
+CHASSIS = Chassis(track_width=0.2, counts_per_metre=1000.0)
+DOMAIN = 219
+
+
+class Writer:
+    """Keeps what is written."""
+
+    def __init__(self):
+        self.written = []
+
+    def write(self, message):
+        self.written.append(message)
+
+
+@pytest.fixture
+def link():
+    """A link to robot 3 that was not connected, with a writer that keeps messages."""
+    link = DdsLink([3], chassis=CHASSIS)
+    link.kept = Writer()
+    link._driven[3] = _Driven(link.kept, None)
+    return link
+
+
+def odometry(nanoseconds, x, y, heading, speed=0.0, rate=0.0):
+    turn = Quaternion(z=np.sin(heading / 2), w=np.cos(heading / 2))
+    return Odometry(
+        Header(Time(7, nanoseconds), "odom"),
+        "base_link",
+        PoseWithCovariance(Pose(Point(x, y), turn)),
+        TwistWithCovariance(Twist(Vector3(x=speed), Vector3(z=rate))),
+    )
+
+
+def take(link, *arguments, **options):
+    link._take(3, link._driven[3], odometry(*arguments, **options))
+    return link.telemetry()[3]
+
+
+def test_counts_are_made_of_odometry(link):
+    """A straight of 0.3 m, then a quarter of a circle to the left about a centre 0.5 m away."""
+    assert take(link, 0, 2.0, 1.0, 0.5).counts == (0, 0)
+    x, y = 2.0 + 0.3 * np.cos(0.5), 1.0 + 0.3 * np.sin(0.5)
+    assert take(link, 1, x, y, 0.5).counts == (300, 300)
+    centre = np.array([x - 0.5 * np.sin(0.5), y + 0.5 * np.cos(0.5)])
+    for k in range(1, 31):
+        heading = 0.5 + k * np.pi / 60
+        place = centre + 0.5 * np.array([np.sin(heading), -np.cos(heading)])
+        report = take(link, 1 + k, *place, heading)
+    assert report.counts == pytest.approx((300 + 400 * np.pi / 2, 300 + 600 * np.pi / 2), abs=2)
+    # One that was started anew begins elsewhere, and has not driven there.
+    assert take(link, 40, 0.0, 9.0, heading).counts == report.counts
+
+
+def test_what_is_repeated_overtaken_or_no_number_does_not_count(link):
+    take(link, 5, 0.0, 0.0, 0.0)
+    for nanoseconds, x in ((5, 0.1), (4, 0.1), (6, np.nan)):
+        assert take(link, nanoseconds, x, 0.0, 0.0).counts == (0, 0)
+    assert link.health().refused == 3
+
+
+def test_states_are_of_the_last_order_and_of_what_is_seen(link):
+    assert take(link, 1, 0, 0, 0.0, speed=0.3).state == RobotState.DISARMED
+    link.transmit(3, Order(What.ARM, 1))
+    assert take(link, 2, 0, 0, 0.0).state == RobotState.IDLE
+    assert take(link, 3, 0, 0, 0.0, rate=-0.5).state == RobotState.DRIVING
+    link.transmit(3, Order(What.STOP, 2))
+    assert take(link, 4, 0, 0, 0.0, speed=0.3).state == RobotState.DRIVING
+    assert take(link, 5, 0, 0, 0.0).state == RobotState.STOPPED
+
+
+def test_before_an_arm_nothing_is_sent_and_after_a_stop_nothing_but_zeros(link):
+    link.heartbeat()
+    assert link.kept.written == []
+    link.transmit(3, Order(What.ARM, 1))
+    link.transmit(3, Order(What.COMMAND, 2, time.monotonic() + 9, 0.25, -1.5))
+    link.transmit(3, Order(What.COMMAND, 3, time.monotonic() - 0.01, 0.5, 0.5))
+    still = Twist()
+    assert link.kept.written == [still, Twist(Vector3(x=0.25), Vector3(z=-1.5))]
+    link.transmit(3, Order(What.STOP, 4))
+    link.heartbeat()
+    assert link.kept.written[2:] == [still, still]
+
+
+def test_names_and_domains_that_are_none_are_refused():
+    for names in (["a"], ["a", "a"], ["a", "/"]):
+        with pytest.raises(InvalidInput, match="be a namespace for each robot"):
+            DdsLink([1, 2], names, chassis=CHASSIS)
+    with pytest.raises(InvalidInput, match=r"`radio\.options\.domain` must be 0 to 232"):
+        DdsLink([1], chassis=CHASSIS, domain=233)
+    with pytest.raises(LinkError, match="not open"):
+        DdsLink([1], chassis=CHASSIS).stop()
+
+
+def test_stamped_twists_drive_robots_that_want_them():
+    fleet = Fleet(robots=(3,), options={"stamped": True})
+    around = Surroundings(starts=np.zeros((1, 3)), silence=0.5)
+    with (
+        DDS.open_stand_in(fleet, around) as (laboratory, reached),
+        DDS.open_link(reached) as link,
+    ):
+        assert reached.options["stamped"]
+        assert link.arm(timeout=5) == (3,)
+        drive(link, lambda: laboratory.wheel_speeds().min() > 0.2)
+
+
+def drive(link, until):
+    end = time.monotonic() + 10
+    while not until():
+        assert time.monotonic() < end
+        link.send_commands(np.array([[0.3, 0.0]]))
+        time.sleep(0.02)
+
+
+OTHER_PROCESS = f"""
+import sys, time
+from sightfield.hardware_io.dds.driver import DdsWire, Driver
+from sightfield.hardware_io.emulation.air import AirSettings
+from sightfield.hardware_io.emulation.stand_in_laboratory import StandInLaboratory
+wire = DdsWire(["rover"], {DOMAIN}, stamped=False)
+board = lambda k: Driver(0.5, stamped=False)
+with StandInLaboratory([3], [[0, 0, 0]], board, wire, air=AirSettings()) as laboratory:
+    sys.stdin.read()
+    print(laboratory.poses()[0, 0])
+"""
+
+
+def test_a_robot_in_another_process_drives_and_reports_its_way():
+    other = subprocess.Popen(
+        [sys.executable, "-c", OTHER_PROCESS], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    try:
+        domain = open_domain(DOMAIN, LOOPBACK)
+        with DdsLink([3], ["/rover"], chassis=CHASSIS, domain=DOMAIN) as link:
+            assert link.arm(timeout=30) == (3,)
+            drive(link, lambda: min(link.telemetry()[3].counts) > 100)
+            assert link.stop(timeout=5) == (3,)
+            counted = link.telemetry()[3].counts[0] / 1000
+        gone = float(other.communicate(timeout=30)[0])
+        assert gone == pytest.approx(counted, abs=0.03)
+        del domain
+    finally:
+        other.kill()
+
+
+def test_a_node_hears_its_own_domain_alone():
+    domains = [open_domain(number, LOOPBACK) for number in (220, 221)]
+    nodes = [Node(number) for number in (220, 221, 220)]
+    readers = [node.reader("toy/odom", Odometry) for node in nodes[1:]]
+    writer = nodes[0].writer("toy/odom", Odometry)
+    end, heard = time.monotonic() + 10, []
+    while not heard and time.monotonic() < end:
+        writer.write(odometry(1, 0.25, 0.0, 0.0))
+        nodes[2].wait(0.05)
+        heard = nodes[2].take(readers[1])
+    assert heard[0].pose.pose.position.x == 0.25
+    assert nodes[1].take(readers[0]) == []
+    for node in nodes:
+        node.close()
+    del domains
