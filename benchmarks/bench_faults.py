@@ -1,7 +1,8 @@
 """Faults in the emulated laboratory: how soon robots stand, and what is said of them.
 
 Runs in the time of the wall, a few seconds a fault, and is to run alone. As many moments of each
-fault as MOMENTS says: `MOMENTS=30 make bench ARGS="-k faults"`.
+fault as MOMENTS says: `MOMENTS=30 make bench ARGS="-k faults"`; `KIND=udp` plays with robots of
+that kind.
 """
 
 import os
@@ -12,6 +13,7 @@ import threading
 import time
 from collections import Counter
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +31,8 @@ from sightfield.hardware_io.mocap.lcm_message import PosesMessage, encode
 pytestmark = pytest.mark.benchmarks
 
 MOMENTS = int(os.environ.get("MOMENTS", "5"))
+# Of the robots in `test_faults`.
+KIND = os.environ.get("KIND", "xbee")
 # Of an emulation that keeps up with the wall all the time [s].
 LIMIT = 0.5
 
@@ -117,6 +121,7 @@ def test_endings(ending, laboratory, tmp_path):
 @pytest.mark.timeout(0)
 def test_faults(laboratory, tmp_path):
     scenario, game = laboratory
+    scenario = replace(scenario, radio=replace(scenario.radio, kind=KIND))
     names = np.random.default_rng(1).permutation(list(FAULTS) * MOMENTS).tolist()
     moments = run_faults(scenario, game, names, log=tmp_path / "run.log", seed=2)
     print()

@@ -36,7 +36,7 @@ class Sensed:
     Attributes:
         counts: Of the left and the right encoder.
         speeds: Of the left and the right wheel [m/s].
-        odometry: By its wheels since its start: x, y [m] and heading [rad].
+        odometry: By its encoders since the start: x, y [m] and heading [rad].
         ranges: Of four infrared sensors, from left to right [m]; infinite without walls.
         battery: [V].
     """

@@ -19,7 +19,8 @@ class StandInWheels:
     Attributes:
         poses: Shape (n, 3) [m], [m], [rad]; headings count turns.
         speeds: Of the left and the right wheel, shape (n, 2) [m/s].
-        odometry: Poses since the start by the wheels alone, shape (n, 3): carrying does not count.
+        odometry: Poses since the start by the encoders alone, shape (n, 3): carrying does not
+            count, nor what encoders do not tell.
         sense: What encoders tell, shape (n, 2): 1 the wheel's way, -1 the other way, 0 nothing.
 
     Args:
@@ -60,7 +61,7 @@ class StandInWheels:
         self.speeds = np.where(sticks | (speeds * direction <= 0), 0.0, speeds)
         ways = 0.5 * (before + self.speeds) * dt
         self._counts += self.sense * body.counts_per_metre * ways
-        way, turn = ways.mean(axis=1), (ways[:, 1] - ways[:, 0]) / body.track_width
-        for poses in (self.poses, self.odometry):
+        for poses, rolled in ((self.poses, ways), (self.odometry, self.sense * ways)):
+            way, turn = rolled.mean(axis=1), (rolled[:, 1] - rolled[:, 0]) / body.track_width
             middle = poses[:, 2] + 0.5 * turn
             poses += np.column_stack([way * np.cos(middle), way * np.sin(middle), turn])

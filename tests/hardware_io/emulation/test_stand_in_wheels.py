@@ -62,3 +62,8 @@ def test_encoders_tell_what_they_are_set_to():
     assert counts[0, 0] == 0
     assert counts[0, 1] == pytest.approx(-counts[1, 1], abs=1)
     assert counts[1, 1] > 300
+    # A robot's odometry believes them: with the right one reversed and the left one dead it turns.
+    way = counts[1, 1] / BODY.counts_per_metre
+    assert robots.odometry[0, 2] == pytest.approx(-way / 0.2, abs=5e-3)
+    assert robots.odometry[1, :2] == pytest.approx(robots.poses[1, :2])
+    assert robots.poses[0] == pytest.approx(robots.poses[1])
