@@ -21,7 +21,7 @@ from sightfield.hardware_io.udp.udp_link import UdpLink
 @pytest.mark.parametrize("name", [name for name in KINDS if name != "xbee"])
 def test_every_kind_passes(name):
     # One that waits for seconds is tried with a shorter silence, of its robots too.
-    kind = replace(KINDS[name], silence=min(KINDS[name].stops_after, 0.5))
+    kind = replace(KINDS[name], silence=min(KINDS[name].stops_after, 0.25))
     found = list(check_kind(kind))
     assert len(found) == 13
     assert [each for each in found if not each.passed] == []
