@@ -23,9 +23,12 @@ from .range_models import (
     thesis_range,
 )
 from .readings import ErrorCurve, Readings, error_curve
+from .shell_outline import Outline, make_outline
 
 # Residuals beyond this many pixels pull less: a picture with a wrong label must not bend all.
 _ROBUST = 0.5
+# Step by which slopes of the optics are taken.
+_TINY = 1e-5
 # Directions on more than half the circle tell where the mirror's axis is.
 _WIDEST_GAP = np.pi
 
@@ -100,6 +103,61 @@ class Calibration:
         }
 
     @cached_property
+    def outline(self) -> Outline:
+        """Where the camera shows the edges of such shells."""
+        return make_outline(
+            self.camera, radius=self.shell_radius, base=self.base, top=self.shell_top
+        )
+
+    @cached_property
+    def optics_covariance(self) -> np.ndarray:
+        """Covariance of fitted height [m], log of the focal length, axis [px], shape (4, 4).
+
+        The grid of pixels looks alike from directions that are each other's mirror images, where
+        readings err alike: only different ones count.
+        """
+        distances, where = np.unique(self.readings.distance, return_inverse=True)
+
+        def residuals(camera: OmniCamera) -> np.ndarray:
+            radius = exact_pixel_radius(distances, camera=camera, base=self.base)
+            return radius[where] - _radius(camera, self.readings)
+
+        here = residuals(self.camera)
+        slopes = np.column_stack(
+            [(residuals(each) - here) / _TINY for each in _neighbours(self.camera, _TINY)]
+        )
+        size = 4 if _tells_axis(self.readings) else 2
+        fold = self.readings.bearing % (0.5 * np.pi)
+        fold = np.round(np.minimum(fold, 0.5 * np.pi - fold), 6)
+        different = len(np.unique(np.column_stack([where, fold]), axis=0))
+        rest = max(len(here) - size, 1) * different / len(here)
+        covariance = np.zeros((4, 4))
+        matrix = slopes[:, :size].T @ slopes[:, :size]
+        covariance[:size, :size] = np.linalg.pinv(matrix) * float(here @ here) / rest
+        return covariance
+
+    def optics_doubt(self, distance: float, pixel_radius: float) -> tuple[float, float]:
+        """Variances of range [m^2] and bearing [rad^2] that come from the calibration itself.
+
+        Args:
+            distance: By the exact optics [m].
+            pixel_radius: p, at which they show it [px].
+        """
+        ranges = [
+            float(exact_range(pixel_radius, camera=each, base=self.base))
+            for each in _neighbours(self.camera, _TINY)[:2]
+        ]
+        slopes = (np.array(ranges) - distance) / _TINY
+        spread = self.optics_covariance
+        axis = 0.5 * float(spread[2, 2] + spread[3, 3])
+        steepness = 10 * float(
+            exact_range(pixel_radius + 0.05, camera=self.camera, base=self.base)
+            - exact_range(pixel_radius - 0.05, camera=self.camera, base=self.base)
+        )
+        along = float(slopes @ spread[:2, :2] @ slopes) + axis * steepness**2
+        return along, axis / pixel_radius**2
+
+    @cached_property
     def bearing_error(self) -> np.ndarray:
         """Measured less true bearing of each reading, shape (n,) [rad]."""
         turn = bearing_of(self.camera, self.readings.pixels) - self.readings.bearing
@@ -168,9 +226,7 @@ def fit_optics(readings: Readings, camera: OmniCamera, base: float) -> OmniCamer
     Raises:
         InvalidInput: The readings fit no mirror of this size.
     """
-    turns = np.sort(np.unique(readings.bearing % (2 * np.pi)))
-    gaps = np.diff(np.append(turns, turns[0] + 2 * np.pi))
-    size = 4 if len(turns) >= 3 and gaps.max() < _WIDEST_GAP else 2
+    size = 4 if _tells_axis(readings) else 2
     distances, where = np.unique(readings.distance, return_inverse=True)
     low = base - camera.mirror_distance + 1e-3
 
@@ -202,6 +258,24 @@ def fit_optics(readings: Readings, camera: OmniCamera, base: float) -> OmniCamer
     off = float(np.median(np.abs(residuals(found.x))))
     require(off < 3, "readings", "fit the mirror to 3 pixels", f"{off:.1f} pixels")
     return fitted(found.x)
+
+
+def _tells_axis(readings: Readings) -> bool:
+    """Whether the directions of readings tell where the mirror's axis is."""
+    turns = np.sort(np.unique(readings.bearing % (2 * np.pi)))
+    gaps = np.diff(np.append(turns, turns[0] + 2 * np.pi))
+    return len(turns) >= 3 and bool(gaps.max() < _WIDEST_GAP)
+
+
+def _neighbours(camera: OmniCamera, step: float) -> list[OmniCamera]:
+    """The camera with a little more height, focal length (as a share), and axis either way."""
+    column, row = camera.axis_pixel.tolist()
+    return [
+        replace(camera, pinhole_height=camera.pinhole_height + step),
+        replace(camera, focal_length=camera.focal_length * (1 + step)),
+        replace(camera, centre=(column + step, row)),
+        replace(camera, centre=(column, row + step)),
+    ]
 
 
 def _radius(camera: OmniCamera, readings: Readings) -> np.ndarray:

@@ -20,7 +20,7 @@ class Outcome(IntEnum):
     TWO_BLOBS = 5
     # The blob reaches the border of the picture.
     CUT_OFF = 6
-    # No shell has that outline: it surrounds the mirror's axis, or has no clear inner edge.
+    # No shell has that outline: a box, a mat or a poster has the colour, or the base is hidden.
     NO_SHELL_SHAPE = 7
     # Wider than a shell at its range: its base is hidden and it is nearer, or it is two shells.
     TOO_WIDE = 8
@@ -30,6 +30,8 @@ class Outcome(IntEnum):
     OUT_OF_RANGE = 10
     # Of several shells of one colour fewer are seen than there are; all that is seen is measured.
     NOT_ANOTHER = 11
+    # The picture is so blurred that an outline tells nothing.
+    BLURRED = 12
 
     @property
     def has_estimate(self) -> bool:

@@ -76,16 +76,17 @@ def hue_saturation_value(picture: np.ndarray) -> np.ndarray:
     return cv2.cvtColor(picture, cv2.COLOR_RGB2HSV_FULL)
 
 
-def colour_mask(hsv: np.ndarray, colour: ShellColour) -> np.ndarray:
+def colour_mask(hsv: np.ndarray, colour: ShellColour, light: float = 1.0) -> np.ndarray:
     """Pixels of a colour, 255 where they have it and else 0, shape (height, width), uint8.
 
     Args:
         hsv: The picture as hue, saturation and value, shape (height, width, 3).
         colour: Which.
+        light: How bright the picture is, as a share of usual; the least value falls with it.
     """
     low = (colour.hue - colour.hue_tolerance) / 360 * 256
     high = (colour.hue + colour.hue_tolerance) / 360 * 256
-    least = (255 * colour.min_saturation, 255 * colour.min_value)
+    least = (255 * colour.min_saturation, 255 * light * colour.min_value)
     mask = np.zeros(hsv.shape[:2], np.uint8)
     # Red lies on both sides of the seam of the circle.
     for turn in (-256, 0, 256):

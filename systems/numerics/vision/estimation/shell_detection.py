@@ -20,11 +20,31 @@ from .shell_colours import ShellColour, colour_mask, hue_saturation_value
 
 # Blobs of fewer pixels are noise.
 _MIN_AREA = 12
+# Blobs of a colour that are looked at, the largest first.
+_MOST = 6
+# Pixels around a blob that belong to its window.
+_MARGIN = 9
+# A usual picture's bright parts, and the share of pixels beyond them: in darker pictures shells are
+# darker.
+_BRIGHT, _BRIGHT_SHARE = 200.0, 0.01
 _KERNEL = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-# Half of the part of a blob's width that counts as its middle.
-_MIDDLE = 0.1
 # A base whose lines scatter more than this has no clear edge [px].
 _MAX_EDGE_ERROR = 1.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Window:
+    """The part of a picture around a blob.
+
+    Attributes:
+        colours: Red, green, blue, shape (height, width, 3), uint8.
+        blob: Not 0 in the blob, shape (height, width), uint8.
+        axis: Pixel of the mirror's axis in the window (column, row), mostly outside it, shape (2,).
+    """
+
+    colours: np.ndarray
+    blob: np.ndarray
+    axis: np.ndarray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,9 +58,8 @@ class ShellDetection:
         pixel_radius_std: Standard error of it [px].
         bearing: Of the shell, counter-clockwise from the robot's front [rad].
         width: Angle that the shell takes up as seen from the axis [rad].
-        skew: How far the blob's mean bearing is from the middle between its sides [rad].
-        outer_radius: Greatest distance of the pixels in its middle from the axis [px].
-        area: Pixels of the largest blob of the colour, whatever the outcome.
+        area: Pixels of the blob, or of the largest of the colour, whatever the outcome.
+        window: The picture around the blob, or None without one.
     """
 
     outcome: Outcome
@@ -49,9 +68,8 @@ class ShellDetection:
     pixel_radius_std: float = math.nan
     bearing: float = math.nan
     width: float = math.nan
-    skew: float = math.nan
-    outer_radius: float = math.nan
     area: int = 0
+    window: Window | None = None
 
 
 def detect_shells(
@@ -70,43 +88,75 @@ def detect_shells(
     Raises:
         InvalidInput: The picture has another type or shape.
     """
+    return [_only(blobs) for blobs in detect_blobs(picture, colours, axis)]
+
+
+def detect_blobs(
+    picture: np.ndarray, colours: Sequence[ShellColour], axis: np.ndarray | tuple[float, float]
+) -> list[list[ShellDetection]]:
+    """Look for all that has a shell's colour.
+
+    Args:
+        picture: Red, green, blue and perhaps alpha, shape (height, width, 3 or 4), uint8.
+        colours: What to look for.
+        axis: Pixel of the mirror's axis (column, row), as `OmniCamera.axis_pixel`.
+
+    Returns:
+        For each colour a detection per blob, the largest first; at least one, which says so if
+        there is none.
+
+    Raises:
+        InvalidInput: The picture has another type or shape.
+    """
     picture = as_rgb(picture)
     hsv = hue_saturation_value(picture)
-    return [_detect(picture, colour_mask(hsv, colour), np.asarray(axis)) for colour in colours]
+    bright = float(np.quantile(hsv[::8, ::8, 2], 1 - _BRIGHT_SHARE))
+    light = min(max(bright, 1.0) / _BRIGHT, 1.0)
+    masks = [colour_mask(hsv, colour, light) for colour in colours]
+    return [_detect(picture, mask, np.asarray(axis)) for mask in masks]
 
 
-def _detect(picture: np.ndarray, mask: np.ndarray, axis: np.ndarray) -> ShellDetection:
+def _only(blobs: list[ShellDetection]) -> ShellDetection:
+    return (
+        blobs[0]
+        if len(blobs) == 1
+        else ShellDetection(outcome=Outcome.TWO_BLOBS, area=blobs[0].area)
+    )
+
+
+def _detect(picture: np.ndarray, mask: np.ndarray, axis: np.ndarray) -> list[ShellDetection]:
     left, top, across, down = cv2.boundingRect(mask)
     if across == 0:
-        return ShellDetection(outcome=Outcome.NO_BLOB)
-    window = (slice(top, top + down), slice(left, left + across))
+        return [ShellDetection(outcome=Outcome.NO_BLOB)]
+    inside = mask[top : top + down, left : left + across]
     # Dilation, then erosion: noisy holes close. The other order would drop noisy specks, and with
     # them the shells far away, which are two pixels high; specks are told by their area instead.
-    closed = cv2.morphologyEx(mask[window], cv2.MORPH_CLOSE, _KERNEL)
+    closed = cv2.morphologyEx(inside, cv2.MORPH_CLOSE, _KERNEL)
     _, labels, boxes, _ = cv2.connectedComponentsWithStats(closed, connectivity=8)
-    areas = boxes[1:, cv2.CC_STAT_AREA]
-    area = int(areas.max())
-    blobs = np.flatnonzero(areas >= _MIN_AREA)
-    if len(blobs) != 1:
-        return ShellDetection(
-            outcome=Outcome.TWO_BLOBS if len(blobs) else Outcome.NO_BLOB, area=area
-        )
-    blob = (labels == int(blobs[0]) + 1).astype(np.uint8)
-    rows, columns = np.nonzero(blob)
-    rows, columns = rows + top, columns + left
-    height, width = mask.shape
-    borders = (rows.min(), columns.min(), height - 1 - rows.max(), width - 1 - columns.max())
-    if 0 in borders:
-        return ShellDetection(outcome=Outcome.CUT_OFF, area=area)
-    mask[:] = 0
-    mask[window] = blob
-    return _measure(picture, mask, columns, rows, axis)
+    areas = boxes[:, cv2.CC_STAT_AREA].copy()
+    areas[0] = 0
+    blobs = [k for k in np.argsort(-areas).tolist() if areas[k] >= _MIN_AREA][:_MOST]
+    if not blobs:
+        return [ShellDetection(outcome=Outcome.NO_BLOB, area=int(areas.max()))]
+    found = []
+    for k in blobs:
+        box = boxes[k, :4] + [left, top, 0, 0]
+        mask[:] = 0
+        mask[top : top + down, left : left + across] = labels == k
+        found.append(_measure(picture, mask, box, axis))
+    return found
 
 
 def _measure(
-    picture: np.ndarray, blob: np.ndarray, columns: np.ndarray, rows: np.ndarray, axis: np.ndarray
+    picture: np.ndarray, mask: np.ndarray, box: np.ndarray, axis: np.ndarray
 ) -> ShellDetection:
-    """Bearing, width and base of the only blob."""
+    """Bearing, width and base of the blob of a mask, which lies in a box (left, top, sizes)."""
+    left, top, across, down = box.tolist()
+    rows, columns = np.nonzero(mask[top : top + down, left : left + across])
+    rows, columns = rows + top, columns + left
+    height, width = mask.shape
+    if 0 in (left, top, width - left - across, height - top - down):
+        return ShellDetection(outcome=Outcome.CUT_OFF, area=len(rows))
     nothing = ShellDetection(outcome=Outcome.NO_SHELL_SHAPE, area=len(rows))
     right, up = columns - axis[0], axis[1] - rows
     radius = np.hypot(right, up)
@@ -120,30 +170,34 @@ def _measure(
     mean = float(np.average(turn, weights=weight))
     spread = float(np.average((turn - mean) ** 2, weights=weight))
     # The sides of a shell are lines through the axis: its bearings are spread evenly.
-    width = math.sqrt(12 * spread)
+    wide = math.sqrt(12 * spread)
     if np.ptp(turn) > math.pi:
         return nothing
     bearing = (middle + mean + math.pi) % (2 * math.pi) - math.pi
     base = find_base_edge(
         picture,
-        blob,
+        mask,
         axis,
         bearing=bearing,
-        width=width,
+        width=wide,
         radii=(float(radius.min()), float(radius.max())),
     )
     if base is None or base.radius_std > _MAX_EDGE_ERROR:
         return nothing
-    out = np.array([math.sin(bearing), -math.cos(bearing)])
-    column, row = axis + base.radius * out
+    column, row = axis + base.radius * np.array([math.sin(bearing), -math.cos(bearing)])
+    low, high = max(top - _MARGIN, 0), top + down + _MARGIN
+    first, last = max(left - _MARGIN, 0), left + across + _MARGIN
     return ShellDetection(
         outcome=Outcome.SEEN,
         pixel=(float(column), float(row)),
         pixel_radius=base.radius,
         pixel_radius_std=base.radius_std,
         bearing=bearing,
-        width=width,
-        skew=abs(mean - 0.5 * float(turn.min() + turn.max())),
-        outer_radius=float(radius[np.abs(turn - mean) <= _MIDDLE * width + 0.5 * weight].max()),
+        width=wide,
         area=len(rows),
+        window=Window(
+            colours=picture[low:high, first:last].copy(),
+            blob=mask[low:high, first:last].copy(),
+            axis=axis - [first, low],
+        ),
     )

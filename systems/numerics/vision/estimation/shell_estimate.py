@@ -1,9 +1,10 @@
 """From a detection to a range, a bearing and a position, with an honest covariance.
 
-The spread of an estimate is what the calibration found at its range, systematic error included,
-so the thesis's model says of itself how wrong it is far away. To that is added what the outline of
-the blob gives reason to doubt: a shell of known radius and height at a known range takes up a known
-angle, and its top edge is at a known place.
+The whole outline of a shell is fitted to the picture (`outline_fit`); the covariance is of that
+very picture, and of the calibration. What fits no shell is refused: a shell of known size at a
+range is so high and so wide, its base and top are so curved, and nothing else of its colour is. The
+thesis's model reads its range at the same edge and adds its systematic error, as the calibration
+found it.
 """
 
 import math
@@ -14,18 +15,21 @@ import numpy as np
 from ...errors import require_one_of
 from .calibration import Calibration
 from .outcomes import Outcome
-from .range_models import MODELS, exact_range
-from .shell_detection import ShellDetection
+from .outline_fit import OutlineFit, fit_outline
+from .range_models import MODELS, exact_pixel_radius
+from .shell_detection import ShellDetection, Window
 
-# Widths over the expected: below, partly or mostly hidden; above, not one whole shell.
-_PARTLY, _MOSTLY, _TOO_WIDE = 0.85, 0.35, 1.25
-# Noise of a width: a share of it, and pixels at its two sides.
-_WIDTH_SHARE, _WIDTH_PIXELS = 0.01, 0.7
-# Noise of the mean bearing against the sides'; and of the outer edge, beyond the half pixel by
-# which the blob reaches over it.
-_SKEW_PIXELS, _OUTER_PIXELS = 0.5, 0.1
-# What the raster does to all lines of an edge alike, where it runs along a row or column [px].
-_RASTER = 0.25
+# Widths over the expected: below, a side may be hidden, or most; above, not one whole shell, with
+# pixels by which a blurred one may be wider.
+_PARTLY, _MOSTLY, _TOO_WIDE, _WIDER = 0.97, 0.35, 1.25, 8.0
+# Edges of a shell are off by less than this, in deviations of the smoothing: in pictures with room
+# above the brightest, and without. And its remainders less than these, as in `OutlineFit`.
+_SHIFTED, _SHIFTED_WHITE = 0.8, 2.5
+_MISFIT, _DENT, _ROUGHNESS = 1.0, 0.24, 0.07
+# More smoothing than this leaves no outline [px].
+_BLURRED = 4.0
+# Variance of a bearing by the raster, times p^2 [px^2].
+_RASTER = 0.02**2
 # Estimates go on to this share of the nearest calibrated distance and of the farthest.
 _NEAREST, _FARTHEST = 0.5, 1.25
 # Standard deviation per distance outside the calibrated range.
@@ -73,71 +77,117 @@ def estimate_shell(
         InvalidInput: No such model.
     """
     require_one_of("model", model, MODELS)
-    if not detection.outcome.has_estimate:
+    if not detection.outcome.has_estimate or detection.window is None:
         return no_estimate(detection.outcome)
-    p = detection.pixel_radius
-    distance = float(calibration.range_of(model, p))
-    # Whatever the model, the exact optics know best how wide a shell should look.
-    true_range = float(calibration.range_of("exact", p))
+    start = _start(detection.window, detection.bearing, detection.width, calibration)
     nearest, farthest = calibration.readings.distances[[0, -1]].tolist()
-    if not (_NEAREST * nearest <= true_range <= _FARTHEST * farthest) or math.isinf(distance):
+    low, high = _NEAREST * nearest, _FARTHEST * farthest
+    # Roughly, so with a margin.
+    if not 0.8 * low <= start <= 1.5 * high:
         return no_estimate(Outcome.OUT_OF_RANGE)
-
-    radius = calibration.shell_radius
-    expected = 2 * math.asin(radius / (true_range + radius))
+    expected = 2 * math.asin(calibration.shell_radius / (start + calibration.shell_radius))
     ratio = detection.width / expected
-    if ratio > _TOO_WIDE:
+    if ratio > _TOO_WIDE + _WIDER / (detection.pixel_radius * expected):
         return no_estimate(Outcome.TOO_WIDE)
     if ratio < _MOSTLY:
         return no_estimate(Outcome.MOSTLY_HIDDEN)
-    range_doubt, bearing_doubt = _doubts(detection, calibration, true_range, expected)
-    outside = max(nearest - true_range, true_range - farthest, 0.0)
-    # The model's slope turns the scatter of this very edge into metres.
-    slope = float(calibration.range_of(model, p) - calibration.range_of(model, p - 0.1)) / 0.1
-    curve = calibration.curves[model]
-    usual = float(np.interp(p, curve.pixel_radius, curve.rms))
-    here = slope * math.hypot(detection.pixel_radius_std, _RASTER)
-    variance = max(usual, here) ** 2 + range_doubt**2 + (_EXTRAPOLATION * outside) ** 2
-    bearing_variance = calibration.bearing_rms**2 + (_RASTER / p) ** 2 + bearing_doubt**2
-    outcome = Outcome.SEEN
-    if outside > 0:
-        outcome = Outcome.OUTSIDE_CALIBRATION
-    if ratio < _PARTLY:
-        outcome = Outcome.PARTLY_HIDDEN
-    return ShellEstimate(
-        outcome=outcome,
-        range=distance,
-        bearing=detection.bearing,
-        covariance=np.diag([variance, bearing_variance]),
+    fit, outcome = _best_fit(detection, calibration, start, expected)
+    if fit is None:
+        return no_estimate(outcome)
+    if not low <= fit.range <= high:
+        return no_estimate(Outcome.OUT_OF_RANGE)
+    return _read(fit, outcome, detection.width, calibration, model)
+
+
+def _start(window: Window, bearing: float, width: float, calibration: Calibration) -> float:
+    """Range at which a shell's middle is as far out as the middle of the blob [m]."""
+    rows, columns = np.nonzero(window.blob)
+    right, up = columns - window.axis[0], window.axis[1] - rows
+    radius = np.hypot(right, up)
+    turn = (np.arctan2(right, up) - bearing + math.pi) % (2 * math.pi) - math.pi
+    middle = radius[np.abs(turn) <= 0.125 * width + 1 / radius]
+    outline = calibration.outline
+    return float(np.interp(np.median(middle), outline.middles, outline.ranges))
+
+
+def _best_fit(
+    detection: ShellDetection, calibration: Calibration, start: float, expected: float
+) -> tuple[OutlineFit | None, Outcome]:
+    """The fit of a whole shell, or of one with a side hidden; or why there is none."""
+    assert detection.window is not None
+    outline, bearing = calibration.outline, detection.bearing
+    whole = fit_outline(detection.window, outline, (start, bearing))
+    if whole is not None and whole.sharpness > _BLURRED:
+        return None, Outcome.BLURRED
+    if whole is not None and _is_shell(whole):
+        return whole, Outcome.SEEN
+    missing = expected - detection.width
+    if missing < (1 - _PARTLY) * expected:
+        return None, Outcome.NO_SHELL_SHAPE
+    amount = missing * detection.pixel_radius
+    fits = [
+        fit_outline(detection.window, outline, (start, bearing + turn), hidden)
+        for turn, hidden in ((-0.5 * missing, (amount, 0.0)), (0.5 * missing, (0.0, amount)))
+    ]
+    shells = [fit for fit in fits if fit is not None and _is_shell(fit)]
+    if not shells:
+        return None, Outcome.NO_SHELL_SHAPE
+    return min(shells, key=lambda fit: fit.misfit), Outcome.PARTLY_HIDDEN
+
+
+def _is_shell(fit: OutlineFit) -> bool:
+    shifted = _SHIFTED_WHITE if fit.saturated else _SHIFTED
+    return (
+        fit.sharpness <= _BLURRED
+        and fit.shift <= shifted * fit.sharpness
+        and fit.misfit <= _MISFIT
+        and fit.dent <= _DENT
+        and fit.roughness <= _ROUGHNESS
     )
 
 
-def _doubts(
-    detection: ShellDetection, calibration: Calibration, distance: float, expected: float
-) -> tuple[float, float]:
-    """Deviations of range [m] and bearing [rad] that the blob's outline gives reason to fear.
+def _read(
+    fit: OutlineFit, outcome: Outcome, width: float, calibration: Calibration, model: str
+) -> ShellEstimate:
+    """Range by a model, and all that makes it and the bearing unsure."""
+    camera, base = calibration.camera, calibration.base
+    edges = exact_pixel_radius([fit.range, 1.001 * fit.range], camera=camera, base=base)
+    p = float(edges[0])
+    by_optics, turned = calibration.optics_doubt(fit.range, p)
+    covariance = fit.covariance + np.diag([by_optics, turned + _RASTER / p**2])
+    # One side farther in than the other: something may hide a pixel of it.
+    off = 0.5 * fit.lopsided
+    covariance += np.diag([(off * 0.001 * fit.range / (edges[1] - p)) ** 2, (off / p) ** 2])
+    if outcome == Outcome.PARTLY_HIDDEN:
+        covariance += np.diag(_doubts(fit.range, width, calibration.shell_radius))
+    distance = fit.range
+    if model != "exact":
+        there, beyond = calibration.range_of(model, edges).tolist()
+        if not math.isfinite(beyond):
+            return no_estimate(Outcome.OUT_OF_RANGE)
+        scale = np.array([(beyond - there) / (0.001 * fit.range), 1.0])
+        covariance = covariance * np.outer(scale, scale)
+        curve, distance = calibration.curves[model], there
+        covariance[0, 0] += float(np.interp(p, curve.pixel_radius, curve.mean_error)) ** 2
+    nearest, farthest = calibration.readings.distances[[0, -1]].tolist()
+    outside = max(nearest - fit.range, fit.range - farthest, 0.0)
+    covariance[0, 0] += (_EXTRAPOLATION * outside) ** 2
+    if outside > 0 and outcome == Outcome.SEEN:
+        outcome = Outcome.OUTSIDE_CALIBRATION
+    return ShellEstimate(
+        outcome=outcome, range=distance, bearing=fit.bearing, covariance=covariance
+    )
 
-    Args:
-        detection: Of the blob.
-        calibration: Of the camera.
-        distance: By the exact optics, if the whole shell is seen [m].
-        expected: Width of a shell there [rad].
+
+def _doubts(distance: float, width: float, radius: float) -> tuple[float, float]:
+    """Variances of range and bearing if less of a shell is seen than there is.
+
+    What hides a side may hide some of the other, and the base's nearest point.
     """
-    p, radius, width = detection.pixel_radius, calibration.shell_radius, detection.width
-    ratio, noise = width / expected, 2 * (_WIDTH_SHARE + _WIDTH_PIXELS / (p * expected))
-    range_doubt, bearing_doubt = 0.0, max(detection.skew - _SKEW_PIXELS / p, 0.0)
-    # A side may be hidden, or something may stand out beside it: the middle is not the shell's.
-    bearing_doubt += 0.5 * abs(expected - width)
-    if ratio > 1 + noise:
-        # The base may be hidden: a nearer shell would look as wide.
-        range_doubt = distance - (radius / math.sin(0.5 * width) - radius)
-    elif ratio < 1 - noise:
-        # What is taken for the nearest point of the base is beside it.
-        range_doubt = radius * (1 - math.sqrt(1 - (1 - ratio) ** 2))
-    # A nearer shell whose base is hidden shows its top edge further in.
-    outer = detection.outer_radius + _OUTER_PIXELS
-    by_top = float(exact_range(outer, camera=calibration.camera, base=calibration.shell_top))
-    return range_doubt + max(distance - by_top, 0.0), bearing_doubt
+    expected = 2 * math.asin(radius / (distance + radius))
+    missing = min(max(1 - width / expected, 0.0), 1.0)
+    beside = radius * (1 - math.sqrt(1 - missing**2))
+    return beside**2, (0.5 * missing * expected) ** 2
 
 
 def locate(

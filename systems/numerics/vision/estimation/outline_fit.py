@@ -1,0 +1,373 @@
+"""A shell's range and bearing from its whole outline, and how sure they are, from one picture.
+
+The picture is expected to be the outline of `shell_outline`, smoothed by whatever smoothed the
+picture: lens, motion, compression. Least squares over the pixels around a blob find range and
+bearing together with what of the picture is not known beforehand:
+
+- the spread of the smoothing, a 2 x 2 matrix, so that an edge is as sharp as in this picture;
+- the light on the shell, even and from a side (Lambert's law);
+- by how much base, top and sides appear too far out or in: where the sensor's response is not
+  linear, or white is all that it can say, the middle of a blurred edge is not where the picture is
+  half as colourful. How far edges are shifted is found from the picture too: estimates are averaged
+  over several widths of the shifts' prior, each as likely as it makes the picture.
+
+A pixel's noise is that of the floor around the blob, and near edges that of the raster besides, as
+a pixel is either shell or not before the smoothing. What is left over after the fit may be more
+than that, and neighbours may err alike, as they do in the blocks of a compressed picture: the
+covariance is then that of the remainders themselves, with weights that fall with the distance.
+
+Sources: ours; W. Newey and K. West, A simple, positive semi-definite, heteroskedasticity and
+autocorrelation consistent covariance matrix, Econometrica 55, 1987.
+"""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from .shell_detection import Window
+from .shell_outline import Outline, draw_cover
+
+# The unknowns: range and bearing; shifts of base, top, left and right side; the spread of the
+# smoothing, xx, xy, yy; light, even, across and along; the colour of the floor.
+_PLACE, _SHIFTS, _SPREAD, _LIGHT = slice(0, 2), slice(2, 6), slice(6, 9), slice(9, 12)
+_FLOOR, _COUNT = 12, 13
+# How alike shifts are where the neighbour is alike: dark below and above a shell, bright beside it.
+# In saturated pictures the more of it is lost the farther edges are shifted.
+_DARK, _DARK_LOST, _BESIDE = 0.92, 0.05, 0.9
+# Widths of the shifts' prior, in deviations of the smoothing: the response is close to linear, or
+# parts of the picture are as bright as it can tell.
+_LINEAR, _SATURATED = (0.045, 0.09, 0.18, 0.36, 0.72), (0.4, 0.8, 1.6)
+# Share of the pixels around a blob that are white at which it is taken for saturated.
+_WHITE, _WHITE_SHARE = 254, 0.03
+# Deviations of light across and along, and of the floor's colour, in that of the shell.
+_LIGHT_SPREAD, _FLOOR_SPREAD = 0.25, 0.1
+# Variance of the smoothing where the search starts, its bounds [px^2], and the weight of the start.
+_START_SPREAD, _SPREAD_BOUNDS, _SPREAD_WEIGHT = 0.45, (0.09, 36.0), 1e-4
+# Least noise of a pixel, in colour of the shell: no picture is known better.
+_LEAST_NOISE = 0.02
+# Variance by the raster of an edge's place within a pixel [px^2], times how many pixels share it:
+# so many for each deviation of the smoothing, and besides.
+_RASTER, _SHARED, _BESIDES = 1 / 12, 3.1, 0.5
+# What saturation adds to it, as shifts change along an edge with the light on the shell.
+_UNEVEN = 0.5
+# Keeps the equations solvable where a blob says nothing of an unknown.
+_RIDGE = 1e-9
+# Steps of the search at most, between which weights are worked out anew; the least gain that is
+# worth another; and how often a step that gains nothing is shortened.
+_STEPS, _GAIN, _TRIALS = (3, 4, 6), 0.05, 3
+# Remainders as far apart as this are independent: the blocks of a JPEG have 8 pixels [px].
+_TOGETHER = 8
+# Remainders are smoothed by this to tell a wrong shape from noise [px].
+_SMOOTH = 1.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutlineFit:
+    """A shell that has been fitted to a picture.
+
+    Attributes:
+        range: d, from the axis to the shell's near side, by the exact optics [m].
+        bearing: Counter-clockwise from the robot's front [rad].
+        covariance: Of range and bearing, shape (2, 2).
+        shift: How far the edge that is off most is off, hidden sides left out [px].
+        lopsided: How much farther out the left side is than the right one, 0 where one is hidden
+            [px].
+        sharpness: Standard deviation of the smoothing [px].
+        saturated: Whether parts of the picture are as bright as it can tell.
+        misfit: What is left over, as the distance by which edges would be off [px].
+        dent: Greatest remainder after smoothing, as a share of the shell's colour.
+        roughness: Root mean square of the smoothed remainders, as a share of it.
+    """
+
+    range: float
+    bearing: float
+    covariance: np.ndarray
+    shift: float
+    lopsided: float
+    sharpness: float
+    saturated: bool
+    misfit: float
+    dent: float
+    roughness: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Scene:
+    """What does not change during a search: pixels, what they show, and what is known before."""
+
+    outline: Outline
+    shape: tuple[int, int]
+    bearings: np.ndarray
+    radii: np.ndarray
+    strength: np.ndarray
+    used: np.ndarray
+    noise: float
+    saturated: bool
+
+    @property
+    def widths(self) -> tuple[float, ...]:
+        """Of the shifts' prior, in deviations of the smoothing."""
+        return _SATURATED if self.saturated else _LINEAR
+
+
+def fit_outline(
+    window: Window,
+    outline: Outline,
+    start: tuple[float, float],
+    hidden: tuple[float, float] = (0, 0),
+) -> OutlineFit | None:
+    """Fit a shell to a picture.
+
+    Args:
+        window: Around the blob.
+        outline: Of a shell.
+        start: Range [m] and bearing [rad] of its near side, roughly.
+        hidden: How much of its left and right side something hides, roughly [px]; 0 if all is seen.
+
+    Returns:
+        The fit, or None where the blob has no colour of its own or no shell comes near it.
+    """
+    scene = _scene(window, outline)
+    if scene is None:
+        return None
+    mean, prior = _before(start, hidden, scene)
+    values = mean.copy()
+    weights = np.full(len(scene.strength), scene.noise**-2)
+    expected, slopes = _expect(scene, values)
+    damping = 1e-3
+    for steps in _STEPS:
+        for _ in range(steps):
+            cost = _cost(scene, weights, expected, values - mean, prior)
+            pulls = slopes.T * weights
+            matrix = pulls @ slopes + prior
+            pull = pulls @ (scene.strength - expected) - prior @ (values - mean)
+            gain = -1.0
+            for _ in range(_TRIALS):
+                damped = matrix + damping * np.diag(np.diag(matrix)) + _RIDGE * np.eye(_COUNT)
+                trial = _bounded(values + np.linalg.solve(damped, pull))
+                found = _expect(scene, trial)
+                gain = cost - _cost(scene, weights, found[0], trial - mean, prior)
+                if gain >= 0:
+                    values, (expected, slopes) = trial, found
+                    damping = max(0.1 * damping, 1e-6)
+                    break
+                damping *= 10
+            if gain < _GAIN:
+                break
+        damping = 1e-3
+        weights = _weights(scene, values, expected)
+        prior[_SHIFTS, _SHIFTS] = _shift_prior(
+            max(scene.widths), _sharpness(values), hidden, scene.saturated
+        )
+    return _judge(scene, values, mean, prior, weights, expected, slopes, hidden)
+
+
+def _scene(window: Window, outline: Outline) -> _Scene | None:
+    """How much of the shell's colour each pixel has: 0 on the floor, about 1 on the shell."""
+    height, width = window.blob.shape
+    rows, columns = np.divmod(np.arange(height * width), width)
+    right, up = columns - window.axis[0], window.axis[1] - rows
+    colours = window.colours.reshape(-1, 3).astype(float)
+    grown = [cv2.dilate(window.blob, np.ones((n, n), np.uint8)).ravel() > 0 for n in (9, 13)]
+    core = cv2.erode(window.blob, np.ones((3, 3), np.uint8)).ravel() > 0
+    ring = grown[1] & ~grown[0]
+    if not core.any():
+        core = window.blob.ravel() > 0
+    if not ring.any():
+        return None
+    # Colourfulness, of which grey floor and dark robot have none.
+    chroma = colours - colours.mean(axis=1, keepdims=True)
+    floor = np.median(chroma[ring], axis=0)
+    across = np.median(chroma[core], axis=0) - floor
+    if not across @ across > 0:
+        return None
+    strength = (chroma - floor) @ across / (across @ across)
+    noise = 1.4826 * float(np.median(np.abs(strength[ring] - np.median(strength[ring]))))
+    noise = max(noise, _LEAST_NOISE)
+    white = float((colours[grown[1]].max(axis=1) >= _WHITE).mean())
+    return _Scene(
+        outline,
+        (height, width),
+        np.arctan2(right, up),
+        np.hypot(right, up),
+        strength,
+        grown[1].astype(float),
+        noise,
+        white > _WHITE_SHARE,
+    )
+
+
+def _before(
+    start: tuple[float, float], hidden: tuple[float, float], scene: _Scene
+) -> tuple[np.ndarray, np.ndarray]:
+    """What is expected of the unknowns, shape (13,), and its precision, shape (13, 13)."""
+    mean = np.zeros(_COUNT)
+    mean[_PLACE], mean[6], mean[8], mean[9] = start, _START_SPREAD, _START_SPREAD, 1.0
+    mean[4:6] = -np.array(hidden)
+    precision = np.zeros(_COUNT)
+    precision[_SPREAD] = _SPREAD_WEIGHT
+    precision[10:12], precision[_FLOOR] = _LIGHT_SPREAD**-2, _FLOOR_SPREAD**-2
+    prior = np.diag(precision)
+    prior[_SHIFTS, _SHIFTS] = _shift_prior(
+        max(scene.widths), math.sqrt(_START_SPREAD), hidden, scene.saturated
+    )
+    return mean, prior
+
+
+def _shift_prior(
+    width: float, sharpness: float, hidden: tuple[float, float], saturated: bool
+) -> np.ndarray:
+    """Precision of the shifts; nothing is known of a side that is hidden."""
+    dark = 1 - _DARK_LOST * width if saturated else _DARK
+    spread = np.eye(4)
+    spread[0, 1] = spread[1, 0] = dark
+    spread[2, 3] = spread[3, 2] = _BESIDE
+    spread *= (width * sharpness) ** 2
+    for side, amount in zip((2, 3), hidden, strict=True):
+        if amount > 0:
+            spread[side], spread[:, side] = 0.0, 0.0
+            spread[side, side] = (1.0 + amount) ** 2
+    return np.linalg.inv(spread)
+
+
+def _sharpness(values: np.ndarray) -> float:
+    return math.sqrt(0.5 * (values[6] + values[8]))
+
+
+def _bounded(values: np.ndarray) -> np.ndarray:
+    """The unknowns with a range and a spread that can be."""
+    values = values.copy()
+    values[0] = min(max(values[0], 0.02), 50.0)
+    sizes, ways = np.linalg.eigh([[values[6], values[7]], [values[7], values[8]]])
+    spread = (ways * np.clip(sizes, *_SPREAD_BOUNDS)) @ ways.T
+    values[_SPREAD] = spread[0, 0], spread[0, 1], spread[1, 1]
+    return values
+
+
+def _smoothing(values: np.ndarray) -> np.ndarray:
+    """The Gaussian of the spread, as a kernel of odd sides that sums to 1."""
+    half = max(math.ceil(3 * math.sqrt(max(values[6], values[8]))), 1)
+    y, x = np.mgrid[-half : half + 1, -half : half + 1].astype(float)
+    xx, xy, yy = values[_SPREAD]
+    square = (yy * x * x - 2 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
+    kernel = np.exp(-0.5 * square)
+    return kernel / kernel.sum()
+
+
+def _expect(scene: _Scene, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What the pixels should show, shape (n,), and its slopes with the unknowns, shape (n, 13)."""
+    size, light = len(scene.bearings), values[_LIGHT]
+    here, there = np.empty((size, 7)), np.empty((size, 7))
+    draw_cover(scene.outline, scene.bearings, scene.radii, values[:6], here)
+    lit = here[:, :3] @ light
+    # Light falls on an edge as on the pixel's covered part.
+    edge = np.divide(lit, here[:, 0], out=np.zeros(size), where=here[:, 0] > 0)
+    images = np.empty((*scene.shape, 9))
+    flat = images.reshape(size, 9)
+    flat[:, :3] = here[:, :3]
+    for k, tiny in enumerate((1e-4 * values[0], 5e-4)):
+        place = values[:6].copy()
+        place[k] += tiny
+        draw_cover(scene.outline, scene.bearings, scene.radii, place, there)
+        flat[:, 3 + k] = (there[:, :3] @ light - lit) / tiny
+    flat[:, 5:] = edge[:, None] * here[:, 3:]
+    smooth = cv2.filter2D(images, -1, _smoothing(values), borderType=cv2.BORDER_REPLICATE)
+    smooth = smooth.reshape(size, 9)
+    slopes = np.empty((size, _COUNT))
+    slopes[:, :6], slopes[:, _LIGHT], slopes[:, _FLOOR] = smooth[:, 3:], smooth[:, :3], 1.0
+    shown = smooth[:, :3] @ light
+    # A Gaussian's slope with its variance is half its second derivative.
+    t = np.pad(shown.reshape(scene.shape), 1, mode="edge")
+    middle = t[1:-1, 1:-1]
+    slopes[:, 6] = 0.5 * (t[1:-1, 2:] + t[1:-1, :-2] - 2 * middle).ravel()
+    slopes[:, 7] = 0.25 * (t[2:, 2:] + t[:-2, :-2] - t[2:, :-2] - t[:-2, 2:]).ravel()
+    slopes[:, 8] = 0.5 * (t[2:, 1:-1] + t[:-2, 1:-1] - 2 * middle).ravel()
+    return shown + values[_FLOOR], slopes
+
+
+def _weights(scene: _Scene, values: np.ndarray, expected: np.ndarray) -> np.ndarray:
+    """One over the variance of each pixel: noise, and the raster where the picture is steep."""
+    down, across = np.gradient(expected.reshape(scene.shape))
+    steep = (down**2 + across**2).ravel()
+    raster = _RASTER * (_SHARED * _sharpness(values) + _BESIDES)
+    raster *= 1 + _UNEVEN * scene.saturated
+    return scene.used / (scene.noise**2 + raster * steep)
+
+
+def _cost(
+    scene: _Scene, weights: np.ndarray, expected: np.ndarray, off: np.ndarray, prior: np.ndarray
+) -> float:
+    left = scene.strength - expected
+    return float(weights @ left**2 + off @ prior @ off)
+
+
+def _judge(
+    scene: _Scene,
+    values: np.ndarray,
+    mean: np.ndarray,
+    prior: np.ndarray,
+    weights: np.ndarray,
+    expected: np.ndarray,
+    slopes: np.ndarray,
+    hidden: tuple[float, float],
+) -> OutlineFit | None:
+    """How sure a search's end is, averaged over the widths of the shifts' prior."""
+    left, used = scene.strength - expected, scene.used > 0
+    root, sharpness = np.sqrt(weights), _sharpness(values)
+    # Where more is left over than the noise explains, the noise is more.
+    excess = max(float(np.mean((root * left)[used] ** 2)), 1.0)
+    pulls = slopes.T * (weights / excess)
+    matrix, pull = pulls @ slopes, pulls @ left
+    each = (pulls * left).T.reshape(*scene.shape, _COUNT)
+    near = 1 - np.abs(np.arange(1 - _TOGETHER, _TOGETHER)) / _TOGETHER
+    sums = cv2.sepFilter2D(each, -1, near, near, borderType=cv2.BORDER_CONSTANT)
+    alike = each.reshape(-1, _COUNT).T @ sums.reshape(-1, _COUNT)
+    off = values - mean
+    scores, places, spreads, shifts = [], [], [], []
+    for width in scene.widths:
+        prior = prior.copy()
+        prior[_SHIFTS, _SHIFTS] = _shift_prior(width, sharpness, hidden, scene.saturated)
+        inverse = np.linalg.inv(matrix + prior)
+        rest = pull - prior @ off
+        step = inverse @ rest
+        cost = off @ prior @ off - rest @ step
+        signs = np.linalg.slogdet(prior[_SHIFTS, _SHIFTS])[1] + np.linalg.slogdet(inverse)[1]
+        scores.append(0.5 * (signs - cost))
+        places.append((values + step)[_PLACE])
+        shifts.append((off + step)[_SHIFTS])
+        spread = (inverse @ (alike + prior) @ inverse)[_PLACE, _PLACE]
+        spreads.append(_larger(inverse[_PLACE, _PLACE], spread))
+    shares = np.exp(np.array(scores) - max(scores))
+    shares /= shares.sum()
+    place = shares @ np.array(places)
+    apart = np.array(places) - place
+    covariance = np.tensordot(shares, spreads, 1) + (apart.T * shares) @ apart
+    if not (np.isfinite(place).all() and np.isfinite(covariance).all()):
+        return None
+    shift = shares @ np.array(shifts)
+    seen = np.array([True, True, *(amount == 0 for amount in hidden)])
+    steep = np.gradient(expected.reshape(scene.shape))
+    steepness = float(scene.used @ (steep[0] ** 2 + steep[1] ** 2).ravel())
+    dents = cv2.GaussianBlur((left * scene.used).reshape(scene.shape), (0, 0), _SMOOTH).ravel()
+    return OutlineFit(
+        range=float(place[0]),
+        bearing=math.remainder(float(place[1]), 2 * math.pi),
+        covariance=covariance,
+        shift=float(np.abs(shift[seen]).max()),
+        lopsided=float(shift[2] - shift[3]) if seen.all() else 0.0,
+        sharpness=sharpness,
+        saturated=scene.saturated,
+        misfit=math.sqrt(float(scene.used @ left**2) / max(steepness, 1e-12)),
+        dent=float(np.abs(dents).max()),
+        roughness=math.sqrt(float(np.mean(dents[used] ** 2))),
+    )
+
+
+def _larger(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """The least covariance that is as large as `one` and, along its axes, as `other`."""
+    root = np.linalg.cholesky(one)
+    inverse = np.linalg.inv(root)
+    sizes, ways = np.linalg.eigh(inverse @ other @ inverse.T)
+    return root @ (ways * np.maximum(sizes, 1.0)) @ ways.T @ root.T
