@@ -1,5 +1,7 @@
 from .diagrams.station.check import check_laboratory as check_laboratory
 from .diagrams.station.hardware import open_radio as open_radio
+from .diagrams.station.kind_check import KindTrial as KindTrial
+from .diagrams.station.kind_check import check_kind as check_kind
 from .diagrams.station.make_station import MakeStation as MakeStation
 from .diagrams.station.replay import Comparison as Comparison
 from .diagrams.station.replay import Recording as Recording
@@ -22,6 +24,19 @@ from .diagrams.station.station_files import load_station as load_station
 from .diagrams.station.station_tracking import AddStationTracking as AddStationTracking
 from .hardware_io.cameras.frame_source import FrameSource as FrameSource
 from .hardware_io.emulation.laboratory import EmulatedLaboratory as EmulatedLaboratory
+from .hardware_io.emulation.stand_in_laboratory import DatagramWire as DatagramWire
+from .hardware_io.emulation.stand_in_laboratory import StandInLaboratory as StandInLaboratory
+from .hardware_io.kinds.find_kind import find_kind as find_kind
+from .hardware_io.kinds.robot_kind import LATE as LATE
+from .hardware_io.kinds.robot_kind import REORDERED as REORDERED
+from .hardware_io.kinds.robot_kind import REPEATED as REPEATED
+from .hardware_io.kinds.robot_kind import RobotFleet as RobotFleet
+from .hardware_io.kinds.robot_kind import RobotKind as RobotKind
+from .hardware_io.links.datagram_link import DatagramLink as DatagramLink
+from .hardware_io.links.datagram_link import NoMessage as NoMessage
+from .hardware_io.links.robot_link import RobotLink as RobotLink
+from .hardware_io.links.robot_link import RobotReport as RobotReport
+from .hardware_io.links.robot_link import RobotState as RobotState
 from .hardware_io.mocap.pose_receiver import PoseReceiver as PoseReceiver
 from .hardware_io.mocap.pose_source import NewestPoses as NewestPoses
 from .hardware_io.mocap.pose_source import PoseReading as PoseReading

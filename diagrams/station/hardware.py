@@ -23,8 +23,8 @@ from ...hardware_io.kinds.robot_kind import (
     LATE,
     REORDERED,
     REPEATED,
-    Fleet,
     Laboratory,
+    RobotFleet,
     RobotKind,
     Surroundings,
 )
@@ -71,7 +71,6 @@ __all__ = [
     "AirSettings",
     "Devices",
     "FaultyPoses",
-    "Fleet",
     "Flight",
     "Laboratory",
     "Operator",
@@ -79,6 +78,7 @@ __all__ = [
     "PortRecorder",
     "PoseFault",
     "PoseReading",
+    "RobotFleet",
     "RobotKind",
     "RobotLink",
     "RunLog",
@@ -173,9 +173,9 @@ def open_radio(scenario: StationScenario) -> RobotLink:
     return find_kind(scenario.radio.kind).open_link(_fleet(scenario))
 
 
-def _fleet(scenario: StationScenario) -> Fleet:
+def _fleet(scenario: StationScenario) -> RobotFleet:
     radio = scenario.radio
-    return Fleet(
+    return RobotFleet(
         robots=tuple(scenario.robots),
         port=radio.port,
         baud_rate=radio.baud_rate,

@@ -18,9 +18,9 @@ from .hardware import (
     REORDERED,
     REPEATED,
     AirSettings,
-    Fleet,
     Flight,
     Laboratory,
+    RobotFleet,
     RobotKind,
     RobotLink,
     Surroundings,
@@ -46,7 +46,7 @@ _NOISE = 60
 
 
 @dataclass(frozen=True)
-class Trial:
+class KindTrial:
     """What came of one trial.
 
     Attributes:
@@ -64,7 +64,7 @@ class _Failed(Exception):
     """A trial failed; the message says how."""
 
 
-def check_kind(kind: RobotKind, names: Collection[str] | None = None) -> Iterator[Trial]:
+def check_kind(kind: RobotKind, names: Collection[str] | None = None) -> Iterator[KindTrial]:
     """Try a kind of robots, one trial after the other, in the time of the wall.
 
     Args:
@@ -77,7 +77,7 @@ def check_kind(kind: RobotKind, names: Collection[str] | None = None) -> Iterato
     around = Surroundings(
         starts=_STARTS, air=AirSettings(delay=0.005), silence=kind.stops_after, seed=1
     )
-    with kind.open_stand_in(Fleet(robots=_ROBOTS), around) as (laboratory, fleet):
+    with kind.open_stand_in(RobotFleet(robots=_ROBOTS), around) as (laboratory, fleet):
         trials = _Trials(kind, laboratory, fleet)
         with trials:
             for name, trial in trials.all():
@@ -86,17 +86,17 @@ def check_kind(kind: RobotKind, names: Collection[str] | None = None) -> Iterato
                 laboratory.restore_radio()
                 laboratory.air.settings = around.air
                 try:
-                    yield Trial(name, True, trial())
+                    yield KindTrial(name, True, trial())
                 except _Failed as failure:
-                    yield Trial(name, False, str(failure))
+                    yield KindTrial(name, False, str(failure))
                 except SightfieldError as error:
-                    yield Trial(name, False, f"an error: {error}")
+                    yield KindTrial(name, False, f"an error: {error}")
 
 
 class _Trials:
     """The trials, with a link and a laboratory."""
 
-    def __init__(self, kind: RobotKind, laboratory: Laboratory, fleet: Fleet) -> None:
+    def __init__(self, kind: RobotKind, laboratory: Laboratory, fleet: RobotFleet) -> None:
         self._kind, self._laboratory, self._fleet = kind, laboratory, fleet
         self._link: RobotLink = kind.open_link(fleet)
         self._stack = ExitStack()

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 from ..emulation.stand_in_laboratory import StandInLaboratory
 from ..links.robot_link import RobotLink
-from .robot_kind import Fleet, Laboratory, RobotKind, Surroundings
+from .robot_kind import Laboratory, RobotFleet, RobotKind, Surroundings
 
 # Of ros2_control's differential drive (cmd_vel_timeout), unless it is set otherwise [s].
 _SILENCE = 0.5
 
 
-def _link(fleet: Fleet) -> RobotLink:
+def _link(fleet: RobotFleet) -> RobotLink:
     from ..dds.dds_link import DdsLink
 
     return DdsLink(
@@ -28,7 +28,7 @@ def _link(fleet: Fleet) -> RobotLink:
 
 
 @contextmanager
-def _stand_in(fleet: Fleet, around: Surroundings) -> Iterator[tuple[Laboratory, Fleet]]:
+def _stand_in(fleet: RobotFleet, around: Surroundings) -> Iterator[tuple[Laboratory, RobotFleet]]:
     from ..dds.driver import DdsWire, Driver
 
     stamped = fleet.option("stamped", False)

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 from ..emulation.stand_in_laboratory import DatagramWire, StandInLaboratory
 from ..links.robot_link import RobotLink
-from .robot_kind import Fleet, Laboratory, RobotKind, Surroundings
+from .robot_kind import Laboratory, RobotFleet, RobotKind, Surroundings
 
 # Of ArduPilot Rover in mode GUIDED, which has it in its code and not among its parameters [s].
 _SILENCE = 3.0
 
 
-def _link(fleet: Fleet) -> RobotLink:
+def _link(fleet: RobotFleet) -> RobotLink:
     from ..mavlink.mavlink_link import MavlinkLink
     from ..mavlink.packets import read_key
 
@@ -25,7 +25,7 @@ def _link(fleet: Fleet) -> RobotLink:
 
 
 @contextmanager
-def _stand_in(fleet: Fleet, around: Surroundings) -> Iterator[tuple[Laboratory, Fleet]]:
+def _stand_in(fleet: RobotFleet, around: Surroundings) -> Iterator[tuple[Laboratory, RobotFleet]]:
     from ..mavlink.packets import read_key
     from ..mavlink.rover import Rover
 

@@ -19,7 +19,7 @@ LATE, REPEATED, REORDERED = "late", "repeated", "reordered"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fleet:
+class RobotFleet:
     """Robots of one kind, and how they are reached.
 
     Attributes:
@@ -129,7 +129,7 @@ class Laboratory(Protocol):
         ...
 
 
-Opened = AbstractContextManager[tuple[Laboratory, Fleet]]
+Opened = AbstractContextManager[tuple[Laboratory, RobotFleet]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,8 +154,8 @@ class RobotKind:
 
     name: str
     silence: float | None = None
-    link: Callable[[Fleet], RobotLink]
-    stand_in: Callable[[Fleet, Surroundings], Opened]
+    link: Callable[[RobotFleet], RobotLink]
+    stand_in: Callable[[RobotFleet, Surroundings], Opened]
     recognises: frozenset[str] = frozenset({LATE, REPEATED, REORDERED})
     extra: str = ""
     needs: tuple[str, ...] = ()
@@ -173,7 +173,7 @@ class RobotKind:
         assert self.silence is not None
         return self.silence
 
-    def open_link(self, fleet: Fleet) -> RobotLink:
+    def open_link(self, fleet: RobotFleet) -> RobotLink:
         """The link to a fleet, not yet connected.
 
         Raises:
@@ -182,7 +182,7 @@ class RobotKind:
         self._require_extra()
         return self.link(fleet)
 
-    def open_stand_in(self, fleet: Fleet, around: Surroundings) -> Opened:
+    def open_stand_in(self, fleet: RobotFleet, around: Surroundings) -> Opened:
         """Robots that stand in for a fleet's.
 
         Raises:

@@ -10,15 +10,15 @@ from ..emulation.stand_in_laboratory import DatagramWire, StandInLaboratory
 from ..links.robot_link import RobotLink
 from ..udp.udp_board import UdpBoard
 from ..udp.udp_link import SILENCE, UdpLink
-from .robot_kind import Fleet, Laboratory, RobotKind, Surroundings
+from .robot_kind import Laboratory, RobotFleet, RobotKind, Surroundings
 
 
-def _link(fleet: Fleet) -> RobotLink:
+def _link(fleet: RobotFleet) -> RobotLink:
     return UdpLink(fleet.robots, fleet.addresses)
 
 
 @contextmanager
-def _stand_in(fleet: Fleet, around: Surroundings) -> Iterator[tuple[Laboratory, Fleet]]:
+def _stand_in(fleet: RobotFleet, around: Surroundings) -> Iterator[tuple[Laboratory, RobotFleet]]:
     rng = np.random.default_rng(around.seed)
 
     def make_board(k: int) -> UdpBoard:

@@ -5,17 +5,17 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from ..links.robot_link import RobotLink
-from .robot_kind import REORDERED, REPEATED, Fleet, Laboratory, RobotKind, Surroundings
+from .robot_kind import REORDERED, REPEATED, Laboratory, RobotFleet, RobotKind, Surroundings
 
 
-def _link(fleet: Fleet) -> RobotLink:
+def _link(fleet: RobotFleet) -> RobotLink:
     from ..radio.link import RadioLink
 
     return RadioLink(fleet.port, fleet.robots, baud_rate=fleet.baud_rate)
 
 
 @contextmanager
-def _stand_in(fleet: Fleet, around: Surroundings) -> Iterator[tuple[Laboratory, Fleet]]:
+def _stand_in(fleet: RobotFleet, around: Surroundings) -> Iterator[tuple[Laboratory, RobotFleet]]:
     from ..emulation.laboratory import EmulatedLaboratory
 
     air = around.air

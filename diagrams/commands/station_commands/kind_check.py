@@ -8,7 +8,7 @@ import typer
 from rich.console import Console
 
 from ...station.hardware import KINDS, find_kind
-from ...station.kind_check import Trial, check_kind
+from ...station.kind_check import KindTrial, check_kind
 from .options import JsonOption
 
 
@@ -24,7 +24,7 @@ def kind_check(
     """Drop, delay, repeat and reorder messages between a kind's link and robots that stand in, stop
     them, and leave them in silence; exit code 1 if a trial fails. No real robot moves."""
     tried = find_kind(kind)
-    console, found = Console(highlight=False), list[Trial]()
+    console, found = Console(highlight=False), list[KindTrial]()
     for trial in check_kind(tried):
         found.append(trial)
         if not as_json:

@@ -22,7 +22,7 @@ from sightfield.hardware_io.dds.messages import (
 )
 from sightfield.hardware_io.dds.node import LOOPBACK, Node, open_domain
 from sightfield.hardware_io.kinds.dds import DDS
-from sightfield.hardware_io.kinds.robot_kind import Fleet, Surroundings
+from sightfield.hardware_io.kinds.robot_kind import RobotFleet, Surroundings
 from sightfield.hardware_io.links.reporting_link import Order, What
 from sightfield.hardware_io.links.robot_link import LinkError, RobotState
 from sightfield.systems.numerics.errors import InvalidInput
@@ -122,7 +122,7 @@ def test_names_and_domains_that_are_none_are_refused():
 
 
 def test_stamped_twists_drive_robots_that_want_them():
-    fleet = Fleet(robots=(3,), options={"stamped": True})
+    fleet = RobotFleet(robots=(3,), options={"stamped": True})
     around = Surroundings(starts=np.zeros((1, 3)), silence=0.5)
     with (
         DDS.open_stand_in(fleet, around) as (laboratory, reached),

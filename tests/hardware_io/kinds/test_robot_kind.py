@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from sightfield.hardware_io.kinds.find_kind import KINDS, find_kind
-from sightfield.hardware_io.kinds.robot_kind import Fleet, RobotKind, Surroundings
+from sightfield.hardware_io.kinds.robot_kind import RobotFleet, RobotKind, Surroundings
 from sightfield.systems.numerics.errors import InvalidInput
 
 
@@ -28,7 +28,7 @@ def test_what_robots_cannot_recognise_is_refused():
 
 def test_a_missing_extra_is_named_in_one_line_and_nothing_is_opened():
     needy = kind(extra="hovercraft", needs=("math", "no_such_module"), link=pytest.fail)
-    fleet = Fleet(robots=(1,))
+    fleet = RobotFleet(robots=(1,))
     words = r"toy must come with the extra \[hovercraft\]: .*; not installed: no_such_module$"
     with pytest.raises(InvalidInput, match=words) as refusal:
         needy.open_link(fleet)
@@ -55,7 +55,7 @@ def test_kinds_are_found_by_name_and_one_s_own_by_its_module(tmp_path, monkeypat
 
 
 def test_options_of_a_kind_have_their_type():
-    fleet = Fleet(robots=(1,), options={"rate": 20, "name": "a", "fast": True})
+    fleet = RobotFleet(robots=(1,), options={"rate": 20, "name": "a", "fast": True})
     assert fleet.option("rate", 5.0) == 20.0
     assert fleet.option("name", "b") == "a"
     assert fleet.option("depth", 3) == 3
