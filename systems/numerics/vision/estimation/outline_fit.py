@@ -72,8 +72,8 @@ class OutlineFit:
         bearing: Counter-clockwise from the robot's front [rad].
         covariance: Of range and bearing, shape (2, 2).
         shift: How far the edge that is off most is off, hidden sides left out [px].
-        lopsided: How much farther out the left side is than the right one, 0 where one is hidden
-            [px].
+        lopsided: How much farther out the left side is than the right one [px]; 0 where one is
+            hidden, or the picture is saturated and the light alone may do it.
         sharpness: Standard deviation of the smoothing [px].
         saturated: Whether parts of the picture are as bright as it can tell.
         misfit: What is left over, as the distance by which edges would be off [px].
@@ -356,7 +356,7 @@ def _judge(
         bearing=math.remainder(float(place[1]), 2 * math.pi),
         covariance=covariance,
         shift=float(np.abs(shift[seen]).max()),
-        lopsided=float(shift[2] - shift[3]) if seen.all() else 0.0,
+        lopsided=float(shift[2] - shift[3]) if seen.all() and not scene.saturated else 0.0,
         sharpness=sharpness,
         saturated=scene.saturated,
         misfit=math.sqrt(float(scene.used @ left**2) / max(steepness, 1e-12)),
