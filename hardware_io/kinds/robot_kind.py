@@ -15,7 +15,12 @@ from ..emulation.air import Air, AirSettings
 from ..emulation.laboratory import LaboratorySnapshot
 from ..links.robot_link import RobotLink
 
-LATE, REPEATED, REORDERED = "late", "repeated", "reordered"
+# What has been on its way for longer than it is good for.
+LATE = "late"
+# What has come before.
+REPEATED = "repeated"
+# What was sent before something that has come.
+REORDERED = "reordered"
 
 
 @dataclass(frozen=True, kw_only=True)
