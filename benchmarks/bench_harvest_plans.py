@@ -3,17 +3,23 @@
 Each plan goes through the audit, which shares no code with the planner.
 """
 
+import os
 import runpy
 import time
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
+from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines.cart import Cart
 from sightfield.systems.numerics.harvest.machines.combine import Combine
 from sightfield.systems.numerics.harvest.plan.harvest_plan import plan_harvest
+
+from .drawn_fields import draw_crew, draw_field
 
 pytestmark = pytest.mark.benchmarks
 
@@ -22,32 +28,66 @@ FIELDS = runpy.run_path(str(TESTS / "field_makers.py"))["FIELDS"]
 LOGS = runpy.run_path(str(TESTS / "plan" / "plan_logs.py"))
 CREWS = [(1, 1), (2, 1), (4, 2)]
 
+# The first seed of the drawn fields, and how many: `SEED=5000 NUMBER=300 make bench ...`.
+SEED, NUMBER = (
+    int(os.environ.get(name, usual)) for name, usual in (("SEED", 1000), ("NUMBER", 72))
+)
+
 
 @pytest.mark.parametrize("name", FIELDS)
 def test_whole_plans(name):
     print()
     for combines, carts in CREWS:
-        began = time.process_time()
-        try:
-            plan = plan_harvest(
-                FIELDS[name](), Combine(), Cart(), combines=combines, carts=carts, density=0.8
-            )
-        except InvalidInput as fault:
-            print(f"{name}, {combines} combines, {carts} carts: no plan: {fault}")
-            continue
-        took = time.process_time() - began
-        service = plan.service
-        audit = audit_harvest(LOGS["harvest_log_of"](plan), LOGS["harvest_site_of"](plan))
-        figures = audit.figures
-        print(
-            f"{name}, {combines} combines, {carts} carts: {plan.combines.makespan:.0f} s became "
-            f"{max(path.end for path in service.plans):.0f} s; {service.left:.0f} kg left, "
-            f"{len(service.visits)} visits, {len(service.stops)} stops of "
-            f"{sum(stop.duration for stop in service.stops):.0f} s, nearest "
-            f"{figures['min_cart_to_combine']:.2f} m to combines, "
-            f"{figures['min_cart_to_cart'] or float('inf'):.2f} m to carts, "
-            f"{len(audit.faults)} faults, {took:.1f} s of CPU",
-            flush=True,
-        )
-        assert abs(service.left) < 20.0
-        assert audit.faults == ()
+        told = _told(FIELDS[name](), combines, carts)
+        print(f"{name}, {combines} combines, {carts} carts: {told.words}", flush=True)
+        assert told.sound is not False
+
+
+def test_plans_on_drawn_fields():
+    print()
+    found = []
+    for seed in range(SEED, SEED + NUMBER):
+        family, field = draw_field(seed)
+        combines, carts = draw_crew(seed)
+        told = _told(field, combines, carts)
+        found.append(told)
+        print(f"{seed}, {family}, {combines} combines, {carts} carts: {told.words}", flush=True)
+    plans = [each for each in found if each.sound is not None]
+    stopped, took = (np.array(column) for column in zip(*(p.figures for p in plans), strict=True))
+    print(
+        f"{NUMBER} fields: {len(found) - len(plans)} without a plan, "
+        f"{sum(each.sound is False for each in plans)} with faults; stops in "
+        f"{(stopped > 0).sum()} plans, {stopped.mean():.2%} of the combines' time on average, "
+        f"{stopped.max():.1%} at most; {np.median(took):.1f} s of CPU in the median, "
+        f"{took.max():.1f} s at most"
+    )
+
+
+class Told(NamedTuple):
+    """What came of a plan: in words; whether it is sound, None without one; stops and CPU time."""
+
+    words: str
+    sound: bool | None
+    figures: tuple[float, float]
+
+
+def _told(field: Field, combines: int, carts: int) -> Told:
+    began = time.process_time()
+    try:
+        plan = plan_harvest(field, Combine(), Cart(), combines=combines, carts=carts, density=0.8)
+    except InvalidInput as fault:
+        return Told(f"no plan: {fault}", None, (0.0, 0.0))
+    took = time.process_time() - began
+    service = plan.service
+    audit = audit_harvest(LOGS["harvest_log_of"](plan), LOGS["harvest_site_of"](plan))
+    figures, stops = audit.figures, sum(stop.duration for stop in service.stops)
+    words = (
+        f"{plan.combines.makespan:.0f} s became "
+        f"{max(path.end for path in service.plans):.0f} s; {service.left:.0f} kg left, "
+        f"{len(service.visits)} visits, {len(service.stops)} stops of {stops:.0f} s, nearest "
+        f"{figures['min_cart_to_combine']:.2f} m to combines, "
+        f"{figures['min_cart_to_cart'] or float('inf'):.2f} m to carts, "
+        f"{len(audit.faults)} faults, {took:.1f} s of CPU"
+    )
+    share = stops / (combines * plan.combines.makespan)
+    return Told(words, abs(service.left) < 20.0 and audit.faults == (), (share, took))
