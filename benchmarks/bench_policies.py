@@ -264,10 +264,13 @@ def tracking_time(game: TrackingGame, foresight: Foresight) -> float:
 
 
 def steps_played(foresight: Foresight) -> float:
-    """Steps that an evader plays ahead for each second of the game, at most about."""
-    rollout, period = foresight
+    """Steps that an evader plays ahead for each second of the game, at most about.
+
+    Without those beyond, which are for the few games that are long.
+    """
+    rollout = foresight.rollout
     plans = rollout.headings + OTHER_PLANS
-    return plans * rollout.horizon / rollout.step / period
+    return plans * rollout.horizon / rollout.step / foresight.decision_period
 
 
 def random_settings(number: int, default: Foresight) -> list[Foresight]:
@@ -305,7 +308,7 @@ def test_settings_of_rollouts(size):
             costs[k] += time.process_time() - began
     print(f"\n{number} games, {', '.join(cell.settings)}")
     for k, foresight in enumerate(settings):
-        rollout, period = foresight
+        rollout, period = foresight.rollout, foresight.decision_period
         print(
             f"{rollout.horizon:g} s in steps of {rollout.step:g} s, {rollout.headings} headings, "
             f"every {period:.2f} s, {steps_played(foresight):.0f} steps: "

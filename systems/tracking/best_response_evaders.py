@@ -27,6 +27,7 @@ from ..numerics.tracking.best_response.rollouts import (
     Rollout,
     choose_plan,
     follow_plan,
+    play_plan,
 )
 from ..numerics.tracking.corner_fields import FIELDS
 from ..numerics.tracking.corner_table import corner_table
@@ -46,16 +47,26 @@ class Foresight(NamedTuple):
     Attributes:
         rollout: How far and how finely.
         decision_period: Time between decisions [s].
+        beyond: How plans are tried again where none breaks sight in the first way, once `patience`
+            is over.
+        patience: From the first decision on [s].
     """
 
     rollout: Rollout
     decision_period: float
+    beyond: Rollout | None = None
+    patience: float = 0.0
 
 
-# Measured best among those of equal cost, see BENCHMARKS.md: games of one evader are long, and of
-# several some evader soon gets away.
+# Measured best among those of equal cost, see BENCHMARKS.md: games of one evader are long; of
+# several some evader soon gets away, or else has to look farther ahead.
 ALONE = Foresight(Rollout(horizon=20.0, step=0.25, headings=12), 0.7)
-IN_TEAMS = Foresight(Rollout(horizon=8.0, step=0.1, headings=32), 1.5)
+IN_TEAMS = Foresight(
+    Rollout(horizon=8.0, step=0.1, headings=32),
+    1.5,
+    beyond=Rollout(horizon=20.0, step=0.4, headings=12),
+    patience=12.0,
+)
 
 # Names of pursuits that the evaders know, or take for one that they know.
 KNOWN_PURSUITS = {
@@ -161,15 +172,15 @@ class BestResponseEvaders(LeafSystem):
         require_one_of("extra", extra, EXTRA_PURSUERS)
         if foresight is None:
             foresight = ALONE if evaders == 1 else IN_TEAMS
-        rollout, period = foresight
+        self._rollout, self._beyond = _checked(foresight.rollout), None
+        if foresight.beyond is not None:
+            self._beyond = _checked(foresight.beyond)
+        self._patience, period = float(foresight.patience), foresight.decision_period
         require_positive("decision_period", period)
-        require_positive("rollout.horizon", rollout.horizon)
-        require_positive("rollout.step", rollout.step)
-        require(rollout.headings >= 0, "rollout.headings", "be 0 or positive", rollout.headings)
         committed = 0
         if table is not None and pursuit == "certified":
             require(table.bound == "lower", "table", "be by the lower bound", table.bound)
-            committed = math.ceil(table.step / rollout.step - 1e-9)
+            committed = math.ceil(table.step / self._rollout.step - 1e-9)
         index = build_edge_index(world)
         self._rules = GameRules(
             world=index,
@@ -196,12 +207,6 @@ class BestResponseEvaders(LeafSystem):
                 self._board = make_board(table)
             else:
                 self._team = make_team_board(table, double)
-        self._rollout = Rollout(
-            float(rollout.horizon),
-            float(rollout.step),
-            int(rollout.headings),
-            float(rollout.leg),
-        )
         self._count = evaders
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
         self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
@@ -212,16 +217,16 @@ class BestResponseEvaders(LeafSystem):
             self._responsible = self.DeclareVectorInputPort("responsible", evaders)
         plans = np.zeros((evaders, 3))
         self._plans = self.DeclareDiscreteState(state_vector(plans.ravel()))
-        # Whether a first decision was made: a run that is resumed makes no other.
-        self._begun = self.DeclareDiscreteState(1)
+        # When the first decision was made, -1 before: a run that is resumed makes no other.
+        self._begun = self.DeclareDiscreteState([-1.0])
         self.DeclareInitializationDiscreteUpdateEvent(self._begin)
         self.DeclarePeriodicDiscreteUpdateEvent(period, period, self._decide)
         self.DeclareVectorOutputPort("velocity", 2 * evaders, self._calc_velocity)
 
     def _begin(self, context, discrete_state):
-        if not context.get_discrete_state(self._begun).value()[0]:
+        if context.get_discrete_state(self._begun).value()[0] < 0.0:
             self._decide(context, discrete_state)
-            discrete_state.set_value(self._begun, [1.0])
+            discrete_state.set_value(self._begun, [context.get_time()])
 
     def _decide(self, context, discrete_state):
         plans = context.get_discrete_state(self._plans).value().reshape(-1, 3).copy()
@@ -233,21 +238,21 @@ class BestResponseEvaders(LeafSystem):
         if self._team is not None:
             responsible = read(self._responsible, context).astype(int)
         velocities = self._velocities(context, plans)
+        game = pursuers, evaders, velocities, assignment
+        boards = self._board, self._team, responsible
         for j in range(self._count):
-            plans[j] = choose_plan(
-                self._rules,
-                self._rollout,
-                j,
-                pursuers,
-                evaders,
-                velocities,
-                assignment,
-                plans[j],
-                self._board,
-                self._team,
-                responsible,
-            )
+            plans[j] = choose_plan(self._rules, self._rollout, j, *game, plans[j], *boards)
+            if self._beyond is None or not self._is_long(context):
+                continue
+            takes = play_plan(self._rules, self._rollout, j, *game, plans[j], np.inf, *boards)
+            if takes > self._rollout.horizon:
+                plans[j] = choose_plan(self._rules, self._beyond, j, *game, plans[j], *boards)
         discrete_state.set_value(self._plans, plans.ravel())
+
+    def _is_long(self, context) -> bool:
+        """Whether the game has lasted for longer than the evaders' patience."""
+        begun = context.get_discrete_state(self._begun).value()[0]
+        return begun >= 0.0 and context.get_time() - begun >= self._patience
 
     def _calc_velocity(self, context, output):
         plans = context.get_discrete_state(self._plans).value().reshape(-1, 3)
@@ -275,3 +280,12 @@ class BestResponseEvaders(LeafSystem):
                     kind, ax, ay, x, y, rules.evader_speed, self._rollout.step
                 )
         return velocities
+
+
+def _checked(rollout: Rollout) -> Rollout:
+    """The same, once it is sound, in types that compiled functions know."""
+    require_positive("rollout.horizon", rollout.horizon)
+    require_positive("rollout.step", rollout.step)
+    require(rollout.headings >= 0, "rollout.headings", "be 0 or positive", rollout.headings)
+    horizon, step, headings, leg = rollout
+    return Rollout(float(horizon), float(step), int(headings), float(leg))

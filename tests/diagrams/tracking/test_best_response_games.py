@@ -7,12 +7,15 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
+from sightfield.diagrams.studies.tracking_study import tracking_study
 from sightfield.diagrams.tracking.game import set_up_game, with_random_starts
 from sightfield.diagrams.tracking.make_tracking import MakeTracking
 from sightfield.diagrams.tracking.run import run_tracking
 from sightfield.diagrams.tracking.scenario import TrackingScenario
 from sightfield.diagrams.world_source import WorldSource
 from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
+from sightfield.systems.tracking import BestResponseEvaders
+from sightfield.systems.tracking.best_response_evaders import IN_TEAMS
 
 
 def load(*settings):
@@ -41,6 +44,33 @@ def test_they_break_away_sooner_than_those_that_play_by_the_corner_game():
 
     answering, playing = times("best_response"), times("adversarial")
     assert answering.mean() < playing.mean() - 0.5
+
+
+def test_evaders_that_do_not_get_away_look_farther_ahead():
+    """Where nothing breaks sight within 8 s they stood for ever, where the margin was least."""
+    study = tracking_study(opponents=("best_response",))
+    (cell,) = (each for each in study.cells if each.name == "2v2-uniform-best_response")
+    game = set_up_game(study.scenario(cell, 25))
+    scenario = game.scenario
+    for foresight, kept in ((IN_TEAMS._replace(beyond=None), True), (IN_TEAMS, False)):
+        evaders = BestResponseEvaders(
+            game.world,
+            game.pursuer_regions,
+            game.evader_regions,
+            pursuers=2,
+            evaders=2,
+            pursuer_speed=scenario.pursuers.top_speed,
+            evader_speed=scenario.evaders.top_speed,
+            pursuit=scenario.pursuers.field,
+            risk_vectors=scenario.pursuers.risk_vectors,
+            hold=scenario.pursuers.switch,
+            foresight=foresight,
+        )
+        diagram = MakeTracking(game, evasion=evaders)
+        simulator = Simulator(diagram)
+        simulator.AdvanceTo(40.0)
+        loss = diagram.GetOutputPort("loss").Eval(simulator.get_context())[0]
+        assert (loss > 40.0) == kept
 
 
 @pytest.mark.parametrize("field", ["margin", "lookahead"])
