@@ -10,6 +10,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
+from ...systems.numerics.harvest.carts.visit_choice import EMPTY
 from ...systems.numerics.harvest.machines.filling import COLUMNS, CUT, DONE
 from .job import HarvestJob
 from .make_harvest import MakeHarvest
@@ -34,7 +35,7 @@ LOGGED = {
 LOG_PERIOD, STRIDE = 0.5, 10.0
 # A run in which nothing moves for so long is over [s].
 STILL = 1200.0
-# Grain that is nothing, in a tank or a cart [kg].
+# What moves by less stands [m], [kg].
 NOTHING = 1e-3
 
 
@@ -126,7 +127,7 @@ def run_harvest(
         if np.abs(here - last).max() > NOTHING:
             last, moved = here, context.get_time()
         left = float(max(now("tank").max(), now("load").max()))
-        finished = bool((now("mode") == DONE).all()) and left <= NOTHING
+        finished = bool((now("mode") == DONE).all()) and left <= EMPTY
         progress(float(now("station").sum()) / ways)
     wall_time = time.perf_counter() - began
     scene = harvest.GetSubsystemByName("scene") if meshcat is not None else None
@@ -160,7 +161,7 @@ def _why(log: dict[str, np.ndarray], time: float, moved: float, horizon: float) 
     for n, (pose, mode, tank) in enumerate(
         zip(log["pose"][-1], log["mode"][-1], log["tank"][-1], strict=True)
     ):
-        if mode != DONE or tank > NOTHING:
+        if mode != DONE or tank > EMPTY:
             x, y, _ = pose
             said.append(f"combine {n} is at ({x:.0f}, {y:.0f}) with {tank:.0f} kg")
     for k, (state, load) in enumerate(zip(log["state"][-1], log["load"][-1], strict=True)):

@@ -13,7 +13,7 @@ from ...scenario_files import find_scenario, load_scenario
 from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Workshop, judged
 
 # Combines that begin side by side need room outside of the field [m].
-MARGIN = 30.0
+MARGIN = 34.0
 
 
 def _make(workshop: Workshop) -> Evidence:

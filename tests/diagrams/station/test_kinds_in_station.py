@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sightfield.diagrams.station.hardware import Operator, read_run_log
-from sightfield.diagrams.station.replay import load_recording, replay
+from sightfield.diagrams.station.replay import load_recording, replay_station
 from sightfield.diagrams.station.run import HORIZON, run_station
 from sightfield.diagrams.station.session import open_laboratory
 from sightfield.hardware_io.kinds.find_kind import KINDS
@@ -30,5 +30,5 @@ def test_six_robots_play_and_the_run_is_played_again_to_the_bit(kind, load_labor
     counts = record.samples["radio.counts"].reshape(-1, 6, 2)
     driven = (counts[-1] - counts[0])[:3].mean(axis=1) / scenario.supervision.counts_per_metre
     assert driven == pytest.approx(ways, rel=0.2, abs=0.12)
-    again = replay(load_recording(log), tmp_path / "again.log")
+    again = replay_station(load_recording(log), tmp_path / "again.log")
     assert (again.identical, again.differing) == (True, ())
