@@ -218,7 +218,7 @@ class BestResponseEvaders(LeafSystem):
         plans = np.zeros((evaders, 3))
         self._plans = self.DeclareDiscreteState(state_vector(plans.ravel()))
         # When the first decision was made, -1 before: a run that is resumed makes no other.
-        self._begun = self.DeclareDiscreteState([-1.0])
+        self._begun = self.DeclareDiscreteState(state_vector(np.array([-1.0])))
         self.DeclareInitializationDiscreteUpdateEvent(self._begin)
         self.DeclarePeriodicDiscreteUpdateEvent(period, period, self._decide)
         self.DeclareVectorOutputPort("velocity", 2 * evaders, self._calc_velocity)
