@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
-from ..emulation.stand_in_laboratory import StandInLaboratory
 from ..links.robot_link import RobotLink
 from .robot_kind import Laboratory, RobotFleet, RobotKind, Surroundings
 
@@ -36,15 +35,11 @@ def _stand_in(fleet: RobotFleet, around: Surroundings) -> Iterator[tuple[Laborat
     domain = 110 + os.getpid() % 100
     names = [f"stand_in{robot}" for robot in fleet.robots]
     wire = DdsWire(names, domain, stamped=stamped)
-    with StandInLaboratory(
-        fleet.robots,
-        around.starts,
-        lambda k: Driver(around.silence, stamped=stamped),
-        wire,
-        air=around.air,
-        seed=around.seed,
-        world=around.world,
-    ) as laboratory:
+
+    def make_driver(k: int) -> Driver:
+        return Driver(around.silence, stamped=stamped)
+
+    with around.laboratory(fleet.robots, make_driver, wire) as laboratory:
         yield (
             laboratory,
             replace(fleet, addresses=tuple(names), options={"domain": domain, "stamped": stamped}),

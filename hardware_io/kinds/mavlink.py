@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
-from ..emulation.stand_in_laboratory import DatagramWire, StandInLaboratory
+from ..emulation.stand_in_laboratory import DatagramWire
 from ..links.robot_link import RobotLink
 from .robot_kind import Laboratory, RobotFleet, RobotKind, Surroundings
 
@@ -35,15 +35,7 @@ def _stand_in(fleet: RobotFleet, around: Surroundings) -> Iterator[tuple[Laborat
         counts_per_metre = fleet.chassis.counts_per_metre
         return Rover(fleet.robots[k], around.silence, counts_per_metre=counts_per_metre, key=key)
 
-    with StandInLaboratory(
-        fleet.robots,
-        around.starts,
-        make_rover,
-        wire,
-        air=around.air,
-        seed=around.seed,
-        world=around.world,
-    ) as laboratory:
+    with around.laboratory(fleet.robots, make_rover, wire) as laboratory:
         yield laboratory, replace(fleet, addresses=wire.addresses)
 
 

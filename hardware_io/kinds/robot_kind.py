@@ -1,6 +1,6 @@
 """What makes a kind of robots: a link, what they do in silence, and robots that stand in."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from importlib.util import find_spec
@@ -13,6 +13,7 @@ from ...systems.numerics.geometry.world import World
 from ...systems.numerics.station.motion_checks import Chassis
 from ..emulation.air import Air, AirSettings
 from ..emulation.laboratory import LaboratorySnapshot
+from ..emulation.stand_in_laboratory import Board, StandInLaboratory, Wire
 from ..links.robot_link import RobotLink
 
 # What has been on its way for longer than it is good for.
@@ -81,6 +82,29 @@ class Surroundings:
     seed: int = 0
     world: World | None = None
     silence: float
+
+    def laboratory(
+        self, robots: Sequence[int], make_board: Callable[[int], Board], wire: Wire
+    ) -> StandInLaboratory:
+        """Robots that stand in here, a context manager.
+
+        Args:
+            robots: Their numbers.
+            make_board: Makes the program of a robot, given its number from 0.
+            wire: Of the kind.
+
+        Raises:
+            InvalidInput: An argument is out of its range.
+        """
+        return StandInLaboratory(
+            robots,
+            self.starts,
+            make_board,
+            wire,
+            air=self.air,
+            seed=self.seed,
+            world=self.world,
+        )
 
 
 class Laboratory(Protocol):

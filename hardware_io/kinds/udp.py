@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..emulation.stand_in_laboratory import DatagramWire, StandInLaboratory
+from ..emulation.stand_in_laboratory import DatagramWire
 from ..links.robot_link import RobotLink
 from ..udp.udp_board import UdpBoard
 from ..udp.udp_link import SILENCE, UdpLink
@@ -27,15 +27,7 @@ def _stand_in(fleet: RobotFleet, around: Surroundings) -> Iterator[tuple[Laborat
         return UdpBoard(fleet.robots[k], around.silence, boot=boot, start=start)
 
     wire = DatagramWire(len(fleet.robots))
-    with StandInLaboratory(
-        fleet.robots,
-        around.starts,
-        make_board,
-        wire,
-        air=around.air,
-        seed=around.seed,
-        world=around.world,
-    ) as laboratory:
+    with around.laboratory(fleet.robots, make_board, wire) as laboratory:
         yield laboratory, replace(fleet, addresses=wire.addresses)
 
 

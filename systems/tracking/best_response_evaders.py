@@ -240,13 +240,14 @@ class BestResponseEvaders(LeafSystem):
         velocities = self._velocities(context, plans)
         game = pursuers, evaders, velocities, assignment
         boards = self._board, self._team, responsible
+        beyond = self._beyond if self._is_long(context) else None
         for j in range(self._count):
             plans[j] = choose_plan(self._rules, self._rollout, j, *game, plans[j], *boards)
-            if self._beyond is None or not self._is_long(context):
+            if beyond is None:
                 continue
             takes = play_plan(self._rules, self._rollout, j, *game, plans[j], np.inf, *boards)
             if takes > self._rollout.horizon:
-                plans[j] = choose_plan(self._rules, self._beyond, j, *game, plans[j], *boards)
+                plans[j] = choose_plan(self._rules, beyond, j, *game, plans[j], *boards)
         discrete_state.set_value(self._plans, plans.ravel())
 
     def _is_long(self, context) -> bool:
