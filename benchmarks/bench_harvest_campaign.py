@@ -1,0 +1,159 @@
+"""Harvests from the plan to the last grain on fields drawn at random, undisturbed and disturbed.
+
+`SEED=7000 NUMBER=150 make bench ARGS="-k harvest_campaign"` draws other fields, and as many.
+"""
+
+import os
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sightfield.diagrams.harvest.job import prepare_harvest
+from sightfield.diagrams.harvest.run import run_harvest
+from sightfield.diagrams.harvest.scenario import (
+    STRATEGIES,
+    Carts,
+    Combines,
+    Disturbances,
+    FieldSource,
+    HarvestScenario,
+)
+from sightfield.diagrams.harvest.summary import summarise_harvest
+from sightfield.systems.numerics.errors import InvalidInput
+
+from .drawn_fields import draw_crew, draw_field
+
+pytestmark = pytest.mark.benchmarks
+
+SEED, NUMBER = (
+    int(os.environ.get(name, usual)) for name, usual in (("SEED", 5000), ("NUMBER", 12))
+)
+
+# What is asked of a run: grain that may be out of account [kg], crop under bodies in its field's.
+GRAIN_ERROR, CROP_UNDER_BODIES = 1e-6, 0.002
+
+# See `summarise_harvest`.
+Summary = dict[str, Any]
+
+
+def test_undisturbed(tmp_path):
+    print()
+    runs = [
+        (seed, replace(drawn_scenario(seed, tmp_path), strategy=strategy))
+        for seed in range(SEED, SEED + NUMBER)
+        for strategy in STRATEGIES
+    ]
+    report(summaries(runs))
+
+
+def test_disturbed(tmp_path):
+    print()
+    runs = []
+    for seed in range(SEED, SEED + NUMBER):
+        scenario = drawn_scenario(seed, tmp_path)
+        random = np.random.default_rng(seed + 2 * 10**6)
+        # A cart that fails for good leaves others to go on.
+        fails = scenario.carts.count > 1 and random.random() < 0.5
+        disturbance = Disturbances(
+            slowness=0.2,
+            stops=float(random.uniform(1, 4)),
+            longest_stop=120.0,
+            seed=seed,
+            failing_cart=int(random.integers(scenario.carts.count)) if fails else -1,
+            fails_at=float(random.uniform(200, 3000)),
+        )
+        strategy = STRATEGIES[seed % 2]
+        runs.append((seed, replace(scenario, strategy=strategy, disturbance=disturbance)))
+    report(summaries(runs))
+
+
+def drawn_scenario(seed: int, folder: Path) -> HarvestScenario:
+    """The field and the crew of a seed."""
+    _, field = draw_field(seed)
+    combines, carts = draw_crew(seed)
+    file = folder / f"{seed}.wkt"
+    file.write_text(field.outline.wkt)
+    return HarvestScenario(
+        field=FieldSource(file=str(file), coordinates="metres"),
+        combines=Combines(count=combines),
+        carts=Carts(count=carts),
+        period=0.5,
+        hours=24.0,
+    )
+
+
+def summaries(runs: Iterable[tuple[int, HarvestScenario]]) -> list[Summary]:
+    """What became of each run, told line by line; empty where there was no plan."""
+    found = []
+    for seed, scenario in runs:
+        head = f"{seed}, {draw_field(seed)[0]}, {scenario.strategy}: "
+        head += f"{scenario.combines.count} combines, {scenario.carts.count} carts"
+        try:
+            job = prepare_harvest(scenario)
+        except InvalidInput as fault:
+            found.append({})
+            print(f"{head}: no plan: {fault}", flush=True)
+            continue
+        each = summarise_harvest(run_harvest(job), str(seed))
+        found.append(each)
+        print(
+            f"{head}{'' if each['feasible'] else ' (too few)'}: {wrong(each) or 'sound'}; makespan "
+            f"{each['makespan']:.0f} s, {each['makespan_over_bound']:.2f} of the bound, way "
+            f"{each['path_over_bound']:.2f}, waiting {each['waiting']:.1%}, stops "
+            f"{stops(each):.1%}, {each['unloads_missed']} of {each['unloads']} unloads missed, "
+            f"latest {each['latest']:.0f} s, coverage {each['coverage']:.2%}",
+            flush=True,
+        )
+    return found
+
+
+def wrong(each: Summary) -> str:
+    """What a run should not have, in words."""
+    faults = []
+    if not each["finished"]:
+        faults.append(f"unfinished, {each['stopped']}")
+    if each["audit_faults"]:
+        faults.append(f"{each['audit_faults']} faults")
+    if abs(each["grain_error"]) > GRAIN_ERROR or each["grain_lost"]:
+        faults.append(f"grain lost {each['grain_lost']} kg, off {each['grain_error']:.1e} kg")
+    if each["crop_under_bodies"] > CROP_UNDER_BODIES * each["field_area"]:
+        faults.append(f"{each['crop_under_bodies']:.0f} m^2 of crop under bodies")
+    return ", ".join(faults)
+
+
+def stops(each: Summary) -> float:
+    """Part of the combines' time that they stand for carts."""
+    return each["combine_stop_time"] / (each["combines"] * each["makespan"])
+
+
+def report(found: list[Summary]) -> None:
+    """All runs together; figures of those whose carts suffice by the closed forms."""
+    ran = [each for each in found if each]
+    unsound = sum(bool(wrong(each)) for each in ran)
+    print(f"{len(found)} runs: {len(found) - len(ran)} without a plan, {unsound} not sound")
+    enough = [each for each in ran if each["feasible"]]
+    for team in sorted({each["combines"] for each in enough}):
+        own = [each for each in enough if each["combines"] == team]
+        spans, ways = (
+            np.median([each[name] for each in own])
+            for name in ("makespan_over_bound", "path_over_bound")
+        )
+        print(
+            f"{len(own)} of {team} combines with enough carts: makespan {spans:.2f} of the bound, "
+            f"way {ways:.2f} (medians)"
+        )
+    if enough:
+        missed, unloads = (sum(each[n] for each in enough) for n in ("unloads_missed", "unloads"))
+        print(
+            f"waiting {np.mean([each['waiting'] for each in enough]):.2%}, stops "
+            f"{np.mean([stops(each) for each in enough]):.2%} on average, "
+            f"{max(stops(each) for each in enough):.1%} at most; {missed} of {unloads} unloads "
+            f"missed, {missed / unloads:.1%}; coverage at least "
+            f"{min(each['coverage'] for each in enough):.2%}"
+        )
+    assert unsound == 0
+    assert len(ran) == len(found)
