@@ -8,7 +8,7 @@ from itertools import islice
 import numpy as np
 import shapely
 
-from ...errors import require
+from ...errors import InvalidInput, require
 from ..carts.cart_plan import CartPlan, Failure, Supply
 from ..carts.stops import Stop, ended
 from ..carts.visits import serve_combines
@@ -145,11 +145,15 @@ def plan_harvest(
             return served(each, first_truck, failure)
         except NoPlan as fault:
             faults.append(fault)
+        except InvalidInput:
+            # Another way may leave no room for trucks: the first one's reason is told.
+            if not faults:
+                raise
         if failure is not None:
             # Nobody would have planned otherwise for a failure that was to come.
             try:
                 served(each, first_truck, None)
-            except NoPlan:
+            except InvalidInput:
                 continue
             break
     raise faults[0]

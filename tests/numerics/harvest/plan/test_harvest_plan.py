@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 import shapely
 
-from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.errors import InvalidInput, require
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines.cart import Cart
 from sightfield.systems.numerics.harvest.machines.combine import Combine
 from sightfield.systems.numerics.harvest.no_plan import NoPlan
+from sightfield.systems.numerics.harvest.plan import harvest_plan
 from sightfield.systems.numerics.harvest.plan.combine_plan import plan_combines
 from sightfield.systems.numerics.harvest.plan.harvest_plan import (
     NEAR_TRUCK,
@@ -130,3 +131,23 @@ def test_carts_are_emptied_where_trucks_stand_or_else_at_gates():
     assert np.hypot(*(both - truck).T).max() < NEAR_TRUCK
     with pytest.raises(InvalidInput, match=r"`trucks` must have room for cart 0 within 60 m of"):
         places(1, trucks=[[60.0, -300.0]])
+
+
+def test_the_first_reason_is_told_where_other_ways_leave_no_room_for_trucks(
+    field_makers, monkeypatch
+):
+    def no_way(*_):
+        raise NoPlan("`carts` must find ways to where combines park; got none")
+
+    def places(*given):
+        tries.append(given)
+        require(len(tries) == 1, "margin", "have room for 1 carts beside combines", 14.0)
+        return np.zeros((1, 3))
+
+    tries = []
+    monkeypatch.setattr(harvest_plan, "serve_combines", no_way)
+    monkeypatch.setattr(harvest_plan, "truck_places", places)
+    machines = {"combines": 1, "carts": 1, "density": 0.8}
+    with pytest.raises(NoPlan, match="where combines park"):
+        plan_harvest(field_makers["rectangle_3"](), Combine(), Cart(), **machines)
+    assert len(tries) > 1
