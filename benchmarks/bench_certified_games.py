@@ -2,15 +2,22 @@
 
 import os
 import time
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
 
 import numpy as np
 import pytest
 
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
-from sightfield.diagrams.tracking.certified_games import OPPONENTS, play_certified_games
+from sightfield.diagrams.tracking.certified_games import (
+    OPPONENTS,
+    CertifiedGame,
+    play_certified_games,
+)
 from sightfield.diagrams.tracking.scenario import TrackingScenario
 from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
+from sightfield.systems.numerics.geometry.world import World
 from sightfield.systems.numerics.geometry.world_files import load_world
 
 pytestmark = pytest.mark.benchmarks
@@ -39,6 +46,24 @@ ROBOTS = {
     ),
 }
 
+Job = tuple[TrackingScenario, int, int, World]
+
+
+def play_all_sizes(job: Job) -> tuple[list[list[CertifiedGame]], list[float]]:
+    """Games in one world by size, and what each size took [s]."""
+    base, seed, starts, world = job
+    found, seconds = [], []
+    for pursuers, evaders in SIZES:
+        start = time.process_time()
+        scenario = replace(
+            base,
+            pursuers=replace(base.pursuers, positions=[], headings=[], count=pursuers),
+            evaders=replace(base.evaders, positions=[], headings=[], count=evaders),
+        )
+        found.append(play_certified_games(scenario, games=starts, seed=seed, world=world))
+        seconds.append(time.process_time() - start)
+    return found, seconds
+
 
 @pytest.mark.parametrize("robots", ROBOTS)
 def test_certified_games(robots):
@@ -56,18 +81,17 @@ def test_certified_games(robots):
         draw_arena(ARENA, 100 + block) if drawn else load_world(where).world
         for block in range(-(-GAMES // SHARED) if drawn else 1)
     ]
+    jobs = [
+        (base, block, min(SHARED, GAMES - block * SHARED) if drawn else GAMES, world)
+        for block, world in enumerate(worlds)
+    ]
+    # A process for each world: Drake frees no diagram, and these hold the world's tables.
+    with ProcessPoolExecutor(1, get_context("spawn"), max_tasks_per_child=1) as pool:
+        played = list(pool.map(play_all_sizes, jobs))
     broken = []
-    for size in SIZES:
-        start, games = time.process_time(), []
-        pursuers = replace(base.pursuers, positions=[], headings=[], count=size[0])
-        evaders = replace(base.evaders, positions=[], headings=[], count=size[1])
-        for block, world in enumerate(worlds):
-            games += play_certified_games(
-                replace(base, pursuers=pursuers, evaders=evaders),
-                games=min(SHARED, GAMES - block * SHARED) if drawn else GAMES,
-                seed=block,
-                world=world,
-            )
+    for number, size in enumerate(SIZES):
+        games = [game for sizes, _ in played for game in sizes[number]]
+        seconds = sum(times[number] for _, times in played)
         promises = [game.promises for game in games]
         margins = [each.margin for each in promises if not np.isnan(each.margin)]
         broken += [
@@ -84,7 +108,7 @@ def test_certified_games(robots):
             f"{sum(np.isinf(each.claimed) for each in promises)}; sight was lost in "
             f"{sum(game.lost_evader is not None for game in games)}, T - C at least {least}; "
             f"withdrawn {sum(each.withdrawn for each in promises)}, reassigned "
-            f"{sum(game.reassignments for game in games)}; {time.process_time() - start:.0f} CPU-s",
+            f"{sum(game.reassignments for game in games)}; {seconds:.0f} CPU-s",
             flush=True,
         )
     assert not broken, "\n".join(broken)

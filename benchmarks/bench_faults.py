@@ -80,7 +80,6 @@ def emulated(scenario, game):
         thread.join()
 
 
-@pytest.mark.timeout(0)
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_endings(ending, laboratory, tmp_path):
     scenario, game = laboratory
@@ -118,7 +117,6 @@ def test_endings(ending, laboratory, tmp_path):
     )
 
 
-@pytest.mark.timeout(0)
 def test_faults(laboratory, tmp_path):
     scenario, game = laboratory
     scenario = replace(scenario, radio=replace(scenario.radio, kind=KIND))

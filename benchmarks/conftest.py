@@ -23,6 +23,13 @@ from sightfield.systems.numerics.planning.trailer import Trailer
 CACHE = Path("build/benchmarks")
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Benchmarks take as long as they take."""
+    for item in items:
+        if item.get_closest_marker("benchmarks"):
+            item.add_marker(pytest.mark.timeout(0))
+
+
 @dataclass(frozen=True)
 class Pair:
     """Two timings of the same work.
