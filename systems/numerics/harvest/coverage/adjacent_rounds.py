@@ -8,7 +8,7 @@ round inside of theirs: nobody passes anybody.
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from .arcs import Arc, entry_path, first_round_shift, split_loops
+from .arcs import Arc, entry_path, shift_to, split_loops
 from .driver import Driver
 from .loops import Loop
 
@@ -40,7 +40,7 @@ def line_up(drivers: list[Driver], loop: Loop) -> None:
     for number, driver in enumerate(drivers):
         on = number * ahead_on(loop) - (BEFORE + COMING_OFF) * (number > 0)
         goal = loop.pose((first + on) % loop.length)
-        driver.go(entry_path(goal, first_round_shift(combine), combine, 0).poses[0])
+        driver.go(entry_path(goal, shift_to(loop, driver.ground), combine, 0).poses[0])
 
 
 def come_ahead(driver: Driver, begun: list[Arc], count: int, region: BaseGeometry) -> None:

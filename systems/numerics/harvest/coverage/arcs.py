@@ -78,9 +78,30 @@ def entry_path(goal: np.ndarray, shift: float, combine: Combine, work: int) -> M
     return MachinePath(np.array(poses), np.ones(2, dtype=int), np.full(2, True), np.full(2, work))
 
 
-def first_round_shift(combine: Combine) -> float:
-    """From a bay in the margin, beside the crop, to the first lane [m]."""
-    return combine.header_width + 3 * GAP
+def first_round_shift(ground: CutGround) -> float | None:
+    """From a bay in the margin, beside the crop, to the first lane [m]; None where none has room.
+
+    The header is beside the crop if the margin is wide enough, and reaches over it otherwise: the
+    body is beside it.
+
+    Args:
+        ground: Of the combine.
+    """
+    combine = ground.combine
+    half = combine.header_width / 2
+    outside = min(half + 3 * GAP, ground.margin - half - GAP)
+    return half + outside if outside >= combine.width / 2 + GAP else None
+
+
+def shift_to(loop: Loop, ground: CutGround) -> float:
+    """From where a combine comes to a loop: its bay, or the lane that is cut outside of it [m].
+
+    Args:
+        loop: The loop.
+        ground: Of the combine.
+    """
+    bay = first_round_shift(ground) if loop.number == 0 and not loop.hole else None
+    return ground.combine.header_width if bay is None else bay
 
 
 def split_loops(
@@ -168,10 +189,7 @@ def _reach(
 
 def _enter(driver: Driver, goal: np.ndarray, loop: Loop, work: int) -> None:
     combine = driver.combine
-    if loop.number == 0 and not loop.hole:
-        shift = first_round_shift(combine)
-    else:
-        shift = combine.header_width
+    shift = shift_to(loop, driver.ground)
     along, _ = entry_length(shift, combine)
     if driver.paths and driver.cut_towards(goal, 1.5 * along):
         return
@@ -184,7 +202,7 @@ def _begins(
     loop: Loop, share: int, ground: CutGround, preferred: np.ndarray | None, *, corners: bool
 ) -> list[float]:
     combine = ground.combine
-    shift = first_round_shift(combine) if loop.number == 0 else combine.header_width
+    shift = shift_to(loop, ground)
     along, _ = entry_length(shift, combine)
     if preferred is not None:
         first = loop.station(preferred[0]) + along

@@ -34,10 +34,11 @@ class CutGround:
         ground: Which no outline leaves.
         crop: What stands on it.
         combine: The combine that drives there.
+        margin: Width of the strip outside of the crop that may be driven on [m].
     """
 
-    def __init__(self, ground: Ground, crop: StandingCrop, combine: Combine) -> None:
-        self.ground, self.crop, self.combine = ground, crop, combine
+    def __init__(self, ground: Ground, crop: StandingCrop, combine: Combine, margin: float) -> None:
+        self.ground, self.crop, self.combine, self.margin = ground, crop, combine, margin
 
     @classmethod
     def of(cls, field: Field, combine: Combine) -> "CutGround":
@@ -45,11 +46,11 @@ class CutGround:
         obstacles = [shape.buffer(GAP - ROUNDING) for shape in field.obstacles]
         within = field.ground.buffer(-WITHIN, join_style="mitre")
         region = within.difference(shapely.union_all(obstacles))
-        return cls(Ground(region), StandingCrop(field.polygon), combine)
+        return cls(Ground(region), StandingCrop(field.polygon), combine, field.margin)
 
     def copy(self) -> "CutGround":
         """The same ground, to be cut apart from this."""
-        return CutGround(self.ground, self.crop.copy(), self.combine)
+        return CutGround(self.ground, self.crop.copy(), self.combine, self.margin)
 
     def give_up_patches(self) -> None:
         """Let bodies drive over crop that is left in small patches, where rounds meet."""

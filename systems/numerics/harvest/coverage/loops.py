@@ -24,6 +24,11 @@ CLEAR = 0.2
 # Radii of loops, against the least of turns: polylines turn a little sharper than curves [-].
 SPARE = 1.05
 
+# Rounds go round reflex corners at most so far outside of the field, as a part of the margin [-],
+# and how many radii are tried.
+OUTSIDE = 0.5
+RADII = 9
+
 # Lines are simplified by this much [m].
 TOLERANCE = 0.05
 
@@ -99,16 +104,27 @@ def crop_to_offset(field: Field, combine: Combine) -> BaseGeometry:
     """The region whose inward offsets are rounds that a combine can drive.
 
     Reflex corners of the boundary are rounded outside of the field, and holes are grown, so that
-    no round is narrower than what the header cuts cleanly.
+    no round is narrower than what the header cuts cleanly, as far as the margin has room for that.
     """
-    half = combine.header_width / 2
-    fillet = max(0.0, cutting_radius(combine) - half)
-    outline = field.outline
-    if fillet > 0:
-        grown = outline.buffer(fillet, join_style="mitre", mitre_limit=10.0)
-        outline = grown.buffer(-fillet, quad_segs=24).union(field.outline)
+    outline = _rounded_outside(field, combine)
     holes = [_drivable_hole(hole, combine) for hole in field.obstacles]
     return outline.difference(shapely.union_all(holes)) if holes else outline
+
+
+def _rounded_outside(field: Field, combine: Combine) -> shapely.Polygon:
+    half = combine.header_width / 2
+    widest = cutting_radius(combine) - half
+    least = SPARE * combine.turning_radius - half
+    room = field.outline.buffer(OUTSIDE * field.margin)
+    outline = field.outline
+    for radius in np.linspace(widest, min(least, widest), RADII):
+        if radius > 0:
+            grown = field.outline.buffer(radius, join_style="mitre", mitre_limit=10.0)
+            fillets = shapely.get_parts(grown.buffer(-radius, quad_segs=24) - field.outline)
+            # Corners that turn about are rounded by what is least, whatever they need.
+            fits = shapely.covered_by(fillets, room) | (radius <= least)
+            outline = outline.union(shapely.union_all(fillets[fits]))
+    return outline
 
 
 def _drivable_hole(hole: shapely.Polygon, combine: Combine) -> shapely.Polygon:

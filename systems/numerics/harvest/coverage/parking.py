@@ -9,7 +9,7 @@ from ..field.field import Field
 from ..machines.combine import Combine
 from ..machines.outlines import combine_outline
 from ..paths.machine_path import TRANSIT, MachinePath
-from .cut_ground import GAP
+from .cut_ground import GAP, CutGround
 from .driver import Driver, NoWay
 from .swaths import Swath
 
@@ -69,11 +69,12 @@ class Passes:
         return all(_clear(cells, self.origin, pose, self._outline, np.uint32(1)) for pose in along)
 
 
-def start_in_bay(driver: Driver, passes: Passes, machine: int) -> bool:
+def start_in_bay(driver: Driver, uncut: CutGround, passes: Passes, machine: int) -> bool:
     """Begin a combine's path in a bay off all other paths; whether one was found.
 
     Args:
         driver: Who has done its work.
+        uncut: The ground before that: a bay behind another may have crop beside a hollow edge.
         passes: Where all pass.
         machine: Its number.
     """
@@ -83,7 +84,7 @@ def start_in_bay(driver: Driver, passes: Passes, machine: int) -> bool:
     for way in BACK:
         pose = first - way * ahead
         path = _straight(pose, first, 1)
-        if not driver.ground.admits(path, cutting=True):
+        if not uncut.admits(path):
             return False
         if passes.clear(pose, machine):
             if way > 0:

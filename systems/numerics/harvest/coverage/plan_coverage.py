@@ -18,7 +18,7 @@ from ..turns.turn import combine_footprint, turn_times
 from .adjacent_rounds import come_ahead, line_up
 from .arcs import Arc, drive_arc, first_round_shift, split_loops
 from .candidates import TURN_TIME, Candidate, find_candidates
-from .cut_ground import GAP, WITHIN, CutGround
+from .cut_ground import WITHIN, CutGround
 from .driver import Driver, NoWay, lay_out_roads, stop_time
 from .lands import chain_swaths, split_chain
 from .loops import crop_to_offset
@@ -203,7 +203,7 @@ def _build(
     for driver in drivers:
         driver.roads = roads
     work, lands = _drive_swaths(drivers, candidate, work)
-    off_paths = _wait_off_paths(field, drivers, candidate, lands)
+    off_paths = _wait_off_paths(field, uncut, drivers, candidate, lands)
     paths = tuple(driver.path for driver in drivers)
     covered = covered_area(field, paths, combine)
     times = np.array([driving_time(path, combine) for path in paths])
@@ -243,7 +243,7 @@ def _drive_rounds(
     """Drive all rounds, each in arcs of all combines, or each by one of them in turn."""
     count, combine = len(drivers), drivers[0].combine
     work = 0
-    wide = field.margin >= first_round_shift(combine) + GAP
+    wide = first_round_shift(drivers[0].ground) is not None
     if adjacent:
         if count > 1 and not wide:
             raise NoWay("combines on adjacent rounds begin side by side on the margin: too narrow")
@@ -325,14 +325,18 @@ def _share_ground(drivers: list[Driver]) -> None:
 
 
 def _wait_off_paths(
-    field: Field, drivers: list[Driver], candidate: Candidate, lands: list[list[int]]
+    field: Field,
+    uncut: CutGround,
+    drivers: list[Driver],
+    candidate: Candidate,
+    lands: list[list[int]],
 ) -> np.ndarray:
     passes = Passes(field, drivers[0].combine)
     for machine, driver in enumerate(drivers):
         passes.add(driver.path, machine)
     off_paths = np.zeros((len(drivers), 2), dtype=bool)
     for machine, driver in enumerate(drivers):
-        off_paths[machine, 0] = start_in_bay(driver, passes, machine)
+        off_paths[machine, 0] = start_in_bay(driver, uncut, passes, machine)
     parked: list[np.ndarray] = []
     for machine, (driver, land) in enumerate(zip(drivers, lands, strict=True)):
         swaths = [candidate.swaths[k] for k in land]

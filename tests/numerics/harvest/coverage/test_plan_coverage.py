@@ -5,6 +5,7 @@ import pytest
 import shapely
 
 from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.harvest.coverage.loops import crop_to_offset
 from sightfield.systems.numerics.harvest.coverage.plan_coverage import plan_coverage
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines.combine import Combine
@@ -138,6 +139,31 @@ def test_combines_start_beside_the_crop_and_stay_within_the_margin(field_makers,
         poses = path.pose_at(path.stations_every(0.25))
         for part in (header, body):
             assert within.covers(_placed(part, poses)).all()
+
+
+def test_headers_as_wide_as_the_margin_begin_in_bays_with_the_body_beside_the_crop(field_makers):
+    field, wide = field_makers["blob_12"](), Combine(header_width=12.0)
+    within = field.outline.buffer(field.margin, quad_segs=64).buffer(0.01)
+    header, body = combine_outline(wide)
+    plan = plan_coverage(field, wide, 2)
+    assert plan.coverage > 0.995
+    for path in plan.paths:
+        begin = path.pose_at([0.0])
+        assert _placed(body, begin)[0].intersection(field.polygon).area < 0.5
+        assert within.covers(_placed(header, begin)).all()
+
+
+def test_rounds_go_no_farther_outside_of_a_reflex_corner_than_half_the_margin(field_makers):
+    """Headers little wider than the body turn on wide circles, which the margin has no room for."""
+    field, narrow = field_makers["l_9"](), Combine(header_width=4.5)
+    region = crop_to_offset(field, narrow)
+    assert region.covers(field.outline.buffer(-1e-6))
+    outside = region.difference(field.outline)
+    assert outside.area > 1.0
+    assert field.outline.buffer(field.margin / 2 + 1e-6).covers(region)
+    # With a header that is much wider the least circle that it drives does.
+    easy = crop_to_offset(field, Combine(header_width=14.0))
+    assert easy.difference(field.outline).area < outside.area
 
 
 @pytest.mark.parametrize(

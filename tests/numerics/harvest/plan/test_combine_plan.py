@@ -74,7 +74,7 @@ def test_of_the_best_ways_to_cut_a_field_the_one_that_is_done_first_is_taken(
 
     times = combine_plan.time_machines
     monkeypatch.setattr(combine_plan, "time_machines", time_machines)
-    plan = plan_combines(field_makers["trapezium_12"](), Combine(), 4)
+    plan = plan_combines(field_makers["zigzag_8"](), Combine(), 4)
     makespans = [timetable.makespan for timetable in timed]
     assert plan.makespan == min(makespans)
     # They wait for one another the more in what looked best.

@@ -86,7 +86,7 @@ def test_a_combine_with_a_small_tank_stops_where_the_cart_can_come(logs):
 
 
 def test_where_carts_cannot_serve_combines_these_cut_the_field_in_another_way(field_makers, logs):
-    field = field_makers["banana_5"]()
+    field = field_makers["blob_7"]()
     crew = {"combines": 3, "carts": 1, "density": 0.8}
     with pytest.raises(NoPlan, match="`carts` must"):
         plan_harvest(field, Combine(), Cart(), team=plan_combines(field, Combine(), 3), **crew)
