@@ -8,7 +8,7 @@ round inside of theirs: nobody passes anybody.
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from .arcs import Arc, entry_path, shift_to, split_loops
+from .arcs import Arc, entry_path, split_loops
 from .driver import Driver
 from .loops import Loop
 
@@ -36,11 +36,11 @@ def line_up(drivers: list[Driver], loop: Loop) -> None:
         loop: The first round.
     """
     combine = drivers[0].combine
-    first = split_loops([loop], 1, drivers[0].ground, preferred=None, corners=False)[0].begin
+    first = split_loops([loop], 1, drivers[0].ground, preferred=None, corners=False)[0]
     for number, driver in enumerate(drivers):
         on = number * ahead_on(loop) - (BEFORE + COMING_OFF) * (number > 0)
-        goal = loop.pose((first + on) % loop.length)
-        driver.go(entry_path(goal, shift_to(loop, driver.ground), combine, 0).poses[0])
+        goal = loop.pose((first.begin + on) % loop.length)
+        driver.go(entry_path(goal, first.shift, combine, 0).poses[0])
 
 
 def come_ahead(driver: Driver, begun: list[Arc], count: int, region: BaseGeometry) -> None:

@@ -22,6 +22,9 @@ FROM_CORNER = 3.0
 # An arc's smoothed path leans by no more than this against its loop where it begins [rad].
 LEAN = 0.015
 
+# Bays that are tried, nearer and nearer to the crop.
+BAYS = 3
+
 # Where an edge cannot be reached as far before its corner as it should, less is tried [m].
 LESS = (0.0, 0.0, 2.0, 4.0, 7.0)
 
@@ -34,11 +37,13 @@ class Arc:
         loop: The loop.
         begin: Station [m].
         end: Station, above begin; beyond the loop's length where it passes its first point [m].
+        shift: To its lane from where the combine comes, if it does not begin at a corner [m].
     """
 
     loop: Loop
     begin: float
     end: float
+    shift: float
 
     @property
     def from_corner(self) -> bool:
@@ -78,30 +83,25 @@ def entry_path(goal: np.ndarray, shift: float, combine: Combine, work: int) -> M
     return MachinePath(np.array(poses), np.ones(2, dtype=int), np.full(2, True), np.full(2, work))
 
 
-def first_round_shift(ground: CutGround) -> float | None:
-    """From a bay in the margin, beside the crop, to the first lane [m]; None where none has room.
+def bay_shifts(ground: CutGround) -> list[float]:
+    """From bays in the margin, beside the crop, to the first lane, the widest first [m].
 
-    The header is beside the crop if the margin is wide enough, and reaches over it otherwise: the
-    body is beside it.
+    In the widest the header is beside the crop, if the margin has room for that; in the least it
+    reaches over it, and the body is beside it. None where the margin has no room.
 
     Args:
         ground: Of the combine.
     """
     combine = ground.combine
-    half = combine.header_width / 2
+    half, least = combine.header_width / 2, combine.width / 2 + GAP
     outside = min(half + 3 * GAP, ground.margin - half - GAP)
-    return half + outside if outside >= combine.width / 2 + GAP else None
+    return [half + each for each in np.linspace(outside, least, BAYS)] if outside >= least else []
 
 
-def shift_to(loop: Loop, ground: CutGround) -> float:
-    """From where a combine comes to a loop: its bay, or the lane that is cut outside of it [m].
-
-    Args:
-        loop: The loop.
-        ground: Of the combine.
-    """
-    bay = first_round_shift(ground) if loop.number == 0 and not loop.hole else None
-    return ground.combine.header_width if bay is None else bay
+def _shifts(loop: Loop, ground: CutGround) -> list[float]:
+    """From where a combine may come to a loop: bays, or the lane that is cut outside of it [m]."""
+    bays = bay_shifts(ground) if loop.number == 0 and not loop.hole else []
+    return bays or [ground.combine.header_width]
 
 
 def split_loops(
@@ -131,12 +131,13 @@ def split_loops(
     for loop, share in zip(loops, shares, strict=True):
         begins = _begins(loop, int(share), ground, preferred, corners=corners)
         overlap = 0.0
-        for begin, following in zip(begins, [*begins[1:], begins[0] + loop.length], strict=True):
+        ends = [*(begin for begin, _ in begins[1:]), begins[0][0] + loop.length]
+        for (begin, shift), following in zip(begins, ends, strict=True):
             end = following
             if not _is_corner(loop, following):
                 overlap = FROM_CORNER - 1.0
                 end = following + overlap
-            arcs.append(Arc(loop, begin, end))
+            arcs.append(Arc(loop, begin, end, shift))
     return arcs
 
 
@@ -158,7 +159,7 @@ def drive_arc(driver: Driver, arc: Arc, work: int) -> None:
         ahead = _room(driver, loop, end, 1) if _is_corner(loop, end) else 0.0
         if number == 0 and not arc.from_corner:
             path = drive_edge(loop, begin, end, (0.0, ahead), combine, work)
-            _enter(driver, path.poses[0], loop, work)
+            _enter(driver, path.poses[0], arc.shift, work)
         else:
             path = _reach(driver, loop, (begin, end), (behind, ahead), work)
         driver.drive(path)
@@ -187,9 +188,8 @@ def _reach(
     raise faults[0]
 
 
-def _enter(driver: Driver, goal: np.ndarray, loop: Loop, work: int) -> None:
+def _enter(driver: Driver, goal: np.ndarray, shift: float, work: int) -> None:
     combine = driver.combine
-    shift = shift_to(loop, driver.ground)
     along, _ = entry_length(shift, combine)
     if driver.paths and driver.cut_towards(goal, 1.5 * along):
         return
@@ -200,10 +200,10 @@ def _enter(driver: Driver, goal: np.ndarray, loop: Loop, work: int) -> None:
 
 def _begins(
     loop: Loop, share: int, ground: CutGround, preferred: np.ndarray | None, *, corners: bool
-) -> list[float]:
+) -> list[tuple[float, float]]:
     combine = ground.combine
-    shift = shift_to(loop, ground)
-    along, _ = entry_length(shift, combine)
+    shifts = _shifts(loop, ground)
+    along, _ = entry_length(shifts[0], combine)
     if preferred is not None:
         first = loop.station(preferred[0]) + along
     else:
@@ -217,31 +217,35 @@ def _begins(
         ideal = float(np.interp(clock[-1] * k / share, clock, stations))
         if preferred is not None and len(preferred) == share:
             ideal = loop.station(preferred[k]) + along
-        begins.append(_fitting(loop, ideal, shift, ground, corners=corners))
-    return sorted({round(begin % loop.length, 6) for begin in begins})
+        begin, shift = _fitting(loop, ideal, shifts, ground, corners=corners)
+        begins.append((round(begin % loop.length, 6), shift))
+    return sorted(dict(begins).items())
 
 
-def _fitting(loop: Loop, ideal: float, shift: float, ground: CutGround, *, corners: bool) -> float:
-    """The station nearest to an ideal one at which an arc may begin."""
+def _fitting(
+    loop: Loop, ideal: float, shifts: list[float], ground: CutGround, *, corners: bool
+) -> tuple[float, float]:
+    """The station nearest to an ideal one at which an arc may begin, and the shift to it."""
     if corners and len(loop.corners):
         away = (loop.corners - ideal + loop.length / 2) % loop.length - loop.length / 2
-        return float(loop.corners[np.argmin(np.abs(away))])
-    along, _ = entry_length(shift, ground.combine)
-    for away in np.arange(0.0, loop.length / 2, 2.0):
-        for at in (ideal + away, ideal - away):
-            begin, end = at - along - 2 * FROM_CORNER, at + 2 * FROM_CORNER
-            if len(loop.corners_within(begin, end)) or not _straight(loop, begin, end):
-                continue
-            pose = loop.pose(at)
-            leaning = (np.append(pose[:2], pose[2] + lean) for lean in (-LEAN, LEAN))
-            entries = [entry_path(goal, shift, ground.combine, 0) for goal in leaning]
-            if all(
-                ground.may_stand(entry.poses[0]) and ground.admits(entry, cutting=True)
-                for entry in entries
-            ):
-                return float(at)
+        return float(loop.corners[np.argmin(np.abs(away))]), shifts[0]
+    for shift in shifts:
+        along, _ = entry_length(shift, ground.combine)
+        for away in np.arange(0.0, loop.length / 2, 2.0):
+            for at in (ideal + away, ideal - away):
+                begin, end = at - along - 2 * FROM_CORNER, at + 2 * FROM_CORNER
+                if len(loop.corners_within(begin, end)) or not _straight(loop, begin, end):
+                    continue
+                pose = loop.pose(at)
+                leaning = (np.append(pose[:2], pose[2] + lean) for lean in (-LEAN, LEAN))
+                entries = [entry_path(goal, shift, ground.combine, 0) for goal in leaning]
+                if all(
+                    ground.may_stand(entry.poses[0]) and ground.admits(entry, cutting=True)
+                    for entry in entries
+                ):
+                    return float(at), shift
     if len(loop.corners):
-        return _fitting(loop, ideal, shift, ground, corners=True)
+        return _fitting(loop, ideal, shifts, ground, corners=True)
     raise NoWay("no room to come to a round")
 
 

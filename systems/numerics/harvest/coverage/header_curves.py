@@ -4,12 +4,16 @@ import math
 
 import numpy as np
 import shapely
+from shapely.ops import substring
 
 from ..machines.combine import Combine
 from ..paths.machine_path import TRANSIT, MachinePath
 
 # Edges of the polylines that are driven along [m].
 SPACING = 1.0
+
+# Ends that are nearer are the same [m].
+SAME_ENDS = 0.05
 
 
 def cutting_radius(combine: Combine) -> float:
@@ -30,21 +34,51 @@ def smooth_line(line: shapely.LineString, radius: float) -> shapely.LineString:
     """A line whose turns to either side are rounded to a radius where they are sharper.
 
     Args:
-        line: Its ends stay where they are, if they are farther than the radius from any turn.
+        line: Its ends stay where they are, if they are farther than the radius from any turn; else
+            they come to lie beside, on the line that is rounded.
         radius: [m].
     """
     smoothed = line
     for side in (radius, -radius):
-        inner = smoothed.offset_curve(side, quad_segs=24)
-        if not isinstance(inner, shapely.LineString) or inner.is_empty:
-            continue
-        outer = inner.offset_curve(-side, quad_segs=24)
-        if not isinstance(outer, shapely.LineString) or outer.is_empty:
-            continue
-        ends = np.hypot(*(np.array(outer.coords)[[0, -1]] - np.array(smoothed.coords)[[0, -1]]).T)
-        if ends.max() < 0.05:
-            smoothed = outer
+        rounded = _rounded(smoothed, side)
+        if rounded is None or _apart(rounded, smoothed) >= SAME_ENDS:
+            rounded = _rounded(_longer(smoothed, 2 * radius), side)
+            rounded = None if rounded is None else _between(rounded, smoothed)
+        smoothed = smoothed if rounded is None else rounded
     return smoothed
+
+
+def _rounded(line: shapely.LineString, side: float) -> shapely.LineString | None:
+    """The line with its turns to one side rounded; None where nothing is left of it."""
+    for distance in (side, -side):
+        moved = line.offset_curve(distance, quad_segs=24)
+        if not isinstance(moved, shapely.LineString) or moved.is_empty:
+            return None
+        line = moved
+    return line
+
+
+def _longer(line: shapely.LineString, by: float) -> shapely.LineString:
+    """The line, going on straight at both ends."""
+    points = shapely.get_coordinates(line)
+    ends = [
+        tip + (tip - beside) * (by / np.hypot(*(tip - beside)))
+        for tip, beside in ((points[0], points[1]), (points[-1], points[-2]))
+    ]
+    return shapely.LineString(np.vstack([ends[0], points, ends[1]]))
+
+
+def _between(line: shapely.LineString, other: shapely.LineString) -> shapely.LineString | None:
+    """The part of a line from beside another one's first point to beside its last."""
+    first, last = (line.project(shapely.Point(other.coords[k])) for k in (0, -1))
+    part = substring(line, first, last)
+    return part if isinstance(part, shapely.LineString) and last - first > SPACING else None
+
+
+def _apart(line: shapely.LineString, other: shapely.LineString) -> float:
+    """How far the ends of two lines are apart at most [m]."""
+    ends = np.array(line.coords)[[0, -1]] - np.array(other.coords)[[0, -1]]
+    return float(np.hypot(*ends.T).max())
 
 
 def drive_line(points: np.ndarray, *, cutting: bool, work: int = TRANSIT) -> MachinePath:

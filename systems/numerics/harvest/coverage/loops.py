@@ -111,12 +111,12 @@ def crop_to_offset(field: Field, combine: Combine) -> BaseGeometry:
     return outline.difference(shapely.union_all(holes)) if holes else outline
 
 
-def _rounded_outside(field: Field, combine: Combine) -> shapely.Polygon:
+def _rounded_outside(field: Field, combine: Combine) -> BaseGeometry:
     half = combine.header_width / 2
     widest = cutting_radius(combine) - half
     least = SPARE * combine.turning_radius - half
     room = field.outline.buffer(OUTSIDE * field.margin)
-    outline = field.outline
+    outline: BaseGeometry = field.outline
     for radius in np.linspace(widest, min(least, widest), RADII):
         if radius > 0:
             grown = field.outline.buffer(radius, join_style="mitre", mitre_limit=10.0)

@@ -20,6 +20,12 @@ BESIDE = 0.3
 # Cut by nobody.
 NEVER = 1e18
 
+# Side of the cells in which it is told what a body drives over before its own header has cut it
+# [m], and how many of them there are at most: the tail that swings out of a curve treads on strips
+# that are narrower than the cells of the crop.
+FINE = 0.2
+MOST_CELLS = 5e6
+
 
 class CropPrecedence(NamedTuple):
     """What each combine waits for.
@@ -67,25 +73,11 @@ def find_precedence(
     crop = StandingCrop(field.polygon)
     rows, columns = crop.cells.shape
     cut_at = np.full((len(paths), rows, columns), NEVER, dtype=np.float64)
-    half = combine.header_width / 2 + BESIDE
-    fine = 0.25
+    half = combine.header_width / 2
     for n, path in enumerate(paths):
-        stations = path.stations_every(fine)
-        poses = path.pose_at(stations)
-        down = path.cutting[path.piece_at(stations)]
-        _cut(cut_at[n], crop.origin, poses[down], stations[down], half, combine.header_depth / 2)
-    under = np.zeros((rows, columns), dtype=np.bool_)
+        _cut(cut_at[n], crop.origin, CELL, *_header_down(path, CELL / 2), half + BESIDE)
     every, needs = [], []
-    # The body behind the header; points nearer to its sides than half a cell would tell of cells
-    # that are mostly beside it.
-    half_cell = CELL / 2
-    box = np.array(
-        [
-            -combine.length + half_cell,
-            -combine.header_depth / 2 - half_cell,
-            combine.width / 2 - half_cell,
-        ]
-    )
+    box = _body(combine, CELL)
     for m, path in enumerate(paths):
         stations = path.stations_every(SPACING)
         every.append(stations)
@@ -95,7 +87,6 @@ def find_precedence(
         _needed(
             cut_at,
             crop.cells,
-            under,
             crop.origin,
             path.pose_at(fine_stations),
             fine_stations,
@@ -109,27 +100,90 @@ def find_precedence(
             at = np.searchsorted(fine_stations, stations + SPACING, side="right") - 1
             mine.append(ahead[np.clip(at, 0, len(ahead) - 1)])
         needs.append(tuple(mine))
-    return CropPrecedence(tuple(needs), tuple(every), float(under.sum()) * CELL**2)
+    return CropPrecedence(tuple(needs), tuple(every), _trodden_area(paths, crop, cut_at, combine))
+
+
+def _trodden_area(
+    paths: tuple[MachinePath, ...], crop: StandingCrop, cut_at: np.ndarray, combine: Combine
+) -> float:
+    """Crop under bodies that nobody else cuts, and their own headers later or never [m^2].
+
+    Args:
+        paths: Of the combines.
+        crop: What stands at first.
+        cut_at: The station at which each combine cuts each of its cells, shape (N, rows, columns).
+        combine: Each of them.
+    """
+    size = max(FINE, math.sqrt(crop.cells.sum() * CELL**2 / MOST_CELLS))
+    # None reaches beyond the cells of the crop.
+    shape = np.floor(np.array(crop.cells.shape) * CELL / size).astype(int)
+    under = np.zeros(shape, dtype=np.bool_)
+    half, box = combine.header_width / 2 + size / 2, _body(combine, size)
+    for m, path in enumerate(paths):
+        own = np.full(shape, np.inf, dtype=np.float32)
+        _cut(own, crop.origin, size, *_header_down(path, size / 2), half)
+        stands = crop.cells & (np.delete(cut_at, m, axis=0) == NEVER).all(axis=0)
+        stations = path.stations_every(size)
+        _tread(own, stands, under, crop.origin, size, path.pose_at(stations), stations, box)
+    return float(under.sum()) * size**2
+
+
+def _header_down(path: MachinePath, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    """Poses and stations with the header down, shapes (k, 3) and (k,)."""
+    stations = path.stations_every(spacing)
+    down = path.cutting[path.piece_at(stations)]
+    return path.pose_at(stations)[down], stations[down]
+
+
+def _body(combine: Combine, size: float) -> np.ndarray:
+    """Rear, front and half the width of the body behind the header [m].
+
+    Points nearer to its sides than half a cell would tell of cells that are mostly beside it.
+    """
+    front = -combine.header_depth / 2
+    return np.array([-combine.length + size / 2, front - size / 2, (combine.width - size) / 2])
 
 
 @compiled
-def _cut(cut_at, origin, poses, stations, half, ahead_half):
-    """Mark when the header passes over cells; those before its middle count as it comes."""
+def _cut(cut_at, origin, size, poses, stations, half):
+    """Mark when the header's middle passes over cells."""
     rows, columns = cut_at.shape
-    across = math.ceil(2 * half / (0.5 * CELL))
+    across = math.ceil(2 * half / (0.5 * size))
     for k in range(len(poses)):
         c, s = math.cos(poses[k, 2]), math.sin(poses[k, 2])
         for i in range(across + 1):
             side = -half + 2 * half * i / across
             x, y = poses[k, 0] - s * side, poses[k, 1] + c * side
-            column = math.floor((x - origin[0]) / CELL)
-            row = math.floor((y - origin[1]) / CELL)
+            column = math.floor((x - origin[0]) / size)
+            row = math.floor((y - origin[1]) / size)
             if 0 <= row < rows and 0 <= column < columns and stations[k] < cut_at[row, column]:
                 cut_at[row, column] = stations[k]
 
 
 @compiled
-def _needed(cut_at, crop, under, origin, poses, stations, me, box, needed):
+def _tread(cut_at, stands, under, origin, size, poses, stations, box):
+    """Mark cells under a body whose crop stands and is cut later, if at all."""
+    rows, columns = cut_at.shape
+    rear, front, half = box
+    along = math.ceil((front - rear) / size)
+    across = math.ceil(2 * half / size)
+    for k in range(len(poses)):
+        c, s = math.cos(poses[k, 2]), math.sin(poses[k, 2])
+        for i in range(along + 1):
+            ahead = rear + (front - rear) * i / along
+            for j in range(across + 1):
+                side = -half + 2 * half * j / across
+                x = poses[k, 0] + c * ahead - s * side - origin[0]
+                y = poses[k, 1] + s * ahead + c * side - origin[1]
+                row, column = math.floor(y / size), math.floor(x / size)
+                if 0 <= row < rows and 0 <= column < columns and cut_at[row, column] > stations[k]:
+                    row_of_crop, column_of_crop = math.floor(y / CELL), math.floor(x / CELL)
+                    if stands[row_of_crop, column_of_crop]:
+                        under[row, column] = True
+
+
+@compiled
+def _needed(cut_at, crop, origin, poses, stations, me, box, needed):
     machines, rows, columns = cut_at.shape
     rear, front, half = box
     along = math.ceil((front - rear) / CELL)
@@ -152,9 +206,7 @@ def _needed(cut_at, crop, under, origin, poses, stations, me, box, needed):
                 for n in range(machines):
                     if n != me and cut_at[n, row, column] < when:
                         best, when = n, cut_at[n, row, column]
-                if best < 0:
-                    under[row, column] = True
-                else:
+                if best >= 0:
                     needed[best, k] = max(needed[best, k], when)
 
 

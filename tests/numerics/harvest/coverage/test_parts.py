@@ -7,7 +7,11 @@ import numpy as np
 import pytest
 import shapely
 
-from sightfield.systems.numerics.harvest.coverage.header_curves import cutting_radius, drive_line
+from sightfield.systems.numerics.harvest.coverage.header_curves import (
+    cutting_radius,
+    drive_line,
+    smooth_line,
+)
 from sightfield.systems.numerics.harvest.coverage.lands import split_chain
 from sightfield.systems.numerics.harvest.coverage.precedence import can_finish, find_precedence
 from sightfield.systems.numerics.harvest.coverage.swath_order import (
@@ -42,6 +46,21 @@ def test_a_polyline_along_an_arc_is_driven_as_nearly_that_arc():
     points = 20.0 * np.column_stack([np.cos(angles), np.sin(angles)])
     path = drive_line(points, cutting=True)
     assert path.curvatures[1:-1] == pytest.approx(np.full(len(path.lengths) - 2, 0.05), rel=0.02)
+
+
+@pytest.mark.parametrize("before_end", [1.5, 4.0, 40.0])
+def test_a_line_is_driven_no_more_sharply_than_asked_however_near_to_its_end_it_turns(before_end):
+    radius = 6.3
+    lean = 0.7
+    line = shapely.LineString(
+        [(0, 0), (50, 0), (50 + before_end * math.cos(lean), before_end * math.sin(lean))]
+    )
+    for each in (line, shapely.reverse(line)):
+        path = drive_line(np.array(smooth_line(each, radius).coords), cutting=True)
+        assert np.abs(path.curvatures).max() < 1.1 / radius
+        ends = path.poses[[0, -1], :2] - np.array(each.coords)[[0, -1]]
+        # The arc leaves the corner by this much, and the ends no more.
+        assert np.hypot(*ends.T).max() < radius * (1 / math.cos(lean / 2) - 1) + 0.05
 
 
 @pytest.mark.parametrize("direction", [0.0, 0.7, 2.5])
@@ -139,6 +158,20 @@ def test_a_body_that_drives_over_crop_nobody_cuts_is_told():
     path = _straight(20.0, -20.0, 20.0, 60.0, cutting=False)
     under = find_precedence(field, (path,), COMBINE).crop_under_bodies
     assert under == pytest.approx(30.0 * COMBINE.width, rel=0.2)
+
+
+def test_the_tail_treads_on_crop_outside_of_a_circle_that_is_narrower_than_the_cutting_radius():
+    field, radius = Field.rectangle(80.0, 80.0), 7.0
+    angles = np.linspace(0.0, 2 * math.pi, 200)
+    ring = 40.0 + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    path = drive_line(ring, cutting=True)
+    corner = math.hypot(radius + COMBINE.width / 2, COMBINE.length)
+    end = radius + COMBINE.header_width / 2
+    assert corner > end + 0.5
+    # Besides, where it begins, all of the body stands on crop.
+    expected = math.pi * (corner**2 - end**2) + COMBINE.width * (COMBINE.length - 1.0)
+    found = find_precedence(field, (path,), COMBINE).crop_under_bodies
+    assert found == pytest.approx(expected, rel=0.2)
 
 
 def test_combines_that_need_each_other_s_first_swath_cannot_finish():
