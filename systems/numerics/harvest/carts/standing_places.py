@@ -4,13 +4,18 @@ import math
 
 import numpy as np
 
-from ..machines.alongside import MIDDLE, STANDING
+from ..machines.alongside import MIDDLE, STANDING, box_middle
+from ..machines.cart import Cart
+from ..machines.combine import Combine
 from .cart_motion import trailer_poses
 from .cut_times import GAP
 from .roadmap import node_opens
 from .surroundings import CartSurroundings
 from .traffic import Traffic, least_gaps
 from .windows import BETWEEN, beside
+
+# Part of the auger's reach that is counted on: carts are a little off their paths.
+SURE = 0.98
 
 # Where the box may be beside a combine that stands, in usual distances to its left and ahead, and
 # how it is turned [rad]: the auger swings.
@@ -21,9 +26,22 @@ PLACES = np.array(
         for left in (1.0, 1.5, 0.6, -1.0, -1.5, -0.6)
         for quarter in (0, 4, 2, 6, 1, 3, 5, 7)
         for ahead in (0.0, 0.8, -0.8, 1.4, -1.6)
-        if 0.9 < math.hypot(left, ahead) < 0.98 * STANDING
+        if 0.9 < math.hypot(left, ahead) < SURE * STANDING
     ]
 )
+
+
+def is_in_reach(combine: Combine, cart: Cart, pose: np.ndarray, state: np.ndarray) -> bool:
+    """Whether the auger of a standing combine surely reaches a cart, whose trailer may be bent.
+
+    Args:
+        combine, cart: They.
+        pose: Of the combine, shape (3,).
+        state: Of the cart: x, y, theta, beta, shape (4,) [m], [m], [rad], [rad].
+    """
+    x, y, _ = box_middle(state, cart.length, cart.hitch_offset)
+    away = math.hypot(x - pose[0], y - pose[1])
+    return away <= SURE * STANDING * beside(combine, cart).left
 
 
 def standing_poses(

@@ -27,7 +27,7 @@ from .cart_plan import CartPlan, CartVisit, Failure, Job, Supply, Trip
 from .cut_times import GAP, opens_along
 from .profile import Moving
 from .routes import Standing
-from .standing_places import standing_poses
+from .standing_places import is_in_reach, standing_poses
 from .stops import FOR_EVER, Stop, retime_alone
 from .surroundings import SAME, CartSurroundings, changed_surroundings, make_surroundings
 from .tanks import Pour, make_tanks
@@ -458,7 +458,12 @@ class _Service:
             if found is None:
                 return False
             cart, to = found
-            begin = max(to.timed.end, self.world.plans[number].end) + 1.0
+            stands = self.world.plans[number]
+            bent = np.append(to.last_pose, to.last_angle)
+            if not is_in_reach(self.combine, self.cart, stands.pose_at(stands.end), bent):
+                spent.append(to.last_pose)
+                continue
+            begin = max(to.timed.end, stands.end) + 1.0
             pour = self.tanks[number].pour(begin, np.inf, self._room(cart))
             visit = CartVisit(cart, number, begin, pour.end, pour.taken)
             motions = [to, standing_motion(self.cart, to.last_pose, begin, to.last_angle)]

@@ -5,9 +5,12 @@ import pytest
 
 from sightfield.systems.numerics.harvest.carts.cart_plan import Supply
 from sightfield.systems.numerics.harvest.carts.cut_times import CELL, cut_times
+from sightfield.systems.numerics.harvest.carts.standing_places import is_in_reach
 from sightfield.systems.numerics.harvest.carts.visits import serve_combines
-from sightfield.systems.numerics.harvest.machines.alongside import STANDING
+from sightfield.systems.numerics.harvest.carts.windows import beside
+from sightfield.systems.numerics.harvest.machines.alongside import STANDING, is_alongside
 from sightfield.systems.numerics.harvest.machines.cart import Cart
+from sightfield.systems.numerics.harvest.machines.combine import Combine
 
 TRUCKS = np.array([[60.0, -13.0, 0.1], [120.0, -14.0, 0.0]])
 
@@ -80,3 +83,19 @@ def test_all_grain_comes_to_the_trucks(
     assert found.along <= 0.97 * cart.acceleration + 1e-6
     assert found.across <= 0.97 * cart.lateral_acceleration + 1e-6
     assert found.curvature <= 1 / cart.turning_radius + 1e-9
+
+
+@pytest.mark.parametrize("bent", [-0.7, 0.0, 0.3])
+def test_what_is_surely_in_reach_of_a_standing_combine_is_alongside(bent):
+    combine, cart = Combine(), Cart()
+    pose, reach = np.array([12.3, -4.5, 0.7]), beside(combine, cart).left
+    random = np.random.default_rng(8)
+    found = []
+    for _ in range(400):
+        state = np.array([*(pose[:2] + random.uniform(-25, 25, 2)), random.uniform(-4, 4), bent])
+        sure = is_in_reach(combine, cart, pose, state)
+        found.append(sure)
+        nudged = state + np.array([*random.uniform(-0.1, 0.1, 2), 0.0, 0.0])
+        if sure:
+            assert is_alongside(pose, nudged, cart.length, cart.hitch_offset, reach, True)
+    assert 20 < sum(found) < 380

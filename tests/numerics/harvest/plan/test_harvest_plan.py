@@ -10,7 +10,9 @@ import shapely
 
 from sightfield.systems.numerics.errors import InvalidInput, require
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
+from sightfield.systems.numerics.harvest.carts.windows import beside
 from sightfield.systems.numerics.harvest.field.field import Field
+from sightfield.systems.numerics.harvest.machines.alongside import is_alongside
 from sightfield.systems.numerics.harvest.machines.cart import Cart
 from sightfield.systems.numerics.harvest.machines.combine import Combine
 from sightfield.systems.numerics.harvest.no_plan import NoPlan
@@ -28,6 +30,16 @@ def logs():
     return runpy.run_path(str(Path(__file__).with_name("plan_logs.py")))
 
 
+def assert_auger_reaches(plan, visit):
+    combine, cart = plan.combines.combine, plan.cart
+    reach = beside(combine, cart).left
+    motion, path = plan.service.motions[visit.cart], plan.service.plans[visit.combine]
+    for time in np.linspace(visit.begin, visit.end, 5):
+        state = np.append(motion.timed.pose_at([time])[0], motion.angles_at(np.array([time]))[0])
+        pose, stands = path.pose_at([time])[0], path.speed_at([time])[0] < 1e-6
+        assert is_alongside(pose, state, cart.length, cart.hitch_offset, reach, stands)
+
+
 def checked(logs, plan):
     """The audit of a plan in which all grain is delivered and nobody is late for a visit."""
     audit = audit_harvest(logs["harvest_log_of"](plan), logs["harvest_site_of"](plan))
@@ -38,6 +50,8 @@ def checked(logs, plan):
         assert figures["min_cart_to_cart"] >= 0.5
     assert service.left == pytest.approx(0.0, abs=10.0)
     assert figures["grain_delivered"] == pytest.approx(figures["grain_harvested"], abs=10.0)
+    for visit in service.visits:
+        assert_auger_reaches(plan, visit)
     for trip in service.trips:
         pose = service.motions[trip.cart].timed.pose_at(np.array([trip.begin, trip.end]))
         assert np.abs(pose - plan.supply.trucks[trip.cart])[:, :2].max() < 1e-6
