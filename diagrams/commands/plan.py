@@ -18,6 +18,7 @@ from ...systems.numerics.geometry.world_files import load_world
 from ...systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from ...systems.numerics.planning.trailer import Trailer
 from ...systems.numerics.planning.value_function.grid import THESIS_STEP
+from ...systems.numerics.planning.vehicle.footprint import discs_from_text
 from ..outputs import output_folder
 from ..planning.cross_check import contradictions
 from ..planning.memory import quarter_of_memory
@@ -78,6 +79,16 @@ def compare_planners(
         float | None,
         typer.Option(help="Of the cart, for walls [m] [default: half of its length]."),
     ] = None,
+    discs: Annotated[
+        str | None,
+        typer.Option(
+            metavar="BODY AHEAD RADIUS, ...",
+            help=(
+                "What the cart covers instead, each disc so far ahead of its body's axle [m], [m]: "
+                "'tractor 0 0.4, tractor 0.5 0.4, trailer 0 0.5'."
+            ),
+        ),
+    ] = None,
     grid: GridOption = "thesis",
     memory: Annotated[
         float | None,
@@ -100,20 +111,22 @@ def compare_planners(
     )
     tolerance = (0.0, 0.0, 0.0, 0.0) if point else goal_tolerance or THESIS_TOLERANCE
     names = chosen_methods(method)
+    trailer = Trailer(
+        speed=speed,
+        turn_rate=turn_rate,
+        length=length,
+        hitch_offset=hitch_offset,
+        reverse=reverse,
+        jackknife=jackknife,
+    )
     question = PlanningQuestion(
         start=start,
         goal=Goal(state=goal, tolerance=tolerance),
-        trailer=Trailer(
-            speed=speed,
-            turn_rate=turn_rate,
-            length=length,
-            hitch_offset=hitch_offset,
-            reverse=reverse,
-            jackknife=jackknife,
-        ),
+        trailer=trailer,
         world=None if world is None else load_world(world).world,
         grid_step=_grid_step(grid),
         width=width,
+        footprint=None if discs is None else discs_from_text(trailer, discs),
         memory=quarter_of_memory() if memory is None else 1e9 * memory,
     )
     with output_folder(out) if out is not None else nullcontext() as folder:

@@ -35,6 +35,8 @@ class PlanningQuestion:
     table: ValueFunction | None = None
     # Width of the cart [m]; by default half of the trailer's length.
     width: float | None = None
+    # What the cart covers, in place of a width; see `discs`.
+    footprint: Discs | None = None
     # That a table may take at most [bytes].
     memory: float = field(default_factory=quarter_of_memory)
     # Told of every pass over that grid; see `solve_value_function`.
@@ -57,6 +59,8 @@ class PlanningQuestion:
             # Discs of less would be too many.
             words = "be at least a fiftieth of the trailer's length"
             require(self.width >= self.trailer.length / 50, "width", words, self.width)
+            without = self.footprint is None
+            require(without, "width", "stand without discs, which have widths", self.width)
         require_positive("memory", self.memory)
         require_positive("grid", self.grid_step)
         require(self.grid_step <= 1, "grid", "have a step of at most 1", self.grid_step)
@@ -64,4 +68,4 @@ class PlanningQuestion:
     @property
     def discs(self) -> Discs:
         """What the cart covers."""
-        return covering_discs(self.trailer, self.width)
+        return self.footprint or covering_discs(self.trailer, self.width)

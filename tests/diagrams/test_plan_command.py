@@ -113,6 +113,20 @@ def test_a_wide_cart_keeps_its_width(run, tmp_path):
         run(*case, "--width", 1.1)
 
 
+def test_discs_are_what_the_cart_covers(run, tmp_path):
+    file = tmp_path / "lane.wkt"
+    file.write_text("POLYGON ((-3 -0.5, 9 -0.5, 9 0.5, -3 0.5, -3 -0.5))", encoding="utf-8")
+    case = ("--world", file, "--method", "casadi", "--start", 0, 0, 0, 0, "--goal", 5, 0, 0, 0)
+    discs = "tractor 0.1 0.45, trailer 0 0.3"
+    said = json.loads(run(*case, "--discs", discs, "--json").stdout)["methods"]["casadi"]
+    assert said["time"] == pytest.approx(4.8, abs=1e-3)
+    with pytest.raises(InvalidInput, match="`start` must keep the vehicle clear of walls"):
+        run(*case, "--discs", "tractor 0.1 0.3, trailer 0 0.55")
+    # In front of the tractor it reaches beyond the end of the lane.
+    with pytest.raises(InvalidInput, match="`goal` must keep the vehicle clear of walls"):
+        run(*case, "--discs", "tractor 3.8 0.4")
+
+
 def test_neither_end_may_be_in_an_obstacle(run, tmp_path):
     file = tmp_path / "room.wkt"
     room = "(-2 -2, 9 -2, 9 9, -2 9, -2 -2)"
@@ -161,6 +175,14 @@ def test_the_defaults_are_the_case_of_figure_3_9(run):
         (("--hitch-offset", 1e12), "`hitch_offset` must be at most 100 lengths"),
         (("--width", 0), "`width` must be positive"),
         (("--width", 1e-9), "`width` must be at least a fiftieth"),
+        (("--discs", "tractor 0"), "`discs` must be discs such as tractor 0.5 0.4, trailer 0 0.4"),
+        (("--discs", "plough 0 1"), "trailer 0 0.4; got plough 0 1"),
+        (("--discs", "tractor 0 1,"), "trailer 0 0.4; got nothing"),
+        (("--discs", "tractor nan 1"), "`discs` must be a finite number"),
+        (("--discs", "trailer 0 -1"), "`discs` must be positive"),
+        (("--discs", "trailer 0 1e9"), "`discs` must be within 100 m of their axles"),
+        (("--discs", "trailer 0 1," * 64 + "trailer 0 1"), "`discs` must be at most 64; got 65"),
+        (("--discs", "trailer 0 1", "--width", 1), "`width` must stand without discs"),
         (("--memory", 0), "`memory` must be positive"),
         (("--memory", "nan"), "`memory` must be a finite number"),
         (("--turn-rate", -1), "`turn_rate` must be positive"),

@@ -5,11 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import require_positive
+from ...errors import InvalidInput, require, require_finite, require_positive
 from ..trailer import Trailer
 
 TRACTOR = 0
 TRAILER = 1
+# What its two bodies are called, where discs are written out.
+BODIES = ("tractor", "trailer")
+# More discs than a cart needs, each of which is followed along every way.
+MOST_DISCS = 64
+# A disc is not farther from the axle of its body, nor larger, than so many times the cart.
+LARGEST = 100.0
 
 
 @dataclass(frozen=True)
@@ -73,6 +79,44 @@ def covering_discs(trailer: Trailer, width: float | None = None) -> Discs:
         bodies=(TRACTOR,) * len(tractor) + (TRAILER,) * len(towed),
         offsets=(*tractor, *towed),
         radii=(width / 2,) * (len(tractor) + len(towed)),
+        length=trailer.length,
+        hitch_offset=trailer.hitch_offset,
+    )
+
+
+def discs_from_text(trailer: Trailer, text: str) -> Discs:
+    """Discs as they are written out: "tractor 0 0.4, tractor 0.5 0.4, trailer 0.3 0.5".
+
+    Each has its body, how far its centre is ahead of the axle of that body, and its radius [m].
+
+    Args:
+        trailer: For its length and hitch.
+        text: At least one disc, with commas between them.
+
+    Raises:
+        InvalidInput: It is not written so, or a number is out of its range.
+    """
+    bodies, offsets, radii = [], [], []
+    most = LARGEST * (trailer.length + abs(trailer.hitch_offset))
+    for part in text.split(","):
+        words = part.split()
+        try:
+            name, offset, radius = words[0].lower(), *map(float, words[1:])
+            bodies.append(BODIES.index(name))
+        except (ValueError, IndexError):
+            what = "be discs such as tractor 0.5 0.4, trailer 0 0.4"
+            raise InvalidInput(f"`discs` must {what}; got {part.strip() or 'nothing'}") from None
+        require_finite("discs", offset)
+        require_positive("discs", radius)
+        largest = max(abs(offset), radius)
+        require(largest <= most, "discs", f"be within {most:g} m of their axles", largest)
+        offsets.append(offset)
+        radii.append(radius)
+    require(len(radii) <= MOST_DISCS, "discs", f"be at most {MOST_DISCS}", len(radii))
+    return Discs(
+        bodies=tuple(bodies),
+        offsets=tuple(offsets),
+        radii=tuple(radii),
         length=trailer.length,
         hitch_offset=trailer.hitch_offset,
     )

@@ -12,7 +12,11 @@ from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.detours import detours
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.vehicle.footprint import TRAILER, covering_discs
+from sightfield.systems.numerics.planning.vehicle.footprint import (
+    TRAILER,
+    covering_discs,
+    discs_from_text,
+)
 from sightfield.systems.numerics.planning.vehicle.overlap import deepest_overlap
 
 CART = Trailer()
@@ -42,6 +46,16 @@ def test_the_last_trailer_disc_is_on_its_axle():
     discs = covering_discs(CART)
     first = discs.bodies.index(TRAILER)
     assert discs.centre(first, np.array([0.0, 0.0, 0.3, 0.3])) == pytest.approx((-1.0, 0.0))
+
+
+def test_discs_are_ahead_of_the_axles_of_their_bodies():
+    cart = Trailer(length=2.0, hitch_offset=0.5)
+    discs = discs_from_text(cart, "Tractor 0.7 0.4, trailer -0.3 0.6")
+    assert discs.radii == (0.4, 0.6)
+    state = np.array([1.0, 2.0, math.pi / 2, math.pi / 2])
+    np.testing.assert_allclose(discs.centre(0, state), (1.0, 2.7), atol=1e-12)
+    # The trailer, at a right angle, heads along x from two behind the hitch.
+    np.testing.assert_allclose(discs.centre(1, state), (-1.3, 1.5), atol=1e-12)
 
 
 def test_there_is_one_detour_on_either_side_of_a_wall(walled_world):
