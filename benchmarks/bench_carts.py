@@ -1,6 +1,7 @@
 """Polished plans for carts of all kinds, beside the programme from seeds drawn at random."""
 
 import math
+import os
 import time
 
 import numpy as np
@@ -17,7 +18,12 @@ from sightfield.systems.numerics.planning.trailer import Trailer
 
 pytestmark = pytest.mark.benchmarks
 
-SEED, CARTS, SEEDS = 30000, 200, 100
+SEED = int(os.environ.get("SEED", "30000"))
+# With all 200 it takes hours.
+CARTS = int(os.environ.get("CARTS", "200"))
+SEEDS = int(os.environ.get("SEEDS", "100"))
+# How much longer than the best counts as longer.
+ABOVE = 1e-3
 KINDS = ("near", "near", "far", "jackknifed")
 
 
@@ -61,21 +67,32 @@ def random_seeds(cart, start, goal, seed):
 
 def test_carts_of_all_kinds():
     losses, missed, unsolved, seconds = [], 0, 0, []
+    print()
     for number in range(CARTS):
         cart, start, goal = question(number)
         began = time.process_time()
         plan = plan_polished(cart, start, goal)
         seconds.append(time.process_time() - began)
-        if not plan.converged:
-            unsolved += 1
-            continue
-        missed += resimulate(cart, plan.path, goal).violation > DRIVEN_TOLERANCE
         seeds = list(random_seeds(cart, start, goal, number))
         other = plan_by_casadi(cart, start, goal, seeds=seeds)
-        losses.append(plan.time / min(plan.time, other.time) - 1)
+        # A path that does not arrive when it is driven is not quicker.
+        holds = other.converged and resimulate(cart, other.path, goal).violation <= DRIVEN_TOLERANCE
+        best = other.time if holds else math.inf
+        if not plan.converged:
+            unsolved += 1
+            print(f"cart {number}: {plan.status}; of random seeds {best:.5g} s")
+            continue
+        violation = resimulate(cart, plan.path, goal).violation
+        missed += violation > DRIVEN_TOLERANCE
+        losses.append(plan.time / min(plan.time, best) - 1)
+        if losses[-1] > ABOVE or violation > DRIVEN_TOLERANCE:
+            way = plan.notes["way"]
+            print(
+                f"cart {number}: {plan.time:.5g} s ({way}), misses by {violation:.1e}; {best:.5g} s"
+            )
     losses = np.array(losses)
     print(
-        f"\npolished plans of {CARTS} random carts: {unsolved} unsolved, {missed} miss when they "
-        f"are driven; {np.mean(losses > 1e-3):.1%} more than 0.1% above the best of {SEEDS} random "
-        f"seeds, at most {losses.max():.2%}; {np.median(seconds):.2f} CPU s"
+        f"polished plans of {CARTS} random carts: {unsolved} unsolved, {missed} miss when they "
+        f"are driven; {np.mean(losses > ABOVE):.1%} more than 0.1% above the best of {SEEDS} "
+        f"random seeds, at most {losses.max():.2%}; {np.median(seconds):.2f} CPU s"
     )

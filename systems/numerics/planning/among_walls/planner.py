@@ -1,8 +1,9 @@
-"""A plan among walls from a table: searched, then made as short as it can be."""
+"""A plan among walls from a table: its policy, then made as short as it can be."""
 
 import math
 from collections.abc import Sequence
 from time import perf_counter
+from typing import Any
 
 from ...geometry.world import World
 from ..goal import Goal
@@ -10,16 +11,19 @@ from ..minimum_time.planner import plan_by_casadi
 from ..plan import Plan
 from ..trailer import Trailer
 from ..value_function.grid import StateGrid
-from ..value_function.obstacles import make_walls
+from ..value_function.lookup_in_reach import look_up_in_reach
+from ..value_function.rollout import roll_out
 from ..value_function.value_function import ValueFunction
 from ..vehicle.footprint import Discs
 from ..vehicle.overlap import deepest_overlap
-from .lookup import look_up_in_reach
-from .search import search_path
+from .passages import saved_by_narrow_passages
 
 METHOD = "value-function"
-# Nodes of the raster of free distances that a path is searched on, in one step of the grid.
-FINENESS = 4
+# A shorter way through a passage that the grid may not see is worth a word if it saves so much, in
+# turning radii.
+WORTH = 1.0
+# How much less time counts as less.
+_LESS = 1e-6
 
 
 def grid_within(world: World, trailer: Trailer, goal: Goal, step: float) -> StateGrid:
@@ -43,10 +47,10 @@ def grid_within(world: World, trailer: Trailer, goal: Goal, step: float) -> Stat
 def plan_from_table(
     value: ValueFunction, start: Sequence[float], goal: Goal, world: World, discs: Discs
 ) -> Plan:
-    """Search a path down the time to go, and let it seed the minimum-time programme.
+    """Drive down the time to go by the policy of the table, and let the path seed the programme.
 
-    The notes hold the table's `time_to_go`, the time of the path as it was `searched`, and by how
-    much it runs into a wall, its `overlap`.
+    The quicker of both is the plan. The notes hold the table's `time_to_go`, the time of the path
+    as it was `driven`, and by how much it runs into a wall, its `overlap`.
 
     Args:
         value: Time to go among the walls.
@@ -59,7 +63,7 @@ def plan_from_table(
     promised = float(value.time_to_go(start))
     if math.isinf(promised):
         promised = float(look_up_in_reach(value, start))
-    notes: dict[str, object] = {
+    notes: dict[str, Any] = {
         "value_function": value,
         "time_to_go": promised,
         "sweeps": value.sweeps,
@@ -72,24 +76,29 @@ def plan_from_table(
     if math.isinf(promised):
         notes["warnings"] = [*value.warnings, hint]
         return _without_path("unreachable on this grid", value, goal, notes, began)
-    search = search_path(value, make_walls(world, discs, value.grid, FINENESS), start)
-    notes["steps"] = search.steps
-    if search.path is None:
+    driven = roll_out(value, start)
+    if not driven.arrived:
         notes["warnings"] = [*value.warnings, hint]
         return _without_path("lost on the way", value, goal, notes, began)
-    notes["searched"] = float(search.path.times[-1])
-    path, status, way = search.path, "arrived", "searched among the walls"
+    path, time = driven.path, float(driven.path.times[-1])
+    notes["driven"] = time
+    status, way = "arrived", "driven down the table"
     converged = value.converged and not value.warnings
     residual = value.residual
     seeds = [path] if len(path.controls) else None
     polished = plan_by_casadi(value.trailer, start, goal, seeds=seeds, obstacles=world, discs=discs)
-    if polished.converged and polished.path is not None:
-        path, way = polished.path, "searched among the walls, then polished"
+    # The programme's path ends where it should, whatever the grid resolved.
+    better = polished.time < time * (1 - _LESS) or bool(value.warnings)
+    if better and polished.converged and polished.path is not None:
+        path, way = polished.path, "driven down the table, then polished"
         converged, residual = value.converged, polished.residual
-        # The path ends where it should, whatever the grid resolved.
         notes["warnings"] = []
     elif value.warnings:
         status = "arrived in a wider box"
+    radius = value.trailer.speed / value.trailer.turn_rate
+    ends = start[:2], goal.state[:2]
+    if saved_by_narrow_passages(world, discs, value.grid.step, *ends) > WORTH * radius:
+        notes["warnings"] = [*notes["warnings"], f"on a shorter way {hint}"]
     notes["way"] = way
     notes["overlap"] = max(deepest_overlap(world, discs, path.states), 0.0)
     return Plan(

@@ -10,7 +10,7 @@ from ..goal import Goal
 from ..reeds_shepp import reeds_shepp_paths
 from ..trailer import Trailer
 from .quickest import ArcWord, word_path
-from .shortened import is_steady, merged, shortened, shortest, with_more_switches
+from .shortened import Clearance, is_steady, merged, shortened, shortest, with_more_switches
 
 # Words of Reeds and Shepp that are tried, and words that are given more switches.
 REEDS_SHEPP_WORDS, REFINED = 8, 2
@@ -24,6 +24,7 @@ def quickest_words(
     words: Iterable[ArcWord],
     goal: Goal,
     allowed: Callable[[ArcWord], bool],
+    clearance: Clearance | None = None,
 ) -> list[ArcWord]:
     """The words near others that take the least time into a box, the quickest first.
 
@@ -33,6 +34,7 @@ def quickest_words(
         words: Near which to look; they need not lead into the box.
         goal: The box, or point.
         allowed: Says of a word whether it may be driven.
+        clearance: See `shortened`.
     """
 
     def kept(found: Iterable[ArcWord | None]) -> list[ArcWord]:
@@ -41,9 +43,9 @@ def quickest_words(
         )
         return [word for word in steady if allowed(word)]
 
-    near = kept(shortened(trailer, start, word, goal) for word in words)
+    near = kept(shortened(trailer, start, word, goal, clearance) for word in words)
     near.sort(key=lambda word: rank(word, trailer))
-    near += kept([shortest(trailer, start, word, goal) for word in near[:REFINED]])
+    near += kept([shortest(trailer, start, word, goal, clearance) for word in near[:REFINED]])
     return sorted(near, key=lambda word: rank(word, trailer))
 
 

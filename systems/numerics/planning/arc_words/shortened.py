@@ -6,7 +6,8 @@ of no duration are put in between, and those that save time grow.
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
@@ -16,6 +17,10 @@ from ..goal import Goal
 from ..trailer import Trailer
 from .held_controls import control_set
 from .quickest import ArcWord
+
+# Of a start, a word and whether to look finely: a function from durations [s] to what must not be
+# negative at places along the word, shape (m,) [m], and its slopes, shape (m, n) [m/s].
+Clearance = Callable[[Any, ArcWord, bool], Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]]
 
 # Of the solver: most steps, and the change of the duration at which it stops [1 / turn rate].
 MOST_STEPS = 60
@@ -38,48 +43,71 @@ SETTLED = 15.0
 # A start's beta is disturbed by so much [rad], and a steady word then misses by so much at most, in
 # the units of the state.
 DISTURBANCE, DISTURBED = 1e-10, 1e-5
+# Times that a word is shortened anew, looked at more finely, where it comes nearer to walls than so
+# much [trailer lengths].
+LOOKS_AGAIN, OVERLAP = 2, 5e-4
 # Difference of durations for slopes [1 / turn rate].
 _NUDGE = 1e-6
 
 
-class _Cart(NamedTuple):
+class Cart(NamedTuple):
     """The trailer's lengths in turning radii."""
 
     length: float
     hitch: float
 
 
-def shortest(trailer: Trailer, start, word: ArcWord, goal: Goal) -> ArcWord | None:
+def shortest(
+    trailer: Trailer, start, word: ArcWord, goal: Goal, clearance: Clearance | None = None
+) -> ArcWord | None:
     """A word near another that takes the least time into a box, with more switches if they help.
 
     Args:
-        trailer, start, word, goal: As for `shortened`.
+        trailer, start, word, goal, clearance: As for `shortened`.
     """
-    best = shortened(trailer, start, word, goal)
+    best = shortened(trailer, start, word, goal, clearance)
     for _ in range(ROUNDS):
         if best is None or not 0 < len(best.durations) <= MOST_ARCS:
             break
-        found = shortened(trailer, start, with_more_switches(best, trailer), goal)
+        more = with_more_switches(best, trailer)
+        found = shortened(trailer, start, more, goal, clearance)
         if found is None or found.time > best.time * (1 - WORTH):
             break
         best = found
     return best
 
 
-def shortened(trailer: Trailer, start, word: ArcWord, goal: Goal) -> ArcWord | None:
+def shortened(
+    trailer: Trailer, start, word: ArcWord, goal: Goal, clearance: Clearance | None = None
+) -> ArcWord | None:
     """The same controls with the least time into a box; None if no durations near lead into it.
 
-    A local optimum: whatever is on the way, such as the jackknife limit, is not looked at.
+    A local optimum: whatever else is on the way, such as the jackknife limit, is not looked at.
 
     Args:
         trailer: Which drives.
         start: x, y, theta, beta [m], [m], [rad], [rad].
         word: At least one arc.
         goal: The box.
+        clearance: What must not be negative along the way; by default there is nothing.
     """
+    found = _shortened(trailer, start, word, goal, clearance, fine=False)
+    for _ in range(LOOKS_AGAIN if clearance else 0):
+        # By now there are few arcs, which may be looked at in many places.
+        if found is None or not len(found.durations):
+            break
+        if clearance(start, found, True)(found.durations)[0].min() >= -OVERLAP * trailer.length:
+            break
+        found = _shortened(trailer, start, found, goal, clearance, fine=True)
+    return found
+
+
+def _shortened(
+    trailer: Trailer, start, word: ArcWord, goal: Goal, clearance: Clearance | None, fine: bool
+) -> ArcWord | None:
     radius = trailer.speed / trailer.turn_rate
     scale = np.array([radius, radius, 1.0, 1.0])
-    cart, local = _normalised(trailer, goal.to_frame(start))
+    cart, local = normalised_in_radii(trailer, goal.to_frame(start))
     controls = word.controls / [trailer.speed, trailer.turn_rate]
     durations = word.durations * trailer.turn_rate
     widths = np.array(goal.tolerance) / scale
@@ -121,6 +149,18 @@ def shortened(trailer: Trailer, start, word: ArcWord, goal: Goal) -> ArcWord | N
                 "type": "eq",
                 "fun": lambda held: looked_up(held)[0][exact],
                 "jac": lambda held: looked_up(held)[1][exact],
+            }
+        )
+    if clearance is not None:
+        free = clearance(start, word, fine)
+        # In turning radii, as are places.
+        constraints.append(
+            {
+                "type": "ineq",
+                "fun": lambda held: free(held / trailer.turn_rate)[0] / radius,
+                "jac": lambda held: (
+                    free(held / trailer.turn_rate)[1] / (radius * trailer.turn_rate)
+                ),
             }
         )
     ones = np.ones(len(durations))
@@ -173,7 +213,7 @@ def end_of(trailer: Trailer, start, word: ArcWord) -> np.ndarray:
         start: x, y, theta, beta [m], [m], [rad], [rad].
         word: Its arcs, or none.
     """
-    cart, local = _normalised(trailer, np.array(start, dtype=float))
+    cart, local = normalised_in_radii(trailer, start)
     end = np.empty(4)
     controls = word.controls / [trailer.speed, trailer.turn_rate]
     _end(local, controls, word.durations * trailer.turn_rate, cart, end)
@@ -216,11 +256,16 @@ def with_more_switches(word: ArcWord, trailer: Trailer) -> ArcWord:
     return ArcWord(np.array(controls), np.array(durations))
 
 
-def _normalised(trailer: Trailer, state: np.ndarray) -> tuple[_Cart, np.ndarray]:
-    """Trailer and state with lengths in turning radii."""
+def normalised_in_radii(trailer: Trailer, state) -> tuple[Cart, np.ndarray]:
+    """Trailer and state with lengths in turning radii.
+
+    Args:
+        trailer: The cart.
+        state: x, y, theta, beta [m], [m], [rad], [rad].
+    """
     radius = trailer.speed / trailer.turn_rate
-    cart = _Cart(trailer.length / radius, trailer.hitch_offset / radius)
-    return cart, state / [radius, radius, 1.0, 1.0]
+    cart = Cart(trailer.length / radius, trailer.hitch_offset / radius)
+    return cart, np.array(state, dtype=float) / [radius, radius, 1.0, 1.0]
 
 
 @compiled
@@ -239,32 +284,39 @@ def _end_and_slopes(start, controls, durations, cart, end, slopes):
             slopes[n, k] = gap / _NUDGE
 
 
-@kernel
+@compiled
 def _end(start, controls, durations, cart, end):
-    """Where a word leads, in turning radii; beta in (-pi, pi], by the maps of `half_angle_map`."""
-    x, y, theta = start[0], start[1], start[2]
-    s, c = math.sin(start[3] / 2), math.cos(start[3] / 2)
+    """Where a word leads, in turning radii; beta in (-pi, pi]."""
+    state = np.empty(5)
+    state[0], state[1], state[2] = start[0], start[1], start[2]
+    state[3], state[4] = math.sin(start[3] / 2), math.cos(start[3] / 2)
     for k in range(len(durations)):
-        v, omega, time = controls[k, 0], controls[k, 1], durations[k]
-        half = omega * time / 2
-        chord = v * time * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
-        x += chord * math.cos(theta + half)
-        y += chord * math.sin(theta + half)
-        theta += 2 * half
-        pull = -v / (2 * cart.length)
-        rise = omega * (1 + cart.hitch / cart.length) / 2
-        fall = omega * (cart.hitch / cart.length - 1) / 2
-        square = pull * pull + rise * fall
-        root = math.sqrt(abs(square))
-        phase = root * time
-        if phase < 1e-9:
-            even, odd = 1.0, time
-        elif square > 0:
-            even, odd = 1.0, math.tanh(min(phase, SETTLED)) / root
-        else:
-            even, odd = math.cos(phase), math.sin(phase) / root
-        s, c = (even + pull * odd) * s + rise * odd * c, fall * odd * s + (even - pull * odd) * c
-        size = math.sqrt(s * s + c * c)
-        s, c = s / size, c / size
-    end[0], end[1], end[2] = x, y, theta
-    end[3] = 2 * math.atan2(s, c)
+        advance(state, controls[k, 0], controls[k, 1], durations[k], cart)
+    end[:3] = state[:3]
+    end[3] = 2 * math.atan2(state[3], state[4])
+
+
+@kernel
+def advance(state, v, omega, time, cart):
+    """Drive x, y, theta and sine and cosine of beta / 2 on, by the maps of `half_angle_map`."""
+    half = omega * time / 2
+    chord = v * time * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
+    state[0] += chord * math.cos(state[2] + half)
+    state[1] += chord * math.sin(state[2] + half)
+    state[2] += 2 * half
+    pull = -v / (2 * cart.length)
+    rise = omega * (1 + cart.hitch / cart.length) / 2
+    fall = omega * (cart.hitch / cart.length - 1) / 2
+    square = pull * pull + rise * fall
+    root = math.sqrt(abs(square))
+    phase = root * time
+    if phase < 1e-9:
+        even, odd = 1.0, time
+    elif square > 0:
+        even, odd = 1.0, math.tanh(min(phase, SETTLED)) / root
+    else:
+        even, odd = math.cos(phase), math.sin(phase) / root
+    s = (even + pull * odd) * state[3] + rise * odd * state[4]
+    c = fall * odd * state[3] + (even - pull * odd) * state[4]
+    size = math.sqrt(s * s + c * c)
+    state[3], state[4] = s / size, c / size

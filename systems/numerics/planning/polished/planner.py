@@ -105,7 +105,8 @@ def plan_polished(
     exact = not any(goal.tolerance[:3])
     word = plan_by_extremals(trailer, start, goal) if exact and not trailer.reverse else None
     exactly = word is not None and word.converged
-    arcs = [] if exactly else _quickest(problem, [way.path for way in ways])
+    promised = math.inf if value is None else float(value.time_to_go(state))
+    arcs = [] if exactly else _quickest(problem, [way.path for way in ways], promised)
     ways = ways[:WAYS]
     longest, most = math.inf, _SEEDS_WITH_REVERSE if trailer.reverse else SEEDS
     if word is not None and word.converged:
@@ -151,12 +152,14 @@ def plan_polished(
     )
 
 
-def _quickest(problem: Problem, ways: list[TrailerPath]) -> list[ArcWord]:
+def _quickest(problem: Problem, ways: list[TrailerPath], promised: float) -> list[ArcWord]:
     """The quickest word near ways down the table and words of a car; none, or one."""
     trailer, start, goal = problem.trailer, problem.start, problem.goal
     words = [merged(ArcWord(way.controls, np.diff(way.times))) for way in ways]
     longest = min((word.time for word in words), default=math.inf) * trailer.turn_rate
-    if all(0 < width < math.inf for width in goal.tolerance[:2]) and longest < LONGEST:
+    # Where ways down the table miss a channel, its promise knows of it.
+    near = min(longest, promised * trailer.turn_rate) < LONGEST
+    if near and all(0 < width < math.inf for width in goal.tolerance[:2]):
         entry = quickest_word(trailer, start, goal)
         words += [] if entry is None else [entry]
     words += car_words(trailer, start, goal, longest + _LONGER)

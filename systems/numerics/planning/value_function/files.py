@@ -5,6 +5,7 @@ import os
 import zipfile
 import zlib
 from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 
@@ -13,10 +14,11 @@ from ...whole_file import written_whole
 from ..goal import Goal
 from ..trailer import Trailer
 from .grid import StateGrid
+from .obstacles import Walls
 from .value_function import ValueFunction
 
 FORMAT = "sightfield value function"
-VERSION = 1
+VERSION = 2
 
 
 def save_value_function(value: ValueFunction, path: str | os.PathLike[str]) -> None:
@@ -41,12 +43,13 @@ def save_value_function(value: ValueFunction, path: str | os.PathLike[str]) -> N
         "converged": value.converged,
         "wall_time": value.wall_time,
         "warnings": value.warnings,
-        "walled": value.walled,
+        "walls": None if value.walls is None else _walls_about(value.walls),
         "placement": value.placement,
     }
-    about["checksum"] = _checksum(value.table, about)
+    distance = np.zeros((0, 0)) if value.walls is None else value.walls.distance
+    about["checksum"] = _checksum(value.table, distance, about)
     with written_whole(path) as file:
-        np.savez(file, about=np.array(json.dumps(about)), table=value.table)
+        np.savez(file, about=np.array(json.dumps(about)), table=value.table, distance=distance)
 
 
 def load_value_function(path: str | os.PathLike[str]) -> ValueFunction:
@@ -79,7 +82,7 @@ def load_value_function(path: str | os.PathLike[str]) -> ValueFunction:
                 f"have version {VERSION} of the format",
                 about.get("version"),
             )
-            table = archive["table"]
+            table, distance = archive["table"], archive["distance"]
     except InvalidInput:
         raise
     except OSError as error:
@@ -100,7 +103,7 @@ def load_value_function(path: str | os.PathLike[str]) -> ValueFunction:
             converged=about["converged"],
             wall_time=about["wall_time"],
             warnings=tuple(about["warnings"]),
-            walled=about["walled"],
+            walls=None if about["walls"] is None else _walls(about["walls"], distance),
             placement=tuple(about["placement"]),
         )
     except (KeyError, TypeError, AttributeError) as error:
@@ -112,10 +115,24 @@ def load_value_function(path: str | os.PathLike[str]) -> ValueFunction:
         table.shape,
     )
     said = about.pop("checksum", None)
-    require(_checksum(table, about) == said, "file", "match its checksum", path)
+    require(_checksum(table, distance, about) == said, "file", "match its checksum", path)
     return value
 
 
-def _checksum(table: np.ndarray, about: dict[str, object]) -> int:
+def _walls_about(walls: Walls) -> dict[str, object]:
+    """What is known of walls besides the free distances."""
+    about = walls._asdict()
+    del about["distance"]
+    return about | {"origin": walls.origin.tolist(), "discs": walls.discs.tolist()}
+
+
+def _walls(about: dict[str, Any], distance: np.ndarray) -> Walls:
+    """Walls from what is known of them."""
+    arrays = {key: np.array(about[key], dtype=float) for key in ("origin", "discs")}
+    return Walls(**{**about, **arrays, "distance": distance})
+
+
+def _checksum(table: np.ndarray, distance: np.ndarray, about: dict[str, object]) -> int:
     """Of the numbers, and of what is said of them but for the checksum."""
-    return zlib.crc32(json.dumps(about, sort_keys=True).encode(), zlib.crc32(table.tobytes()))
+    words = json.dumps(about, sort_keys=True).encode()
+    return zlib.crc32(words, zlib.crc32(distance.tobytes(), zlib.crc32(table.tobytes())))

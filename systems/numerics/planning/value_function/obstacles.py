@@ -20,6 +20,8 @@ LOOKS = 2
 HEADINGS = 8
 # Nodes of the raster of free distances, in one step of the grid.
 FINENESS = 2
+# The same of the raster that a table keeps, for what is driven.
+FINER = 4
 
 
 class Walls(NamedTuple):
@@ -60,6 +62,13 @@ def make_walls(world: World, discs: Discs, grid: StateGrid, fineness: int = FINE
     return Walls(distance, np.array([x_min, y_min]), step, table, discs.length, discs.hitch_offset)
 
 
+def with_spare(walls: Walls, spare: float) -> Walls:
+    """The same walls for a cart whose discs are larger all around [m]."""
+    discs = walls.discs.copy()
+    discs[:, 1] += spare
+    return walls._replace(discs=discs)
+
+
 @compiled
 def overlaps(walls, x, y, theta, beta):
     """Whether a disc reaches into a wall, or beyond the raster.
@@ -68,28 +77,54 @@ def overlaps(walls, x, y, theta, beta):
         walls: Free distances, from `make_walls`.
         x, y, theta, beta: State of the cart [m], [m], [rad], [rad].
     """
+    return least_room(walls, x, y, theta, beta, 0.0) < 0.0
+
+
+@compiled
+def room_at(walls, x, y, theta, beta):
+    """Least free room around the discs; beyond the raster it falls on [m].
+
+    Args:
+        walls, x, y, theta, beta: As for `overlaps`.
+    """
+    return least_room(walls, x, y, theta, beta, -np.inf)
+
+
+@kernel
+def least_room(walls, x, y, theta, beta, enough):
+    """Of the discs the least room, or the first that is less than enough [m].
+
+    Args:
+        walls, x, y, theta, beta: As for `overlaps`.
+        enough: Where no more need be known [m].
+    """
     c, s = math.cos(theta), math.sin(theta)
     heading = theta - beta
-    back_x = x - walls.hitch * c - walls.length * math.cos(heading)
-    back_y = y - walls.hitch * s - walls.length * math.sin(heading)
+    ahead_c, ahead_s = math.cos(heading), math.sin(heading)
+    back_x = x - walls.hitch * c - walls.length * ahead_c
+    back_y = y - walls.hitch * s - walls.length * ahead_s
     rows, columns = walls.distance.shape
+    least = np.inf
     for n in range(len(walls.discs)):
         offset = walls.discs[n, 0]
         if walls.discs[n, 2] == 0.0:
             px, py = x + offset * c, y + offset * s
         else:
-            px, py = back_x + offset * math.cos(heading), back_y + offset * math.sin(heading)
+            px, py = back_x + offset * ahead_c, back_y + offset * ahead_s
         u = (px - walls.origin[0]) / walls.step
         w = (py - walls.origin[1]) / walls.step
-        i, j = math.floor(u), math.floor(w)
-        if i < 0 or j < 0 or i >= columns - 1 or j >= rows - 1:
-            return True
-        a, b = u - i, w - j
+        inner_u, inner_w = min(max(u, 0.0), columns - 1.0), min(max(w, 0.0), rows - 1.0)
+        beyond = abs(u - inner_u) + abs(w - inner_w)
+        i = min(math.floor(inner_u), columns - 2)
+        j = min(math.floor(inner_w), rows - 2)
+        a, b = inner_u - i, inner_w - j
         low = (1 - a) * walls.distance[j, i] + a * walls.distance[j, i + 1]
         high = (1 - a) * walls.distance[j + 1, i] + a * walls.distance[j + 1, i + 1]
-        if (1 - b) * low + b * high < walls.discs[n, 1]:
-            return True
-    return False
+        room = (1 - b) * low + b * high - beyond * walls.step - walls.discs[n, 1]
+        least = min(least, room)
+        if least < enough:
+            break
+    return least
 
 
 def shut_ways(grid: StateGrid, trailer: Trailer, walls: Walls, scale: float) -> np.ndarray:

@@ -2,22 +2,27 @@
 
 The best descents of the table, and the quickest word of three arcs, are words of held controls; the
 durations of each are chosen anew to take the least time into the goal box, exactly, so that errors
-of the table decide at most which word is taken. A cart that follows a word keeps to it while it
-still leads into the box, chooses its durations anew when it does not, and takes another only when
-that does not help.
+of the table decide at most which word is taken. Among walls a path is searched down the table too,
+and durations are chosen among those whose words keep clear. A cart that follows a word keeps to it
+while it still leads into the box, and clear of walls, chooses its durations anew when it does not,
+and takes another only when that does not help.
 """
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from ..arc_words.candidates import car_words, keeps_limit, quickest_words, rank
 from ..arc_words.quickest import LONGEST, ArcWord, quickest_word, word_path
-from ..arc_words.shortened import end_of, merged, shortened
+from ..arc_words.shortened import OVERLAP, Clearance, end_of, merged, shortened
 from ..goal import Goal
 from .descents import descents
+from .obstacles import with_spare
+from .room import SPARE, room_along, room_of
 from .value_function import ValueFunction
+from .walled_search import search_path
 
 # Descents that are shortened.
 WAYS = 4
@@ -32,6 +37,8 @@ LONGER, SLACK = 0.1, 0.2
 DETOUR = 0.5
 # Of the margin, what a way that is kept may lose before it is chosen anew.
 HALF = 0.5
+# Room that a cart in its place beside a wall may lose at a start, in lengths of the trailer.
+_ROUNDING = 1e-9
 # No arcs: the cart is there.
 STANDSTILL = ArcWord(np.zeros((0, 2)), np.zeros(0))
 
@@ -39,20 +46,17 @@ STANDSTILL = ArcWord(np.zeros((0, 2)), np.zeros(0))
 def best_word(value: ValueFunction, state, margin: float = 0.0) -> ArcWord | None:
     """The quickest way into the goal box that the table knows of; None where it knows none.
 
-    Among walls the words are descents of the table as they are: to shorten them could lead nearer
-    to a wall than the table knows.
-
     Args:
         value: The table.
         state: x, y, theta, beta [m], [m], [rad], [rad].
-        margin: Part of the half-widths of the box to keep off its edge, in [0, 1); it is given up
-            where it would cost a detour.
+        margin: Part of the half-widths of the box to keep off its edge, in [0, 1), and as far off
+            walls as in x and y; it is given up where it would cost a detour.
     """
     local = value.to_table(state)
-    whole = _best_into(value, local, value.goal)
+    whole = _best_into(value, local, value.goal, _spare(value, local, 0.0))
     if margin == 0.0 or whole is None:
         return whole
-    inner = _best_into(value, local, _inner(value.goal, margin))
+    inner = _best_into(value, local, _inner(value.goal, margin), _spare(value, local, margin))
     if inner is None or inner.time > whole.time + DETOUR / value.trailer.turn_rate:
         return whole
     return inner
@@ -77,20 +81,23 @@ def next_word(
         # Standing in the box, it does not set out again to be farther from its edge.
         there = word is not None and bool(value.goal.contains(local))
         return STANDSTILL if there else best_word(value, state, margin)
-    if value.walled or _inner(value.goal, HALF * margin).contains(
-        end_of(value.trailer, local, word)
-    ):
+    end, spare = end_of(value.trailer, local, word), _spare(value, local, HALF * margin)
+    if _inner(value.goal, HALF * margin).contains(end) and _is_clear(value, local, word, spare):
         return word
     longest = (1 + LONGER) * word.time + SLACK / value.trailer.turn_rate
-    for goal in (_inner(value.goal, margin), value.goal):
-        anew = shortened(value.trailer, local, word, goal)
-        if anew is not None and anew.time <= longest and _allowed(value, local, anew):
+    for part in (margin, 0.0):
+        goal, spare = _inner(value.goal, part), _spare(value, local, part)
+        anew = shortened(value.trailer, local, word, goal, _clearance(value, spare))
+        if anew is not None and anew.time <= longest and _allowed(value, local, anew, spare):
             return anew
-    # Beside the grid, what it follows leads back.
-    return best_word(value, state, margin) or word
+    best = best_word(value, state, margin)
+    if best is None and _is_clear(value, local, word, 0.0):
+        # Beside the grid, what it follows leads back.
+        return word
+    return best
 
 
-def _best_into(value: ValueFunction, local: np.ndarray, aim: Goal) -> ArcWord | None:
+def _best_into(value: ValueFunction, local: np.ndarray, aim: Goal, spare: float) -> ArcWord | None:
     if aim.contains(local):
         return STANDSTILL
     trailer = value.trailer
@@ -99,26 +106,64 @@ def _best_into(value: ValueFunction, local: np.ndarray, aim: Goal) -> ArcWord | 
         merged(ArcWord(way.path.controls, np.diff(way.path.times)))
         for way in descents(at_home, local, aim=aim)[:WAYS]
     ]
-    if value.walled:
-        return ways[0] if ways else None
+    if value.walls is not None:
+        search = search_path(at_home, with_spare(value.walls, spare), local, aim)
+        if search.path is not None:
+            path = search.path
+            ways.append(merged(ArcWord(path.controls, np.diff(path.times))))
+    ways.sort(key=lambda word: word.time)
     words = list(ways)
-    if ways and ways[0].time * trailer.turn_rate < LONGEST:
+    # Where descents miss a channel, the promise knows of it.
+    least = min([float(at_home.time_to_go(local)), *(word.time for word in ways)])
+    if least * trailer.turn_rate < LONGEST:
         entry = quickest_word(trailer, local, aim)
         words += [] if entry is None else [entry]
     longest = LONGER_CAR_PATH + ways[0].time * trailer.turn_rate if ways else math.inf
     words += car_words(trailer, local, aim, longest)
-    near = quickest_words(trailer, local, words, aim, lambda word: _allowed(value, local, word))
+
+    def allowed(word: ArcWord) -> bool:
+        return _allowed(value, local, word, spare)
+
+    near = quickest_words(trailer, local, words, aim, allowed, _clearance(value, spare))
     # A descent arrives as it is, should its durations not be for the better.
+    if value.walled:
+        ways = [word for word in ways if _is_clear(value, local, word, spare)]
     return min([*near, *ways], key=lambda word: rank(word, trailer), default=None)
 
 
-def _allowed(value: ValueFunction, local: np.ndarray, word: ArcWord) -> bool:
-    """Whether a word keeps on the grid and within the jackknife limit."""
+def _allowed(value: ValueFunction, local: np.ndarray, word: ArcWord, spare: float) -> bool:
+    """Whether a word keeps on the grid, clear of walls and within the jackknife limit."""
     states = word_path(value.trailer, local, word).states if len(word.durations) else local[None]
     x_min, y_min, x_max, y_max = value.grid.bounds
     x, y = states[:, 0], states[:, 1]
     on_grid = (x >= x_min) & (x <= x_max) & (y >= y_min) & (y <= y_max)
-    return bool(on_grid.all()) and keeps_limit(value.trailer, local, word)
+    kept = bool(on_grid.all()) and keeps_limit(value.trailer, local, word)
+    return kept and _is_clear(value, local, word, spare)
+
+
+def _spare(value: ValueFunction, local: np.ndarray, margin: float) -> float:
+    """How far to keep off walls; a cart that is nearer comes no nearer [m]."""
+    if value.walls is None:
+        return 0.0
+    length = value.trailer.length
+    wanted = SPARE * length + margin * min(value.goal.tolerance[:2])
+    return min(wanted, room_of(value.walls, local) - _ROUNDING * length)
+
+
+def _clearance(value: ValueFunction, spare: float) -> Clearance | None:
+    """What words have to keep off walls, for the search for durations."""
+    if value.walls is None:
+        return None
+    return partial(room_along, with_spare(value.walls, spare), value.trailer)
+
+
+def _is_clear(value: ValueFunction, local: np.ndarray, word: ArcWord, spare: float) -> bool:
+    """Whether a word keeps off walls, as nearly as the search for durations does."""
+    clearance = _clearance(value, spare)
+    if clearance is None or not len(word.durations):
+        return True
+    least = float(clearance(local, word, True)(word.durations)[0].min())
+    return least >= -OVERLAP * value.trailer.length
 
 
 def _inner(goal: Goal, margin: float) -> Goal:

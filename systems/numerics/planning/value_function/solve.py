@@ -25,7 +25,7 @@ from ..vehicle.footprint import Discs, covering_discs
 from .grid import StateGrid
 from .motions import Motions, make_motions
 from .near_field import first_hits
-from .obstacles import make_walls, shut_ways
+from .obstacles import FINENESS, FINER, make_walls, shut_ways
 from .sweeps import FAR, LIMIT, settle_row, sweep_row
 from .value_function import ValueFunction
 from .walled_sweeps import sweep_walled_row
@@ -81,9 +81,10 @@ def solve_value_function(
     scale = trailer.speed / trailer.turn_rate
     cart = normalised(trailer)
     motions = make_motions(grid, cart, scale)
-    walls = shut = None
+    walls = shut = finer = None
     if obstacles is not None:
-        walls = make_walls(obstacles, discs or covering_discs(trailer), grid)
+        body = discs or covering_discs(trailer)
+        walls, finer = (make_walls(obstacles, body, grid, each) for each in (FINENESS, FINER))
         shut = shut_ways(grid, cart, walls, scale)
     mirrored = walls is None and is_mirrored(grid, box)
     near = first_hits(grid, cart, box, scale, walls=walls, mirrored=mirrored)
@@ -118,7 +119,7 @@ def solve_value_function(
         converged=change < LINEAR_CHANGE,
         wall_time=perf_counter() - started,
         warnings=warnings,
-        walled=walls is not None,
+        walls=finer,
     )
 
 

@@ -11,6 +11,7 @@ from ..trailer import Trailer
 from .beyond_jumps import look_beyond_jumps
 from .grid import StateGrid
 from .lookup import look_up
+from .obstacles import Walls
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -33,7 +34,8 @@ class ValueFunction:
             residual beside barriers, and a table that has not converged.
         wall_time: [s].
         warnings: What a reader should know of the answer.
-        walled: Whether there are obstacles.
+        walls: Free distances and the cart's discs, on a raster fine enough to drive by; None: the
+            open field.
         placement: Pose (x, y, heading) of the table's frame in the world [m], [m], [rad].
     """
 
@@ -47,8 +49,13 @@ class ValueFunction:
     converged: bool
     wall_time: float = 0.0
     warnings: tuple[str, ...] = ()
-    walled: bool = False
+    walls: Walls | None = None
     placement: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0))
+
+    @property
+    def walled(self) -> bool:
+        """Whether there are obstacles."""
+        return self.walls is not None
 
     def time_to_go(self, states) -> np.ndarray:
         """Interpolated time from states to the box, shape (..., 4) -> (...,) [s].

@@ -13,6 +13,7 @@ from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
+from sightfield.systems.numerics.planning.value_function.obstacles import make_walls
 from sightfield.systems.numerics.planning.value_function.value_function import ValueFunction
 from sightfield.systems.numerics.planning.vehicle.footprint import covering_discs
 
@@ -33,10 +34,10 @@ def test_casadi_agrees_with_the_table_within_two_percent(solved):
     assert value.notes["time_to_go"] == pytest.approx(casadi.time, rel=0.02)
 
 
-def test_one_seed_from_the_table_leads_to_the_same_optimum(solved):
+def test_the_policys_one_way_leads_to_the_same_optimum_or_a_little_less(solved):
     _, _, value, casadi = solved
     assert value.converged
-    assert value.time == pytest.approx(casadi.time, rel=1e-4)
+    assert casadi.time * (1 - 1e-3) < value.time < casadi.time * (1 + 1e-4)
 
 
 def test_the_whole_cart_keeps_clear_and_arrives(solved, depth_in_walls):
@@ -112,7 +113,7 @@ def test_where_the_table_knows_no_way_a_finer_grid_is_proposed():
         sweeps=1,
         residual=0.0,
         converged=True,
-        walled=True,
+        walls=make_walls(world, covering_discs(CART), grid),
     )
     plan = plan_from_table(nowhere, (1.0, 2.0, 0.0, 0.0), goal, world, covering_discs(Trailer()))
     assert plan.status == "unreachable on this grid"

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.files import (
@@ -13,6 +14,7 @@ from sightfield.systems.numerics.planning.value_function.files import (
     save_value_function,
 )
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
+from sightfield.systems.numerics.planning.value_function.room import room_of
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 
 
@@ -40,6 +42,25 @@ def test_what_is_saved_comes_back(value, saved):
     assert back.time_to_go(state) == value.time_to_go(state)
 
 
+def test_walls_come_back_too(tmp_path):
+    """With them a loaded table drives as the one that was solved, and a change of them is seen."""
+    goal = Goal(state=(6.0, 2.0, 0.0, 0.0), tolerance=(0.8, 0.8, 1.1, 1.1))
+    world = make_world([(0, 0), (8, 0), (8, 4), (0, 4)])
+    grid = StateGrid.covering((0, 0, 8, 4), 0.8)
+    cart = Trailer(hitch_offset=0.1)
+    value = solve_value_function(cart, goal, grid, obstacles=world)
+    save_value_function(value, tmp_path / "walled.npz")
+    back = load_value_function(tmp_path / "walled.npz")
+    state = (2.0, 0.6, 0.1, 0.0)
+    assert room_of(back.walls, state) == room_of(value.walls, state)
+    with np.load(tmp_path / "walled.npz") as archive:
+        parts = {name: archive[name].copy() for name in archive.files}
+    parts["distance"] += 0.1
+    np.savez(tmp_path / "walled.npz", **parts)
+    with pytest.raises(InvalidInput, match="`file` must match its checksum"):
+        load_value_function(tmp_path / "walled.npz")
+
+
 def test_nothing_else_is_left_in_the_folder(saved):
     assert list(saved.parent.iterdir()) == [saved]
 
@@ -54,9 +75,9 @@ def test_a_truncated_file_is_refused(saved, part):
 
 def test_a_changed_table_is_refused(value, saved):
     with np.load(saved) as archive:
-        about, table = archive["about"], archive["table"].copy()
-    table[0, 0, 0, 0] = 1.0
-    np.savez(saved, about=about, table=table)
+        parts = {name: archive[name].copy() for name in archive.files}
+    parts["table"][0, 0, 0, 0] = 1.0
+    np.savez(saved, **parts)
     with pytest.raises(InvalidInput, match="`file` must match its checksum"):
         load_value_function(saved)
 
@@ -72,15 +93,16 @@ def test_a_flipped_bit_is_refused(saved):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"version": 99}, "have version 1 of the format; got 99"),
+        ({"version": 99}, "have version 2 of the format; got 99"),
         ({"format": "something"}, "be a sightfield value function"),
         ({"grid": {"x_min": 0.0}}, "have every parameter"),
     ],
 )
 def test_a_foreign_header_is_refused(saved, change, words):
     with np.load(saved) as archive:
-        about, table = json.loads(str(archive["about"])), archive["table"]
-    np.savez(saved, about=np.array(json.dumps(about | change)), table=table)
+        parts = {name: archive[name] for name in archive.files}
+    about = json.loads(str(parts.pop("about")))
+    np.savez(saved, about=np.array(json.dumps(about | change)), **parts)
     with pytest.raises(InvalidInput, match=words):
         load_value_function(saved)
 

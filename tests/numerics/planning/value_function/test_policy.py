@@ -12,6 +12,7 @@ from sightfield.systems.numerics.planning.driven_path import driven_path
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.polished.planner import plan_polished
 from sightfield.systems.numerics.planning.trailer import Trailer
+from sightfield.systems.numerics.planning.value_function.descents import descents
 from sightfield.systems.numerics.planning.value_function.following import AT_REST, follow
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.policy import best_word, next_word
@@ -43,6 +44,19 @@ def test_it_arrives_as_soon_as_what_is_polished(solved):
         ]
         end = driven_path(Trailer(), start, pieces, 0.02).states[-1]
         assert max(goal.miss(end)) < 1e-6
+
+
+@pytest.mark.parametrize("planner", ["roll-out", "polished"])
+def test_a_channel_that_descents_miss_is_taken(solved, planner):
+    """The box can just be entered by a left, a straight and a right: 2.2 s, and not 7.9 round."""
+    value, start = solved(), (-1.73587115, -0.87310687, -0.51699414, -0.14721871)
+    if planner == "polished":
+        time = plan_polished(Trailer(), start, GOAL, value=value).time
+    else:
+        time = roll_out(value, start).path.times[-1]
+    assert time == pytest.approx(2.16415, abs=1e-4)
+    # No descent of the table finds it.
+    assert descents(value, start)[0].time > 7
 
 
 def test_a_coarse_table_serves_nearly_as_well(solved):

@@ -15,11 +15,12 @@ import numpy as np
 
 from ...compiled import compiled
 from ..arc_words.held_controls import control_set, hold_beta, shift_of
+from ..goal import Goal
 from ..plan import TrailerPath
 from ..trailer import Trailer
-from ..value_function.obstacles import Walls, overlaps
-from ..value_function.value_function import ValueFunction
-from .lookup import look_up_in_reach
+from .lookup_in_reach import look_up_in_reach
+from .obstacles import Walls, overlaps
+from .value_function import ValueFunction
 
 # Looks for walls and for the goal, in one step.
 LOOKS = 8
@@ -31,8 +32,6 @@ EAGERNESS = 1.1
 # Steps driven at once, and most of them in all.
 BATCH = 24
 MOST_STEPS = 60_000
-# Room that is kept beside errors of the raster, in lengths of the trailer.
-SPARE = 2e-3
 # Two states are alike that are in one box of this size, in cells of the grid.
 ALIKE = 0.5
 
@@ -59,23 +58,24 @@ class Search:
     steps: int
 
 
-def search_path(value: ValueFunction, walls: Walls, start) -> Search:
-    """Drive towards the goal box, the most promising step first.
+def search_path(
+    value: ValueFunction, walls: Walls, start, goal: Goal, most: int = MOST_STEPS
+) -> Search:
+    """Drive towards a goal box, the most promising step first.
 
     Args:
         value: Time to go among the walls, in the world's own frame.
         walls: What is in the way, on a raster fine enough to trust.
         start: x, y, theta, beta [m], [m], [rad], [rad].
+        goal: The box, that of the table or within it.
+        most: Steps, before the search is given up.
     """
     trailer = value.trailer
-    spare = np.zeros_like(walls.discs)
-    spare[:, 1] = SPARE * trailer.length
-    walls = walls._replace(discs=walls.discs + spare)
     controls = control_set(trailer) * [trailer.speed, trailer.turn_rate]
     duration = STEP * value.grid.theta_step / trailer.turn_rate
     nodes = [_Node(np.array(start, dtype=float), 0.0, -1, -1)]
     queue, seen, steps = [(0.0, 0)], set(), 0
-    while queue and steps < MOST_STEPS:
+    while queue and steps < most:
         batch = []
         while queue and len(batch) < BATCH:
             _, k = heapq.heappop(queue)
@@ -90,7 +90,7 @@ def search_path(value: ValueFunction, walls: Walls, start) -> Search:
         ways = _driven(trailer, states, controls, duration)
         steps += ways.shape[1] * ways.shape[2]
         first_wall = _first(~_clear(walls, ways) | _folded(trailer, ways))
-        first_goal = _first(value.goal.contains(ways))
+        first_goal = _first(goal.contains(ways))
         arrived = (first_goal < first_wall) & (first_goal <= LOOKS)
         if arrived.any():
             times = np.array([nodes[k].time for k in batch]) + duration / LOOKS * first_goal

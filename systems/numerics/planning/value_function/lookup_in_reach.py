@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ...compiled import compiled
-from ..value_function.value_function import ValueFunction
+from .value_function import ValueFunction
 
 
 def look_up_in_reach(value: ValueFunction, states) -> np.ndarray:

@@ -2,23 +2,21 @@
 
 import pytest
 
-from sightfield.systems.numerics.planning.among_walls.planner import FINENESS, grid_within
-from sightfield.systems.numerics.planning.among_walls.search import search_path
+from sightfield.systems.numerics.planning.among_walls.planner import grid_within
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.value_function.obstacles import make_walls
+from sightfield.systems.numerics.planning.value_function.obstacles import with_spare
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
-from sightfield.systems.numerics.planning.vehicle.footprint import covering_discs
+from sightfield.systems.numerics.planning.value_function.walled_search import search_path
 
 CART = Trailer()
 
 
 @pytest.fixture(scope="module")
 def rows(standing_rows):
-    """A coarse table, and the walls."""
+    """A coarse table, and the walls with a little to spare."""
     world, _, goal = standing_rows
-    grid = grid_within(world, CART, goal, 0.3)
-    walls = make_walls(world, covering_discs(CART), grid, FINENESS)
-    return solve_value_function(CART, goal, grid, obstacles=world), walls
+    value = solve_value_function(CART, goal, grid_within(world, CART, goal, 0.3), obstacles=world)
+    return value, with_spare(value.walls, 2e-3)
 
 
 @pytest.mark.parametrize(
@@ -26,7 +24,7 @@ def rows(standing_rows):
 )
 def test_a_searched_path_arrives_clear_of_walls(rows, standing_rows, depth_in_walls, start):
     value, walls = rows
-    path = search_path(value, walls, start).path
+    path = search_path(value, walls, start, value.goal).path
     assert tuple(path.states[0]) == start
     assert max(value.goal.miss(path.states[-1])) < 1e-9
     # Even a coarse table leads to a path not much longer than it promises.
@@ -36,6 +34,6 @@ def test_a_searched_path_arrives_clear_of_walls(rows, standing_rows, depth_in_wa
 
 def test_from_a_dead_end_there_is_no_path(rows):
     value, walls = rows
-    search = search_path(value, walls, (0.5, 2.0, 3.14, 0.0))
+    search = search_path(value, walls, (0.5, 2.0, 3.14, 0.0), value.goal)
     assert search.path is None
     assert search.steps < 100
