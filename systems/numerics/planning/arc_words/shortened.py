@@ -51,7 +51,12 @@ _NUDGE = 1e-6
 
 
 class Cart(NamedTuple):
-    """The trailer's lengths in turning radii."""
+    """The trailer's lengths.
+
+    Attributes:
+        length: From the hitch to the trailer's axle, in turning radii.
+        hitch: From the tractor's axle back to the hitch, in turning radii.
+    """
 
     length: float
     hitch: float
@@ -92,7 +97,9 @@ def shortened(
         clearance: What must not be negative along the way; by default there is nothing.
     """
     found = _shortened(trailer, start, word, goal, clearance, fine=False)
-    for _ in range(LOOKS_AGAIN if clearance else 0):
+    if clearance is None:
+        return found
+    for _ in range(LOOKS_AGAIN):
         # By now there are few arcs, which may be looked at in many places.
         if found is None or not len(found.durations):
             break
@@ -298,7 +305,14 @@ def _end(start, controls, durations, cart, end):
 
 @kernel
 def advance(state, v, omega, time, cart):
-    """Drive x, y, theta and sine and cosine of beta / 2 on, by the maps of `half_angle_map`."""
+    """Drive on, by the maps of `half_angle_map`.
+
+    Args:
+        state: x, y, theta and the sine and cosine of beta / 2, shape (5,), in turning radii.
+        v, omega: The control, normalised.
+        time: For how long it is held [1 / turn rate].
+        cart: Its lengths.
+    """
     half = omega * time / 2
     chord = v * time * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
     state[0] += chord * math.cos(state[2] + half)

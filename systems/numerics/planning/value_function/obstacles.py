@@ -63,7 +63,12 @@ def make_walls(world: World, discs: Discs, grid: StateGrid, fineness: int = FINE
 
 
 def with_spare(walls: Walls, spare: float) -> Walls:
-    """The same walls for a cart whose discs are larger all around [m]."""
+    """The same walls for a cart with larger discs.
+
+    Args:
+        walls: What is in the way.
+        spare: By how much they are larger all around [m].
+    """
     discs = walls.discs.copy()
     discs[:, 1] += spare
     return walls._replace(discs=discs)
