@@ -1,4 +1,5 @@
 from .diagrams.station.check import check_laboratory as check_laboratory
+from .diagrams.station.convert import convert_recording as convert_recording
 from .diagrams.station.hardware import open_radio as open_radio
 from .diagrams.station.kind_check import KindTrial as KindTrial
 from .diagrams.station.kind_check import check_kind as check_kind
@@ -9,7 +10,6 @@ from .diagrams.station.replay import load_recording as load_recording
 from .diagrams.station.replay import replay_station as replay_station
 from .diagrams.station.report import summarise_station as summarise_station
 from .diagrams.station.report import write_station_report as write_station_report
-from .diagrams.station.rosbag import write_station_rosbag as write_station_rosbag
 from .diagrams.station.run import StationRun as StationRun
 from .diagrams.station.run import run_station as run_station
 from .diagrams.station.scenario import Emulation as Emulation

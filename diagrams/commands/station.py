@@ -7,10 +7,10 @@ import typer
 
 from .run_by_default import RunByDefault
 from .station_commands.check import check
+from .station_commands.convert import convert
 from .station_commands.identify import identify_robots
 from .station_commands.kind_check import kind_check
 from .station_commands.replay import replay
-from .station_commands.rosbag import rosbag
 from .station_commands.run import run
 from .station_commands.view import view
 
@@ -24,8 +24,8 @@ station: Any = typer.Typer(
 )
 station.command()(run)
 station.command()(check)
+station.command()(convert)
 station.command("identify")(identify_robots)
 station.command("kind-check")(kind_check)
 station.command()(replay)
-station.command()(rosbag)
 station.command()(view)

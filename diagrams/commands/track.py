@@ -14,7 +14,7 @@ from rich.table import Table
 
 from ...systems.numerics.errors import require, require_non_negative
 from ..outputs import output_folder
-from ..rosbag.bag import BAG, require_rosbags
+from ..rosbag.bag import require_mcap
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
 from ..tracking.game import TrackingGame, set_up_game, with_random_starts
 from ..tracking.live_page import open_live_page
@@ -24,6 +24,9 @@ from ..tracking.run import TrackingRun, run_tracking
 from ..tracking.scenario import TrackingScenario
 from ..tracking.summary import summarise_tracking
 from ..world_source import WorldSource
+
+# What the log is called for other tools.
+_MCAP = "log.mcap"
 
 
 def track(
@@ -47,7 +50,7 @@ def track(
     ] = None,
     replay: Annotated[bool, typer.Option(help="With --out: write replay.html.")] = True,
     mcap: Annotated[
-        bool, typer.Option("--mcap", help="With --out: write rosbag/, a ROS 2 bag (MCAP).")
+        bool, typer.Option("--mcap", help="With --out: write log.mcap, a ROS 2 bag.")
     ] = False,
     realtime: Annotated[
         float | None,
@@ -61,7 +64,7 @@ def track(
     require_non_negative("--realtime", realtime or 0.0)
     require(out is not None or not mcap, "--mcap", "come with --out", "none")
     if mcap:
-        require_rosbags()
+        require_mcap()
     attended = sys.stdout.isatty() and sys.stdin.isatty() and not as_json
     live = attended if meshcat is None else meshcat
     rate = realtime if realtime is not None else float(live)
@@ -92,8 +95,8 @@ def track(
         summary = summarise_tracking(run, name)
         written = write_tracking_report(run, summary, folder) if folder is not None else []
         if folder is not None and mcap:
-            write_tracking_rosbag(run, folder / BAG)
-            written.append(BAG)
+            write_tracking_rosbag(run, folder / _MCAP)
+            written.append(_MCAP)
     if as_json:
         print(json.dumps(summary, indent=2))
     else:

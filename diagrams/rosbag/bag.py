@@ -1,10 +1,11 @@
-"""A ROS 2 bag: messages by topic, in an MCAP file that is compressed and has checksums.
+"""A ROS 2 bag in one file: messages by topic, in MCAP, compressed and with checksums.
 
-ROS itself is not needed: the package `rosbags` knows the types of messages and how they are
-written. All times are counted from the start of the run, which is the year 1970 to ROS.
+ROS itself is not needed: the package `rosbags` knows the types of messages, and `mcap` writes them.
+All times are counted from the start of the run, which is the year 1970 to ROS.
 """
 
 import math
+import os
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -15,9 +16,12 @@ import numpy as np
 from ...systems.numerics.errors import InvalidInput
 from ...systems.numerics.geometry.world import World
 
-# What the folder of a bag is called beside other results.
-BAG = "rosbag"
-
+# A chunk is compressed and checked as one: what is damaged is lost with the rest of it [s], [B].
+_CHUNK, _LARGEST_CHUNK = 1.0, 1 << 23
+# What a ROS header can hold [s].
+_LATEST = 2e9
+# How plain little-endian CDR begins.
+CDR = bytes([0, 1, 0, 0])
 # Outlines of the world: their width [m], and black.
 _WIDTH, _BLACK = 0.01, (0.0, 0.0, 0.0, 1.0)
 _WORLD_FRAME = "world"
@@ -25,51 +29,124 @@ _WORLD_FRAME = "world"
 _LINE_STRIP, _ADD = 4, 0
 
 
-def require_rosbags() -> None:
-    """Bags can be written.
+def require_mcap() -> None:
+    """MCAP files can be written and read.
 
     Raises:
-        InvalidInput: The package `rosbags` is not installed.
+        InvalidInput: The packages `mcap` or `rosbags` are not installed.
     """
-    if find_spec("rosbags") is None:
+    missing = [name for name in ("mcap", "rosbags") if find_spec(name) is None]
+    if missing:
         raise InvalidInput(
-            "a bag must be written with the package rosbags: pip install 'sightfield[rosbag]'; "
-            "got none"
+            "an MCAP file must come with the extra [mcap]: pip install 'sightfield[mcap]'; "
+            f"not installed: {', '.join(missing)}"
         )
 
 
 class RosBag:
-    """Writes messages of a run into a new folder, which holds `metadata.yaml` and the MCAP file.
+    """Writes messages of a run into a new MCAP file, in chunks of a second of the run.
 
-    Use it with `with`. Messages of one topic are written in the order of their times.
+    Use it with `with`: a bag that is left by an error has no end. None but the user may read it.
 
     Args:
-        folder: Must not exist.
-        about: Kept with the bag: texts by name.
+        path: Of the file; must not exist.
 
     Raises:
-        InvalidInput: The package `rosbags` is not installed.
+        InvalidInput: The file exists, cannot be written, or the extra is not installed.
     """
 
-    def __init__(self, folder: Path, about: Mapping[str, str] | None = None) -> None:
-        require_rosbags()
+    def __init__(self, path: Path) -> None:
+        require_mcap()
         # Imported here, because nothing else needs it.
-        from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+        from mcap.writer import Writer
         from rosbags.typesys import Stores, get_typestore
 
+        self.path = path
         self._store = get_typestore(Stores.ROS2_HUMBLE)
-        self._writer = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
-        self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
-        for name, text in (about or {}).items():
-            self._writer.set_custom_data(name, text)
-        self._topics: dict[str, Any] = {}
+        try:
+            path.touch(0o600, exist_ok=False)
+            self._file = path.open("r+b")
+        except OSError as error:
+            raise InvalidInput(f"`log` must be a new file; got {path} ({error.strerror})") from None
+        self._writer = Writer(self._file, chunk_size=_LARGEST_CHUNK, enable_data_crcs=True)
+        self._writer.start("ros2", "sightfield")
+        self._channels: dict[str, int] = {}
+        self._schemas: dict[str, int] = {}
+        self._begun = 0.0
 
     def __enter__(self) -> "RosBag":
-        self._writer.open()
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self._writer.close()
+    def __exit__(self, kind: object, *_: object) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self.leave()
+
+    def close(self) -> None:
+        """Write the index, and say that nothing follows."""
+        if self._file.closed:
+            return
+        self.flush()
+        try:
+            self._writer.finish()
+            self._file.close()
+        except OSError as error:
+            raise self._no_room(error) from None
+
+    def leave(self) -> None:
+        """Keep what was written of a run that failed, without an end."""
+        if not self._file.closed:
+            self.flush()
+            self._file.close()
+
+    def flush(self) -> None:
+        """End the chunk; from here on a crash of program or machine does not lose it."""
+        try:
+            self._writer.flush()
+            os.fsync(self._file.fileno())
+        except OSError as error:
+            raise self._no_room(error) from None
+
+    def about(self, text: str) -> None:
+        """Write what is to be known beside to /about.
+
+        Args:
+            text: In JSON.
+        """
+        self._write("/about", "std_msgs/msg/String", 0.0, data=text)
+
+    def declare(self, topic: str, kind: str, definition: str = "") -> int:
+        """Number of a topic's channel, which is made if there is none: 1 and up, in order.
+
+        Args:
+            topic: Its name.
+            kind: Type of its messages, as `std_msgs/msg/String`.
+            definition: Of the type; empty: one of ROS.
+        """
+        if topic not in self._channels:
+            if kind not in self._schemas:
+                text = definition or self._store.generate_msgdef(kind, ros_version=2)[0]
+                self._schemas[kind] = self._writer.register_schema(kind, "ros2msg", text.encode())
+            self._channels[topic] = self._writer.register_channel(topic, "cdr", self._schemas[kind])
+        return self._channels[topic]
+
+    def write(self, topic: str, time: float, data: bytes) -> None:
+        """Write a message in CDR to a topic that was declared.
+
+        Args:
+            topic: Its name.
+            time: [s].
+            data: The message.
+        """
+        if time >= self._begun + _CHUNK:
+            self.flush()
+            self._begun = time
+        stamp = nanoseconds(time)
+        try:
+            self._writer.add_message(self._channels[topic], stamp, data, stamp)
+        except OSError as error:
+            raise self._no_room(error) from None
 
     def world(self, world: World) -> None:
         """Write the outlines of a world, once and for all, to /world.
@@ -199,7 +276,7 @@ class RosBag:
         return self._make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
 
     def _header(self, time: float, frame: str = _WORLD_FRAME) -> Any:
-        seconds, rest = divmod(_nanoseconds(time), 10**9)
+        seconds, rest = divmod(nanoseconds(time), 10**9)
         stamp = self._make("builtin_interfaces/msg/Time", sec=seconds, nanosec=rest)
         return self._make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
 
@@ -207,13 +284,21 @@ class RosBag:
         return self._store.types[kind](**fields)
 
     def _write(self, topic: str, kind: str, time: float, **fields: Any) -> None:
-        connection = self._topics.get(topic)
-        if connection is None:
-            connection = self._writer.add_connection(topic, kind, typestore=self._store)
-            self._topics[topic] = connection
-        data = self._store.serialize_cdr(self._make(kind, **fields), kind)
-        self._writer.write(connection, _nanoseconds(time), data)
+        self.declare(topic, kind)
+        self.write(topic, time, bytes(self._store.serialize_cdr(self._make(kind, **fields), kind)))
+
+    def _no_room(self, error: OSError) -> InvalidInput:
+        # Nothing more is tried: closing would write once more what found no room.
+        self._file.raw.close()
+        return InvalidInput(
+            f"`log` must be on a disk with room; got {self.path} ({error.strerror})"
+        )
 
 
-def _nanoseconds(time: float) -> int:
-    return round(time * 1e9)
+def nanoseconds(time: float) -> int:
+    """A time as bags have it [ns], from 0 to what a ROS header can hold.
+
+    Args:
+        time: [s].
+    """
+    return round(min(max(0.0, time), _LATEST) * 1e9)

@@ -44,6 +44,7 @@ from ...hardware_io.mocap.motion_capture import MotionCapture
 from ...hardware_io.mocap.pose_receiver import PoseReceiver
 from ...hardware_io.mocap.pose_source import PoseReading, PoseSource
 from ...hardware_io.mocap.recorded_poses import RecordedPoses
+from ...hardware_io.recording.mcap_log import McapRunWriter
 from ...hardware_io.recording.port_recorder import PortRecorder, port_name
 from ...hardware_io.recording.run_log import RunLog, read_run_log
 from ...hardware_io.recording.run_writer import RunWriter
@@ -73,6 +74,7 @@ __all__ = [
     "FaultyPoses",
     "Flight",
     "Laboratory",
+    "McapRunWriter",
     "Operator",
     "OperatorPort",
     "PortRecorder",

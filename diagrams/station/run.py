@@ -18,6 +18,7 @@ from ..tracking.run import LOGGED
 from .hardware import (
     AFTER_TICK,
     Devices,
+    McapRunWriter,
     Operator,
     PortRecorder,
     RunLog,
@@ -39,6 +40,7 @@ from .ports import (
     device_ports,
     supervisor_ports,
 )
+from .record import open_run_writer
 from .recorded import Gaps
 from .scenario import StationScenario
 from .station_files import station_tree
@@ -102,7 +104,7 @@ def run_station(
         scenario: The laboratory.
         game: Its game, set up.
         hardware: As of `MakeStation`.
-        log: File to write, which must not exist.
+        log: File to write, which must not exist; as MCAP if its name ends so.
         assignment, evasion: Of your own, instead of the scenario's, as of `AddTracking`.
         mode: What the log says the run was.
         operator: Who may pause and stop.
@@ -129,7 +131,9 @@ def run_station(
     builder.AddSystem(station)
     tracking = AddStationTracking(builder, station, game, **own)
     memory = Memory(builder.GetSystems())
-    with RunWriter(log, ports=ports, pictures=pictures, memory=memory.sizes, about=about) as writer:
+    with open_run_writer(
+        log, scenario, game, ports=ports, pictures=pictures, memory=memory.sizes, about=about
+    ) as writer:
         _add_recorder(builder, station, tracking, writer, scenario.period)
         if view is not None:
             _add_view(builder, station, tracking, scenario, view)
@@ -200,7 +204,7 @@ def _add_recorder(
     builder: DiagramBuilder,
     station: Diagram,
     tracking: dict[str, OutputPort],
-    writer: RunWriter,
+    writer: RunWriter | McapRunWriter,
     period: float,
 ) -> None:
     recorder = PortRecorder(writer, period=period, offset=AFTER_TICK)

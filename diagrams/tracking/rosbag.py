@@ -1,4 +1,4 @@
-"""A tracking run as a ROS 2 bag."""
+"""A tracking run as a ROS 2 bag in one file."""
 
 import json
 from dataclasses import asdict
@@ -11,7 +11,7 @@ from .summary import log_arrays, units_of
 TEAMS = ("pursuer", "evader")
 
 
-def write_tracking_rosbag(run: TrackingRun, folder: Path) -> None:
+def write_tracking_rosbag(run: TrackingRun, path: Path) -> None:
     """Write a run: `/world`, `/tf`, each robot's velocity, and every array of the log.
 
     Robots are points to the log: their frames `pursuer_0`, ... are never turned. The arrays of
@@ -19,14 +19,15 @@ def write_tracking_rosbag(run: TrackingRun, folder: Path) -> None:
 
     Args:
         run: A finished run.
-        folder: Must not exist.
+        path: Of the MCAP file; must not exist.
 
     Raises:
-        InvalidInput: The package `rosbags` is not installed.
+        InvalidInput: The file exists, cannot be written, or the extra is not installed.
     """
-    about = {"scenario": json.dumps(asdict(run.game.scenario)), "units": json.dumps(units_of(run))}
+    about = {"scenario": asdict(run.game.scenario), "units": units_of(run)}
     arrays = {name: values for name, values in log_arrays(run).items() if name != "time"}
-    with RosBag(folder, about) as bag:
+    with RosBag(path) as bag:
+        bag.about(json.dumps(about))
         bag.world(run.game.world)
         for sample, time in enumerate(run.times.tolist()):
             bag.transforms(

@@ -9,6 +9,7 @@ from pydrake.systems.sensors import ImageRgba8U
 
 from ...systems.drake_types import AbstractValue, read
 from ...systems.numerics.errors import require_non_negative, require_positive
+from .mcap_log import McapRunWriter
 from .run_writer import RunWriter
 
 
@@ -44,7 +45,7 @@ class PortRecorder(LeafSystem):
         InvalidInput: The period is not positive, or the offset negative.
     """
 
-    def __init__(self, writer: RunWriter, *, period: float, offset: float = 0.0):
+    def __init__(self, writer: RunWriter | McapRunWriter, *, period: float, offset: float = 0.0):
         super().__init__()
         require_positive("period", period)
         require_non_negative("offset", offset)

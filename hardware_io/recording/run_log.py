@@ -8,7 +8,19 @@ from typing import Any
 import numpy as np
 
 from ...systems.numerics.errors import InvalidInput, require
-from .log_format import ABOUT, END, LONGEST, MEMORY, PICTURE, SAMPLES, Record, lost_records, records
+from .log_format import (
+    ABOUT,
+    END,
+    LONGEST,
+    MAGIC,
+    MEMORY,
+    PICTURE,
+    SAMPLES,
+    Record,
+    lost_records,
+    records,
+)
+from .mcap_log import is_mcap, read_mcap_records
 
 # No gap is said to be longer [ticks].
 _MOST_TICKS = 1e12
@@ -25,7 +37,7 @@ class RunLog:
         pictures: Of each port of pictures: time [s] and picture, as PNG, when it changed.
         complete: Whether the writer closed it; a run that crashed did not.
         unread: Bytes at the end of a record that was never finished.
-        lost: Records that are damaged, or ticks between others that are not there.
+        lost: Records that are damaged, chunks in MCAP, or ticks between others that are not there.
         memory: What the diagram kept after ticks: time [s] and state of each of its systems by
             name, each of shape (size,).
     """
@@ -41,10 +53,11 @@ class RunLog:
 
 
 def read_run_log(path: Path) -> RunLog:
-    """Read everything of a log that is whole.
+    """Read everything of a log that is whole, of ours or in MCAP.
 
     Raises:
-        InvalidInput: It is no log, nothing in it is whole, or its header is not one.
+        InvalidInput: It is no log, nothing in it is whole, its header is not one, or it is MCAP and
+            the extra is not installed.
     """
     try:
         data = path.read_bytes()
@@ -52,8 +65,10 @@ def read_run_log(path: Path) -> RunLog:
         raise InvalidInput(
             f"`log` must be a readable file; got {path} ({error.strerror})"
         ) from None
-    found = list(records(data))
-    require(bool(found), "log", "be a log of a run", path)
+    mcap = not data.startswith(MAGIC) and is_mcap(data)
+    there = read_mcap_records(data) if mcap else None
+    found = list(records(data)) if there is None else there.records
+    require(bool(found) and found[0].kind == ABOUT, "log", "be a log of a run", path)
     header = _header(found[0].body, path)
     ports, pictured = header["ports"], header["pictures"]
     times, columns = _vectors([each for each in found if each.kind == SAMPLES], ports, path)
@@ -61,6 +76,9 @@ def read_run_log(path: Path) -> RunLog:
     for each in found:
         if each.kind == PICTURE:
             number = int.from_bytes(each.body[:2], "little")
+            # MCAP holds what other tools see after its pictures.
+            if there is not None and number >= len(pictured):
+                continue
             require(number < len(pictured), "log", "have pictures of its own ports", path)
             pictures[pictured[number]].append((each.time, each.body[2:]))
     kept = [each for each in found if each.kind == MEMORY]
@@ -70,13 +88,16 @@ def read_run_log(path: Path) -> RunLog:
         SAMPLES: 8 * sum(ports.values()),
         MEMORY: 8 * sum(header["memory"].values()),
     }
-    damaged, unread = lost_records(data, found, sizes)
+    if there is None:
+        complete, (damaged, unread) = found[-1].kind == END, lost_records(data, found, sizes)
+    else:
+        complete, damaged, unread = there.complete, there.damaged, there.unread
     return RunLog(
         about=header["about"],
         times=times,
         samples=columns,
         pictures=pictures,
-        complete=found[-1].kind == END,
+        complete=complete,
         unread=unread,
         lost=max(damaged, _missing(times)),
         memory=[

@@ -68,8 +68,7 @@ class RunWriter:
         if kind is None:
             self.close()
         else:
-            # A run that failed is not over: its log says so by having no end.
-            self._file.close()
+            self.leave()
 
     def samples(self, time: float, values: np.ndarray) -> None:
         """Write a sample of every port, joined in order, shape (sum of the sizes,).
@@ -108,6 +107,10 @@ class RunWriter:
             self._write(pack(END, 0.0, b""))
             os.fsync(self._file.fileno())
             self._file.close()
+
+    def leave(self) -> None:
+        """Let go without saying that nothing follows: a run that failed is not over."""
+        self._file.close()
 
     def _write(self, data: bytes) -> None:
         view = memoryview(data)

@@ -38,16 +38,17 @@ def load(name: str, settings: list[str] | None, seconds: float | None = None) ->
     return load_station(find_scenario(name, scenarios), [*(settings or []), *changes])
 
 
-def new_log(out: Path | None, scratch: Path) -> Path:
+def new_log(out: Path | None, scratch: Path, *, mcap: bool) -> Path:
     """Where a run is written while it goes on: in its folder at once, as it must outlast a crash.
 
     Raises:
         InvalidInput: The folder has a log already, or cannot be made.
     """
+    name = "run.mcap" if mcap else "run.log"
     if out is None:
-        return scratch / "run.log"
-    log = out / "run.log"
-    require(not log.exists(), "--out", "have no run.log, which is never written over", out)
+        return scratch / name
+    log = out / name
+    require(not log.exists(), "--out", f"have no {name}, which is never written over", out)
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -18,7 +18,7 @@ from .options import DEFAULT_PORT, JsonOption, PortOption
 
 
 def replay(
-    log: Annotated[Path, typer.Argument(help="run.log of a run of a station, in any mode.")],
+    log: Annotated[Path, typer.Argument(help="run.log or run.mcap of a run of a station.")],
     out: Annotated[Path | None, typer.Option(help="Folder for summary.json.")] = None,
     as_json: JsonOption = False,
     view: Annotated[bool, typer.Option(help="Show it in the operator's view.")] = False,

@@ -17,6 +17,7 @@ from rich.table import Table
 
 from ....systems.numerics.errors import InvalidInput, require_non_negative
 from ...outputs import output_folder
+from ...rosbag.bag import require_mcap
 from ...station.hardware import Devices, Operator, ViewerLink, keys, read_run_log
 from ...station.identity import require_identity
 from ...station.report import summarise_station, write_station_report
@@ -64,6 +65,10 @@ def run(
         bool | None,
         typer.Option(help="Start at once, or wait for the operator [default: wait on hardware]."),
     ] = None,
+    mcap: Annotated[
+        bool,
+        typer.Option("--mcap", help="Keep the log as run.mcap, which is a ROS 2 bag as well."),
+    ] = False,
     identified: Annotated[
         bool,
         typer.Option(
@@ -86,6 +91,8 @@ def run(
     Keys in the terminal: Space stops the robots for good, P pauses and goes on, S starts.
     """
     mode = _mode(simulate, emulate, hardware)
+    if mcap:
+        require_mcap()
     laboratory = load(scenario, setting, seconds)
     game = set_up_game(laboratory.tracking)
     require_non_negative("--realtime", realtime or 0.0)
@@ -104,7 +111,7 @@ def run(
     console, name = Console(stderr=as_json), Path(scenario).stem
     with ExitStack() as stack:
         scratch = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        log = new_log(out, scratch)
+        log = new_log(out, scratch, mcap=mcap)
         devices = stack.enter_context(open_laboratory(laboratory, game, mode, operator))
         if identified and isinstance(devices, Devices):
             console.print("Each robot turns in place.")
@@ -141,7 +148,7 @@ def run(
         written = []
         if out is not None:
             with output_folder(out) as folder:
-                written = ["run.log", *write_station_report(done, record, game, summary, folder)]
+                written = [log.name, *write_station_report(done, record, game, summary, folder)]
     if as_json:
         print(json.dumps(summary, indent=2))
     else:

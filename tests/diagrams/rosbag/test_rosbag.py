@@ -1,8 +1,5 @@
 """Bags hold what the logs do, as two other libraries read them."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
 from mcap.reader import make_reader
@@ -14,10 +11,10 @@ from sightfield.diagrams.rosbag.bag import RosBag
 from sightfield.systems.numerics.geometry.world import make_world
 
 
-def messages_of(folder):
+def messages_of(path):
     """Of each topic: times [s] and messages, as rosbags reads them."""
     found = {}
-    with AnyReader([folder]) as reader:
+    with AnyReader([path]) as reader:
         for connection, time, data in reader.messages():
             message = reader.deserialize(data, connection.msgtype)
             found.setdefault(connection.topic, []).append((time * 1e-9, message))
@@ -32,15 +29,16 @@ def heading_of(rotation):
 @pytest.fixture(scope="module")
 def bag(tmp_path_factory):
     """One message of each kind."""
-    folder = tmp_path_factory.mktemp("bags") / "rosbag"
+    path = tmp_path_factory.mktemp("bags") / "run.mcap"
     world = make_world([[0, 0], [4, 0], [4, 3], [0, 3]], [[[1, 1], [2, 1], [2, 2]]])
-    with RosBag(folder, {"said": "as it was"}) as writer:
+    with RosBag(path) as writer:
+        writer.about('{"said": "as it was"}')
         writer.world(world)
         writer.transforms(0.5, {"robot": (1.25, -0.5, 2.5), "other": (0.0, 1.0, -3.0)})
         writer.twist("/robot/command", 1.75, "robot", 0.25, -0.125, 3.0)
         writer.numbers("/log/table", 2.0, np.arange(6.0).reshape(2, 3) / 7.0)
         writer.picture("/camera", 2.5, "camera", b"\x89PNG...")
-    return folder
+    return path
 
 
 def test_each_kind_of_message_says_what_was_written(bag):
@@ -72,24 +70,36 @@ def test_each_kind_of_message_says_what_was_written(bag):
 
 
 def test_the_file_is_mcap_with_the_types_in_it(bag):
-    with (bag / "rosbag.mcap").open("rb") as stream:
+    with bag.open("rb") as stream:
         reader = make_reader(stream, validate_crcs=True)
         assert reader.get_header().profile == "ros2"
         summary = reader.get_summary()
         assert summary is not None
         assert summary.statistics is not None
-        assert summary.statistics.message_count == 5
+        assert summary.statistics.message_count == 6
         assert {chunk.compression for chunk in summary.chunk_indexes} == {"zstd"}
         for schema, channel, message in reader.iter_messages():
             assert schema is not None
             assert (schema.encoding, channel.message_encoding) == ("ros2msg", "cdr")
             assert message.log_time == message.publish_time
     with Reader(bag) as reader:
-        assert reader.message_count == 5
+        assert reader.message_count == 6
+
+
+def test_a_chunk_holds_a_second_of_the_run(bag):
+    with bag.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    spans = [
+        (chunk.message_start_time / 1e9, chunk.message_end_time / 1e9)
+        for chunk in summary.chunk_indexes
+    ]
+    assert spans == [(0.0, 0.5), (1.75, 2.5)]
 
 
 def test_what_is_known_beside_is_in_the_bag(bag):
-    assert "as it was" in (bag / "metadata.yaml").read_text()
+    ((_, about),) = messages_of(bag)["/about"]
+    assert about.data == '{"said": "as it was"}'
 
 
 def test_without_the_package_one_line_says_what_to_install(monkeypatch, tmp_path, sightfield_here):
@@ -97,8 +107,8 @@ def test_without_the_package_one_line_says_what_to_install(monkeypatch, tmp_path
     done = sightfield_here("track", "corner_1v1", "--mcap", "--out", tmp_path / "out")
     assert done.returncode == 2
     assert done.stderr.strip().splitlines() == [
-        "error: a bag must be written with the package rosbags: "
-        "pip install 'sightfield[rosbag]'; got none"
+        "error: an MCAP file must come with the extra [mcap]: "
+        "pip install 'sightfield[mcap]'; not installed: mcap, rosbags"
     ]
     assert not (tmp_path / "out").exists()
 
@@ -113,7 +123,7 @@ def test_a_game_is_in_its_bag_to_the_last_bit(tmp_path, sightfield_here):
     words = ("track", "thesis_3v3", "--seconds", 2, "--mcap", "--no-replay", "--out", tmp_path)
     done = sightfield_here(*words)
     assert done.returncode == 0, done.stderr
-    found, log = messages_of(tmp_path / "rosbag"), dict(np.load(tmp_path / "log.npz"))
+    found, log = messages_of(tmp_path / "log.mcap"), dict(np.load(tmp_path / "log.npz"))
     times = log.pop("time")
     for name, values in log.items():
         written = found[f"/log/{name}"]
@@ -132,37 +142,3 @@ def test_a_game_is_in_its_bag_to_the_last_bit(tmp_path, sightfield_here):
         for _, message in found["/pursuer_1/velocity"]
     ]
     np.testing.assert_array_equal(speeds, log["pursuer_velocity"][:, 1])
-
-
-def test_a_run_of_the_laboratory_is_in_its_bag(tmp_path, sightfield_here):
-    done = sightfield_here(
-        "station", "thesis_3v3", "--seconds", 1, "--realtime", 0, "--no-view", "--out", tmp_path
-    )
-    assert done.returncode == 0, done.stderr
-    done = sightfield_here("station", "rosbag", tmp_path / "run.log", "--out", tmp_path)
-    assert done.returncode == 0, done.stderr
-    found = messages_of(tmp_path / "rosbag")
-    poses = np.array([message.data for _, message in found["/log/evader/poses"]]).reshape(-1, 3, 3)
-    for (_, frames), rows in zip(found["/tf"], poses, strict=True):
-        (frame,) = [each for each in frames.transforms if each.child_frame_id == "evader_2"]
-        at, turned = frame.transform.translation, heading_of(frame.transform.rotation)
-        np.testing.assert_array_equal((at.x, at.y), rows[2, :2])
-        assert np.cos(turned - rows[2, 2]) == pytest.approx(1.0)
-    sent = np.array([message.data for _, message in found["/log/team/sent_commands"]])
-    commands = [message.twist for _, message in found["/pursuer_1/command"]]
-    np.testing.assert_array_equal([each.linear.x for each in commands], sent[:, 2])
-    np.testing.assert_array_equal([each.angular.z for each in commands], sent[:, 3])
-    assert json.loads(Path(tmp_path / "summary.json").read_text())
-
-
-def test_a_damaged_log_gives_what_is_left_and_says_so(tmp_path, sightfield_here):
-    words = ("station", "thesis_3v3", "--seconds", 1, "--realtime", 0, "--no-view")
-    assert sightfield_here(*words, "--out", tmp_path).returncode == 0
-    log = tmp_path / "run.log"
-    data = bytearray(log.read_bytes())
-    data[len(data) // 2] ^= 4
-    log.write_bytes(data)
-    done = sightfield_here("station", "rosbag", log, "--out", tmp_path)
-    assert done.returncode == 1
-    assert "The log is damaged: 1 of its records are not in it." in done.stdout
-    assert (tmp_path / "rosbag" / "rosbag.mcap").exists()

@@ -1,0 +1,352 @@
+"""A run written down as MCAP: our samples to the last bit, and beside them what other tools show.
+
+The file has the profile `ros2`. Its first channels are ours, in this order:
+
+======= ================ ================================================================
+channel topic            message
+======= ================ ================================================================
+1       /about           std_msgs/String: what a log says of itself, in JSON
+2       /log/samples     time [s] and the samples of all ports in order, all float64
+3       /log/memory      time [s] and what the diagram keeps, in order, all float64
+4, ...  one a picture    sensor_msgs/CompressedImage: PNG; after them what other tools see
+======= ================ ================================================================
+
+Types of channels 2 and 3 stand in the file, with a field for each port. A chunk holds a second of
+the run; the first two hold what it is about, each once. Where a chunk is damaged, reading goes on
+at the next one that is whole: chunks are found by their own bytes, not by the index or by lengths.
+"""
+
+import json
+import re
+import struct
+import zlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from ...diagrams.rosbag.bag import CDR, RosBag, nanoseconds, require_mcap
+from .log_format import ABOUT, LONGEST, MEMORY, PICTURE, SAMPLES, Record
+
+MAGIC = b"\x89MCAP0\r\n"
+_ABOUT, _SAMPLES, _MEMORY, _FIRST_PICTURE = 1, 2, 3, 4
+_TOPICS = {_ABOUT: "/about", _SAMPLES: "/log/samples", _MEMORY: "/log/memory"}
+# Opcodes of MCAP, and the head of a record.
+_FOOTER, _MESSAGE, _CHUNK, _MESSAGE_INDEX, _DATA_END, _LAST_OPCODE = 2, 5, 6, 7, 15, 15
+_HEAD = struct.Struct("<BQ")
+# Of a chunk: first and last time, size and checksum of what is in it, and how it is compressed.
+_CHUNK_HEAD = struct.Struct("<QQQI")
+_ZSTD = struct.pack("<I", 4) + b"zstd"
+_MESSAGE_HEAD = struct.Struct("<HIQQ")
+# Of the whole footer, and of the record that ends the data.
+_FOOTER_SIZE, _DATA_END_SIZE = 29, 13
+
+
+class Beside(Protocol):
+    """What is written beside the samples, for other tools."""
+
+    def begin(self, bag: RosBag) -> None:
+        """Write what holds for the whole run."""
+        ...
+
+    def tick(self, bag: RosBag, time: float, samples: Mapping[str, np.ndarray]) -> None:
+        """Write what the samples of all ports at a time [s] mean, each of shape (size,)."""
+        ...
+
+
+class McapRunWriter:
+    """Writes a log as MCAP: a crash of the program loses the last second of the run at most.
+
+    None but the user may read it: a camera sees who is there.
+
+    Args:
+        path: Of the log; must not exist.
+        ports: Sizes of the ports by name, in the order of the samples.
+        pictures: Names of the ports of pictures.
+        memory: Sizes of what the diagram keeps from tick to tick, by the names of its systems.
+        about: What else is to be known, ready for JSON.
+        beside: What other tools are to see.
+
+    Raises:
+        InvalidInput: The file exists or cannot be written, or the extra is not installed.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        ports: Mapping[str, int],
+        pictures: tuple[str, ...] = (),
+        memory: Mapping[str, int] | None = None,
+        about: Mapping[str, Any] | None = None,
+        beside: Beside | None = None,
+    ) -> None:
+        self.ports, self.pictures = dict(ports), tuple(pictures)
+        self._sizes = {_SAMPLES: sum(self.ports.values()), _MEMORY: sum((memory or {}).values())}
+        self._splits = np.cumsum(list(self.ports.values()))[:-1]
+        self._beside = beside
+        header = {
+            "ports": self.ports,
+            "pictures": self.pictures,
+            "memory": dict(memory or {}),
+            "about": about or {},
+        }
+        bag = self._bag = RosBag(path)
+        bag.declare(_TOPICS[_ABOUT], "std_msgs/msg/String")
+        bag.declare(_TOPICS[_SAMPLES], "sightfield/msg/Samples", _definition(self.ports))
+        bag.declare(_TOPICS[_MEMORY], "sightfield/msg/Memory", _definition(memory or {}))
+        for name in self.pictures:
+            bag.declare(_topic(name), "sensor_msgs/msg/CompressedImage")
+        # Twice, in a chunk each: without it the samples are mere numbers.
+        for _ in range(2):
+            bag.about(json.dumps(header))
+            bag.flush()
+        if beside is not None:
+            beside.begin(bag)
+
+    def __enter__(self) -> "McapRunWriter":
+        return self
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self.leave()
+
+    def samples(self, time: float, values: np.ndarray) -> None:
+        """Write a sample of every port, joined in order, shape (sum of the sizes,).
+
+        Args:
+            time: [s].
+            values: Shape (sum of the sizes,).
+        """
+        self._numbers(_SAMPLES, time, values)
+        if self._beside is not None:
+            columns = np.split(values, self._splits) if self.ports else []
+            self._beside.tick(self._bag, time, dict(zip(self.ports, columns, strict=True)))
+
+    def picture(self, time: float, port: str, png: bytes) -> None:
+        """Write a picture that a port has shown from now on, as PNG.
+
+        Args:
+            time: [s].
+            port: Its name.
+            png: The picture's file.
+        """
+        self._bag.picture(_topic(port), time, port.partition(".")[0], png)
+
+    def memory(self, time: float, values: np.ndarray) -> None:
+        """Write what the diagram keeps after a tick: a replay goes on from it after damage.
+
+        Args:
+            time: [s].
+            values: Shape (sum of the sizes,).
+        """
+        self._numbers(_MEMORY, time, values)
+
+    def close(self) -> None:
+        """Say that nothing follows."""
+        self._bag.close()
+
+    def leave(self) -> None:
+        """End without saying that nothing follows: the run was broken off."""
+        self._bag.leave()
+
+    def _numbers(self, channel: int, time: float, values: np.ndarray) -> None:
+        assert values.shape == (self._sizes[channel],)
+        body = struct.pack("<d", time) + values.astype("<f8").tobytes()
+        self._bag.write(_TOPICS[channel], time, CDR + body)
+
+
+def is_mcap(data: bytes) -> bool:
+    """Whether a log is of this kind; its first bytes may be damaged.
+
+    Args:
+        data: The log's bytes.
+    """
+    return data.startswith(MAGIC) or _ZSTD in data
+
+
+class FoundRecords(NamedTuple):
+    """What an MCAP log holds.
+
+    Attributes:
+        records: Those of the chunks that are whole, as of `log_format`.
+        complete: Whether the writer closed it.
+        damaged: Chunks that are damaged, and 1 if nothing but an index is.
+        unread: Bytes at the end that were never finished.
+    """
+
+    records: list[Record]
+    complete: bool
+    damaged: int
+    unread: int
+
+
+def read_mcap_records(data: bytes) -> FoundRecords:
+    """Everything of an MCAP log that is whole.
+
+    Args:
+        data: The log's bytes.
+
+    Raises:
+        InvalidInput: The extra is not installed.
+    """
+    require_mcap()
+    chunks = list(_chunks(data))
+    found = [record for chunk in chunks for record in _records_in(chunk)]
+    # A picture is written with the samples of its tick; MCAP's own times are whole nanoseconds.
+    exact = {nanoseconds(each.time): each.time for each in found if each.kind == SAMPLES}
+    found = [
+        each._replace(time=exact.get(nanoseconds(each.time), each.time))
+        if each.kind == PICTURE
+        else each
+        for each in found
+    ]
+    damaged, at = 0, len(MAGIC)
+    for number, chunk in enumerate(chunks):
+        lost, at_end = _lost_within(data, at, chunk.start, header=number == 0)
+        # What a length that is wrong hides is one chunk.
+        damaged += max(lost, 0 if at_end else 1)
+        at = chunk.end
+    complete = data.endswith(MAGIC) or _footer_at(data, len(data) - _FOOTER_SIZE - len(MAGIC))
+    if complete:
+        lost, _ = _lost_within(data, at, len(data) - _FOOTER_SIZE - len(MAGIC))
+        return FoundRecords(found, True, damaged + lost or int(not _sums_agree(data)), 0)
+    lost, unread = _cut_off(data, at)
+    return FoundRecords(found, False, damaged + lost, unread)
+
+
+class _WholeChunk(NamedTuple):
+    """A chunk whose checksum is right: what is in it, and where it stands."""
+
+    body: bytes
+    start: int
+    end: int
+
+
+def _chunks(data: bytes) -> Iterator[_WholeChunk]:
+    """The chunks that are whole, in order."""
+    at, ahead = 0, _HEAD.size + _CHUNK_HEAD.size
+    while (where := data.find(_ZSTD, at)) >= 0:
+        chunk = _chunk_at(data, where - ahead) if where - ahead >= at else None
+        if chunk is not None:
+            yield chunk
+        at = where + 1 if chunk is None else chunk.end
+
+
+def _chunk_at(data: bytes, start: int) -> _WholeChunk | None:
+    import zstandard
+
+    opcode, length = _HEAD.unpack_from(data, start)
+    head = start + _HEAD.size
+    _, _, size, checksum = _CHUNK_HEAD.unpack_from(data, head)
+    at, end = head + _CHUNK_HEAD.size + len(_ZSTD), head + length
+    if opcode != _CHUNK or end > len(data) or at + 8 > end or size > LONGEST:
+        return None
+    (packed,) = struct.unpack_from("<Q", data, at)
+    if at + 8 + packed != end:
+        return None
+    try:
+        # Of a frame that claims to be larger nothing is unpacked.
+        if zstandard.frame_content_size(data[at + 8 : end]) != size:
+            return None
+        body = zstandard.ZstdDecompressor().decompress(data[at + 8 : end], max_output_size=size)
+    except zstandard.ZstdError:
+        return None
+    whole = len(body) == size and zlib.crc32(body) == checksum
+    return _WholeChunk(body, start, end) if whole else None
+
+
+def _records_in(chunk: _WholeChunk) -> Iterator[Record]:
+    """What a chunk holds of ours."""
+    body, at = chunk.body, 0
+    while at + _HEAD.size <= len(body):
+        opcode, length = _HEAD.unpack_from(body, at)
+        at, data = at + _HEAD.size + length, body[at + _HEAD.size : at + _HEAD.size + length]
+        if opcode != _MESSAGE or len(data) < _MESSAGE_HEAD.size + len(CDR):
+            continue
+        channel, _, stamp, _ = _MESSAGE_HEAD.unpack_from(data)
+        message = data[_MESSAGE_HEAD.size :]
+        if channel == _ABOUT and len(message) > 8:
+            yield Record(ABOUT, 0.0, message[8:-1], chunk.start, chunk.end)
+        elif channel in (_SAMPLES, _MEMORY) and len(message) >= 12:
+            (time,) = struct.unpack_from("<d", message, 4)
+            kind = SAMPLES if channel == _SAMPLES else MEMORY
+            yield Record(kind, time, message[12:], chunk.start, chunk.end)
+        elif channel >= _FIRST_PICTURE:
+            number = (channel - _FIRST_PICTURE).to_bytes(2, "little")
+            yield Record(PICTURE, stamp * 1e-9, number + _png(message), chunk.start, chunk.end)
+
+
+def _png(message: bytes) -> bytes:
+    """The picture in a CompressedImage: after a header's stamp and two strings, each aligned."""
+    at = len(CDR) + 8
+    for _ in range(2):
+        at += 4 + int.from_bytes(message[at : at + 4], "little")
+        at += -at % 4
+    size = int.from_bytes(message[at : at + 4], "little")
+    return message[at + 4 : at + 4 + size]
+
+
+def _lost_within(data: bytes, at: int, end: int, *, header: bool = False) -> tuple[int, bool]:
+    """Chunks between others that are whole, and whether the records there end where they should."""
+    lost = 0
+    while at + _HEAD.size <= end:
+        opcode, length = _HEAD.unpack_from(data, at)
+        if not (opcode in (_CHUNK, _MESSAGE_INDEX) or (header and opcode == 1)):
+            break
+        lost += opcode == _CHUNK
+        at += _HEAD.size + length
+    return lost, at == end
+
+
+def _cut_off(data: bytes, at: int) -> tuple[int, int]:
+    """Damaged chunks after the last whole one, and bytes of a record that was never finished."""
+    lost = 0
+    while at + _HEAD.size <= len(data):
+        opcode, length = _HEAD.unpack_from(data, at)
+        if not 0 < opcode <= _LAST_OPCODE:
+            return lost + 1, 0
+        if at + _HEAD.size + length > len(data):
+            break
+        lost += opcode == _CHUNK
+        at += _HEAD.size + length
+    return lost, max(len(data) - at, 0)
+
+
+def _footer_at(data: bytes, at: int) -> bool:
+    """Whether the file's footer stands there, whatever comes after it."""
+    if at < 0 or _HEAD.unpack_from(data, at) != (_FOOTER, 20):
+        return False
+    summary, _, checksum = struct.unpack_from("<QQI", data, at + _HEAD.size)
+    return zlib.crc32(data[summary : at + 25]) == checksum
+
+
+def _sums_agree(data: bytes) -> bool:
+    """Whether every byte of a file that was closed is as it was written."""
+    footer = len(data) - _FOOTER_SIZE - len(MAGIC)
+    if not (data.endswith(MAGIC) and _footer_at(data, footer)):
+        return False
+    (summary,) = struct.unpack_from("<Q", data, footer + _HEAD.size)
+    end = summary - _DATA_END_SIZE
+    said = struct.pack("<BQI", _DATA_END, 4, zlib.crc32(data[:end]))
+    return data[end:summary] == said
+
+
+def _topic(port: str) -> str:
+    return "/" + port.replace(".", "/")
+
+
+def _definition(sizes: Mapping[str, int]) -> str:
+    """A ROS type of the time and arrays of float64, whose CDR is those numbers in order."""
+    taken = {"time": "float64 time"}
+    for name, size in sizes.items():
+        plain = re.sub("[^a-z0-9]+", "_", name.lower()).strip("_")
+        field = plain if plain[:1].isalpha() else f"x_{plain}".rstrip("_")
+        if field in taken:
+            field += f"_{len(taken)}"
+        if size:
+            taken[field] = f"float64[{size}] {field}"
+    return "\n".join(taken.values()) + "\n"
