@@ -7,6 +7,7 @@ what they need of it from here.
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +57,7 @@ from ...hardware_io.viewer.operator_port import OperatorPort
 from ...hardware_io.viewer.state_publisher import Shows, StatePublisher
 from ...hardware_io.viewer.stop_page import StopPage
 from ...hardware_io.viewer.viewer_link import ViewerLink
+from ...systems.numerics.errors import require
 from ...systems.station.age_limit import AgeLimit
 from ..tracking.game import TrackingGame
 from .ports import IMAGE
@@ -144,9 +146,22 @@ def open_poses(mocap: Mocap, bodies: list[str]) -> PoseSource:
     """
     if mocap.source == "lcm":
         return LcmPoses(mocap.url, mocap.channel, bodies)
+    if mocap.source == "ros2":
+        return _ros_poses(mocap, bodies)
     if mocap.source == "log":
         return RecordedPoses(read_run_log(Path(mocap.log)))
     return MotionCapture(mocap.source, mocap.hostname, bodies)
+
+
+def _ros_poses(mocap: Mocap, bodies: list[str]) -> PoseSource:
+    extra = find_spec("cyclonedds") is not None
+    wish = "come with the extra [dds]: pip install 'sightfield[dds]'"
+    require(extra, "mocap.source", wish, mocap.source)
+    from ...hardware_io.mocap.ros_poses import RosPoses
+
+    return RosPoses(
+        bodies, message=mocap.message, topic=mocap.topic, frame=mocap.frame, domain=mocap.domain
+    )
 
 
 def open_camera(device: OmniCameraDevice) -> FrameSource:

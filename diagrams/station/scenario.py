@@ -18,7 +18,7 @@ from ..scenario_files import NO_OTHER_KEYS
 from ..tracking.scenario import TrackingScenario
 
 MOCAP_SOURCES = ("vicon", "optitrack", "optitrack_closed_source", "qualisys", "nokov", "vrpn")
-MOCAP_SOURCES += ("mock", "lcm", "log")
+MOCAP_SOURCES += ("mock", "lcm", "ros2", "log")
 CAMERA_SOURCES = ("none", "capture", "folder")
 MODES = ("simulate", "emulate", "hardware")
 
@@ -33,7 +33,7 @@ class Mocap:
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
-    # A system of the `motioncapture` package, "lcm", or "log" for a recorded run.
+    # A system of the `motioncapture` package, "lcm", "ros2", or "log" for a recorded run.
     source: str = "vicon"
     # Machine that runs the tracking software.
     hostname: str = "192.168.1.10"
@@ -43,6 +43,14 @@ class Mocap:
     url: str = "udpm://239.255.76.67:7667?ttl=0"
     # Of "lcm": the channel of sightfield.poses_t.
     channel: str = "SIGHTFIELD_POSES"
+    # Of "ros2": PoseStamped, Odometry or tf.
+    message: str = "PoseStamped"
+    # Of "ros2": the topic, {body} for a robot's name; empty: {body}/pose, {body}/odom or tf.
+    topic: str = ""
+    # Of "ros2": the frame of the poses.
+    frame: str = "world"
+    # Of "ros2": number of the domain (ROS_DOMAIN_ID).
+    domain: int = 0
     # Of "log": the file.
     log: str = ""
     # Age beyond which a pose is invalid, and its robot stops [s].

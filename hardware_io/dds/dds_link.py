@@ -1,6 +1,5 @@
 """The work station's end of ROS 2: twists to robots, and their odometry."""
 
-import math
 import threading
 import time
 from collections.abc import Sequence
@@ -13,7 +12,7 @@ from ...systems.numerics.errors import require
 from ...systems.numerics.station.motion_checks import Chassis, wheel_ways
 from ..links.reporting_link import Order, ReportingLink, What
 from ..links.robot_link import LinkError, RobotReport, RobotState
-from .messages import Header, Odometry, Time, Twist, TwistStamped, Vector3
+from .messages import Header, Odometry, Time, Twist, TwistStamped, Vector3, planar
 from .node import Node
 
 # How often the receiving thread looks whether the link was closed [s].
@@ -139,7 +138,8 @@ class DdsLink(ReportingLink):
         stamp = (odometry.header.stamp.sec, odometry.header.stamp.nanosec)
         twist = odometry.twist.twist
         speed, rate = twist.linear.x, twist.angular.z
-        pose = _planar(odometry)
+        at = odometry.pose.pose
+        pose = np.array(planar(at.position, at.orientation))
         if stamp <= driven.stamp or not np.isfinite([*pose, speed, rate]).all():
             self.heard_nothing_of_use()
             return
@@ -167,11 +167,3 @@ def _state(last: What | None, moves: bool) -> RobotState:
     if last == What.STOP and not moves:
         return RobotState.STOPPED
     return RobotState.DRIVING if moves else RobotState.IDLE
-
-
-def _planar(odometry: Any) -> np.ndarray:
-    """x, y [m] and heading [rad], shape (3,)."""
-    pose = odometry.pose.pose
-    q = pose.orientation
-    heading = math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
-    return np.array([pose.position.x, pose.position.y, heading])

@@ -20,6 +20,7 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 from ..links.robot_link import LinkError
+from .messages import TYPE_HASHES
 
 # How long a reader may hold up a writer [ms].
 _BLOCKED = 5
@@ -31,7 +32,9 @@ LOOPBACK = (
     "</CycloneDDS>"
 )
 _PLAIN_CDR = Policy.DataRepresentation(use_cdrv0_representation=True)
-# A reliable writer is heard by every reader, and a reader of best effort hears every writer.
+# A reliable writer is heard by readers of either reliability, and a reader of best effort that asks
+# for nothing old hears every writer. Commands are volatile, so that nobody who comes late drives by
+# one of before; a reader that asks for those (transient local) hears none at all.
 _WRITER = Qos(
     Policy.Reliability.Reliable(duration(milliseconds=_BLOCKED)),
     Policy.Durability.Volatile,
@@ -41,7 +44,7 @@ _WRITER = Qos(
 _READER = Qos(
     Policy.Reliability.BestEffort,
     Policy.Durability.Volatile,
-    Policy.History.KeepLast(10),
+    Policy.History.KeepLast(50),
     _PLAIN_CDR,
 )
 _ANY = SampleState.Any | ViewState.Any | InstanceState.Any
@@ -83,7 +86,7 @@ class Node:
             kind: Of `messages`.
         """
         found = Topic(self._participant, f"rt/{topic}", kind)
-        return DataWriter(self._participant, found, _WRITER)
+        return DataWriter(self._participant, found, _told(_WRITER, kind))
 
     def reader(self, topic: str, kind: type) -> Any:
         """What reads messages of a type, and wakes `wait`.
@@ -93,7 +96,7 @@ class Node:
             kind: Of `messages`.
         """
         found = Topic(self._participant, f"rt/{topic}", kind)
-        reader = DataReader(self._participant, found, _READER)
+        reader = DataReader(self._participant, found, _told(_READER, kind))
         condition = ReadCondition(reader, _ANY)
         self._waiting.attach(condition)
         self._readers.append((reader, condition))
@@ -113,9 +116,14 @@ class Node:
         Args:
             reader: Which has them.
         """
-        return [each for each in reader.take(20) if isinstance(each, IdlStruct)]
+        return [each for each in reader.take(50) if isinstance(each, IdlStruct)]
 
     def close(self) -> None:
         """Leave the domain."""
         self._readers.clear()
         self._waiting = self._participant = None
+
+
+def _told(qos: Qos, kind: type) -> Qos:
+    """The quality of service, with the type's hash as ROS tells it."""
+    return qos + Qos(Policy.Userdata(f"typehash={TYPE_HASHES[kind]};".encode()))

@@ -1,0 +1,121 @@
+"""Poses that come as topics of ROS 2, without ROS."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+from ...systems.numerics.errors import require, require_one_of
+from ..dds.messages import Odometry, PoseStamped, TFMessage, planar
+from ..dds.node import Node
+from .pose_source import NewestPoses, PoseReading
+
+# How often the receiving thread looks whether it is to end [s].
+_LOOK = 0.1
+# Of each message: what it is, and the topic it comes on where none is named.
+_KINDS: dict[str, tuple[type, str]] = {
+    "PoseStamped": (PoseStamped, "{body}/pose"),
+    "Odometry": (Odometry, "{body}/odom"),
+    "tf": (TFMessage, "tf"),
+}
+ROS_MESSAGES = tuple(_KINDS)
+
+
+class RosPoses:
+    """Bodies whose poses come as PoseStamped or Odometry, a topic for each, or as tf.
+
+    Stamps are the moments at which messages came; the sender's clock may be another machine's. A
+    pose counts for nothing if it is in another frame, is not newer by its header than the one
+    before, or is no number: its sender lives, but what it listens to does not. Transforms of tf are
+    not joined: those count that lead from the frame to a body.
+
+    Args:
+        bodies: Names of the robots, in the order of the rows; of tf those of their frames.
+        message: One of ROS_MESSAGES.
+        topic: Its name, with {body} for a body's; empty: "{body}/pose", "{body}/odom" or "tf".
+        frame: In which poses are to be.
+        domain: Number (ROS_DOMAIN_ID), 0 to 232.
+
+    Raises:
+        InvalidInput: A body has no name of its own, the message is another, a topic lacks {body},
+            or the domain is none.
+        LinkError: There is no network for the domain.
+    """
+
+    def __init__(
+        self,
+        bodies: Sequence[str],
+        *,
+        message: str = "PoseStamped",
+        topic: str = "",
+        frame: str = "world",
+        domain: int = 0,
+    ) -> None:
+        self._newest = NewestPoses(bodies)
+        require_one_of("mocap.message", message, ROS_MESSAGES)
+        require(0 <= domain <= 232, "mocap.domain", "be 0 to 232", domain)
+        kind, usual = _KINDS[message]
+        topic = (topic or usual).strip("/")
+        shared = message == "tf"
+        good = shared != ("{body}" in topic)
+        wish = "have no {body}, as tf is for all" if shared else "have {body} in it"
+        require(good, "mocap.topic", wish, topic)
+        self._frame, self._last = frame, dict[str, tuple[int, int]]()
+        node = self._node = Node(domain)
+        self._readers: list[tuple[Any, Callable[[Any], Iterator[_Found]]]]
+        if shared:
+            self._readers = [(node.reader(topic, kind), _of_transforms)]
+        else:
+            names = {body: topic.replace("{body}", body) for body in bodies}
+            self._readers = [
+                (node.reader(name, kind), _of_body(body)) for body, name in names.items()
+            ]
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._listen, daemon=True)
+        self._thread.start()
+
+    def read(self) -> PoseReading:
+        """See `PoseSource`."""
+        return self._newest.read()
+
+    def close(self) -> None:
+        """Leave the domain."""
+        self._ended.set()
+        self._thread.join()
+        self._readers.clear()
+        self._node.close()
+
+    def _listen(self) -> None:
+        while not self._ended.is_set():
+            self._node.wait(_LOOK)
+            now = time.monotonic()
+            for reader, found_in in self._readers:
+                for message in self._node.take(reader):
+                    for body, header, place, turn in found_in(message):
+                        self._take(body, header, planar(place, turn), now)
+
+    def _take(self, body: str, header: Any, pose: Sequence[float], now: float) -> None:
+        stamp = (header.stamp.sec, header.stamp.nanosec)
+        if header.frame_id.strip("/") != self._frame or stamp <= self._last.get(body, (-1, 0)):
+            return
+        self._last[body] = stamp
+        self._newest.see(body, pose, now)
+
+
+# A body's name, the header, place and orientation.
+_Found = tuple[str, Any, Any, Any]
+
+
+def _of_body(body: str) -> Callable[[Any], Iterator[_Found]]:
+    def found_in(message: Any) -> Iterator[_Found]:
+        # An Odometry's pose comes with a covariance.
+        pose = message.pose.pose if isinstance(message, Odometry) else message.pose
+        yield body, message.header, pose.position, pose.orientation
+
+    return found_in
+
+
+def _of_transforms(message: Any) -> Iterator[_Found]:
+    for each in message.transforms:
+        name = each.child_frame_id.strip("/")
+        yield name, each.header, each.transform.translation, each.transform.rotation
