@@ -93,7 +93,8 @@ print("pydrake" in sys.modules, make_world.__module__)
 from sightfield.tracking import LineOfSight
 print("pydrake" in sys.modules)
 # None stands for a package that cannot be imported.
-sys.modules |= dict.fromkeys(["digi", "serial", "nio", "motioncapture", "rosbags", "distributed"])
+extras = "digi serial nio motioncapture rosbags mcap cflib distributed"
+sys.modules |= dict.fromkeys(extras.split())
 from sightfield.all import *
 print(set(sightfield.all.__all__) <= set(dir()))
 """

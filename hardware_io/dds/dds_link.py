@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from ...systems.numerics.errors import require
-from ...systems.numerics.station.motion_checks import Chassis, wheel_ways
+from ...systems.numerics.station.motion_checks import Chassis
+from ..links.odometry_counts import OdometryCounts
 from ..links.reporting_link import Order, ReportingLink, What
 from ..links.robot_link import LinkError, RobotReport, RobotState
 from .messages import Header, Odometry, Time, Twist, TwistStamped, Vector3, planar
@@ -19,20 +20,17 @@ from .node import Node
 _LOOK = 0.1
 # A robot that moves more slowly stands [m/s], [rad/s].
 _STANDS = 0.01
-# Wheels do not go further between two reports; odometry that jumps was started anew [m].
-_FURTHEST = 0.5
 
 
 @dataclass
 class _Driven:
-    """What is known of a robot: its last order, its pose by odometry, ways of its wheels [m]."""
+    """What is known of a robot: counts of its way, its last order, and stamp of its odometry."""
 
     writer: Any
     reader: Any
+    counts: OdometryCounts
     last: What | None = None
     stamp: tuple[int, int] = (-1, 0)
-    pose: np.ndarray | None = None
-    ways: np.ndarray | None = None
 
 
 class DdsLink(ReportingLink):
@@ -90,6 +88,7 @@ class DdsLink(ReportingLink):
             self._driven[robot] = _Driven(
                 node.writer(f"{name}/{self._command}", kind),
                 node.reader(f"{name}/{self._odometry}", Odometry),
+                OdometryCounts(self._chassis),
             )
         self._closing.clear()
         self._thread = threading.Thread(target=self._listen, args=(node,), daemon=True)
@@ -144,19 +143,11 @@ class DdsLink(ReportingLink):
             self.heard_nothing_of_use()
             return
         driven.stamp = stamp
-        if driven.pose is None or driven.ways is None:
-            driven.ways = np.zeros(2)
-        else:
-            step = wheel_ways(self._chassis, driven.pose[np.newaxis], pose[np.newaxis])[0]
-            driven.ways = driven.ways + np.where(np.abs(step) < _FURTHEST, step, 0.0)
-        driven.pose = pose
-        left, right = np.rint(self._chassis.counts_per_metre * driven.ways).astype(int).tolist()
+        counts = driven.counts.after(pose)
         moves = max(abs(speed), abs(rate)) > _STANDS
         self.heard(
             robot,
-            RobotReport(
-                time=time.monotonic(), state=_state(driven.last, moves), counts=(left, right)
-            ),
+            RobotReport(time=time.monotonic(), state=_state(driven.last, moves), counts=counts),
         )
 
 

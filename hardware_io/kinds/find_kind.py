@@ -5,13 +5,14 @@ import sys
 from importlib import import_module
 
 from ...systems.numerics.errors import InvalidInput, require
+from .crtp import CRTP
 from .dds import DDS
 from .mavlink import MAVLINK
 from .robot_kind import RobotKind
 from .udp import UDP
 from .xbee import XBEE
 
-KINDS = {kind.name: kind for kind in (XBEE, UDP, MAVLINK, DDS)}
+KINDS = {kind.name: kind for kind in (XBEE, UDP, MAVLINK, DDS, CRTP)}
 
 
 def find_kind(name: str) -> RobotKind:

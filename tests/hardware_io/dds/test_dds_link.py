@@ -23,6 +23,7 @@ from sightfield.hardware_io.dds.messages import (
 from sightfield.hardware_io.dds.node import LOOPBACK, Node, open_domain
 from sightfield.hardware_io.kinds.dds import DDS
 from sightfield.hardware_io.kinds.robot_kind import RobotFleet, Surroundings
+from sightfield.hardware_io.links.odometry_counts import OdometryCounts
 from sightfield.hardware_io.links.reporting_link import Order, What
 from sightfield.hardware_io.links.robot_link import LinkError, RobotState
 from sightfield.systems.numerics.errors import InvalidInput
@@ -47,7 +48,7 @@ def link():
     """A link to robot 3 that was not connected, with a writer that keeps messages."""
     link = DdsLink([3], chassis=CHASSIS)
     link.kept = Writer()
-    link._driven[3] = _Driven(link.kept, None)
+    link._driven[3] = _Driven(link.kept, None, OdometryCounts(CHASSIS))
     return link
 
 
