@@ -25,7 +25,7 @@ unexport PYTHONPATH PYTHONHOME
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint format mutants bench peers docs links tutorials pictures tools venv lock clean
+.PHONY: help demo test lint format mutants bench peers interop docs links tutorials pictures tools venv lock clean
 
 help:  ## list the targets
 	@awk -F ':.*##  *' '/^[a-z]+:.*##/ { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -66,6 +66,11 @@ peers: $(VENV)/dev.stamp  ## install what benchmarks compare with, apart (needs 
 	build/peers/visilibity/bin/python -m pip install --quiet -r benchmarks/peers/visilibity.txt
 	$(BIN)/python -m venv build/peers/hj_reachability
 	build/peers/hj_reachability/bin/python -m pip install --quiet -r benchmarks/peers/hj_reachability.txt
+
+interop: $(VENV)/dev.stamp  ## install Debian's Cyclone DDS and Fast DDS, and exchange messages with them
+	@sh tests/interop/install.sh
+	@$(MAKE) --no-print-directory -C tests/interop
+	$(BIN)/python tests/interop/exchange.py
 
 docs: $(VENV)/dev.stamp  ## build the documentation into build/docs; warnings are errors
 	$(BIN)/python -m sphinx -q -W --keep-going -b html -d build/doctrees docs build/docs

@@ -30,7 +30,7 @@ from ...hardware_io.kinds.robot_kind import (
     Surroundings,
 )
 from ...hardware_io.links.radio_commander import RadioCommander
-from ...hardware_io.links.robot_link import OLDEST_POSES, RobotLink
+from ...hardware_io.links.robot_link import OLDEST_POSES, RobotLink, brisk_threads
 from ...hardware_io.mocap.emulated_poses import EmulatedPoses
 from ...hardware_io.mocap.faulty_poses import (
     FaultyPoses,
@@ -239,6 +239,8 @@ def open_devices(
         SightfieldError: A device is missing or does not answer.
     """
     with ExitStack() as stack:
+        # The diagram is busy; a report or a stop is not to wait for it.
+        stack.enter_context(brisk_threads())
         laboratory = None
         if emulate:
             laboratory, link = stack.enter_context(_emulated(scenario, game))
