@@ -194,8 +194,18 @@ def read_mcap_records(data: bytes) -> FoundRecords:
         InvalidInput: The extra is not installed.
     """
     require_mcap()
-    chunks = list(_chunks(data))
-    found = [record for chunk in chunks for record in _records_in(chunk)]
+    found: list[Record] = []
+    damaged, at, pictures = 0, len(MAGIC), 0
+    # One after the other: unpacked they are several times as large as the file.
+    for number, chunk in enumerate(_chunks(data)):
+        lost, at_end = _lost_within(data, at, chunk.start, header=number == 0)
+        # What a length that is wrong hides is one chunk.
+        damaged += max(lost, 0 if at_end else 1)
+        at = chunk.end
+        for record in _records_in(chunk, pictures):
+            if record.kind == ABOUT:
+                pictures = _number_of_pictures(record.body)
+            found.append(record)
     # A picture is written with the samples of its tick; MCAP's own times are whole nanoseconds.
     exact = {nanoseconds(each.time): each.time for each in found if each.kind == SAMPLES}
     found = [
@@ -204,12 +214,6 @@ def read_mcap_records(data: bytes) -> FoundRecords:
         else each
         for each in found
     ]
-    damaged, at = 0, len(MAGIC)
-    for number, chunk in enumerate(chunks):
-        lost, at_end = _lost_within(data, at, chunk.start, header=number == 0)
-        # What a length that is wrong hides is one chunk.
-        damaged += max(lost, 0 if at_end else 1)
-        at = chunk.end
     complete = data.endswith(MAGIC) or _footer_at(data, len(data) - _FOOTER_SIZE - len(MAGIC))
     if complete:
         lost, _ = _lost_within(data, at, len(data) - _FOOTER_SIZE - len(MAGIC))
@@ -259,8 +263,16 @@ def _chunk_at(data: bytes, start: int) -> _WholeChunk | None:
     return _WholeChunk(body, start, end) if whole else None
 
 
-def _records_in(chunk: _WholeChunk) -> Iterator[Record]:
-    """What a chunk holds of ours."""
+def _number_of_pictures(header: bytes) -> int:
+    """How many ports of pictures a log has, by what it says of itself; 0 if that is nonsense."""
+    try:
+        return len(json.loads(header)["pictures"])
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return 0
+
+
+def _records_in(chunk: _WholeChunk, pictures: int) -> Iterator[Record]:
+    """What a chunk holds of ours, with so many ports of pictures."""
     body, at = chunk.body, 0
     while at + _HEAD.size <= len(body):
         opcode, length = _HEAD.unpack_from(body, at)
@@ -275,7 +287,7 @@ def _records_in(chunk: _WholeChunk) -> Iterator[Record]:
             (time,) = struct.unpack_from("<d", message, 4)
             kind = SAMPLES if channel == _SAMPLES else MEMORY
             yield Record(kind, time, message[12:], chunk.start, chunk.end)
-        elif channel >= _FIRST_PICTURE:
+        elif _FIRST_PICTURE <= channel < _FIRST_PICTURE + pictures:
             number = (channel - _FIRST_PICTURE).to_bytes(2, "little")
             yield Record(PICTURE, stamp * 1e-9, number + _png(message), chunk.start, chunk.end)
 

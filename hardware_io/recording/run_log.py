@@ -76,9 +76,6 @@ def read_run_log(path: Path) -> RunLog:
     for each in found:
         if each.kind == PICTURE:
             number = int.from_bytes(each.body[:2], "little")
-            # MCAP holds what other tools see after its pictures.
-            if there is not None and number >= len(pictured):
-                continue
             require(number < len(pictured), "log", "have pictures of its own ports", path)
             pictures[pictured[number]].append((each.time, each.body[2:]))
     kept = [each for each in found if each.kind == MEMORY]
