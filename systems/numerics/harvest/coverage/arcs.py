@@ -11,7 +11,7 @@ from ..paths.machine_path import MachinePath
 from .cut_ground import GAP, CutGround
 from .driver import Driver, NoWay
 from .header_curves import cutting_radius
-from .loops import Loop, drive_edge, drive_on
+from .loops import Loop, drive_edge, room_beyond
 
 # What a split corner costs, to balance arcs [s].
 CORNER_TIME = 18.0
@@ -267,11 +267,7 @@ def _is_corner(loop: Loop, station: float) -> bool:
 
 def _room(driver: Driver, loop: Loop, station: float, side: int) -> float:
     """How far a straight may go on beyond a corner, before something forbidden."""
-    away = (loop.corners - station + loop.length / 2) % loop.length - loop.length / 2
-    asked = drive_on(float(loop.turns[np.argmin(np.abs(away))]), driver.combine)
-    tip = loop.pose(station, arriving=side > 0)
-    for way in np.arange(asked, 0.0, -1.0):
-        pose = tip + np.array([math.cos(tip[2]), math.sin(tip[2]), 0.0]) * (side * way)
-        if driver.ground.has_room(pose):
-            return float(way)
-    raise NoWay(f"no room at the corner at {np.round(tip[:2], 1)}")
+    room = room_beyond(loop, station, side, driver.combine, driver.ground.has_room)
+    if room is None:
+        raise NoWay(f"no room at the corner at {np.round(loop.pose(station)[:2], 1)}")
+    return room

@@ -10,8 +10,8 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from ..field.field import Field
-from ..machines.combine import Combine
 from .arcs import CORNER_TIME
+from .cut_ground import CutGround
 from .loops import Loop, lay_out_loops
 from .swaths import Swath, lay_out_swaths
 
@@ -50,18 +50,19 @@ class Candidate:
 
 
 def find_candidates(
-    field: Field, region: BaseGeometry, combine: Combine, *, inwards: bool = False
+    field: Field, region: BaseGeometry, ground: CutGround, *, inwards: bool = False
 ) -> list[Candidate]:
     """Candidates, those that take the least time first.
 
     Args:
         field: The field.
         region: What rounds are offsets of.
-        combine: The combine.
+        ground: Before anything is cut, for the combine.
         inwards: Rounds as far as they go, and swaths for nothing but what they leave; the most
             rounds first.
     """
-    every = list(itertools.islice(_all_rounds(region, combine), None if inwards else MOST_ROUNDS))
+    combine = ground.combine
+    every = list(itertools.islice(_all_rounds(region, ground), None if inwards else MOST_ROUNDS))
     directions = _directions(field)
     found = []
     for count in range(1, len(every) + 1):
@@ -83,10 +84,10 @@ def find_candidates(
     return sorted(found, key=lambda candidate: candidate.time)
 
 
-def _all_rounds(region: BaseGeometry, combine: Combine) -> Iterator[list[Loop]]:
+def _all_rounds(region: BaseGeometry, ground: CutGround) -> Iterator[list[Loop]]:
     """Loops of each round, until there is no room for a next one."""
     for number in itertools.count():
-        loops = lay_out_loops(region, combine, number)
+        loops = lay_out_loops(region, ground.combine, number, ground.has_room)
         if number > 0 and not loops:
             return
         yield loops

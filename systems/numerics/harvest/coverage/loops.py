@@ -1,6 +1,7 @@
 """Headland rounds and rings round holes: closed lines, split at convex corners."""
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -105,10 +106,11 @@ def crop_to_offset(field: Field, combine: Combine) -> BaseGeometry:
 
     Reflex corners of the boundary are rounded outside of the field, and holes are grown, so that
     no round is narrower than what the header cuts cleanly, as far as the margin has room for that.
+    No-go areas beside the field are grown like holes.
     """
     outline = _rounded_outside(field, combine)
-    holes = [_drivable_hole(hole, combine) for hole in field.obstacles]
-    return outline.difference(shapely.union_all(holes)) if holes else outline
+    closed = [_drivable_hole(area, combine) for area in (*field.obstacles, *field.no_go)]
+    return outline.difference(shapely.union_all(closed)) if closed else outline
 
 
 def _rounded_outside(field: Field, combine: Combine) -> BaseGeometry:
@@ -141,13 +143,22 @@ def _drivable_hole(hole: shapely.Polygon, combine: Combine) -> shapely.Polygon:
     return hole.buffer(widest, quad_segs=24)
 
 
-def lay_out_loops(region: BaseGeometry, combine: Combine, number: int) -> list[Loop]:
+def lay_out_loops(
+    region: BaseGeometry,
+    combine: Combine,
+    number: int,
+    has_room: Callable[[np.ndarray], bool],
+) -> list[Loop]:
     """The loops of one round, those along the boundary first, then those round holes.
+
+    Corners that combines cannot drive over and turn behind, beside a no-go area that touches the
+    field for instance, are driven round with the header down.
 
     Args:
         region: What rounds are offsets of.
         combine: The combine.
         number: Of the round, 0 along the edge.
+        has_room: Whether its outline at a pose, shape (3,), is on the ground, crop or not.
     """
     depth = (number + 0.5) * combine.header_width
     inner = region.buffer(-depth, quad_segs=24)
@@ -162,9 +173,63 @@ def lay_out_loops(region: BaseGeometry, combine: Combine, number: int) -> list[L
                 continue
             radius = cutting_radius(combine) if hole else SPARE * combine.turning_radius
             loop = _make_loop(shape, number, hole=hole, radius=radius)
+            closed = () if loop is None else _closed_corners(loop, combine, has_room)
+            if len(closed):
+                shape = _rounded(shape, closed, cutting_radius(combine))
+                loop = _make_loop(shape, number, hole=hole, radius=radius)
             if loop is not None:
                 loops.append(loop)
     return sorted(loops, key=lambda loop: loop.hole)
+
+
+def room_beyond(
+    loop: Loop,
+    station: float,
+    side: int,
+    combine: Combine,
+    has_room: Callable[[np.ndarray], bool],
+) -> float | None:
+    """How far a straight may go on beyond a corner, before something forbidden; None: nowhere [m].
+
+    Args:
+        loop: The loop.
+        station: Of the corner [m].
+        side: 1 for the edge that ends there, -1 for the one that begins.
+        combine: The combine.
+        has_room: See `lay_out_loops`.
+    """
+    away = (loop.corners - station + loop.length / 2) % loop.length - loop.length / 2
+    asked = drive_on(float(loop.turns[np.argmin(np.abs(away))]), combine)
+    tip = loop.pose(station, arriving=side > 0)
+    for way in np.arange(asked, 0.0, -1.0):
+        pose = tip + np.array([math.cos(tip[2]), math.sin(tip[2]), 0.0]) * (side * way)
+        if has_room(pose):
+            return float(way)
+    return None
+
+
+def _closed_corners(
+    loop: Loop, combine: Combine, has_room: Callable[[np.ndarray], bool]
+) -> list[shapely.Point]:
+    """Corners beyond which there is no room for one of their edges."""
+    return [
+        shapely.Point(loop.pose(station)[:2])
+        for station in loop.corners
+        if any(room_beyond(loop, station, side, combine, has_room) is None for side in (1, -1))
+    ]
+
+
+def _rounded(
+    shape: shapely.Polygon, corners: Sequence[shapely.Point], radius: float
+) -> shapely.Polygon:
+    """A polygon with some of its convex corners rounded."""
+    opened = shape.buffer(-radius, quad_segs=24).buffer(radius, quad_segs=24)
+    sharp = shapely.get_parts(shape.difference(opened))
+    kept = [part for part in sharp if all(part.distance(each) > 1.0 for each in corners)]
+    # What is put together again has seams of rounding.
+    rounded = shapely.union_all([opened, *kept]).buffer(TOLERANCE, join_style="mitre")
+    rounded = rounded.buffer(-TOLERANCE, join_style="mitre")
+    return max(shapely.get_parts(rounded), key=lambda part: part.area)
 
 
 def _make_loop(shape: shapely.Polygon, number: int, *, hole: bool, radius: float) -> Loop | None:

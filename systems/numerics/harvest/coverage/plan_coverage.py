@@ -155,8 +155,8 @@ def _sound_coverages(
 ) -> Iterator[CoveragePaths]:
     """Coverages that do what they should, one by one; what the others do is added to `faults`."""
     region = crop_to_offset(field, combine)
-    candidates = find_candidates(field, region, combine, inwards=pattern == "thesis")
     ground = CutGround.of(field, combine)
+    candidates = find_candidates(field, region, ground, inwards=pattern == "thesis")
     bare, footprint = Ground.of_field(field, gap=WITHIN), combine_footprint(combine)
     least = LEAST_COVERAGE_HOLES if len(field.obstacles) >= 3 else LEAST_COVERAGE
     for candidate in _spread(candidates):

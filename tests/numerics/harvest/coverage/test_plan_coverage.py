@@ -5,6 +5,7 @@ import pytest
 import shapely
 
 from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.geometry.world import world_from_polygon
 from sightfield.systems.numerics.harvest.coverage.loops import crop_to_offset
 from sightfield.systems.numerics.harvest.coverage.plan_coverage import plan_coverage
 from sightfield.systems.numerics.harvest.field.field import Field
@@ -61,6 +62,18 @@ def test_outlines_keep_to_the_ground_and_off_obstacles(planned):
         poses = path.pose_at(path.stations_every(1.0))
         for part in combine_outline(COMBINE):
             assert shapely.covers(ground, _placed(part, poses)).all()
+
+
+def test_a_no_go_area_on_a_corner_is_gone_round():
+    corner = shapely.box(162, 113, 185, 136)
+    left = shapely.box(0, 0, 180, 130).difference(corner)
+    field = Field(world_from_polygon(left), no_go=(corner,))
+    plan = plan_coverage(field, COMBINE, 1)
+    assert plan.coverage > 0.995
+    path = plan.paths[0]
+    poses = path.pose_at(path.stations_every(0.5))
+    for part in combine_outline(COMBINE):
+        assert shapely.distance(_placed(part, poses), corner).min() > 0.0
 
 
 def test_who_begins_beside_a_bulging_edge_keeps_to_the_margin(field_makers):
