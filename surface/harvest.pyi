@@ -14,6 +14,7 @@ from .diagrams.harvest.scenario import Disturbances as Disturbances
 from .diagrams.harvest.scenario import FieldSource as FieldSource
 from .diagrams.harvest.scenario import HarvestScenario as HarvestScenario
 from .diagrams.harvest.scenario import Trucks as Trucks
+from .diagrams.harvest.scenario import Yields as Yields
 from .diagrams.harvest.summary import summarise_harvest as summarise_harvest
 from .diagrams.harvest.timetable_picture import draw_timetable as draw_timetable
 from .diagrams.harvest.what_it_takes import WhatItTakes as WhatItTakes
@@ -29,6 +30,8 @@ from .systems.numerics.harvest.audit.audit import audit_harvest as audit_harvest
 from .systems.numerics.harvest.audit.faults import AuditFault as AuditFault
 from .systems.numerics.harvest.field.field import Field as Field
 from .systems.numerics.harvest.field.field_files import read_field as read_field
+from .systems.numerics.harvest.field.yield_files import read_yields as read_yields
+from .systems.numerics.harvest.field.yield_map import YieldMap as YieldMap
 from .systems.numerics.harvest.no_plan import NoPlan as NoPlan
 from .systems.numerics.harvest.plan.combine_plan import CombinePlan as CombinePlan
 from .systems.numerics.harvest.plan.combine_plan import plan_combines as plan_combines

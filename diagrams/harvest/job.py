@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -11,6 +11,7 @@ import numpy as np
 from ...systems.numerics.harvest.carts.windows import beside
 from ...systems.numerics.harvest.execution.planned_work import PlannedWork, work_of
 from ...systems.numerics.harvest.field.field import Field
+from ...systems.numerics.harvest.field.yield_map import YieldMap, mean_density
 from ...systems.numerics.harvest.plan.combine_plan import CombinePlan
 from ...systems.numerics.harvest.plan.harvest_plan import HarvestPlan, plan_harvest
 from ...systems.numerics.harvest.schedule.answer import ScheduleAnswer, answer_schedule
@@ -30,17 +31,25 @@ class HarvestJob:
         field: What is harvested.
         plan: Where every machine is at every time.
         answer: Whether the carts can serve the combines, by the closed forms.
+        grown: What grows in fact [kg/m^2]; None: what is planned with.
     """
 
     scenario: HarvestScenario
     field: Field
     plan: HarvestPlan
     answer: ScheduleAnswer
+    grown: float | YieldMap | None = None
 
     @cached_property
     def work(self) -> PlannedWork:
         """What drivers, combines and carts need of the plan."""
-        return work_of(self.plan)
+        work = work_of(self.plan, self.grown)
+        return replace(work, combine=self.scenario.combines, cart=self.scenario.carts)
+
+    @property
+    def crop(self) -> float | YieldMap:
+        """What grows in fact [kg/m^2]."""
+        return self.plan.supply.density if self.grown is None else self.grown
 
     @property
     def trucks(self) -> np.ndarray:
@@ -70,13 +79,17 @@ def prepare_harvest(
         NoPlan: None was found.
     """
     field = scenario.field.load(folder)
+    density = scenario.yields.load(field, scenario.density, folder)
+    grown = None
+    if scenario.grown is not None:
+        grown = scenario.grown.load(field, density, folder)
     plan = plan_harvest(
         field,
-        scenario.combines,
-        scenario.carts,
+        scenario.planned_combine,
+        scenario.planned_cart,
         combines=scenario.combines.count,
         carts=scenario.carts.count,
-        density=scenario.density,
+        density=density,
         truck_rate=scenario.carts.truck_rate,
         trucks=scenario.trucks.fleet(scenario.carts.count),
         strategy=scenario.strategy,
@@ -87,7 +100,7 @@ def prepare_harvest(
         progress=progress,
     )
     progress("schedule", 1.0)
-    return HarvestJob(scenario, field, plan, _schedule(scenario, field, plan))
+    return HarvestJob(scenario, field, plan, _schedule(scenario, field, plan), grown)
 
 
 def travel_times(team: CombinePlan, cart_speed: float, radius: float) -> np.ndarray:
@@ -130,7 +143,7 @@ def _schedule(scenario: HarvestScenario, field: Field, plan: HarvestPlan) -> Sch
         times = scenario.travel_time * np.abs(numbers[:, None] - numbers)
     fleet = Fleet(
         capacities=(team.capacity,) * count,
-        fill_rates=(team.fill_rate(scenario.density),) * count,
+        fill_rates=(team.fill_rate(mean_density(plan.supply.density, field.polygon)),) * count,
         unload_rates=(team.unload_rate,) * count,
         travel_times=tuple(tuple(float(t) for t in row) for row in times),
     )

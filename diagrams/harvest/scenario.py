@@ -21,6 +21,8 @@ from ...systems.numerics.harvest.execution.disturbance import Disturbance
 from ...systems.numerics.harvest.field.field import MARGIN, Field
 from ...systems.numerics.harvest.field.field_files import read_field
 from ...systems.numerics.harvest.field.place import Place
+from ...systems.numerics.harvest.field.yield_files import read_yields
+from ...systems.numerics.harvest.field.yield_map import YieldMap, mean_density
 from ...systems.numerics.harvest.machines.cart import Cart
 from ...systems.numerics.harvest.machines.combine import Combine
 from ...systems.numerics.harvest.machines.trucks import TruckFleet
@@ -125,6 +127,52 @@ def _points(points: tuple[tuple[float, float], ...]) -> np.ndarray:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Yields:
+    """What grows where.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+    # GeoJSON with a yield for each polygon or an ESRI ASCII grid, in coordinates as the field's;
+    # relative to the scenario's folder; empty: as dense everywhere.
+    file: str = ""
+    # Name of the polygons' property.
+    property: str = "yield"
+    # Of the file's numbers.
+    unit: str = "t/ha"
+    # All of it is multiplied by this.
+    factor: float = 1.0
+
+    def __post_init__(self) -> None:
+        require_positive("factor", self.factor)
+        require_finite("factor", self.factor)
+
+    def load(
+        self, field: Field, density: float | YieldMap, folder: Path = Path()
+    ) -> float | YieldMap:
+        """Read what grows where [kg/m^2].
+
+        Args:
+            field: Where.
+            density: What grows where the file says nothing [kg/m^2]; its mean, where it is a map.
+            folder: Where the file is looked for.
+
+        Raises:
+            InvalidInput: The file cannot be read, or holds no yields of the field.
+        """
+        if self.file:
+            mean = mean_density(density, field.polygon)
+            path = folder / self.file
+            density = read_yields(path, field, mean, key=self.property, unit=self.unit)
+        if isinstance(density, YieldMap):
+            return replace(density, values=self.factor * density.values)
+        return self.factor * density
+
+
+@dataclass(frozen=True, kw_only=True)
 class Combines(Combine):
     """The team that cuts.
 
@@ -224,6 +272,12 @@ class HarvestScenario:
     field: FieldSource
     # Grain on the field [kg/m^2].
     density: KilogramsPerSquareMetre = 0.8
+    # Where more of it grows, where less.
+    yields: Yields = dataclasses.field(default_factory=Yields)
+    # What grows in fact, of which the plan knows nothing; null: what is planned with.
+    grown: Yields | None = None
+    # Part of each tank and cart that the plan leaves free, for more grain than it knows of.
+    reserve: float = 0.0
     # Who cuts.
     combines: Combines = dataclasses.field(default_factory=Combines)
     # Who carries.
@@ -252,6 +306,7 @@ class HarvestScenario:
 
     def __post_init__(self) -> None:
         require_positive("density", self.density)
+        require(0 <= self.reserve <= 0.9, "reserve", "lie from 0 to 0.9", self.reserve)
         require_one_of("strategy", self.strategy, STRATEGIES)
         require_one_of("pattern", self.pattern, PATTERNS)
         require(0 < self.threshold <= 1, "threshold", "lie above 0 and up to 1", self.threshold)
@@ -266,3 +321,14 @@ class HarvestScenario:
         require(self.period <= 0.5, "period", "be at most 0.5 s", self.period)
         require_positive("hours", self.hours)
         require_non_negative("seed", self.seed)
+
+    @property
+    def planned_combine(self) -> Combines:
+        """A combine as plans have it, with less room in its tank than there is."""
+        capacity = (1.0 - self.reserve) * self.combines.capacity
+        return replace(self.combines, capacity=capacity)
+
+    @property
+    def planned_cart(self) -> Carts:
+        """A cart likewise."""
+        return replace(self.carts, capacity=(1.0 - self.reserve) * self.carts.capacity)

@@ -7,6 +7,7 @@ import numpy as np
 from ...systems.numerics.harvest.audit.audit import audit_harvest
 from ...systems.numerics.harvest.audit.harvest_log import ARRAYS, HarvestLog, site_of
 from ...systems.numerics.harvest.carts.cart_motion import trailer_poses
+from ...systems.numerics.harvest.field.yield_map import YieldMap
 from ...systems.numerics.harvest.machines.filling import DONE, FULL, LOST, OVERFLOW_TIME
 from ...systems.numerics.harvest.machines.outlines import cart_outline, combine_outline
 from .run import HarvestRun
@@ -48,17 +49,17 @@ def summarise_harvest(run: HarvestRun, scenario: str) -> dict[str, object]:
         scenario, strategy, pattern, combines, carts, field_area [m^2], coverage (part of the crop
         that was cut), finished (whether all was cut that the plan cuts, and all grain delivered),
         stopped (why not), audit_faults (how many), makespan (until the last grain was delivered)
-        [s], makespan_over_bound (the combines' time over that of headers that are always full, at
-        top speed), path_over_bound (the same of their way), waiting (part of the combines' time
-        that they stand for others), combine_wait_time, combine_stop_time (standing for a cart, all
-        combines together) [s], min_combine_to_combine, min_cart_to_combine, min_cart_to_cart,
-        min_to_obstacle [m], crop_under_bodies [m^2], feasible (whether the closed forms say that
-        the carts suffice), unloads, unloads_missed (for which a combine had to stop), trips,
-        grain_harvested, grain_delivered, grain_in_carts, grain_in_tanks, grain_lost, grain_error
-        (what is harvested beyond the sum of these) [kg], overflow_time (of all combines, spilling)
-        [s], cart_idle_fraction (neither driving nor taking or giving grain), load_deviation (mean
-        difference between tanks as simulated and as planned, in tanks), latest (how late a machine
-        was at most), wall_time [s].
+        and makespan_planned [s], makespan_over_bound (the combines' time over that of headers that
+        are always full, at top speed), path_over_bound (the same of their way), waiting (part of
+        the combines' time that they stand for others), combine_wait_time, combine_stop_time
+        (standing for a cart, all combines together) [s], min_combine_to_combine,
+        min_cart_to_combine, min_cart_to_cart, min_to_obstacle [m], crop_under_bodies [m^2],
+        feasible (whether the closed forms say that the carts suffice), unloads, unloads_missed (for
+        which a combine had to stop), trips, grain_harvested, grain_delivered, grain_in_carts,
+        grain_in_tanks, grain_lost, grain_error (what is harvested beyond the sum of these) [kg],
+        overflow_time (of all combines, spilling) [s], cart_idle_fraction (neither driving nor
+        taking or giving grain), load_deviation (mean difference between tanks as simulated and as
+        planned, in tanks), latest (how late a machine was at most), wall_time [s].
     """
     job, scenario_ = run.job, run.job.scenario
     team, coverage = scenario_.combines, run.job.plan.combines.coverage
@@ -87,6 +88,7 @@ def summarise_harvest(run: HarvestRun, scenario: str) -> dict[str, object]:
         "stopped": run.stopped,
         "audit_faults": len(audit.faults),
         "makespan": run.makespan,
+        "makespan_planned": job.work.end,
         "makespan_over_bound": ended / (full / team.speed),
         "path_over_bound": coverage.length / team.count / full,
         "waiting": waits / (ended * team.count) if ended > 0 else 0.0,
@@ -205,5 +207,13 @@ def machines(run: HarvestRun) -> dict[str, object]:
         "carts": [trailer] * cart.count,
         "parts": [part],
         "margin": field.margin,
-        "density": scenario.density,
+        **_crop(run.job.crop),
     }
+
+
+def _crop(crop: float | YieldMap) -> dict[str, object]:
+    """What grows, as an audit reads it."""
+    if not isinstance(crop, YieldMap):
+        return {"density": crop}
+    values = np.round(crop.values, 5).tolist()
+    return {"yields": {"corner": crop.corner.tolist(), "side": crop.side, "values": values}}

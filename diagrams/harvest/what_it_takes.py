@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...systems.numerics.harvest.field.field import Field
+from ...systems.numerics.harvest.field.yield_map import mean_density
 from ...systems.numerics.harvest.fleets.figures import FleetFigures, figures_of_plan
 from ...systems.numerics.harvest.fleets.fleet_table import FleetTable, fleet_table
 from ...systems.numerics.harvest.fleets.fuel import FuelModel
@@ -23,12 +24,14 @@ class WhatItTakes:
     Attributes:
         scenario: What was asked for.
         field: What is harvested.
+        density: Of its crop, on the mean [kg/m^2].
         figures: Of the whole plan of the scenario's fleet.
         table: Of fleets side by side; None if it was not asked for.
     """
 
     scenario: HarvestScenario
     field: Field
+    density: float
     figures: FleetFigures
     table: FleetTable | None
 
@@ -52,15 +55,16 @@ def find_what_it_takes(
         NoPlan: There is no plan for the fleet that is asked for.
     """
     field = scenario.field.load(folder)
+    density = scenario.yields.load(field, scenario.density, folder)
     carts, fuel = scenario.carts, FuelModel()
     trucks = scenario.trucks.fleet(carts.count)
     plan = plan_harvest(
         field,
-        scenario.combines,
-        carts,
+        scenario.planned_combine,
+        scenario.planned_cart,
         combines=scenario.combines.count,
         carts=carts.count,
-        density=scenario.density,
+        density=density,
         truck_rate=carts.truck_rate,
         trucks=trucks,
         strategy=scenario.strategy,
@@ -74,10 +78,10 @@ def find_what_it_takes(
     if most is not None:
         table = fleet_table(
             field,
-            scenario.combines,
-            carts,
+            scenario.planned_combine,
+            scenario.planned_cart,
             trucks,
-            density=scenario.density,
+            density=density,
             truck_rate=carts.truck_rate,
             threshold=scenario.threshold,
             pattern=scenario.pattern,
@@ -87,7 +91,7 @@ def find_what_it_takes(
             planned={scenario.combines.count: plan.combines},
             progress=progress,
         )
-    return WhatItTakes(scenario, field, figures, table)
+    return WhatItTakes(scenario, field, mean_density(density, field.polygon), figures, table)
 
 
 def as_object(answer: WhatItTakes, name: str) -> dict[str, object]:
@@ -100,7 +104,7 @@ def as_object(answer: WhatItTakes, name: str) -> dict[str, object]:
     found: dict[str, object] = {
         "scenario": name,
         "field_area": answer.field.area,
-        "density": answer.scenario.density,
+        "density": answer.density,
         "plan": _row(answer.figures),
     }
     table = answer.table

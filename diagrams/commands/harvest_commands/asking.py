@@ -22,6 +22,10 @@ CoordinatesOption = Annotated[
 PartOption = Annotated[
     int | None, typer.Option(help="Of a file with several parts: which one, from 1.")
 ]
+YieldsOption = Annotated[
+    Path | None,
+    typer.Option(help="What grows where: GeoJSON or an ESRI ASCII grid [t/ha]."),
+]
 CombinesOption = Annotated[int | None, typer.Option(help="Number of combines.")]
 SettingOption = Annotated[
     list[str] | None,
@@ -44,6 +48,7 @@ def asked_scenario(
     carts: int | None = None,
     strategy: str | None = None,
     density: str | None = None,
+    yields: Path | None = None,
 ) -> tuple[HarvestScenario, Path]:
     """A scenario as options change it, and the folder that files are looked for in.
 
@@ -54,6 +59,7 @@ def asked_scenario(
         combines, carts: How many.
         strategy: Of the visits.
         density: Of the crop, with a unit or in [kg/m^2].
+        yields: See `YieldsOption`.
 
     Raises:
         InvalidInput: A file or a key is not there, or a value is out of its range.
@@ -73,6 +79,8 @@ def asked_scenario(
         # Before what is set, so that a part or a no-go layer may be set for it.
         every.insert(0, "field.file=" + json.dumps(str(field)))
         folder = Path()
+    if yields is not None:
+        every.insert(0, "yields.file=" + json.dumps(str(yields.resolve())))
     if part is not None:
         every.append(f"field.part={part}")
     return load_scenario(HarvestScenario, path, every), folder

@@ -26,6 +26,7 @@ from .asking import (
     FieldOption,
     PartOption,
     SettingOption,
+    YieldsOption,
     asked_scenario,
 )
 
@@ -45,6 +46,7 @@ def plan(
     crop: Annotated[
         str | None, typer.Option("--yield", help='Grain on the field, as "8 t/ha" [kg/m^2].')
     ] = None,
+    yields: YieldsOption = None,
     combines: CombinesOption = None,
     carts: Annotated[int | None, typer.Option(help="Number of carts.")] = None,
     setting: SettingOption = None,
@@ -80,6 +82,7 @@ def plan(
         combines=combines,
         carts=carts,
         density=crop,
+        yields=yields,
     )
     name = Path(scenario).stem if field is None else f"{Path(scenario).stem} on {field.stem}"
     console = Console(stderr=as_json)
@@ -106,7 +109,7 @@ def plan(
                 # Matplotlib takes its time to import.
                 from ...harvest.fleet_picture import draw_fleets
 
-                title = f"{name}, {area_text(answer.field.area)}, {10 * asked.density:.3g} t/ha"
+                title = f"{name}, {area_text(answer.field.area)}, {10 * answer.density:.3g} t/ha"
                 picture = draw_fleets(answer.table, title, answer.field.area)
                 picture.savefig(written_to / "fleets.png", dpi=120)
     if as_json:

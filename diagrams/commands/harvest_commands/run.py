@@ -24,6 +24,7 @@ from .asking import (
     FieldOption,
     PartOption,
     SettingOption,
+    YieldsOption,
     asked_scenario,
 )
 from .audit import UNITS as AUDIT_UNITS
@@ -33,6 +34,7 @@ from .audit import shown
 _UNITS = {
     **AUDIT_UNITS,
     "makespan": "s",
+    "makespan_planned": "s",
     "combine_wait_time": "s",
     "combine_stop_time": "s",
     "grain_in_carts": "kg",
@@ -53,6 +55,7 @@ def run(
     field: FieldOption = None,
     coordinates: CoordinatesOption = None,
     part: PartOption = None,
+    yields: YieldsOption = None,
     combines: CombinesOption = None,
     strategy: Annotated[str | None, typer.Option(help="sequential or on-demand.")] = None,
     setting: SettingOption = None,
@@ -81,7 +84,14 @@ def run(
 
     require_non_negative("--realtime", realtime)
     asked, folder = asked_scenario(
-        scenario, setting or [], field, coordinates, part, combines=combines, strategy=strategy
+        scenario,
+        setting or [],
+        field,
+        coordinates,
+        part,
+        combines=combines,
+        strategy=strategy,
+        yields=yields,
     )
     attended = sys.stdout.isatty() and sys.stdin.isatty() and not as_json
     live = attended if meshcat is None else meshcat

@@ -7,6 +7,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from ....systems.drake_types import read
+from ....systems.numerics.harvest.field.yield_map import mean_density
 from ....systems.numerics.harvest.machines.filling import COLUMNS, CUT, LOST
 from ...tracking.scene.layout import make_layout, set_camera
 from ...visuals.stage import Stage
@@ -96,7 +97,7 @@ class HarvestScene(LeafSystem):
             ("late", n + k),
         )
         self._ports = {name: self.DeclareVectorInputPort(name, size) for name, size in sizes}
-        self._grain = job.scenario.density * job.field.area
+        self._grain = mean_density(job.crop, job.field.polygon) * job.field.area
         capacity = job.scenario.carts.capacity
         self._capacity = capacity if math.isfinite(capacity) else self._grain / k
         self._begins = _begins(job)

@@ -50,12 +50,14 @@ class CropRecord:
         crushed: Area that stood when a body first covered it, by machine and by the time between
             two samples, each shape (T - 1,) [m^2].
         side: Of the squares [m].
+        grain: On the area cut by each sample, where the site tells what grows; shape (T,) [kg].
     """
 
     area: float
     cut: np.ndarray
     crushed: dict[str, np.ndarray]
     side: float
+    grain: np.ndarray | None = None
 
 
 def crop_record(log: HarvestLog, site: Site, crop: BaseGeometry) -> CropRecord:
@@ -106,9 +108,16 @@ def crop_record(log: HarvestLog, site: Site, crop: BaseGeometry) -> CropRecord:
         tractor, trailer = frames(log.tractor_pose[:, k]), frames(log.trailer_pose[:, k])
         drive(f"cart {k}", machine.front, tractor, _reach(machine.front))
         drive(f"cart {k}", machine.rear, trailer, _reach(machine.rear))
-    times = np.sort(cut_at[np.isfinite(cut_at)])
-    cut = square * np.searchsorted(times, log.time, side="right")
-    return CropRecord(area, cut, {name: square * each for name, each in crushed.items()}, side)
+    row, column = np.nonzero(np.isfinite(cut_at))
+    order = np.argsort(cut_at[row, column])
+    count = np.searchsorted(cut_at[row, column][order], log.time, side="right")
+    grain = None
+    if site.yields is not None:
+        places = _turned(low + side * np.column_stack([column + 0.5, row + 0.5]), -back)
+        comes = square * site.yields.at(places)[order]
+        grain = np.append(0.0, np.cumsum(comes))[count]
+    squares = {name: square * each for name, each in crushed.items()}
+    return CropRecord(area, square * count, squares, side, grain)
 
 
 def _turned(points: np.ndarray, angle: float) -> np.ndarray:

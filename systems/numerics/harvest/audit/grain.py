@@ -22,7 +22,7 @@ def grain_faults(
 
     Nothing may be below zero or above what a machine holds, what is delivered and all grain
     together never decrease, and all grain increases only while a header is down, as the area that
-    is cut by its density: that which is stated, or else the mean of the log.
+    is cut by what grows there: that which is stated, or else the mean of the log.
 
     Returns:
         Figures by name and faults.
@@ -54,7 +54,11 @@ def grain_faults(
     area = float(crop.cut[-1])
     stated = not math.isnan(site.density)
     density = site.density if stated else harvested / area if area > 0 else 0.0
-    off = np.abs(grain - grain[0] - density * crop.cut)
+    comes_of_crop = density * crop.cut
+    if crop.grain is not None:
+        comes_of_crop = crop.grain
+        density = float(crop.grain[-1]) / area if area > 0 else 0.0
+    off = np.abs(grain - grain[0] - comes_of_crop)
     most = max(PART * abs(harvested), AREA * density) + EXACT
     look("grain differs from the area cut", (), np.maximum(off[:-1], off[1:]), most)
     return {

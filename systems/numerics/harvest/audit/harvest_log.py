@@ -97,6 +97,26 @@ class Part(NamedTuple):
     no_go: tuple[shapely.Polygon, ...] = ()
 
 
+class SiteYields(NamedTuple):
+    """Grain in square cells; beyond them counts the nearest.
+
+    Attributes:
+        corner: x, y of the corner of the first cell, shape (2,) [m].
+        side: Of a cell [m].
+        values: Rows from south to north, shape (rows, columns) [kg/m^2].
+    """
+
+    corner: np.ndarray
+    side: float
+    values: np.ndarray
+
+    def at(self, places: np.ndarray) -> np.ndarray:
+        """Grain at places, shape (n, 2) [m] -> (n,) [kg/m^2]."""
+        last = np.array(self.values.shape[::-1]) - 1
+        cells = np.clip((places - self.corner) // self.side, 0, last).astype(int)
+        return self.values[cells[:, 1], cells[:, 0]]
+
+
 @dataclass(frozen=True, eq=False)
 class Site:
     """The machines and the ground that they work on.
@@ -107,6 +127,7 @@ class Site:
         parts: Of the field.
         margin: How far outside of the boundaries machines may drive [m].
         density: Of the grain, NaN where it is not said [kg/m^2].
+        yields: The same place by place, which counts before it.
     """
 
     combines: tuple[Machine, ...]
@@ -114,6 +135,7 @@ class Site:
     parts: tuple[Part, ...]
     margin: float
     density: float = math.nan
+    yields: SiteYields | None = None
 
 
 def read_harvest(folder: str | Path) -> tuple[HarvestLog, Site]:
@@ -201,7 +223,31 @@ def site_of(about: Any) -> Site:
         tuple(_part(part, f"parts[{i}]") for i, part in enumerate(parts)),
         _number(about, "margin", "", None),
         density,
+        _yields(about.get("yields")),
     )
+
+
+def _yields(about: Any) -> SiteYields | None:
+    if about is None:
+        return None
+    require(isinstance(about, dict), "yields", "be an object", _shown(about))
+    corner, values = _numbers(about, "corner"), _numbers(about, "values")
+    require(corner.shape == (2,), "yields.corner", "be a point", _shown(about.get("corner")))
+    cells = values.ndim == 2 and values.size > 0 and bool((values >= 0).all())
+    require(cells, "yields.values", "be rows of numbers, zero or positive", values.shape)
+    side = _number(about, "side", "yields.", None)
+    require(side > 0, "yields.side", "be positive", side)
+    return SiteYields(corner, side, values)
+
+
+def _numbers(about: dict[str, Any], key: str) -> np.ndarray:
+    try:
+        numbers = np.array(about.get(key), dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        numbers = np.array(np.nan)
+    finite = bool(np.isfinite(numbers).all())
+    require(finite, f"yields.{key}", "be numbers", _shown(about.get(key)))
+    return numbers
 
 
 def _entries(about: dict[str, Any], name: str) -> list[dict[str, Any]]:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..field.yield_map import YieldMap
 from ..machines.trucks import Filling, TruckFleet
 from ..paths.timed_path import TimedPath
 from .cart_motion import CartMotion
@@ -22,7 +23,7 @@ class Supply:
         truck_fleet: What takes the grain there; a truck comes to the cart.
     """
 
-    density: float
+    density: float | YieldMap
     trucks: np.ndarray
     truck_rate: float = 300.0
     truck_fleet: TruckFleet = TruckFleet()  # noqa: RUF009  # It is frozen.

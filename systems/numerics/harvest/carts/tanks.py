@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...compiled import kernel
+from ..field.yield_map import YieldMap, grain_on_cells
 from ..machines.combine import Combine
 from .cut_times import CELL, CutTimes
 
@@ -93,7 +94,7 @@ class Tank:
 
 
 def make_tanks(
-    combine: Combine, cut: CutTimes, density: float, ends: Sequence[float]
+    combine: Combine, cut: CutTimes, density: float | YieldMap, ends: Sequence[float]
 ) -> list[Tank]:
     """One for each combine.
 
@@ -105,19 +106,19 @@ def make_tanks(
     """
     end = max(ends, default=0.0)
     times = np.arange(0.0, end + 2 * TICK, TICK)
-    cells = np.zeros((len(ends), len(times)))
-    _count_cells(cut.times, cut.cutter, cells)
-    grain = density * CELL**2 * np.cumsum(cells, axis=1)
-    return [Tank(combine, times, each) for each in grain]
+    comes = np.zeros((len(ends), len(times)))
+    there = grain_on_cells(density, cut.corner, CELL, cut.times.shape)
+    _add_cells(cut.times, cut.cutter, there, comes)
+    return [Tank(combine, times, each) for each in np.cumsum(comes, axis=1)]
 
 
 @kernel
-def _count_cells(times, cutter, cells):
-    """Add the cells that each combine cuts between two moments to the later one."""
+def _add_cells(times, cutter, there, comes):
+    """Add the grain of cells that each combine cuts between two moments to the later one."""
     rows, columns = times.shape
     for row in range(rows):
         for column in range(columns):
             if cutter[row, column] >= 0:
                 k = math.ceil(times[row, column] / TICK)
-                if k < cells.shape[1]:
-                    cells[cutter[row, column], k] += 1.0
+                if k < comes.shape[1]:
+                    comes[cutter[row, column], k] += there[row, column]

@@ -74,7 +74,7 @@ class Outlook(NamedTuple):
 
     Attributes:
         combine: One of the equal combines.
-        density: Of the crop [kg/m^2].
+        density: Of the crop, on the mean [kg/m^2].
         tanks: Of all combines.
         beginnings: Of visits.
         carts: That may be sent.

@@ -17,6 +17,7 @@ import numpy as np
 
 from ...errors import require
 from ..field.field import Field
+from ..field.yield_map import mean_density
 from ..machines.cart import Cart
 from ..machines.combine import Combine
 from ..machines.trucks import TruckPool
@@ -133,6 +134,7 @@ class _Service:
         progress: Callable[[float], None],
     ) -> None:
         self.field, self.supply, self.retime = field, supply, retime
+        self.density = mean_density(supply.density, field.polygon)
         self.strategy, self.threshold, self.progress = strategy, threshold, progress
         self.world, self.combine, self.cart = world, world.combine, world.cart
         self.jobs: list[list[Job]] = [[] for _ in supply.trucks]
@@ -259,7 +261,7 @@ class _Service:
                 free.append(FreeCart(cart, node, stands.since, room, serves, self.turns[cart]))
         outlook = Outlook(
             self.combine,
-            self.supply.density,
+            self.density,
             self.tanks,
             self.world.beginnings,
             free,

@@ -29,7 +29,7 @@ from ..paths.timed_path import TimedPath
 from ..timing.conflicts import GAP, RUN, cells_are_near
 from ..timing.sweep import Sweep
 from .last_below import last_below
-from .planned_work import PlannedWork
+from .planned_work import PlannedWork, grain_stations
 
 # Nobody is farther ahead of anybody else in the plan [s]; it bounds what is looked at, too.
 AHEAD = 1800.0
@@ -136,9 +136,24 @@ def find_ties(work: PlannedWork) -> Ties:
         else:
             rows["ends"][t] = rows["begins"][t]
         total[visit.combine] += visit.taken
-        given[t] = total[visit.combine]
+        given[t] = total[visit.combine] * _more(work, visit.combine, rows["ends"][t, 0])
         last[t] = all(other.combine != visit.combine for other in visits[t + 1 :])
     return Ties(machines, **rows, given=given, last=last)
+
+
+def _more(work: PlannedWork, combine: int, station: float) -> float:
+    """What a combine has cut by a station, over what it is to have cut; a visit leaves that part.
+
+    Args:
+        work: The plan, and what grows in fact.
+        combine: Its number.
+        station: [m].
+    """
+    if work.grown is None:
+        return 1.0
+    at = grain_stations(work.plans[combine].path)
+    planned = float(np.interp(station, at, work.planned_grain[combine]))
+    return float(np.interp(station, at, work.grain[combine])) / planned if planned > 0 else 1.0
 
 
 def entering_times(timed: TimedPath, sweep: Sweep) -> np.ndarray:

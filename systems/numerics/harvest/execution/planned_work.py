@@ -11,6 +11,7 @@ from ..carts.cart_plan import CartVisit, Supply, Trip
 from ..carts.cut_times import CELL, CutTimes, cut_times
 from ..coverage.precedence import CropPrecedence
 from ..field.field import Field
+from ..field.yield_map import YieldMap, grain_on_cells
 from ..machines.cart import Cart
 from ..machines.combine import Combine
 from ..machines.outlines import cart_outline, combine_outline
@@ -35,6 +36,7 @@ class PlannedWork:
         motions: When each cart is where.
         visits, trips: Of the carts.
         precedence: Crop that combines cut for one another; None where it is not told.
+        grown: What grows in fact [kg/m^2]; None: what was planned with.
     """
 
     field: Field
@@ -46,6 +48,7 @@ class PlannedWork:
     visits: Sequence[CartVisit] = ()
     trips: Sequence[Trip] = ()
     precedence: CropPrecedence | None = None
+    grown: float | YieldMap | None = None
 
     @property
     def timed(self) -> list[TimedPath]:
@@ -59,11 +62,11 @@ class PlannedWork:
         return max([*ends, *(trip.end for trip in self.trips)])
 
     def tanks_at(self, times: np.ndarray) -> np.ndarray:
-        """What is in every tank at times, shape (t,) [s] -> (t, N) [kg]."""
+        """What is to be in every tank at times, shape (t,) [s] -> (t, N) [kg]."""
         tanks = np.empty((len(times), len(self.plans)))
         for n, plan in enumerate(self.plans):
             tanks[:, n] = np.interp(
-                plan.station_at(times), grain_stations(plan.path), self.grain[n]
+                plan.station_at(times), grain_stations(plan.path), self.planned_grain[n]
             )
         for visit in self.visits:
             tanks[:, visit.combine] -= visit.taken * _share(visit.begin, visit.end, times)
@@ -102,13 +105,24 @@ class PlannedWork:
 
         Between them it comes in evenly, and only where the header is down all the way.
         """
+        return self.planned_grain if self.grown is None else self._grain_of(self.grown)
+
+    @cached_property
+    def planned_grain(self) -> list[np.ndarray]:
+        """The same, if what was planned with grows; N of (n,) [kg]."""
+        return self._grain_of(self.supply.density)
+
+    def _grain_of(self, density: float | YieldMap) -> list[np.ndarray]:
+        there = grain_on_cells(density, self.cut.corner, CELL, self.cut.times.shape)
         found = []
         for n, plan in enumerate(self.plans):
             edges = grain_stations(plan.path)
-            own = np.sort(_in_whole_pieces(plan.path, self.cutting_stations[self.cut.cutter == n]))
-            count = np.searchsorted(own, edges, side="right")
+            mine = self.cut.cutter == n
+            own = _in_whole_pieces(plan.path, self.cutting_stations[mine])
+            order = np.argsort(own)
+            count = np.searchsorted(own[order], edges, side="right")
             count[-1] = len(own)
-            found.append(self.supply.density * CELL**2 * count)
+            found.append(np.append(0.0, np.cumsum(there[mine][order]))[count])
         return found
 
     @cached_property
@@ -145,8 +159,13 @@ class PlannedWork:
         return np.array([[*motion.timed.path.poses[0], motion.beta] for motion in self.motions])
 
 
-def work_of(plan: HarvestPlan) -> PlannedWork:
-    """What drivers need of a plan."""
+def work_of(plan: HarvestPlan, grown: float | YieldMap | None = None) -> PlannedWork:
+    """What drivers need of a plan.
+
+    Args:
+        plan: The plan.
+        grown: What grows in fact [kg/m^2]; None: what was planned with.
+    """
     return PlannedWork(
         field=plan.combines.field,
         combine=plan.combines.combine,
@@ -157,6 +176,7 @@ def work_of(plan: HarvestPlan) -> PlannedWork:
         visits=plan.service.visits,
         trips=plan.service.trips,
         precedence=plan.combines.coverage.precedence,
+        grown=grown,
     )
 
 

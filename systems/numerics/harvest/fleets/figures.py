@@ -7,6 +7,7 @@ import numpy as np
 
 from ..carts.stops import Stop
 from ..execution.planned_work import work_of
+from ..field.yield_map import YieldMap, mean_density
 from ..machines.cart import Cart
 from ..machines.combine import Combine
 from ..machines.trucks import TruckFleet
@@ -92,7 +93,7 @@ def figures_of_plan(plan: HarvestPlan, trucks: TruckFleet, fuel: FuelModel) -> F
     engine = np.maximum(ends, last)
     still = np.array([sum(each) for each in stands]) + engine - ends
     way = sum(timed.path.length for timed in service.plans)
-    grain = plan.supply.density * team.coverage.covered_area
+    grain = mean_density(plan.supply.density, team.field.polygon) * team.coverage.covered_area
     work = work_of(plan)
     cart_engine, cart_moves, hauled, cart_way = 0.0, 0.0, 0.0, 0.0
     for k, motion in enumerate(service.motions):
@@ -143,7 +144,7 @@ def figures_of_model(
     cart: Cart,
     rounds: CartRounds,
     trucks: TruckFleet,
-    density: float,
+    density: float | YieldMap,
     fuel: FuelModel,
 ) -> FleetFigures:
     """What a fleet takes whose combines are planned, and whose carts are those of the model.
@@ -175,7 +176,7 @@ def figures_of_model(
         combine_fuel=_combine_fuel(
             combine,
             team.coverage.length,
-            density * team.coverage.covered_area,
+            mean_density(density, team.field.polygon) * team.coverage.covered_area,
             engine - waits - stops,
             waits + stops,
             fuel,

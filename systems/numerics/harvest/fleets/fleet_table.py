@@ -7,6 +7,7 @@ import numpy as np
 
 from ...errors import InvalidInput, require
 from ..field.field import Field
+from ..field.yield_map import YieldMap
 from ..machines.cart import Cart
 from ..machines.combine import Combine
 from ..machines.trucks import TruckFleet
@@ -49,7 +50,7 @@ def fleet_table(
     cart: Cart,
     trucks: TruckFleet,
     *,
-    density: float,
+    density: float | YieldMap,
     truck_rate: float,
     threshold: float = 0.5,
     pattern: str = "lands",

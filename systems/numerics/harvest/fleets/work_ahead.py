@@ -6,6 +6,7 @@ import numpy as np
 
 from ..carts.cut_times import cut_times
 from ..carts.tanks import TICK, make_tanks
+from ..field.yield_map import YieldMap
 from ..plan.combine_plan import CombinePlan
 
 # Straight work that is shorter leaves no time beside a combine [m].
@@ -30,7 +31,7 @@ class WorkAhead:
     end: float
 
 
-def work_ahead(team: CombinePlan, density: float) -> list[WorkAhead]:
+def work_ahead(team: CombinePlan, density: float | YieldMap) -> list[WorkAhead]:
     """The work of all combines of a plan.
 
     Args:

@@ -13,6 +13,7 @@ from ..carts.cart_plan import CartPlan, Failure, Supply
 from ..carts.stops import Stop, ended
 from ..carts.visits import serve_combines
 from ..field.field import Field
+from ..field.yield_map import YieldMap
 from ..machines.cart import Cart
 from ..machines.combine import Combine
 from ..machines.outlines import combine_outline
@@ -69,7 +70,7 @@ def plan_harvest(
     *,
     combines: int,
     carts: int,
-    density: float,
+    density: float | YieldMap,
     truck_rate: float = 300.0,
     trucks: TruckFleet | None = None,
     strategy: str = "sequential",

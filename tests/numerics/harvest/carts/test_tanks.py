@@ -6,6 +6,7 @@ import pytest
 from sightfield.systems.numerics.harvest.carts.cut_times import cut_times
 from sightfield.systems.numerics.harvest.carts.stops import Stop, with_stop
 from sightfield.systems.numerics.harvest.carts.tanks import make_tanks
+from sightfield.systems.numerics.harvest.field.yield_map import YieldMap
 
 
 def test_grain_is_in_the_tank_the_cart_or_still_standing(hand_made):
@@ -34,6 +35,19 @@ def test_grain_is_in_the_tank_the_cart_or_still_standing(hand_made):
     late = tank.pour(1e5, np.inf, np.inf)
     tank.take(late)
     assert tank.left == pytest.approx(0.0)
+
+
+def test_tanks_fill_by_what_grows_where_they_are(hand_made):
+    made = hand_made(120.0, 90.0, 2)
+    cut = cut_times(made.field, made.combine, made.plans)
+    yields = YieldMap(np.array([10.0, -3.0]), 50.0, np.array([[0.3, 1.1], [0.7, 0.4]]))
+    tanks = make_tanks(made.combine, cut, yields, [plan.end for plan in made.plans])
+    rows, columns = np.nonzero(np.isfinite(cut.times))
+    places = cut.corner + 0.5 * (np.column_stack([columns, rows]) + 0.5)
+    east, north = places[:, 0] >= 60.0, places[:, 1] >= 47.0
+    there = np.select([~east & ~north, east & ~north, ~east & north], [0.3, 1.1, 0.7], 0.4)
+    for number, tank in enumerate(tanks):
+        assert tank.left == pytest.approx(there[cut.cutter[rows, columns] == number].sum() * 0.25)
 
 
 def test_an_earlier_visit_leaves_what_a_later_one_takes_that_is_settled(hand_made):

@@ -1,0 +1,56 @@
+"""Harvests by yield maps, as planned and as simulated; YIELD_FIELDS names files of fields."""
+
+import os
+
+import numpy as np
+import pytest
+
+from sightfield.harvest import (
+    Carts,
+    Combines,
+    FieldSource,
+    HarvestScenario,
+    Trucks,
+    Yields,
+    prepare_harvest,
+    read_field,
+    run_harvest,
+    summarise_harvest,
+)
+
+FILES = os.environ.get("YIELD_FIELDS", "").split()
+# Yields of each of so many squares are drawn from this range [t/ha].
+SQUARES, RANGE = 6, (4.0, 12.0)
+
+
+@pytest.mark.benchmarks
+@pytest.mark.parametrize("file", FILES or [""])
+def test_as_planned_and_as_simulated(file, tmp_path):
+    source = FieldSource(file=file) if file else FieldSource(width=300.0, height=200.0)
+    field = read_field(file) if file else source.load()
+    low, high = field.outline.bounds[:2], field.outline.bounds[2:]
+    side = max(high[0] - low[0], high[1] - low[1]) / SQUARES
+    # An ASCII grid has square cells in the coordinates of its field: metres here.
+    drawn = np.random.default_rng(4).uniform(*RANGE, (SQUARES, SQUARES)).round(2)
+    if field.place.geographic:
+        corner, other = field.place.outwards(np.array([low, high]))
+        side = float((other - corner).max()) / SQUARES
+        low = corner
+    head = f"ncols {SQUARES}\nnrows {SQUARES}\nxllcorner {low[0]!r}\nyllcorner {low[1]!r}\n"
+    rows = "\n".join(" ".join(map(str, row)) for row in drawn)
+    grid = tmp_path / "yields.asc"
+    grid.write_text(
+        f"{head}cellsize {side!r}\n{rows}\n".replace("np.float64(", "").replace(")", "")
+    )
+    scenario = HarvestScenario(
+        field=source,
+        yields=Yields(file=str(grid)),
+        combines=Combines(count=2, header_width=9.0, turning_radius=6.0, capacity=6000.0),
+        carts=Carts(count=2, capacity=12_000.0),
+        trucks=Trucks(count=2, capacity=25_000.0, road_time=900.0),
+    )
+    found = summarise_harvest(run_harvest(prepare_harvest(scenario)), file or "rectangle")
+    assert found["finished"]
+    assert found["audit_faults"] == 0
+    names = ("field_area", "makespan", "makespan_planned", "load_deviation", "unloads_missed")
+    print("\n", file or "rectangle", {name: found[name] for name in names})
