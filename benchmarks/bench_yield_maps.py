@@ -28,20 +28,14 @@ SQUARES, RANGE = 6, (4.0, 12.0)
 def test_as_planned_and_as_simulated(file, tmp_path):
     source = FieldSource(file=file) if file else FieldSource(width=300.0, height=200.0)
     field = read_field(file) if file else source.load()
-    low, high = field.outline.bounds[:2], field.outline.bounds[2:]
+    # The cells of an ASCII grid are square in the coordinates of the field's file.
+    low, high = field.place.outwards(np.reshape(field.outline.bounds, (2, 2))).tolist()
     side = max(high[0] - low[0], high[1] - low[1]) / SQUARES
-    # An ASCII grid has square cells in the coordinates of its field: metres here.
     drawn = np.random.default_rng(4).uniform(*RANGE, (SQUARES, SQUARES)).round(2)
-    if field.place.geographic:
-        corner, other = field.place.outwards(np.array([low, high]))
-        side = float((other - corner).max()) / SQUARES
-        low = corner
     head = f"ncols {SQUARES}\nnrows {SQUARES}\nxllcorner {low[0]!r}\nyllcorner {low[1]!r}\n"
-    rows = "\n".join(" ".join(map(str, row)) for row in drawn)
+    rows = "\n".join(" ".join(map(str, row)) for row in drawn.tolist())
     grid = tmp_path / "yields.asc"
-    grid.write_text(
-        f"{head}cellsize {side!r}\n{rows}\n".replace("np.float64(", "").replace(")", "")
-    )
+    grid.write_text(f"{head}cellsize {side!r}\n{rows}\n")
     scenario = HarvestScenario(
         field=source,
         yields=Yields(file=str(grid)),

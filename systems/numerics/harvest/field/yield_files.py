@@ -77,6 +77,7 @@ def _read_polygons(path: Path, points: np.ndarray, key: str) -> np.ndarray:
         raise InvalidInput(str(error).replace("`world file`", "`yields`")) from None
     features = about.get("features") if isinstance(about, dict) else None
     require(isinstance(features, list), "yields", "be a FeatureCollection", path.name)
+    assert isinstance(features, list)
     found = np.full(len(points), np.nan)
     for number, feature in enumerate(features):
         if not feature.get("geometry"):
