@@ -143,7 +143,7 @@ class Yields:
     property: str = "yield"
     # Of the file's numbers.
     unit: str = "t/ha"
-    # All of it is multiplied by this.
+    # All of it is multiplied by this, no unit.
     factor: float = 1.0
 
     def __post_init__(self) -> None:
