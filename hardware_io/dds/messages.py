@@ -9,8 +9,9 @@ import math
 from dataclasses import dataclass, field
 
 from cyclonedds.idl import IdlStruct
+from cyclonedds.idl import types as idl
 from cyclonedds.idl.annotations import final
-from cyclonedds.idl.types import array, float64, int32, sequence, uint32
+from cyclonedds.idl.types import array, float64, int32, uint32
 
 
 def _zeros() -> list[float]:
@@ -158,7 +159,7 @@ class TFMessage(IdlStruct, typename="tf2_msgs::msg::dds_::TFMessage_"):
     """Where frames lie, as on the topic tf."""
 
     # The type says what is in it; the values are a list.
-    transforms: sequence[TransformStamped] = field(default_factory=list)  # pyright: ignore[reportAssignmentType]
+    transforms: idl.sequence[TransformStamped] = field(default_factory=list)  # pyright: ignore[reportAssignmentType]
 
 
 # Of the types that are topics, as ROS computes them of their definitions.

@@ -158,6 +158,7 @@ def harvest_job() -> SimpleNamespace:
             carts=Carts(count=3),
         ),
         field=work.field,
+        crop=0.8,
         plan=SimpleNamespace(service=CartPlan(work.plans, work.motions, [], [], [], 0.0)),
         trucks=work.supply.trucks,
         reach=7.25,
