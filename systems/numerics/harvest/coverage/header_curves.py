@@ -43,7 +43,7 @@ def smooth_line(line: shapely.LineString, radius: float) -> shapely.LineString:
         rounded = _rounded(smoothed, side)
         if rounded is None or _apart(rounded, smoothed) >= SAME_ENDS:
             rounded = _rounded(_longer(smoothed, 2 * radius), side)
-            rounded = None if rounded is None else _between(rounded, smoothed)
+            rounded = None if rounded is None else _between(rounded, smoothed, 4 * radius)
         smoothed = smoothed if rounded is None else rounded
     return smoothed
 
@@ -68,11 +68,21 @@ def _longer(line: shapely.LineString, by: float) -> shapely.LineString:
     return shapely.LineString(np.vstack([ends[0], points, ends[1]]))
 
 
-def _between(line: shapely.LineString, other: shapely.LineString) -> shapely.LineString | None:
-    """The part of a line from beside another one's first point to beside its last."""
-    first, last = (line.project(shapely.Point(other.coords[k])) for k in (0, -1))
-    part = substring(line, first, last)
-    return part if isinstance(part, shapely.LineString) and last - first > SPACING else None
+def _between(
+    line: shapely.LineString, other: shapely.LineString, reach: float
+) -> shapely.LineString | None:
+    """The part of a line from beside another one's first point to beside its last.
+
+    Both are looked for no farther than a reach from the line's ends: it may come round to where it
+    began.
+    """
+    first, last = (
+        substring(each, 0.0, reach).project(shapely.Point(other.coords[k]))
+        for k, each in ((0, line), (-1, shapely.reverse(line)))
+    )
+    part = substring(line, first, line.length - last)
+    ordered = first + last < line.length - SPACING
+    return part if ordered and isinstance(part, shapely.LineString) else None
 
 
 def _apart(line: shapely.LineString, other: shapely.LineString) -> float:

@@ -63,6 +63,18 @@ def test_a_line_is_driven_no_more_sharply_than_asked_however_near_to_its_end_it_
         assert np.hypot(*ends.T).max() < radius * (1 / math.cos(lean / 2) - 1) + 0.05
 
 
+def test_a_line_that_comes_round_to_where_it_began_keeps_its_length():
+    angles = np.linspace(0.1, 0.1 + 2 * math.pi + 2.0 / 60.0, 120)
+    points = 60.0 * np.column_stack([np.cos(angles), np.sin(angles)])
+    # A turn nearer to its beginning than the radius.
+    points[0] *= 1.02
+    line = shapely.LineString(points)
+    smoothed = smooth_line(line, 6.3)
+    assert smoothed.length == pytest.approx(line.length, abs=6.0)
+    assert smoothed.hausdorff_distance(line) < 1.3
+    assert not smoothed.equals_exact(line, 1e-6)
+
+
 @pytest.mark.parametrize("direction", [0.0, 0.7, 2.5])
 def test_swaths_cover_a_region_with_a_notch_and_a_hole(direction):
     region = (
