@@ -207,7 +207,8 @@ def drive_beside(plan: TimedPath, lane: Lane, begin: float, end: float) -> Timed
     piece = path.piece_at(np.concatenate([[first], inner]) + 1e-7)
     if np.any(path.curvatures[piece] != 0.0):
         times = np.linspace(begin, end, max(2, round(end - begin) + 1))
-        speeds = np.gradient(lane.stations(plan.station_at(times)), times)
+        # Not less than nothing, by rounding, where the combine stands.
+        speeds = np.maximum(np.gradient(lane.stations(plan.station_at(times)), times), 0.0)
     else:
         inside = plan.times[(plan.times > begin + 1e-9) & (plan.times < end - 1e-9)]
         times = np.unique(np.concatenate([[begin], inside, [end]]))

@@ -6,16 +6,22 @@ import shapely
 
 from sightfield.systems.numerics.harvest.carts.cart_motion import CartMotion
 from sightfield.systems.numerics.harvest.carts.cut_times import cut_times, open_ground
+from sightfield.systems.numerics.harvest.carts.stops import Stop, with_stop
 from sightfield.systems.numerics.harvest.carts.traffic import combine_traffic
 from sightfield.systems.numerics.harvest.carts.windows import (
     SHORTEST,
+    beside,
     drive_beside,
     find_windows,
     gentle_runs,
+    lane_beside,
 )
+from sightfield.systems.numerics.harvest.coverage.header_curves import drive_line
 from sightfield.systems.numerics.harvest.machines.alongside import is_alongside
 from sightfield.systems.numerics.harvest.machines.cart import Cart
+from sightfield.systems.numerics.harvest.machines.combine import Combine
 from sightfield.systems.numerics.harvest.machines.outlines import cart_outline, combine_outline
+from sightfield.systems.numerics.harvest.paths.timed_path import TimedPath
 
 
 @pytest.mark.parametrize("hitch", [0.0, 0.9])
@@ -63,6 +69,22 @@ def test_in_a_window_grain_flows_and_the_ground_was_cut_before(hand_made, outlin
                 done = strips[known[times[known] <= moment - 4.0]]
                 left = under.difference(shapely.union_all(done))
                 assert left.buffer(-0.25).area < 1e-3
+
+
+@pytest.mark.parametrize("stands_at", np.linspace(31.3, 58.7, 7))
+def test_a_tractor_stands_beside_a_combine_that_stands_in_a_bend(stands_at):
+    """Rounding of the ways between let stations decrease."""
+    combine, cart = Combine(), Cart()
+    angles = np.linspace(0.0, 0.9, 60)
+    arc = 90.0 * np.column_stack([np.sin(angles), 1 - np.cos(angles)])
+    path = drive_line(arc, cutting=True)
+    times = np.array([0.0, path.length / combine.speed])
+    driven = TimedPath(path, times, np.array([0.0, path.length]), np.full(2, combine.speed))
+    plan = with_stop(driven, Stop(0, stands_at, 37.3), combine.acceleration)
+    lane = lane_beside(path, 0.0, path.length, beside(combine, cart))
+    timed = drive_beside(plan, lane, 6.1, 6.1 + stands_at / combine.speed + 20.0)
+    assert timed.speeds.min() >= 0.0
+    assert timed.speeds[-1] == 0.0
 
 
 def test_gentle_runs_end_where_the_path_turns(hand_made):
