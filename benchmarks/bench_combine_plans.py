@@ -17,6 +17,8 @@ from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
 from sightfield.systems.numerics.harvest.machines.combine import Combine
 from sightfield.systems.numerics.harvest.plan.combine_plan import plan_combines
 
+from .drawn_fields import draw_field
+
 pytestmark = pytest.mark.benchmarks
 
 TESTS = Path(__file__).parents[1] / "tests" / "numerics" / "harvest"
@@ -54,4 +56,20 @@ def test_plans(count):
         low, middle, high = np.quantile(values, (0.0, 0.5, 1.0))
         print(f"  {what:22s} median {middle:8.4f}, from {low:8.4f} to {high:8.4f}")
     for line in (*refused, *faults):
+        print(f"  {line}")
+
+
+@pytest.mark.parametrize("header", [4.5, 6.0, 7.5, 12.0])
+def test_headers_on_drawn_fields(header):
+    seeds = range(9000, 9024)
+    refused = []
+    for seed in seeds:
+        family, field = draw_field(seed)
+        try:
+            plan_combines(field, Combine(header_width=header), 2)
+        except InvalidInput as error:
+            refused.append(f"{seed}, {family}: {str(error)[:150]}")
+    planned = len(seeds) - len(refused)
+    print(f"\ntwo headers of {header} m: {planned} of {len(seeds)} fields planned")
+    for line in refused:
         print(f"  {line}")
