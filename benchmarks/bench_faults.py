@@ -2,9 +2,10 @@
 
 Runs in the time of the wall, a few seconds a fault, and is to run alone. As many moments of each
 fault as MOMENTS says: `MOMENTS=30 make bench ARGS="-k faults"`; `KIND=udp` plays with robots of
-that kind.
+that kind, `KIND=all` with those of each in turn.
 """
 
+import json
 import os
 import signal
 import subprocess
@@ -23,16 +24,28 @@ from pydrake.lcm import DrakeLcm
 from sightfield.diagrams.scenario_files import find_scenario
 from sightfield.diagrams.station import scenarios
 from sightfield.diagrams.station.fault_campaign import FAULTS, run_faults
+from sightfield.diagrams.station.hardware import (
+    KINDS,
+    AirSettings,
+    RobotFleet,
+    Surroundings,
+    find_kind,
+    find_view,
+    read_run_log,
+)
+from sightfield.diagrams.station.ports import STANDING
 from sightfield.diagrams.station.station_files import load_station
 from sightfield.diagrams.tracking.game import set_up_game
-from sightfield.hardware_io.emulation.laboratory import EmulatedLaboratory
+from sightfield.hardware_io.dds.node import LOOPBACK
 from sightfield.hardware_io.mocap.lcm_message import PosesMessage, encode
+from sightfield.systems.numerics.station.reasons import Standing
 
 pytestmark = pytest.mark.benchmarks
 
 MOMENTS = int(os.environ.get("MOMENTS", "5"))
-# Of the robots in `test_faults`.
+# Of the robots.
 KIND = os.environ.get("KIND", "xbee")
+CHOSEN = list(KINDS) if KIND == "all" else [KIND]
 # Of an emulation that keeps up with the wall all the time [s].
 LIMIT = 0.5
 
@@ -44,9 +57,21 @@ ENDINGS = {
     "SIGTERM": lambda controller, laboratory: controller.send_signal(signal.SIGTERM),
     "Ctrl-C": lambda controller, laboratory: controller.send_signal(signal.SIGINT),
     "serial line stalled": lambda controller, laboratory: laboratory.stall_line(),
+    "viewer killed": lambda controller, laboratory: kill_viewer(),
 }
+# How each ends: what signals stop exits with 128 and their number, and the rest with a fault.
+CODES = {"SIGKILL": -9, "SIGHUP": 129, "SIGTERM": 143, "Ctrl-C": 130, "serial line stalled": 2}
+CODES |= {"viewer killed": 1}
+# Of a run whose viewer is killed, which goes to its horizon [s], and the viewer's port.
+HORIZON, PORT = 8.0, 7321
 # Poses go out on a network of their own.
 NETWORK = "udpm://239.255.76.67:7681?ttl=0"
+
+
+def kill_viewer() -> None:
+    view = find_view(PORT)
+    assert view is not None
+    os.kill(view.pid, signal.SIGKILL)
 
 
 @pytest.fixture
@@ -57,13 +82,17 @@ def laboratory():
 
 
 @contextmanager
-def emulated(scenario, game):
-    """The laboratory's robots behind a serial port, and their poses on the network."""
-    starts = np.concatenate([game.pursuer_starts, game.evader_starts])
-    air = scenario.emulation
-    with EmulatedLaboratory(
-        scenario.robots, starts, frame_loss=air.frame_loss, delay=air.delay, world=game.world
-    ) as robots:
+def emulated(kind, scenario, game):
+    """Robots that stand in for a kind's, their poses on the network, and how both are reached."""
+    air, made = scenario.emulation, find_kind(kind)
+    around = Surroundings(
+        starts=np.concatenate([game.pursuer_starts, game.evader_starts]),
+        air=AirSettings(frame_loss=air.frame_loss, delay=air.delay),
+        world=game.world,
+        silence=made.stops_after,
+    )
+    fleet = RobotFleet(robots=tuple(scenario.robots), chassis=scenario.supervision.chassis)
+    with made.open_stand_in(fleet, around) as (robots, reached):
         lcm, ended = DrakeLcm(NETWORK), threading.Event()
 
         def tell():
@@ -75,29 +104,55 @@ def emulated(scenario, game):
 
         thread = threading.Thread(target=tell, daemon=True)
         thread.start()
-        yield robots
+        settings = {
+            "radio.kind": kind,
+            "radio.port": reached.port or "none",
+            "radio.baud_rate": reached.baud_rate,
+            "radio.addresses": list(reached.addresses),
+            "radio.options": dict(reached.options),
+            "mocap.source": "lcm",
+            "mocap.url": NETWORK,
+            "mocap.channel": "poses",
+        }
+        yield robots, [f"{name}={json.dumps(value)}" for name, value in settings.items()]
         ended.set()
         thread.join()
 
 
+def command(settings, out, *more):
+    words = [Path(sys.executable).with_name("sightfield"), "station", "run", "--hardware", "--go"]
+    return [*words, "--out", out, *more, *(word for each in settings for word in ("--set", each))]
+
+
+def running_time(log):
+    """Of a run's log: for how long some robot ran [s]."""
+    standing = log.samples[STANDING]
+    return len(log.times) and float((standing == Standing.RUNNING).any(axis=1).sum()) * 0.05
+
+
+@pytest.mark.parametrize("kind", CHOSEN)
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_endings(ending, laboratory, tmp_path):
+def test_endings(ending, kind, laboratory, tmp_path):
+    if ending == "serial line stalled" and kind != "xbee":
+        # Others have no line.
+        return
     scenario, game = laboratory
     rng, rests, waits, codes = np.random.default_rng(3), [], [], []
+    # Robots on loopback, whatever networks there are.
+    environment = {**os.environ, "CYCLONEDDS_URI": LOOPBACK}
+    told = timed = 0
+    watched = ending == "viewer killed"
+    horizon = HORIZON if watched else 60.0
     for number in range(MOMENTS):
-        with emulated(scenario, game) as robots:
-            settings = (
-                f"radio.port={robots.radio_port}",
-                "mocap.source=lcm",
-                f"mocap.url={NETWORK}",
-                "mocap.channel=poses",
-            )
-            command = [Path(sys.executable).with_name("sightfield"), "station", "run", "--hardware"]
-            command += ["--go", "--no-view", "--seconds", "60", "--out", tmp_path / str(number)]
-            for setting in settings:
-                command += ["--set", setting]
+        out = tmp_path / str(number)
+        with emulated(kind, scenario, game) as (robots, settings):
+            view = ("--view", "--port", str(PORT)) if watched else ("--no-view",)
             controller = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+                command(settings, out, "--seconds", str(horizon), *view),
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                env=environment,
             )
             while np.abs(robots.wheel_speeds()).max() < 0.1:
                 assert controller.poll() is None, controller.stdout.read().decode()
@@ -106,20 +161,35 @@ def test_endings(ending, laboratory, tmp_path):
             at = robots.time()
             ENDINGS[ending](controller, robots)
             began = time.monotonic()
-            codes.append(controller.wait(30))
-            waits.append(time.monotonic() - began)
-            time.sleep(1.0)
+            if not watched:
+                codes.append(controller.wait(30))
+                waits.append(time.monotonic() - began)
+            # A kind may go on for three seconds of silence.
+            time.sleep(find_kind(kind).stops_after + 1.0)
             rests.append(float(robots.snapshot().still_since.max()) - at)
+            if watched:
+                codes.append(controller.wait(30))
+        if (out / "summary.json").exists():
+            summary, log = (
+                json.loads((out / "summary.json").read_text()),
+                read_run_log(out / "run.log"),
+            )
+            texts = [each["text"] for each in summary["events"]]
+            told += any("gone" in text or "stopped" in text for text in texts)
+            timed += abs(summary["tracking_time"] - running_time(log)) < 0.05 + 1e-9
+    ends = f"; the program ends after {np.median(waits):.2f} s, {max(waits):.2f} s" if waits else ""
     print(
-        f"\n{ending}: {MOMENTS} moments, robots stand after {np.median(rests):.2f} s (median), "
-        f"{max(rests):.2f} s (most); the program ends after {np.median(waits):.2f} s, "
-        f"{max(waits):.2f} s, with {sorted(set(codes))}"
+        f"\n{kind}, {ending}: {MOMENTS} moments, robots stand after {np.median(rests):.2f} s "
+        f"(median), {max(rests):.2f} s (most){ends}, with {sorted(set(codes))}; an event says so "
+        f"in {told}, tracking time is that of running ticks in {timed}"
     )
+    assert set(codes) == {CODES[ending]}
 
 
-def test_faults(laboratory, tmp_path):
+@pytest.mark.parametrize("kind", CHOSEN)
+def test_faults(kind, laboratory, tmp_path):
     scenario, game = laboratory
-    scenario = replace(scenario, radio=replace(scenario.radio, kind=KIND))
+    scenario = replace(scenario, radio=replace(scenario.radio, kind=kind))
     names = np.random.default_rng(1).permutation(list(FAULTS) * MOMENTS).tolist()
     moments = run_faults(scenario, game, names, log=tmp_path / "run.log", seed=2)
     print()
@@ -132,7 +202,7 @@ def test_faults(laboratory, tmp_path):
         others = sum(bool(moment.others) for moment in found)
         silent = sum(not all(moment.reasons) for moment in found)
         print(
-            f"{fault}: {len(found)} moments, robots stand after {np.median(rest):.2f} s (median), "
-            f"{rest.max():.2f} s (most), {(rest > LIMIT).sum()} over {LIMIT} s; nothing said of a "
-            f"robot in {silent}, others held in {others}; {dict(said)}"
+            f"{kind}, {fault}: {len(found)} moments, robots stand after {np.median(rest):.2f} s "
+            f"(median), {rest.max():.2f} s (most), {(rest > LIMIT).sum()} over {LIMIT} s; nothing "
+            f"said of a robot in {silent}, others held in {others}; {dict(said)}"
         )

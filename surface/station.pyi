@@ -51,6 +51,7 @@ from .systems.station import CommandGate as CommandGate
 from .systems.station import CommandTimeout as CommandTimeout
 from .systems.station import FloorGuard as FloorGuard
 from .systems.station import ImperfectChannel as ImperfectChannel
+from .systems.station import InfraredReflex as InfraredReflex
 from .systems.station import MotionCheck as MotionCheck
 from .systems.station import PicturePlayer as PicturePlayer
 from .systems.station import PoseGate as PoseGate

@@ -15,6 +15,7 @@ import numpy as np
 
 from ...systems.numerics.errors import InvalidInput
 from ...systems.numerics.geometry.world import World
+from ..outputs import RunRecord, open_record
 
 # A chunk is compressed and checked as one: what is damaged is lost with the rest of it [s], [B].
 _CHUNK, _LARGEST_CHUNK = 1.0, 1 << 23
@@ -43,10 +44,8 @@ def require_mcap() -> None:
         )
 
 
-class RosBag:
+class RosBag(RunRecord):
     """Writes messages of a run into a new MCAP file, in chunks of a second of the run.
-
-    Use it with `with`: a bag that is left by an error has no end. None but the user may read it.
 
     Args:
         path: Of the file; must not exist.
@@ -63,25 +62,12 @@ class RosBag:
 
         self.path = path
         self._store = get_typestore(Stores.ROS2_HUMBLE)
-        try:
-            path.touch(0o600, exist_ok=False)
-            self._file = path.open("r+b")
-        except OSError as error:
-            raise InvalidInput(f"`log` must be a new file; got {path} ({error.strerror})") from None
+        self._file = open_record(path)
         self._writer = Writer(self._file, chunk_size=_LARGEST_CHUNK, enable_data_crcs=True)
         self._writer.start("ros2", "sightfield")
         self._channels: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
         self._begun = 0.0
-
-    def __enter__(self) -> "RosBag":
-        return self
-
-    def __exit__(self, kind: object, *_: object) -> None:
-        if kind is None:
-            self.close()
-        else:
-            self.leave()
 
     def close(self) -> None:
         """Write the index, and say that nothing follows."""

@@ -7,6 +7,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from ...systems.station.command_gate import RUNNING, CommandGate
+from ...systems.station.infrared_reflex import InfraredReflex
 from ...systems.tracking.collision_stop import CollisionStop
 from ..tracking.game import TrackingGame, set_up_game
 from .hardware import AddDevices, Devices, Operator, OperatorPort, RunLog
@@ -14,6 +15,7 @@ from .ports import (
     COMMANDS,
     IMAGE,
     MODE,
+    REASON,
     SENT,
     STARTS_SAID,
     VIEW_AGE,
@@ -42,8 +44,9 @@ def MakeStation(
     """Make a station, whose ports are the same whatever is behind them.
 
     Input port: `team.velocity_commands` (2 N), speed [m/s] and turn rate [rad/s] of each robot,
-    pursuers first. Slowed where robots would come too near to one another, they go to those that
-    the supervisor lets run; the others stand.
+    pursuers first. Slowed where robots would come too near to one another, and without their
+    forward part where infrared sensors feel something near ahead, they go to those that the
+    supervisor lets run; the others stand.
 
     Output ports, in the order in which data flows: `pursuer.poses` (3 Np) and `evader.poses`
     (3 Ne) [m], [m], [rad], with `.valid`, `.age` [s] and `.stamp` [s] of each robot;
@@ -109,7 +112,16 @@ def MakeStation(
     )
     builder.AddNamedSystem("spacing", spacing)
     builder.Connect(supervised.pose, spacing.GetInputPort("pose"))
-    builder.Connect(spacing.GetOutputPort("safe_command"), gate.GetInputPort("command"))
+    reflex = InfraredReflex(
+        scenario.size, distance=scenario.infrared.reflex, period=scenario.period
+    )
+    builder.AddNamedSystem("reflex", reflex)
+    builder.Connect(spacing.GetOutputPort("safe_command"), reflex.GetInputPort("command"))
+    builder.Connect(ports["infrared.ranges"], reflex.GetInputPort("ranges"))
+    builder.Connect(ports["infrared.valid"], reflex.GetInputPort("valid"))
+    builder.Connect(ports[REASON], reflex.GetInputPort("reason"))
+    ports[REASON] = reflex.GetOutputPort("told_reason")
+    builder.Connect(reflex.GetOutputPort("held_command"), gate.GetInputPort("command"))
     builder.Connect(supervised.go, gate.GetInputPort("valid"))
     builder.Connect(ports[MODE], gate.GetInputPort("mode"))
     builder.ExportInput(spacing.GetInputPort("command"), COMMANDS)

@@ -137,9 +137,12 @@ class Infrared:
 
     # Age beyond which ranges are invalid [s].
     stale_after: float = 1.0
+    # A robot drives no further while something ahead is nearer to its rim [m]; 0: it does.
+    reflex: float = 0.02
 
     def __post_init__(self) -> None:
         require_positive("stale_after", self.stale_after)
+        require_non_negative("reflex", self.reflex)
 
 
 @dataclass(frozen=True, kw_only=True)

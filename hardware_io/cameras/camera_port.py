@@ -35,14 +35,14 @@ class CameraPort(LeafSystem):
         - age
         - stamp
 
-    =====  ===========  ====  =======
-    port   size         unit  frame
-    =====  ===========  ====  =======
-    image  ImageRgba8U  -     picture
-    valid  1            -     -
-    age    1            s     -
-    stamp  1            s     -
-    =====  ===========  ====  =======
+    =====  ===========  ====  =======  ===========
+    port   size         unit  frame    feedthrough
+    =====  ===========  ====  =======  ===========
+    image  ImageRgba8U  -     picture  -
+    valid  1            -     -        -
+    age    1            s     -        -
+    stamp  1            s     -        -
+    =====  ===========  ====  =======  ===========
 
     `stamp` is the diagram's time at which the picture came, minus infinity if none did.
 

@@ -20,17 +20,26 @@ from .node import Node
 _LOOK = 0.1
 # A robot that moves more slowly stands [m/s], [rad/s].
 _STANDS = 0.01
+# Beyond the way that wheels can have gone, odometry does not jump [m] (REP 105: the frame odom is
+# continuous).
+_JUMP = 0.1
 
 
 @dataclass
 class _Driven:
-    """What is known of a robot: counts of its way, its last order, and stamp of its odometry."""
+    """What is known of a robot: counts of its way, its last order, and its last odometry.
+
+    Of that who sent it, its stamp and its pose. The order is None before the first arm, and again
+    after a reset.
+    """
 
     writer: Any
     reader: Any
     counts: OdometryCounts
     last: What | None = None
+    source: int | None = None
     stamp: tuple[int, int] = (-1, 0)
+    pose: np.ndarray | None = None
 
 
 class DdsLink(ReportingLink):
@@ -38,8 +47,9 @@ class DdsLink(ReportingLink):
 
     Such robots know neither arms nor stops: the link sends nothing but zeros before it is armed and
     after a stop, and a stop is acknowledged when odometry says that the robot stands. Counts are
-    made of odometry, by the chassis. A command whose deadline has passed is not sent. Whoever is in
-    the domain can drive the robots.
+    made of odometry, by the chassis. A command whose deadline has passed is not sent. Odometry that
+    another sends than before, or that jumps, is of a driver that was started anew: the robot gets
+    zeros until it is armed. Whoever is in the domain can drive the robots.
 
     Args:
         robots: Their numbers, in the order of the commands.
@@ -114,11 +124,13 @@ class DdsLink(ReportingLink):
             # Zeros go on after a stop; before an arm others may drive the robot.
             if driven.last != What.STOP:
                 return
-        else:
+        elif order.what != What.COMMAND or driven.last is not None:
             driven.last = order.what
         if order.what == What.COMMAND and time.monotonic() > order.deadline:
             return
-        told = Twist(Vector3(x=float(order.speed)), Vector3(z=float(order.turn_rate)))
+        follows = driven.last is not None
+        speed, turn_rate = (order.speed, order.turn_rate) if follows else (0.0, 0.0)
+        told = Twist(Vector3(x=float(speed)), Vector3(z=float(turn_rate)))
         if self._stamped:
             seconds, rest = divmod(time.time_ns(), 1_000_000_000)
             driven.writer.write(TwistStamped(Header(Time(seconds, rest), "base_link"), told))
@@ -131,24 +143,36 @@ class DdsLink(ReportingLink):
             for robot, driven in self._driven.items():
                 for odometry in node.take(driven.reader):
                     with self._changed:
-                        self._take(robot, driven, odometry)
+                        self._take(robot, driven, odometry, node.source(odometry))
 
-    def _take(self, robot: int, driven: _Driven, odometry: Any) -> None:
+    def _take(self, robot: int, driven: _Driven, odometry: Any, source: int) -> None:
         stamp = (odometry.header.stamp.sec, odometry.header.stamp.nanosec)
         twist = odometry.twist.twist
         speed, rate = twist.linear.x, twist.angular.z
         at = odometry.pose.pose
         pose = np.array(planar(at.position, at.orientation))
-        if stamp <= driven.stamp or not np.isfinite([*pose, speed, rate]).all():
+        known = source == driven.source
+        stale = known and stamp <= driven.stamp
+        if stale or not np.isfinite([*pose, speed, rate]).all():
             self.heard_nothing_of_use()
             return
-        driven.stamp = stamp
+        if driven.pose is not None and (not known or self._jumps(driven, stamp, pose)):
+            driven.last = None
+            driven.counts.begin_anew()
+        driven.source, driven.stamp, driven.pose = source, stamp, pose
         counts = driven.counts.after(pose)
         moves = max(abs(speed), abs(rate)) > _STANDS
         self.heard(
             robot,
             RobotReport(time=time.monotonic(), state=_state(driven.last, moves), counts=counts),
         )
+
+    def _jumps(self, driven: _Driven, stamp: tuple[int, int], pose: np.ndarray) -> bool:
+        """Whether a pose is none that wheels can have driven to since the one before."""
+        assert driven.pose is not None
+        elapsed = stamp[0] - driven.stamp[0] + 1e-9 * (stamp[1] - driven.stamp[1])
+        gone = float(np.hypot(*(pose - driven.pose)[:2]))
+        return gone > 2 * self._chassis.top_speed * elapsed + _JUMP
 
 
 def _state(last: What | None, moves: bool) -> RobotState:

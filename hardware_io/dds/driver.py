@@ -115,6 +115,15 @@ class DdsWire:
             self._node.close()
         self._node = self._domain = None
 
+    def renew(self, k: int) -> None:
+        """Let a robot's odometry come from a new writer, as after a reset.
+
+        Args:
+            k: Number of the robot.
+        """
+        if self._node is not None:
+            self._writers[k] = self._node.writer(f"{self._names[k]}/odom", Odometry)
+
     def receive(self) -> list[tuple[int, bytes]]:
         """See `Wire`."""
         assert self._node is not None

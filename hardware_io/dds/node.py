@@ -118,6 +118,15 @@ class Node:
         """
         return [each for each in reader.take(50) if isinstance(each, IdlStruct)]
 
+    @staticmethod
+    def source(message: Any) -> int:
+        """Number of the writer that a message was taken of; one that begins anew has another.
+
+        Args:
+            message: From `take`.
+        """
+        return message.sample_info.publication_handle
+
     def close(self) -> None:
         """Leave the domain."""
         self._readers.clear()

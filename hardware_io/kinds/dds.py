@@ -37,6 +37,7 @@ def _stand_in(fleet: RobotFleet, around: Surroundings) -> Iterator[tuple[Laborat
     wire = DdsWire(names, domain, stamped=stamped)
 
     def make_driver(k: int) -> Driver:
+        wire.renew(k)
         return Driver(around.silence, stamped=stamped)
 
     with around.laboratory(fleet.robots, make_driver, wire) as laboratory:

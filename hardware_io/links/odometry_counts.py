@@ -19,6 +19,10 @@ class OdometryCounts:
         self._chassis, self._ways = chassis, np.zeros(2)
         self._pose: np.ndarray | None = None
 
+    def begin_anew(self) -> None:
+        """Count nothing between the last pose and the next."""
+        self._pose = None
+
     def after(self, pose: np.ndarray) -> tuple[int, int]:
         """Counts of the left and the right wheel when the robot has come to a pose.
 

@@ -37,21 +37,21 @@ class RadioCommander(LeafSystem):
         - robot_flags
         - counts
 
-    =================  ====  ==========  =====
-    port               size  unit        frame
-    =================  ====  ==========  =====
-    velocity_commands  2 N   m/s, rad/s  robot
-    valid              N     -           -
-    pose_age           N     s           -
-    arm_again          N     -           -
-    infrared_ranges    4 N   m           robot
-    battery            N     V           -
-    link_quality       N     -           -
-    age                N     s           -
-    robot_state        N     -           -
-    robot_flags        N     -           -
-    counts             2 N   -           -
-    =================  ====  ==========  =====
+    =================  ====  ==========  =====  ===========
+    port               size  unit        frame  feedthrough
+    =================  ====  ==========  =====  ===========
+    velocity_commands  2 N   m/s, rad/s  robot  -
+    valid              N     -           -      -
+    pose_age           N     s           -      -
+    arm_again          N     -           -      -
+    infrared_ranges    4 N   m           robot  -
+    battery            N     V           -      -
+    link_quality       N     -           -      -
+    age                N     s           -      -
+    robot_state        N     -           -      -
+    robot_flags        N     -           -      -
+    counts             2 N   -           -      -
+    =================  ====  ==========  =====  ===========
 
     `valid`, all ones if not connected, counts above 0.5. `pose_age`, zero if not connected, is that
     of the poses which the commands are made from; the greatest of robots that are to follow theirs

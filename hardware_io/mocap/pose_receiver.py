@@ -29,14 +29,14 @@ class PoseReceiver(LeafSystem):
         - age
         - stamp
 
-    =====  ====  =========  =====
-    port   size  unit       frame
-    =====  ====  =========  =====
-    poses  3 N   m, m, rad  world
-    valid  N     -          -
-    age    N     s          -
-    stamp  N     s          -
-    =====  ====  =========  =====
+    =====  ====  =========  =====  ===========
+    port   size  unit       frame  feedthrough
+    =====  ====  =========  =====  ===========
+    poses  3 N   m, m, rad  world  -
+    valid  N     -          -      -
+    age    N     s          -      -
+    stamp  N     s          -      -
+    =====  ====  =========  =====  ===========
 
     `stamp` is the time at which a pose was seen, by the source's clock, from the diagram's time at
     the first tick on: ticks that come late do not change it. Minus infinity if never.

@@ -26,6 +26,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from ...diagrams.outputs import RunRecord
 from ...diagrams.rosbag.bag import CDR, RosBag, nanoseconds, require_mcap
 from .log_format import ABOUT, LONGEST, MEMORY, PICTURE, SAMPLES, Record
 
@@ -55,10 +56,8 @@ class Beside(Protocol):
         ...
 
 
-class McapRunWriter:
+class McapRunWriter(RunRecord):
     """Writes a log as MCAP: a crash of the program loses the last second of the run at most.
-
-    None but the user may read it: a camera sees who is there.
 
     Args:
         path: Of the log; must not exist.
@@ -105,15 +104,6 @@ class McapRunWriter:
         if beside is not None:
             beside.begin(bag)
 
-    def __enter__(self) -> "McapRunWriter":
-        return self
-
-    def __exit__(self, kind: object, *_: object) -> None:
-        if kind is None:
-            self.close()
-        else:
-            self.leave()
-
     def samples(self, time: float, values: np.ndarray) -> None:
         """Write a sample of every port, joined in order, shape (sum of the sizes,).
 
@@ -146,11 +136,11 @@ class McapRunWriter:
         self._numbers(_MEMORY, time, values)
 
     def close(self) -> None:
-        """Say that nothing follows."""
+        """See `RunRecord`."""
         self._bag.close()
 
     def leave(self) -> None:
-        """End without saying that nothing follows: the run was broken off."""
+        """See `RunRecord`."""
         self._bag.leave()
 
     def _numbers(self, channel: int, time: float, values: np.ndarray) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...diagrams.outputs import RunRecord, open_record
 from ...systems.numerics.errors import InvalidInput
 from .log_format import ABOUT, END, MAGIC, MEMORY, PICTURE, SAMPLES, pack
 
@@ -16,10 +17,8 @@ from .log_format import ABOUT, END, MAGIC, MEMORY, PICTURE, SAMPLES, pack
 _SYNC_PERIOD = 1.0
 
 
-class RunWriter:
+class RunWriter(RunRecord):
     """Writes a log, each record at once: a crash of the program loses none of them.
-
-    None but the user may read it: a camera sees who is there.
 
     Args:
         path: Of the log; must not exist.
@@ -46,11 +45,7 @@ class RunWriter:
         self.pictures = tuple(pictures)
         self._size = sum(self.ports.values())
         self._synced = time.monotonic()
-        try:
-            path.touch(0o600, exist_ok=False)
-            self._file = path.open("r+b", buffering=0)
-        except OSError as error:
-            raise InvalidInput(f"`log` must be a new file; got {path} ({error.strerror})") from None
+        self._file = open_record(path, buffered=False)
         self._memory_size = sum((memory or {}).values())
         header = {
             "ports": self.ports,
@@ -60,15 +55,6 @@ class RunWriter:
         }
         # Twice: without it the samples are mere numbers.
         self._write(MAGIC + 2 * pack(ABOUT, 0.0, json.dumps(header).encode()))
-
-    def __enter__(self) -> "RunWriter":
-        return self
-
-    def __exit__(self, kind: object, *_: object) -> None:
-        if kind is None:
-            self.close()
-        else:
-            self.leave()
 
     def samples(self, time: float, values: np.ndarray) -> None:
         """Write a sample of every port, joined in order, shape (sum of the sizes,).
@@ -102,14 +88,14 @@ class RunWriter:
         self._write(pack(MEMORY, time, values.astype("<f8").tobytes()))
 
     def close(self) -> None:
-        """Say that nothing follows."""
+        """See `RunRecord`."""
         if not self._file.closed:
             self._write(pack(END, 0.0, b""))
             os.fsync(self._file.fileno())
             self._file.close()
 
     def leave(self) -> None:
-        """Let go without saying that nothing follows: a run that failed is not over."""
+        """See `RunRecord`."""
         self._file.close()
 
     def _write(self, data: bytes) -> None:

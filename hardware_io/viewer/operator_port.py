@@ -37,13 +37,13 @@ class OperatorPort(LeafSystem):
         - starts_said
         - view_age
 
-    ===========  ====  ====  =====
-    port         size  unit  frame
-    ===========  ====  ====  =====
-    mode         1     -     -
-    starts_said  1     -     -
-    view_age     1     s     -
-    ===========  ====  ====  =====
+    ===========  ====  ====  =====  ===========
+    port         size  unit  frame  feedthrough
+    ===========  ====  ====  =====  ===========
+    mode         1     -     -      -
+    starts_said  1     -     -      -
+    view_age     1     s     -      -
+    ===========  ====  ====  =====  ===========
 
     `mode` is 1 to run, 0 for a pause, -1 for an emergency stop; `starts_said` is how often the
     operator has said start, and `view_age` how long the operator's view has been silent, 0 without

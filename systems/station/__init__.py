@@ -5,6 +5,7 @@ from .command_gate import CommandGate
 from .command_timeout import CommandTimeout
 from .floor_guard import FloorGuard
 from .imperfect_channel import ImperfectChannel
+from .infrared_reflex import InfraredReflex
 from .motion_check import MotionCheck
 from .picture_player import PicturePlayer
 from .pose_gate import PoseGate
@@ -20,6 +21,7 @@ __all__ = [
     "CommandTimeout",
     "FloorGuard",
     "ImperfectChannel",
+    "InfraredReflex",
     "MotionCheck",
     "PicturePlayer",
     "PoseGate",

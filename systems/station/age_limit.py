@@ -3,6 +3,7 @@
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
+from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_positive
 
 
@@ -17,14 +18,14 @@ class AgeLimit(LeafSystem):
         output_ports:
         - valid
 
-    =====  ====  ====  =====
-    port   size  unit  frame
-    =====  ====  ====  =====
-    age    N     s     -
-    valid  N     -     -
-    =====  ====  ====  =====
+    =====  ====  ====  =====  ===========
+    port   size  unit  frame  feedthrough
+    =====  ====  ====  =====  ===========
+    age    N     s     -      -
+    valid  N     -     -      all
+    =====  ====  ====  =====  ===========
 
-    `valid` is 1 up to the limit, else 0.
+    `valid` is 1 up to the limit, else 0. Numeric parameters: `limit`.
 
     Source: ours.
 
@@ -40,9 +41,10 @@ class AgeLimit(LeafSystem):
         super().__init__()
         require(count > 0, "count", "be positive", count)
         require_positive("limit", limit)
-        self._limit = float(limit)
+        self.parameters = NumericParameters(self, limit=limit)
         self._age = self.DeclareVectorInputPort("age", count)
         self.DeclareVectorOutputPort("valid", count, self._calc_valid)
 
     def _calc_valid(self, context, output):
-        output.set_value((read(self._age, context) <= self._limit).astype(float))
+        limit = self.parameters(context).limit
+        output.set_value((read(self._age, context) <= limit).astype(float))

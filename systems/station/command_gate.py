@@ -26,14 +26,14 @@ class CommandGate(LeafSystem):
         output_ports:
         - sent_command
 
-    ============  ====  ==========  =====
-    port          size  unit        frame
-    ============  ====  ==========  =====
-    command       2 N   m/s, rad/s  robot
-    valid         N     -           -
-    mode          1     -           -
-    sent_command  2 N   m/s, rad/s  robot
-    ============  ====  ==========  =====
+    ============  ====  ==========  =====  ===========
+    port          size  unit        frame  feedthrough
+    ============  ====  ==========  =====  ===========
+    command       2 N   m/s, rad/s  robot  -
+    valid         N     -           -      -
+    mode          1     -           -      -
+    sent_command  2 N   m/s, rad/s  robot  all
+    ============  ====  ==========  =====  ===========
 
     `valid` is above 0.5 for robots that may follow their commands. `mode` is 1 to run, 0 for a
     pause, -1 for an emergency stop. A command that is not finite is zero as well.

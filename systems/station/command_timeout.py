@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
+from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_positive
 from ..numerics.station.freshness import freshness
 
@@ -20,13 +21,15 @@ class CommandTimeout(LeafSystem):
         output_ports:
         - obeyed_command
 
-    ==============  ====  ==========  =====
-    port            size  unit        frame
-    ==============  ====  ==========  =====
-    command         2 N   m/s, rad/s  robot
-    stamp           N     s           -
-    obeyed_command  2 N   m/s, rad/s  robot
-    ==============  ====  ==========  =====
+    ==============  ====  ==========  =====  ===========
+    port            size  unit        frame  feedthrough
+    ==============  ====  ==========  =====  ===========
+    command         2 N   m/s, rad/s  robot  -
+    stamp           N     s           -      -
+    obeyed_command  2 N   m/s, rad/s  robot  all
+    ==============  ====  ==========  =====  ===========
+
+    Numeric parameters: `limit`.
 
     Source: ours; what the firmware does on loss of the heartbeat.
 
@@ -42,12 +45,13 @@ class CommandTimeout(LeafSystem):
         super().__init__()
         require(count > 0, "count", "be positive", count)
         require_positive("limit", limit)
-        self._limit = float(limit)
+        self.parameters = NumericParameters(self, limit=limit)
         self._command = self.DeclareVectorInputPort("command", 2 * count)
         self._stamp = self.DeclareVectorInputPort("stamp", count)
         self.DeclareVectorOutputPort("obeyed_command", 2 * count, self._calc_obeyed_command)
 
     def _calc_obeyed_command(self, context, output):
         commands = read(self._command, context).reshape(-1, 2)
-        valid, _ = freshness(context.get_time(), read(self._stamp, context), self._limit)
+        limit = self.parameters(context).limit
+        valid, _ = freshness(context.get_time(), read(self._stamp, context), limit)
         output.set_value(np.where(valid[:, None] > 0.5, commands, 0.0).ravel())

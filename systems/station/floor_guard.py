@@ -21,12 +21,12 @@ class FloorGuard(LeafSystem):
         output_ports:
         - fault
 
-    =====  ====  =========  =====
-    port   size  unit       frame
-    =====  ====  =========  =====
-    pose   3 N   m, m, rad  world
-    fault  N     -          -
-    =====  ====  =========  =====
+    =====  ====  =========  =====  ===========
+    port   size  unit       frame  feedthrough
+    =====  ====  =========  =====  ===========
+    pose   3 N   m, m, rad  world  -
+    fault  N     -          -      all
+    =====  ====  =========  =====  ===========
 
     `fault` is a number of Reason: FENCE, SPACING, or 0.
 

@@ -25,13 +25,13 @@ class ImperfectChannel(LeafSystem):
         - received
         - stamp
 
-    ========  =======  ====  =====
-    port      size     unit  frame
-    ========  =======  ====  =====
-    sent      N width  any   any
-    received  N width  any   any
-    stamp     N        s     -
-    ========  =======  ====  =====
+    ========  =======  ====  =====  ===========
+    port      size     unit  frame  feedthrough
+    ========  =======  ====  =====  ===========
+    sent      N width  any   any    -
+    received  N width  any   any    -
+    stamp     N        s     -      -
+    ========  =======  ====  =====  ===========
 
     Source: the radio and the motion capture of Zhang 2014, 2.2.8; the model is ours.
 

@@ -35,20 +35,20 @@ class MotionCheck(LeafSystem):
         output_ports:
         - fault
 
-    ============  ====  ==========  =====
-    port          size  unit        frame
-    ============  ====  ==========  =====
-    pose          3 N   m, m, rad   world
-    valid         N     -           -
-    stamp         N     s           -
-    pose_age      N     s           -
-    pose_fault    N     -           -
-    sent_command  2 N   m/s, rad/s  robot
-    counts        2 N   -           -
-    age           N     s           -
-    starts_said   1     -           -
-    fault         N     -           -
-    ============  ====  ==========  =====
+    ============  ====  ==========  =====  ====================
+    port          size  unit        frame  feedthrough
+    ============  ====  ==========  =====  ====================
+    pose          3 N   m, m, rad   world  -
+    valid         N     -           -      -
+    stamp         N     s           -      -
+    pose_age      N     s           -      -
+    pose_fault    N     -           -      -
+    sent_command  2 N   m/s, rad/s  robot  -
+    counts        2 N   -           -      -
+    age           N     s           -      -
+    starts_said   1     -           -      -
+    fault         N     -           -      all but sent_command
+    ============  ====  ==========  =====  ====================
 
     `stamp` is when a pose was seen, by the clock of the motion capture, and `pose_age` how long ago
     that is. `counts` and their `age` are of the last report of each robot. `fault` is a number of

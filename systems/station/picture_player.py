@@ -21,11 +21,11 @@ class PicturePlayer(LeafSystem):
         output_ports:
         - image
 
-    =====  ===========  ====  =======
-    port   size         unit  frame
-    =====  ===========  ====  =======
-    image  ImageRgba8U  -     picture
-    =====  ===========  ====  =======
+    =====  ===========  ====  =======  ===========
+    port   size         unit  frame    feedthrough
+    =====  ===========  ====  =======  ===========
+    image  ImageRgba8U  -     picture  -
+    =====  ===========  ====  =======  ===========
 
     Source: ours.
 

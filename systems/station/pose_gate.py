@@ -25,16 +25,16 @@ class PoseGate(LeafSystem):
         - believed_pose
         - fault
 
-    =============  ====  =========  =====
-    port           size  unit       frame
-    =============  ====  =========  =====
-    pose           3 N   m, m, rad  world
-    valid          N     -          -
-    stamp          N     s          -
-    starts_said    1     -          -
-    believed_pose  3 N   m, m, rad  world
-    fault          N     -          -
-    =============  ====  =========  =====
+    =============  ====  =========  =====  ===========
+    port           size  unit       frame  feedthrough
+    =============  ====  =========  =====  ===========
+    pose           3 N   m, m, rad  world  -
+    valid          N     -          -      -
+    stamp          N     s          -      -
+    starts_said    1     -          -      -
+    believed_pose  3 N   m, m, rad  world  all
+    fault          N     -          -      all
+    =============  ====  =========  =====  ===========
 
     `fault` is a number of Reason: why the last pose is not believed, or 0. `starts_said` is how
     often the operator has said start: with each time any pose within the world is believed. Inputs

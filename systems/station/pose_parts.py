@@ -19,13 +19,13 @@ class PoseParts(LeafSystem):
         - position
         - direction
 
-    =========  ====  =========  =====
-    port       size  unit       frame
-    =========  ====  =========  =====
-    pose       3 N   m, m, rad  world
-    position   2 N   m          world
-    direction  2 N   -          world
-    =========  ====  =========  =====
+    =========  ====  =========  =====  ===========
+    port       size  unit       frame  feedthrough
+    =========  ====  =========  =====  ===========
+    pose       3 N   m, m, rad  world  -
+    position   2 N   m          world  all
+    direction  2 N   -          world  all
+    =========  ====  =========  =====  ===========
 
     Source: ours.
 

@@ -62,25 +62,25 @@ class RobotSupervisor(LeafSystem):
         - arm_again
         - clock
 
-    ============  ====  ====  =====
-    port          size  unit  frame
-    ============  ====  ====  =====
-    valid         N     -     -
-    pose_fault    N     -     -
-    motion_fault  N     -     -
-    floor_fault   N     -     -
-    robot_state   N     -     -
-    robot_flags   N     -     -
-    age           N     s     -
-    mode          1     -     -
-    starts_said   1     -     -
-    view_age      1     s     -
-    standing      N     -     -
-    reason        N     -     -
-    go            N     -     -
-    arm_again     N     -     -
-    clock         1     s     -
-    ============  ====  ====  =====
+    ============  ====  ====  =====  ===========
+    port          size  unit  frame  feedthrough
+    ============  ====  ====  =====  ===========
+    valid         N     -     -      -
+    pose_fault    N     -     -      -
+    motion_fault  N     -     -      -
+    floor_fault   N     -     -      -
+    robot_state   N     -     -      -
+    robot_flags   N     -     -      -
+    age           N     s     -      -
+    mode          1     -     -      -
+    starts_said   1     -     -      -
+    view_age      1     s     -      -
+    standing      N     -     -      all
+    reason        N     -     -      all
+    go            N     -     -      all
+    arm_again     N     -     -      all
+    clock         1     s     -      all
+    ============  ====  ====  =====  ===========
 
     `standing` is a number of Standing, `reason` one of Reason; `go` is 1 for robots that run.
     `robot_state` and `robot_flags` are what a robot reports, -1 and 0 before, and `age` is that of

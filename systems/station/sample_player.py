@@ -21,11 +21,11 @@ class SamplePlayer(LeafSystem):
         output_ports:
         - sample
 
-    ======  ====  ====  =====
-    port    size  unit  frame
-    ======  ====  ====  =====
-    sample  n     any   any
-    ======  ====  ====  =====
+    ======  ====  ====  =====  ===========
+    port    size  unit  frame  feedthrough
+    ======  ====  ====  =====  ===========
+    sample  n     any   any    -
+    ======  ====  ====  =====  ===========
 
     Source: ours.
 

@@ -24,16 +24,16 @@ class SampledReceiver(LeafSystem):
         - age
         - stamp
 
-    =============  =======  ====  =====
-    port           size     unit  frame
-    =============  =======  ====  =====
-    received       N width  any   any
-    arrival_stamp  N        s     -
-    value          N width  any   any
-    valid          N        -     -
-    age            N        s     -
-    stamp          N        s     -
-    =============  =======  ====  =====
+    =============  =======  ====  =====  ===========
+    port           size     unit  frame  feedthrough
+    =============  =======  ====  =====  ===========
+    received       N width  any   any    -
+    arrival_stamp  N        s     -      -
+    value          N width  any   any    -
+    valid          N        -     -      -
+    age            N        s     -      -
+    stamp          N        s     -      -
+    =============  =======  ====  =====  ===========
 
     `valid` is 1 for a member whose sample is younger than the limit, else 0.
 

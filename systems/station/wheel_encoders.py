@@ -20,12 +20,12 @@ class WheelEncoders(LeafSystem):
         output_ports:
         - counts
 
-    ======  ====  =========  =====
-    port    size  unit       frame
-    ======  ====  =========  =====
-    pose    3 N   m, m, rad  world
-    counts  2 N   -          -
-    ======  ====  =========  =====
+    ======  ====  =========  =====  ===========
+    port    size  unit       frame  feedthrough
+    ======  ====  =========  =====  ===========
+    pose    3 N   m, m, rad  world  -
+    counts  2 N   -          -      -
+    ======  ====  =========  =====  ===========
 
     Left and right wheel of each robot; ahead counts are positive.
 

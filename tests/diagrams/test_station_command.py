@@ -114,6 +114,7 @@ def test_a_log_is_never_written_over(station, simulated):
         (("--set", "mocap.source=sonar"), "`mocap.source` must be one of"),
         (("replay", "nothing.log"), "`log` must be a readable file; got nothing.log"),
         (("--view", "--port", "80"), "`--port` must be from 1024 to 65535; got 80"),
+        (("--drive-to-start",), "must come with --emulate or --hardware"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(station, arguments, message):

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 
@@ -27,34 +29,90 @@ def wait_until(condition):
 )
 def test_the_first_signal_stops_the_robots(number, who):
     operator, before = Operator(), signal.getsignal(number)
-    with run._ends_orderly(operator):
+    with run._Ending(operator).caught() as ending:
+        ending.under_way = True
         os.kill(os.getpid(), number)
         wait_until(lambda: operator.stopped is not None)
     assert operator.stopped is not None
     assert operator.stopped.who == who
+    assert ending.first == number
     assert signal.getsignal(number) == before
 
 
-def test_the_second_ends_the_program_though_its_devices_never_close(monkeypatch):
-    ended = threading.Event()
-    codes = []
+@pytest.fixture
+def codes(monkeypatch):
+    """What the program ended with, at once instead of after its patience."""
+    found: list[int] = []
+    monkeypatch.setattr(run, "_end_soon", lambda: found.append(run._INTERRUPTED))
+    return found
 
-    def leave(code):
-        codes.append(code)
-        ended.set()
 
-    monkeypatch.setattr(run, "_LAST_PATIENCE", 0.05)
-    monkeypatch.setattr(run.os, "_exit", leave)
+def press(times):
+    for _ in range(times):
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.05)
 
-    def press_twice():
-        with run._ends_orderly(Operator()):
-            os.kill(os.getpid(), signal.SIGINT)
-            time.sleep(0.01)
-            os.kill(os.getpid(), signal.SIGINT)
+
+@pytest.mark.parametrize(("under_way", "times"), [(True, 2), (False, 1)])
+def test_a_signal_breaks_off_what_is_no_run_or_was_stopped_before(codes, under_way, times):
+    operator = Operator()
+
+    def play():
+        with run._Ending(operator).caught() as ending:
+            ending.under_way = under_way
+            press(times)
             time.sleep(10)
 
     with pytest.raises(KeyboardInterrupt):
-        press_twice()
-    # A device that hangs while it is closed.
-    assert ended.wait(10)
+        play()
+    wait_until(lambda: codes)
     assert codes == [130]
+    assert (operator.stopped is not None) == under_way
+
+
+# A program whose devices hang as they are closed: the main thread waits in C, and Python's own
+# handler is not called.
+HANGS = """
+import threading, time
+from sightfield.diagrams.commands.station_commands import run
+from sightfield.diagrams.station.hardware import Operator
+
+with run._Ending(Operator()).caught() as ending:
+    ending.under_way = True
+    print("up", flush=True)
+    held = threading.Lock()
+    held.acquire()
+    while True:
+        try:
+            held.acquire()
+        except KeyboardInterrupt:
+            pass
+"""
+BUSY = "while True: pass"
+
+
+def test_the_second_ends_the_program_in_two_seconds_though_its_devices_never_close():
+    # On a machine that is busy besides.
+    busy = [subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(4)]
+    program = subprocess.Popen([sys.executable, "-c", HANGS], stdout=subprocess.PIPE)
+    try:
+        assert program.stdout is not None
+        assert program.stdout.readline() == b"up\n"
+        program.send_signal(signal.SIGINT)
+        time.sleep(0.2)
+        program.send_signal(signal.SIGINT)
+        began = time.monotonic()
+        assert program.wait(30) == 130
+        assert time.monotonic() - began < 2.0
+    finally:
+        for each in (*busy, program):
+            each.kill()
+            each.wait()
+        program.communicate()
+
+
+def test_threads_of_a_program_that_caught_signals_have_ended():
+    before = threading.active_count()
+    with run._Ending(Operator()).caught():
+        assert threading.active_count() == before + 1
+    assert threading.active_count() == before

@@ -3,13 +3,15 @@
 import json
 import os
 import signal
+import socket
 import sys
 import tempfile
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import typer
 from rich.console import Console
@@ -18,6 +20,7 @@ from rich.table import Table
 from ....systems.numerics.errors import InvalidInput, require_non_negative
 from ...outputs import output_folder
 from ...rosbag.bag import require_mcap
+from ...station.drive_to_start import drive_to_start
 from ...station.hardware import Devices, Operator, ViewerLink, keys, read_run_log
 from ...station.identity import require_identity
 from ...station.report import summarise_station, write_station_report
@@ -38,7 +41,13 @@ from .options import (
 )
 
 # How long devices may take to close after a second Ctrl-C [s], and the exit code then.
-_LAST_PATIENCE, _INTERRUPTED = 1.5, 130
+_LAST_PATIENCE, _INTERRUPTED = 1.2, 130
+# Signals that end a program, and who it is that asks.
+_ENDS = {
+    int(signal.SIGINT): "Ctrl-C",
+    int(signal.SIGTERM): "a request to end",
+    int(signal.SIGHUP): "a terminal that closed",
+}
 # Who says what is typed.
 _TERMINAL = "the terminal"
 
@@ -76,6 +85,13 @@ def run(
             help="Let each robot turn in place first, and run only if its own body turns.",
         ),
     ] = False,
+    to_start: Annotated[
+        bool,
+        typer.Option(
+            "--drive-to-start",
+            help="Let robots drive to their starts first, one after the other, round the rest.",
+        ),
+    ] = False,
     realtime: Annotated[
         float | None,
         typer.Option(
@@ -86,7 +102,8 @@ def run(
 ) -> None:
     """Pursuers keep evaders in sight, in the laboratory, until one is lost or time is up.
 
-    Exit code 1 if the supervisor held a robot, or lost one or the operator's view.
+    Exit code 1 if the supervisor held a robot, or lost one or the operator's view; 128 and the
+    signal's number if one stopped the run: 130 after Ctrl-C.
 
     Keys in the terminal: Space stops the robots for good, P pauses and goes on, S starts.
     """
@@ -105,6 +122,10 @@ def run(
         rate = 1.0
     if identified and mode == "simulate":
         raise InvalidInput("`--identify` must come with --emulate or --hardware; got --simulate")
+    if to_start and mode == "simulate":
+        raise InvalidInput(
+            "`--drive-to-start` must come with --emulate or --hardware; got --simulate"
+        )
     if go is False and not (shown or attended):
         raise InvalidInput("`--no-go` must come with a view or a terminal; got neither")
     operator = Operator(running=mode != "hardware" if go is None else go)
@@ -112,10 +133,15 @@ def run(
     with ExitStack() as stack:
         scratch = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         log = new_log(out, scratch, mcap=mcap)
+        ending = stack.enter_context(_Ending(operator).caught())
         devices = stack.enter_context(open_laboratory(laboratory, game, mode, operator))
         if identified and isinstance(devices, Devices):
             console.print("Each robot turns in place.")
             require_identity(laboratory, devices)
+        if to_start and isinstance(devices, Devices):
+            for driven in drive_to_start(laboratory, game, devices):
+                what = "goes aside" if driven.aside else "is at its start"
+                console.print(f"{driven.name} {what}, after {driven.way:.2f} m.")
         link: ViewerLink | None = None
         if shown:
             link, url = stack.enter_context(
@@ -123,7 +149,6 @@ def run(
             )
             console.print(f"Operator's view: [bold]{url}[/]", soft_wrap=True)
             console.print(f"A page with a stop alone: [bold]{link.stop_page}[/]")
-        stack.enter_context(_ends_orderly(operator))
         actions = {" ": "stop", "\x1b": "stop", "s": "start", "S": "start"}
         bindings = {
             key: lambda word=word: operator.say(word, _TERMINAL) for key, word in actions.items()
@@ -131,6 +156,7 @@ def run(
         bindings |= dict.fromkeys("pP", lambda: operator.toggle(_TERMINAL))
         if stack.enter_context(keys(bindings)) and not as_json:
             console.print("[bold]Space[/]: emergency stop. [bold]P[/]: pause. [bold]S[/]: start.")
+        ending.under_way = True
         done = run_station(
             laboratory,
             game,
@@ -153,6 +179,9 @@ def run(
         print(json.dumps(summary, indent=2))
     else:
         _tell(console, summary, done, written, out)
+    if ending.first is not None:
+        # As a shell says it of a program that a signal has ended.
+        raise typer.Exit(128 + ending.first)
     if summary["faults"]:
         raise typer.Exit(1)
 
@@ -187,44 +216,79 @@ def _mode(simulate: bool, emulate: bool, hardware: bool) -> str:
     return names[0] if names else "simulate"
 
 
-@contextmanager
-def _ends_orderly(operator: Operator) -> Iterator[None]:
-    """The first Ctrl-C, or a request to end, is an emergency stop; the second ends at once.
+class _Ending:
+    """What a signal does to the program.
 
-    If closing the devices then hangs, a timer ends the program all the same: robots stop by
+    While a run is under way the first is an emergency stop of its robots, after which the run ends
+    in order; before and after that it ends the program at once, and so does the second in any case.
+    Should devices hang while they are closed, the program ends all the same: robots stop by
     themselves.
+
+    Args:
+        operator: Whose emergency stop it is.
+
+    Attributes:
+        under_way: Whether a run is.
+        first: Number of the signal that stopped the run; None: none has.
     """
-    names = {
-        int(signal.SIGINT): "Ctrl-C",
-        int(signal.SIGTERM): "a request to end",
-        int(signal.SIGHUP): "a terminal that closed",
-    }
-    before = {number: signal.getsignal(number) for number in names}
-    heard: list[int] = []
-    timers: list[threading.Timer] = []
 
-    def stop(number: int, frame: object) -> None:
-        heard.append(number)
-        if len(heard) > 1:
-            timers.append(threading.Timer(_LAST_PATIENCE, os._exit, (_INTERRUPTED,)))
-            timers[-1].daemon = True
-            timers[-1].start()
-            # A third is ended by the timer, too: it does not break off the closing.
-            for each in names:
-                signal.signal(each, signal.SIG_IGN)
-            raise KeyboardInterrupt
-        name = names[number]
-        # Not here: the thread that was interrupted may hold the radio's lock.
-        threading.Thread(target=operator.say, args=("stop", name), daemon=True).start()
+    def __init__(self, operator: Operator) -> None:
+        self._operator = operator
+        self.under_way = False
+        self.first: int | None = None
 
-    for number in names:
-        signal.signal(number, stop)
-    try:
-        yield
-    finally:
-        # A timer goes on: devices are closed after this.
-        for number in names:
-            signal.signal(number, before[number])
+    @contextmanager
+    def caught(self) -> Iterator[Self]:
+        """Catch signals, until devices are closed."""
+        before = {number: signal.getsignal(number) for number in _ENDS}
+        bell, clapper = socket.socketpair()
+        clapper.setblocking(False)
+        # A thread of its own hears the second as well while the main one waits for a device.
+        listener = threading.Thread(target=self._listen, args=(bell,), daemon=True)
+        listener.start()
+        old = signal.set_wakeup_fd(clapper.fileno(), warn_on_full_buffer=False)
+        for number in _ENDS:
+            signal.signal(number, self._handle)
+        try:
+            yield self
+        finally:
+            # A timer goes on, though nothing is caught any more.
+            for number, handler in before.items():
+                signal.signal(number, handler)
+            signal.set_wakeup_fd(old)
+            clapper.close()
+            listener.join()
+            bell.close()
+
+    def _handle(self, number: int, frame: object) -> None:
+        if self.under_way and self.first is None:
+            self.first = number
+            return
+        # A third does not break off the closing: the timer ends it, too.
+        for each in _ENDS:
+            signal.signal(each, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    def _listen(self, bell: socket.socket) -> None:
+        heard = 0
+        while word := bell.recv(1):
+            if word[0] not in _ENDS:
+                continue
+            heard += 1
+            if heard == 1 and self.under_way:
+                # Not in the handler: the thread that it interrupts may hold the radio's lock.
+                told = ("stop", _ENDS[word[0]])
+                threading.Thread(target=self._operator.say, args=told, daemon=True).start()
+            else:
+                threading.Thread(target=_end_soon, daemon=True).start()
+
+
+def _end_soon() -> None:
+    """End the program, whatever its other threads do."""
+    # The kernel does, should Python itself stand still.
+    signal.setitimer(signal.ITIMER_REAL, 1.2 * _LAST_PATIENCE)
+    time.sleep(_LAST_PATIENCE)
+    os._exit(_INTERRUPTED)
 
 
 def _show(console: Console, summary: dict[str, object]) -> None:

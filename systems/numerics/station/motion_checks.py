@@ -3,8 +3,11 @@
 Both are compared as ways of the wheels. The motion that a command leads to is predicted by a delay
 of two ticks and a first-order lag; a robot whose pose stands still while it should have gone some
 centimetres does not follow. The ways by encoders and by motion capture between two reports are
-compared, at the moments at which both were measured, however late ticks are; what they differ by,
-beyond what delay and slip explain, is added up (a CUSUM test, Page, Biometrika 41, 1954).
+compared, at the moments at which both were measured, however late ticks are. What the one has gone
+beyond the other and beyond slip is added up, for either sense (a two-sided CUSUM test, Page,
+Biometrika 41, 1954). Slip grows with the way, and what delay explains does not: a moment that is
+off adds to one difference what it takes from the next, up to what the wheel turns meanwhile at its
+fastest. So a dead encoder is noticed after some centimetres of way, however slow the robot is.
 """
 
 from dataclasses import dataclass
@@ -26,10 +29,11 @@ _MOVED = 0.005
 _BLIND_WAY, _BLIND_TIME = 0.012, 0.12
 # A robot that does not follow stands for so long before it is tried again [s], so often.
 _PAUSE, _TRIES = 0.5, 3
-# Differences of ways between two reports that delay [m] and slip [-] explain.
-_ALLOWED, _SLIP = 0.01, 0.25
-# What the rest adds up to when encoders and motion capture disagree [m].
-_DISAGREEMENT = 0.025
+# Part of a way that slip and wrong dimensions explain [-].
+_SLIP = 0.25
+# What the rest adds up to when encoders and motion capture disagree: a length [m], and what a wheel
+# that reverses turns in the time by which moments are off [s] at the fastest of the last seconds.
+_DISAGREEMENT, _MOMENTS_OFF, _LATELY = 0.018, 0.04, 2.0
 # Poses that are remembered: a report tells how things stood some ticks ago. The newest may be older
 # than the report, by so much at most [s].
 _KEPT, _AHEAD = 4, 0.06
@@ -80,7 +84,8 @@ class MotionMemory(NamedTuple):
         reports: Stamps of the last reports, shape (N,) [s]; minus infinity before the first.
         counts: Of their encoders, shape (N, 2).
         report_ways: Of the wheels by motion capture then, shape (N, 2) [m].
-        differences: Added up, shape (N, 2) [m].
+        differences: By which encoders are ahead, and are behind, added up, shape (2, N, 2) [m].
+        fastest: Of each wheel lately, by encoder or motion capture, shape (N, 2) [m/s].
     """
 
     poses: np.ndarray
@@ -97,6 +102,7 @@ class MotionMemory(NamedTuple):
     counts: np.ndarray
     report_ways: np.ndarray
     differences: np.ndarray
+    fastest: np.ndarray
 
 
 def no_motion(count: int) -> MotionMemory:
@@ -121,7 +127,8 @@ def no_motion(count: int) -> MotionMemory:
         reports=never,
         counts=pairs,
         report_ways=pairs,
-        differences=pairs,
+        differences=np.zeros((2, count, 2)),
+        fastest=pairs,
     )
 
 
@@ -196,7 +203,8 @@ def check_motion(
     with np.errstate(invalid="ignore"):
         now = stamps + pose_ages
     memory = _compare(chassis, memory, now, counts, ages)
-    disagree = (memory.differences > _DISAGREEMENT).any(axis=1)
+    explained = _DISAGREEMENT + 2 * _MOMENTS_OFF * memory.fastest
+    disagree = (memory.differences > explained).any(axis=(0, 2))
     faults = np.where(
         disagree, Reason.ODOMETRY, np.where(time < memory.until, Reason.NOT_FOLLOWING, Reason.NONE)
     )
@@ -280,15 +288,19 @@ def _compare(
     # Poses were good all the time, and nobody set the counts back.
     whole = new & surely & (measured - between >= memory.since)
     whole &= np.abs(counted).max(axis=1) <= 2 * chassis.top_speed * np.minimum(between, 10.0)
-    error = np.abs(counted - driven)
-    explained = _ALLOWED + _SLIP * np.maximum(np.abs(counted), np.abs(driven))
-    sums = np.maximum(memory.differences + error - explained, 0.0)
+    gone = np.maximum(np.abs(counted), np.abs(driven))
+    explained = _SLIP * gone
+    speed = np.minimum(gone / between[:, np.newaxis], chassis.top_speed)
+    slower = memory.fastest * np.exp(-between / _LATELY)[:, np.newaxis]
+    ahead = np.stack([counted - driven, driven - counted])
+    sums = np.maximum(memory.differences + ahead - explained, 0.0)
     # One that is older than what is remembered is nothing to count from.
     return memory._replace(
         reports=np.where(new, np.where(surely, stamps, -np.inf), memory.reports),
         counts=np.where(new[:, np.newaxis], counts, memory.counts),
         report_ways=np.where(new[:, np.newaxis], seen, memory.report_ways),
         differences=np.where(whole[:, np.newaxis], sums, memory.differences),
+        fastest=np.where(whole[:, np.newaxis], np.maximum(speed, slower), memory.fastest),
     )
 
 

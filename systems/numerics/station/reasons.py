@@ -13,7 +13,10 @@ class Standing(IntEnum):
 
 
 class Reason(IntEnum):
-    """Why a robot is held or lost. Of several reasons the one with the lowest number is told."""
+    """Why a robot is held or lost. Of several reasons the one with the lowest number is told.
+
+    OBSTACLE alone holds no more than the forward motion of a robot, which runs otherwise.
+    """
 
     NONE = 0
     OPERATOR_STOP = 1
@@ -33,6 +36,7 @@ class Reason(IntEnum):
     DEAF = 15
     LOW_BATTERY = 16
     VIEW = 17
+    OBSTACLE = 18
 
 
 WORDS = {
@@ -54,6 +58,7 @@ WORDS = {
     Reason.DEAF: "it does not hear the station",
     Reason.LOW_BATTERY: "its battery is low",
     Reason.VIEW: "the operator's view is gone",
+    Reason.OBSTACLE: "an obstacle is near ahead",
 }
 
 # Nothing that a robot does while it stands shows that these are over.
@@ -63,5 +68,5 @@ ONLY_OPERATOR = frozenset({Reason.FOREIGN_STOP, Reason.MOTOR, Reason.ODOMETRY})
 NAMES = {
     reason.name.lower(): reason
     for reason in Reason
-    if reason not in {Reason.NONE, Reason.OPERATOR_STOP}
+    if reason not in {Reason.NONE, Reason.OPERATOR_STOP, Reason.OBSTACLE}
 }

@@ -138,10 +138,14 @@ def supervise(
     asked_until = np.where(signs.cleared, signs.time + _ASKED_FOR, memory.asked_until)
     present = _present(rules, signs, seen)
     stays = rules.staying
-    # What a robot that is asked to arm again still reports is answered, not kept.
-    asked = signs.time < asked_until
     answered = np.zeros(len(Reason), dtype=bool)
     answered[[Reason.FOREIGN_STOP, Reason.RESET, Reason.MOTOR]] = True
+    # What a robot that is asked to arm again still reports is answered, not kept; once it has
+    # reported since that it is armed, a reset is another one.
+    since = signs.time - signs.ages > asked_until - _ASKED_FOR + _OF_BEFORE
+    well = since & (signs.robot_states >= 0) & ~(present & answered).any(axis=1)
+    asked_until = np.where(well, -np.inf, asked_until)
+    asked = signs.time < asked_until
     kept = (memory.staying > 0.5) & (not signs.cleared)
     kept |= present & stays & ~(asked[:, np.newaxis] & answered)
     active = present | kept

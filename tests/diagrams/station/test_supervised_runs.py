@@ -75,3 +75,21 @@ def test_who_is_held_is_sent_nothing(unheard):
 def test_a_run_with_holds_gives_the_same_commands_bit_for_bit(unheard, tmp_path):
     result = replay_station(load_recording(unheard[1]), tmp_path / "again.log")
     assert (result.identical, result.differing) == (True, ())
+
+
+def test_robots_drive_no_further_towards_what_they_feel_and_that_is_an_event_but_no_fault(
+    load_laboratory, tmp_path
+):
+    # Sensors that feel walls from afar.
+    scenario, game = load_laboratory("infrared.reflex=0.35", "seconds=3")
+    run_station(scenario, game, log=tmp_path / "run.log", realtime_rate=0)
+    log = read_run_log(tmp_path / "run.log")
+    near = log.samples["supervisor.reason"] == Reason.OBSTACLE
+    sent = log.samples["team.sent_commands"].reshape(-1, 6, 2)
+    assert near.any()
+    assert (log.samples["supervisor.standing"][near] == Standing.RUNNING).all()
+    assert (sent[near, 0] <= 0).all()
+    assert (sent[~near, 0] > 0).any()
+    told = [each for each in events_of(log, game) if "obstacle" in each.text]
+    assert told
+    assert not any(each.fault for each in told)

@@ -31,6 +31,22 @@ from sightfield.systems.numerics.station.motion_checks import Chassis
 
 CHASSIS = Chassis(track_width=0.2, counts_per_metre=1000.0)
 DOMAIN = 219
+# Six robots in a process of their own.
+DDS_PEER = """
+import time
+import numpy as np
+from sightfield.hardware_io.dds.driver import DdsWire, Driver
+from sightfield.hardware_io.emulation.air import AirSettings
+from sightfield.hardware_io.emulation.stand_in_laboratory import StandInLaboratory
+
+wire = DdsWire([f"robot{{k}}" for k in range(1, 7)], {domain}, stamped=False)
+robots = StandInLaboratory(
+    range(1, 7), np.zeros((6, 3)), lambda k: Driver(0.5, stamped=False), wire, air=AirSettings()
+)
+with robots:
+    print("up", flush=True)
+    time.sleep(60)
+"""
 
 
 class Writer:
@@ -52,18 +68,18 @@ def link():
     return link
 
 
-def odometry(nanoseconds, x, y, heading, speed=0.0, rate=0.0):
+def odometry(second, x, y, heading, speed=0.0, rate=0.0):
     turn = Quaternion(z=np.sin(heading / 2), w=np.cos(heading / 2))
     return Odometry(
-        Header(Time(7, nanoseconds), "odom"),
+        Header(Time(second, 7), "odom"),
         "base_link",
         PoseWithCovariance(Pose(Point(x, y), turn)),
         TwistWithCovariance(Twist(Vector3(x=speed), Vector3(z=rate))),
     )
 
 
-def take(link, *arguments, **options):
-    link._take(3, link._driven[3], odometry(*arguments, **options))
+def take(link, *arguments, source=1, **options):
+    link._take(3, link._driven[3], odometry(*arguments, **options), source)
     return link.telemetry()[3]
 
 
@@ -79,13 +95,13 @@ def test_counts_are_made_of_odometry(link):
         report = take(link, 1 + k, *place, heading)
     assert report.counts == pytest.approx((300 + 400 * np.pi / 2, 300 + 600 * np.pi / 2), abs=2)
     # One that was started anew begins elsewhere, and has not driven there.
-    assert take(link, 40, 0.0, 9.0, heading).counts == report.counts
+    assert take(link, 40, 0.0, 90.0, heading).counts == report.counts
 
 
 def test_what_is_repeated_overtaken_or_no_number_does_not_count(link):
     take(link, 5, 0.0, 0.0, 0.0)
-    for nanoseconds, x in ((5, 0.1), (4, 0.1), (6, np.nan)):
-        assert take(link, nanoseconds, x, 0.0, 0.0).counts == (0, 0)
+    for second, x in ((5, 0.1), (4, 0.1), (6, np.nan)):
+        assert take(link, second, x, 0.0, 0.0).counts == (0, 0)
     assert link.health().refused == 3
 
 
@@ -110,6 +126,30 @@ def test_before_an_arm_nothing_is_sent_and_after_a_stop_nothing_but_zeros(link):
     link.transmit(3, Order(What.STOP, 4))
     link.heartbeat()
     assert link.kept.written[2:] == [still, still]
+
+
+ANEW = [
+    # Another sends it, with a stamp from before and hardly another pose.
+    {"second": 1, "x": 0.0, "source": 2},
+    # It begins at its origin, from which it was not far.
+    {"second": 6, "x": -1.4, "source": 1},
+]
+
+
+@pytest.mark.parametrize("said", ANEW)
+def test_a_driver_that_begins_anew_gets_zeros_until_it_is_armed(link, said):
+    drive_on = Order(What.COMMAND, 9, time.monotonic() + 9, 0.25, -1.5)
+    link.transmit(3, Order(What.ARM, 1))
+    assert take(link, 5, 0.0, 0.0, 0.0).state == RobotState.IDLE
+    report = take(link, y=0.0, heading=0.0, **said)
+    assert (report.state, report.counts) == (RobotState.DISARMED, (0, 0))
+    link.transmit(3, drive_on)
+    assert link.kept.written[-1] == Twist()
+    again = {**said, "second": said["second"] + 1}
+    assert take(link, y=0.0, heading=0.0, **again).state == RobotState.DISARMED
+    link.transmit(3, Order(What.ARM, 10))
+    link.transmit(3, drive_on)
+    assert link.kept.written[-1] == Twist(Vector3(x=0.25), Vector3(z=-1.5))
 
 
 def test_names_and_domains_that_are_none_are_refused():
@@ -188,3 +228,27 @@ def test_a_node_hears_its_own_domain_alone():
     for node in nodes:
         node.close()
     del domains
+
+
+def test_a_link_to_robots_that_died_closes_in_a_second():
+    code = DDS_PEER.format(domain=DOMAIN + 1)
+    peer = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
+    domain = open_domain(DOMAIN + 1, LOOPBACK)
+    link = DdsLink(range(1, 7), chassis=CHASSIS, domain=DOMAIN + 1)
+    try:
+        assert peer.stdout is not None
+        assert peer.stdout.readline() == b"up\n"
+        link.connect()
+        assert link.arm(timeout=10) == (1, 2, 3, 4, 5, 6)
+        link.send_commands(np.full((6, 2), 0.1))
+    finally:
+        peer.kill()
+        peer.communicate()
+    for _ in range(5):
+        link.send_commands(np.full((6, 2), 0.1))
+        time.sleep(0.02)
+    began = time.monotonic()
+    assert link.stop(timeout=0.3) == ()
+    link.close()
+    assert time.monotonic() - began < 1.0
+    del domain

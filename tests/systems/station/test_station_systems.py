@@ -8,10 +8,12 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.station.channel import Channel
+from sightfield.systems.numerics.station.reasons import Reason
 from sightfield.systems.station.age_limit import AgeLimit
 from sightfield.systems.station.command_gate import PAUSED, RUNNING, STOPPED, CommandGate
 from sightfield.systems.station.command_timeout import CommandTimeout
 from sightfield.systems.station.imperfect_channel import ImperfectChannel
+from sightfield.systems.station.infrared_reflex import InfraredReflex
 from sightfield.systems.station.picture_player import PicturePlayer
 from sightfield.systems.station.pose_parts import PoseParts
 from sightfield.systems.station.sample_player import SamplePlayer
@@ -40,6 +42,52 @@ def test_a_robot_that_nobody_sees_stands_and_the_others_go_on():
     gate = CommandGate(3)
     sent = evaluate(gate, "sent_command", command=COMMANDS, valid=[1, 0, 1], mode=[RUNNING])
     assert sent.tolist() == [0.1, 1.0, 0.0, 0.0, 0.3, 3.0]
+
+
+def feel(ranges, reflex=None, context=None, *, reason=(0, 0), valid=(1, 1)):
+    """Commands and reasons of two robots that drive on and turn, by the ranges of the first."""
+    reflex = reflex or InfraredReflex(2, distance=0.05, period=0.1)
+    context = context or reflex.CreateDefaultContext()
+    inputs = {
+        "command": [0.1, 1.0, -0.2, 2.0],
+        "ranges": [*ranges, 0.01, 0.01, 0.01, 0.01],
+        "valid": valid,
+        "reason": reason,
+    }
+    for name, value in inputs.items():
+        reflex.GetInputPort(name).FixValue(context, np.asarray(value, dtype=float))
+    ports = [reflex.GetOutputPort(name) for name in ("held_command", "told_reason")]
+    return [port.Eval(context).tolist() for port in ports]
+
+
+FAR, OBSTACLE = [0.3, 0.3, 0.3, 0.3], float(Reason.OBSTACLE)
+
+
+@pytest.mark.parametrize("sensor", range(4))
+def test_a_robot_drives_no_further_towards_what_it_feels_ahead_but_turns_and_drives_back(sensor):
+    ranges = [0.3 if k != sensor else 0.049 for k in range(4)]
+    ahead = sensor in (1, 2)
+    commands, reasons = feel(ranges)
+    # The second feels something as well, and drives back.
+    assert commands == [0.0 if ahead else 0.1, 1.0, -0.2, 2.0]
+    assert reasons == [OBSTACLE if ahead else 0.0, OBSTACLE]
+
+
+def test_what_sensors_said_long_ago_holds_nobody_and_a_graver_reason_is_told():
+    assert feel([0.0] * 4, valid=(0, 0)) == [[0.1, 1.0, -0.2, 2.0], [0.0, 0.0]]
+    assert feel([0.0] * 4, reason=(2, 0))[1] == [2.0, OBSTACLE]
+
+
+def test_a_robot_that_was_held_drives_on_when_the_way_is_a_little_longer():
+    reflex = InfraredReflex(2, distance=0.05, period=0.1)
+    simulator = Simulator(reflex)
+    context = simulator.get_mutable_context()
+    feel([0.04] * 4, reflex, context)
+    simulator.AdvanceTo(0.25)
+    held = [feel([away] * 4, reflex, context)[0][0] for away in (0.06, 0.08)]
+    assert held == [0.0, 0.1]
+    simulator.AdvanceTo(0.35)
+    assert feel([0.06] * 4, reflex, context)[0][0] == 0.1
 
 
 @pytest.mark.parametrize("nonsense", [np.nan, np.inf])

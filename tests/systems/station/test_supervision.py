@@ -249,9 +249,8 @@ def test_a_body_that_stands_still_for_the_cameras_alone_is_held_within_decimetre
         when, why = floor.held[0]
         assert why in (Reason.NOT_FOLLOWING, Reason.ODOMETRY)
         assert when - moment < 0.45
-        # Faster ones are not tried again: their encoders tell that they moved.
-        final = Reason.ODOMETRY if speed > 0.1 else Reason.NOT_FOLLOWING
-        assert floor.history[-1][1].reasons[0] == final
+        # It is not tried again: its encoders tell that it moved.
+        assert floor.history[-1][1].reasons[0] == Reason.ODOMETRY
         assert floor.stuck is not None
         stood = floor.stuck[:2] - floor.poses[0, :2]
         assert np.hypot(*stood) < 0.15
@@ -281,13 +280,26 @@ def test_ticks_that_come_late_are_no_fault_of_a_robots():
 
 
 @pytest.mark.parametrize("fault", ["dead encoder", "reversed encoder"])
-def test_encoders_that_tell_another_motion_are_noticed(fault):
+@pytest.mark.parametrize("speed", [0.02, 0.05, 0.09, 0.2, 0.3])
+def test_encoders_that_tell_another_motion_are_noticed_however_slow_the_robot_is(fault, speed):
     for moment in (2.0, 2.13, 2.27):
-        floor = steady(fault, moment, moment + 2.0)
+        floor = steady(fault, moment, moment + 0.1 / speed + 1.0, speed)
         when, why = floor.held[0]
         assert (set(floor.held), why) == ({0}, Reason.ODOMETRY)
-        # Two reports after the first that tells of it.
-        assert when - moment < 0.75
+        # Some centimetres of way, and two reports.
+        assert when - moment < 0.04 / speed + 0.45
+
+
+def test_a_reset_just_after_start_is_not_answered_once_the_robot_has_said_that_it_is_armed():
+    rules = SupervisionRules(cleared_by_operator=("reset",))
+    memory, asked = decide(rules, cleared=True, robot_states=np.array([0.0, 0.0]))
+    # Robot 0 has been armed meanwhile, robot 1 still says that it was not.
+    told = {"ages": np.zeros(2), "robot_states": np.array([1.0, 0.0])}
+    memory, between = decide(rules, memory, time=5.4, **told)
+    _, after = decide(rules, memory, time=5.6, **{**told, "robot_states": np.zeros(2)})
+    assert asked.arm_again.tolist() == [1.0, 1.0]
+    assert between.arm_again.tolist() == [0.0, 1.0]
+    assert after.arm_again.tolist() == [0.0, 1.0]
 
 
 def test_a_robot_whose_motors_are_dead_is_tried_three_times():
