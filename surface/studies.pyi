@@ -24,10 +24,10 @@ from .diagrams.studies.summary import summarise_study as summarise_study
 from .diagrams.studies.tracking_study import thesis_base as thesis_base
 from .diagrams.studies.tracking_study import tracking_grid as tracking_grid
 from .diagrams.studies.tracking_study import tracking_study as tracking_study
-from .systems.numerics.statistics.corrections import holm as holm
-from .systems.numerics.statistics.estimate import Estimate as Estimate
-from .systems.numerics.statistics.paired import PairedDifference as PairedDifference
-from .systems.numerics.statistics.paired import paired_difference as paired_difference
-from .systems.numerics.statistics.survival import SurvivalCurve as SurvivalCurve
-from .systems.numerics.statistics.survival import kaplan_meier as kaplan_meier
-from .systems.numerics.statistics.survival import restricted_mean as restricted_mean
+from .systems.numerics.statistics import Estimate as Estimate
+from .systems.numerics.statistics import PairedDifference as PairedDifference
+from .systems.numerics.statistics import SurvivalCurve as SurvivalCurve
+from .systems.numerics.statistics import holm as holm
+from .systems.numerics.statistics import kaplan_meier as kaplan_meier
+from .systems.numerics.statistics import paired_difference as paired_difference
+from .systems.numerics.statistics import restricted_mean as restricted_mean

@@ -8,17 +8,18 @@ from pathlib import Path
 import numpy as np
 
 from ...systems.numerics.errors import require
-from ...systems.numerics.standoff.equilibria import wanted_equilibrium
-from ...systems.numerics.standoff.region import region_of_attraction
+from ...systems.numerics.standoff.attraction import region_of_attraction
+from ...systems.numerics.standoff.loop import wanted_equilibrium
 from ...systems.numerics.standoff.response import DIVERGED, respond
 from .analysis import StandoffAnalysis
-from .pictures.linear_pictures import save_linear_pictures
-from .pictures.phase_picture import save_phase_picture
-from .pictures.replay import write_standoff_replay
-from .pictures.response_picture import save_response_picture
-from .pictures.sampled_pictures import save_sampled_pictures
-from .run import StandoffRun, run_standoff
-from .scenario import StandoffScenario
+from .make_standoff import StandoffRun, StandoffScenario, run_standoff
+from .pictures import (
+    save_linear_pictures,
+    save_phase_picture,
+    save_response_picture,
+    save_sampled_pictures,
+)
+from .simulation import write_standoff_replay
 
 # Of the block diagram's run [s], and the evader's motion in it, in half the top speed of the
 # thesis's pursuer, 0.3 m/s.

@@ -18,9 +18,7 @@ import numpy as np
 from ...systems.numerics.errors import InvalidInput, require, require_one_of, require_positive
 from ...systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
 from ...systems.numerics.geometry.world import World
-from ...systems.numerics.statistics.estimate import Estimate
-from ...systems.numerics.statistics.paired import paired_difference
-from ...systems.numerics.statistics.run_seeds import run_seed
+from ...systems.numerics.statistics import Estimate, paired_difference, run_seed
 from ...systems.numerics.tracking.visibility_game.bounds import BOUNDS
 from ...systems.numerics.tracking.visibility_game.guaranteed_times import solve_visibility_game
 

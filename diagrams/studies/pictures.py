@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from ...systems.numerics.statistics.survival import kaplan_meier, restricted_mean
+from ...systems.numerics.statistics import kaplan_meier, restricted_mean
 from .grid import StudyGrid, StudyPanel
 from .opponents import runs_in_words
 from .records import StudyResult

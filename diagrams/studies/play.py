@@ -10,7 +10,7 @@ from pydrake.systems.analysis import Simulator
 
 from ...systems.numerics.errors import InvalidInput
 from ...systems.numerics.geometry.world import World
-from ...systems.numerics.statistics.run_seeds import run_seed
+from ...systems.numerics.statistics import run_seed
 from ..scenario_files import build
 from ..tracking.game import TrackingGame, set_up_game
 from ..tracking.make_tracking import MakeTracking

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...systems.numerics.geometry.edge_index import build_edge_index
 from ...systems.numerics.geometry.team_sight import sight_matrix
-from ...systems.numerics.statistics.run_seeds import run_seed
+from ...systems.numerics.statistics import run_seed
 from ...systems.numerics.tracking.visibility_game.board import make_board
 from ...systems.numerics.tracking.visibility_game.bottleneck import bottleneck, certificate
 from ...systems.numerics.tracking.visibility_game.pursuit import pair_worths

@@ -10,7 +10,7 @@ from pydantic import ConfigDict
 from ...systems.numerics.errors import InvalidInput, require
 from ...systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
 from ...systems.numerics.geometry.world import World
-from ...systems.numerics.statistics.run_seeds import run_seed
+from ...systems.numerics.statistics import run_seed
 from ..scenario_files import NO_OTHER_KEYS, build, with_settings
 from ..tracking.game import with_random_starts
 from ..tracking.scenario import TrackingScenario

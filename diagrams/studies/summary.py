@@ -2,10 +2,7 @@
 
 from dataclasses import asdict
 
-from ...systems.numerics.statistics.corrections import holm
-from ...systems.numerics.statistics.estimate import Estimate, share
-from ...systems.numerics.statistics.paired import paired_difference
-from ...systems.numerics.statistics.survival import restricted_mean
+from ...systems.numerics.statistics import Estimate, holm, paired_difference, restricted_mean, share
 from .grid import StudyGrid
 from .opponents import opponent_of, runs_by_opponent
 from .records import StudyResult

@@ -1,6 +1,6 @@
 """`sightfield standoff analyse`: equilibria, poles, singularities, regions, margins."""
 
-from ...standoff.scenario import StandoffScenario
+from ...standoff.make_standoff import StandoffScenario
 from .answer import analyse_and_answer
 from .options import JsonOption, OutOption, takes_scenario
 

@@ -11,8 +11,8 @@ from rich.table import Table
 
 from ...outputs import output_folder
 from ...standoff.analysis import StandoffAnalysis, analyse_standoff
+from ...standoff.make_standoff import StandoffScenario
 from ...standoff.report import ROWS, StandoffReport, standoff_report, write_standoff_report
-from ...standoff.scenario import StandoffScenario
 
 
 def analyse_and_answer(scenario: StandoffScenario, out: Path | None, as_json: bool) -> None:

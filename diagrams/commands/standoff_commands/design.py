@@ -9,11 +9,11 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from ....systems.numerics.standoff.sampled.design import Specification, design_gains
+from ....systems.numerics.standoff.sampled_loop import Specification, design_gains
 from ...outputs import output_folder
 from ...standoff.analysis import MARGINS, analyse_standoff
+from ...standoff.make_standoff import StandoffScenario
 from ...standoff.report import standoff_report, write_standoff_report
-from ...standoff.scenario import StandoffScenario
 from .answer import summary_table
 from .options import JsonOption, OutOption, takes_scenario
 

@@ -5,8 +5,8 @@ from typing import Annotated
 import typer
 
 from ....systems.numerics.errors import require, require_positive
-from ...standoff.live import StandoffPage
-from ...standoff.scenario import StandoffScenario
+from ...standoff.laboratory import StandoffPage
+from ...standoff.make_standoff import StandoffScenario
 from ...tracking.live_page import open_live_page
 from .options import takes_scenario
 

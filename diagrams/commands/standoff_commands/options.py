@@ -9,12 +9,11 @@ from typing import Annotated, Any
 import typer
 
 from ....systems.numerics.errors import require, require_non_negative
-from ....systems.numerics.standoff.error_model import ErrorModel
-from ....systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop
+from ....systems.numerics.standoff.loop import CONTROLLERS, ErrorModel, StandoffLoop
 from ....systems.numerics.standoff.response import require_start
-from ....systems.numerics.standoff.sampled_pid import SampledPid
+from ....systems.numerics.standoff.sampled_loop import SampledPid
+from ...standoff.make_standoff import StandoffScenario
 from ...standoff.report import EVADER_SPEED, EVADER_SWAY
-from ...standoff.scenario import StandoffScenario
 
 THESIS, CLOCK = ErrorModel(), SampledPid()
 # A longer delay line makes matrices whose poles take seconds.

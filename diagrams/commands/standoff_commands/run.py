@@ -4,8 +4,8 @@ from typing import Annotated
 
 import typer
 
+from ...standoff.make_standoff import StandoffScenario
 from ...standoff.report import standoff_report
-from ...standoff.scenario import StandoffScenario
 from .answer import analyse_and_answer, answer
 from .options import JsonOption, OutOption, takes_scenario
 

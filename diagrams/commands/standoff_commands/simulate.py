@@ -9,8 +9,7 @@ from rich.console import Console
 
 from ....systems.numerics.errors import require, require_positive
 from ...outputs import output_folder
-from ...standoff.run import run_standoff
-from ...standoff.scenario import StandoffScenario
+from ...standoff.make_standoff import StandoffScenario, run_standoff
 from ...standoff.simulation import ROWS, simulation_summary, write_simulation
 from .answer import summary_table
 from .options import JsonOption, OutOption, takes_scenario

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 
 from ....systems.numerics.geometry.arenas.random_arena import Arena
-from ....systems.numerics.statistics.paired import paired_difference
+from ....systems.numerics.statistics import paired_difference
 from ....systems.numerics.tracking.risk import RISK_FUNCTIONS
 from ...studies.grid import StudyGrid, StudyPanel, matrix_of
 from ...studies.opponents import Match, cell_name, match_cell, runs_against

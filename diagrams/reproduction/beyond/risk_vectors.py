@@ -3,8 +3,7 @@
 import numpy as np
 
 from ....systems.numerics.geometry.edge_index import build_edge_index
-from ....systems.numerics.statistics.estimate import share
-from ....systems.numerics.statistics.paired import paired_difference
+from ....systems.numerics.statistics import paired_difference, share
 from ....systems.numerics.tracking.corner_study.polygon_bound import least_escape_time
 from ....systems.numerics.tracking.corner_table import corner_table
 from ....systems.numerics.tracking.risk import RISK_VECTORS

@@ -6,10 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ....systems.numerics.geometry.arenas.random_arena import Arena
-from ....systems.numerics.statistics.bootstrap import ratio_of_means
-from ....systems.numerics.statistics.estimate import Estimate, share
-from ....systems.numerics.statistics.paired import paired_difference
-from ....systems.numerics.statistics.trend import run_slopes
+from ....systems.numerics.statistics import (
+    Estimate,
+    paired_difference,
+    ratio_of_means,
+    run_slopes,
+    share,
+)
 from ...studies.grid import StudyGrid, StudyPanel, matrix_of
 from ...studies.opponents import cell_name, match_of
 from ...studies.pictures import draw_curves, draw_matrix, draw_means

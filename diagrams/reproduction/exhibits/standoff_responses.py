@@ -2,10 +2,9 @@
 
 from dataclasses import replace
 
-from ....systems.numerics.standoff.equilibria import wanted_equilibrium
-from ....systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop
+from ....systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop, wanted_equilibrium
 from ....systems.numerics.standoff.response import respond, still_integral
-from ...standoff.pictures.response_picture import save_response_picture
+from ...standoff.pictures import save_response_picture
 from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Workshop, judged
 
 # y(0) of 2.2.7 [m], and how near to r a loop that keeps it has to come to rest [m].

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ....systems.numerics.statistics.estimate import share
+from ....systems.numerics.statistics import share
 from ..assignment_study import PURSUERS
 from ..records import StudyResult
 from .claim import (

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....systems.numerics.errors import require
-from ....systems.numerics.statistics.corrections import holm
-from ....systems.numerics.statistics.estimate import Estimate
-from ....systems.numerics.statistics.paired import PairedDifference, paired_difference
-from ....systems.numerics.statistics.survival import restricted_mean
+from ....systems.numerics.statistics import (
+    Estimate,
+    PairedDifference,
+    holm,
+    paired_difference,
+    restricted_mean,
+)
 from ..opponents import cell_name, runs_by_opponent
 from ..records import StudyResult
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from ....systems.numerics.statistics.paired import paired_difference
-from ....systems.numerics.statistics.trend import run_slopes, spread_trend
+from ....systems.numerics.statistics import paired_difference, run_slopes, spread_trend
 from ..records import StudyResult
 from ..study import Study
 from .claim import (

@@ -6,16 +6,28 @@ import math
 import numpy as np
 import pytest
 
-from sightfield.diagrams.standoff.analysis import analyse_standoff
-from sightfield.diagrams.standoff.certificate import sum_of_squares_certificate
-from sightfield.diagrams.standoff.linear import drake_poles, frequency_response, root_locus
-from sightfield.diagrams.standoff.pictures.phase_picture import draw_phase_portrait
-from sightfield.systems.numerics.standoff.delay import crossover_frequencies, open_loop
-from sightfield.systems.numerics.standoff.equilibria import equilibria, wanted_equilibrium
-from sightfield.systems.numerics.standoff.error_model import ErrorModel
-from sightfield.systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop
-from sightfield.systems.numerics.standoff.region import region_of_attraction
-from sightfield.systems.numerics.standoff.response import SETTLED, respond
+from sightfield.diagrams.standoff.analysis import (
+    analyse_standoff,
+    drake_poles,
+    frequency_response,
+    root_locus,
+    sum_of_squares_certificate,
+)
+from sightfield.diagrams.standoff.pictures import draw_phase_portrait
+from sightfield.systems.numerics.standoff.attraction import region_of_attraction
+from sightfield.systems.numerics.standoff.loop import (
+    CONTROLLERS,
+    ErrorModel,
+    StandoffLoop,
+    equilibria,
+    wanted_equilibrium,
+)
+from sightfield.systems.numerics.standoff.response import (
+    SETTLED,
+    crossover_frequencies,
+    open_loop,
+    respond,
+)
 
 
 @pytest.mark.parametrize("controller", CONTROLLERS)
@@ -125,7 +137,7 @@ def test_without_a_certificate_the_rest_of_the_analysis_stands(monkeypatch):
     def demand_that_fails(*_):
         raise SystemExit("condition 'result.is_success()' failed")
 
-    module = "sightfield.diagrams.standoff.certificate.RegionOfAttraction"
+    module = "sightfield.diagrams.standoff.analysis.RegionOfAttraction"
     monkeypatch.setattr(module, demand_that_fails)
     found = analyse_standoff(StandoffLoop())
     assert found.certificate is None

@@ -5,17 +5,17 @@ import math
 import numpy as np
 import pytest
 
-from sightfield.diagrams.standoff.live import DELAY, KP, StandoffPage
-from sightfield.diagrams.standoff.pictures.laboratory_picture import (
+from sightfield.diagrams.standoff.laboratory import (
+    DELAY,
+    KP,
+    StandoffPage,
     draw_laboratory,
     sampled_response,
 )
-from sightfield.diagrams.standoff.run import run_standoff
-from sightfield.diagrams.standoff.scenario import StandoffScenario
+from sightfield.diagrams.standoff.make_standoff import StandoffScenario, run_standoff
 from sightfield.diagrams.tracking.live_page import open_live_page
-from sightfield.systems.numerics.standoff.error_model import ErrorModel
-from sightfield.systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop
-from sightfield.systems.numerics.standoff.sampled_pid import SampledPid
+from sightfield.systems.numerics.standoff.loop import CONTROLLERS, ErrorModel, StandoffLoop
+from sightfield.systems.numerics.standoff.sampled_loop import SampledPid
 
 CLOCK = SampledPid(period=0.02, filter_time=0.05, limit=0.6)
 

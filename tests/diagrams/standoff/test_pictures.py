@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 
 from sightfield.diagrams.standoff.analysis import analyse_standoff
-from sightfield.diagrams.standoff.pictures.linear_pictures import draw_bode, draw_root_locus
-from sightfield.diagrams.standoff.pictures.phase_picture import draw_phase_portrait
-from sightfield.diagrams.standoff.pictures.replay import write_standoff_replay
-from sightfield.diagrams.standoff.pictures.response_picture import draw_responses
-from sightfield.diagrams.standoff.pictures.sampled_pictures import draw_nyquist
-from sightfield.diagrams.standoff.run import run_standoff
-from sightfield.diagrams.standoff.scenario import StandoffScenario
-from sightfield.systems.numerics.standoff.equilibria import wanted_equilibrium
-from sightfield.systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop
+from sightfield.diagrams.standoff.make_standoff import StandoffScenario, run_standoff
+from sightfield.diagrams.standoff.pictures import (
+    draw_bode,
+    draw_nyquist,
+    draw_phase_portrait,
+    draw_responses,
+    draw_root_locus,
+)
+from sightfield.diagrams.standoff.simulation import write_standoff_replay
+from sightfield.systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop, wanted_equilibrium
 
 
 def curves(axes):

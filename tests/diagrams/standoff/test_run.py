@@ -5,16 +5,18 @@ import math
 import numpy as np
 import pytest
 
-from sightfield.diagrams.standoff.make_standoff import MakeStandoff
-from sightfield.diagrams.standoff.run import measure_convergence, run_closed_loop, run_standoff
-from sightfield.diagrams.standoff.scenario import StandoffScenario
+from sightfield.diagrams.standoff.make_standoff import (
+    MakeStandoff,
+    StandoffScenario,
+    measure_convergence,
+    run_closed_loop,
+    run_standoff,
+)
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.standoff.delay import delay_margin
-from sightfield.systems.numerics.standoff.equilibria import wanted_equilibrium
-from sightfield.systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop
-from sightfield.systems.numerics.standoff.region import region_of_attraction
-from sightfield.systems.numerics.standoff.response import respond, still_integral
-from sightfield.systems.numerics.standoff.sampled_pid import SampledPid
+from sightfield.systems.numerics.standoff.attraction import region_of_attraction
+from sightfield.systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop, wanted_equilibrium
+from sightfield.systems.numerics.standoff.response import delay_margin, respond, still_integral
+from sightfield.systems.numerics.standoff.sampled_loop import SampledPid
 
 REST = wanted_equilibrium(StandoffLoop()).y
 

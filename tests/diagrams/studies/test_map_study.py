@@ -12,7 +12,7 @@ from sightfield.diagrams.studies.map_report import draw_maps
 from sightfield.diagrams.studies.map_study import MapStudy, mean_share, run_map_study
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
-from sightfield.systems.numerics.statistics.run_seeds import run_seed
+from sightfield.systems.numerics.statistics import run_seed
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )

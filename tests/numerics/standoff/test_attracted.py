@@ -3,12 +3,9 @@
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.standoff.attracted import attracted_states
-from sightfield.systems.numerics.standoff.equilibria import wanted_equilibrium
-from sightfield.systems.numerics.standoff.error_model import ErrorModel
-from sightfield.systems.numerics.standoff.loop import StandoffLoop
+from sightfield.systems.numerics.standoff.attraction import attracted_states, separatrix
+from sightfield.systems.numerics.standoff.loop import ErrorModel, StandoffLoop, wanted_equilibrium
 from sightfield.systems.numerics.standoff.response import respond
-from sightfield.systems.numerics.standoff.separatrix import separatrix
 
 
 @pytest.mark.parametrize("controller", ["PI", "PID"])

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.standoff.calibrated_range import held_equilibria, held_error
-from sightfield.systems.numerics.standoff.loop import StandoffLoop
+from sightfield.systems.numerics.standoff.loop import StandoffLoop, held_equilibria, held_error
 
 
 def test_the_thesis_loop_rests_outside_its_calibration():

@@ -6,9 +6,8 @@ import math
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.standoff.delay import delay_margin, open_loop
-from sightfield.systems.numerics.standoff.equilibria import root_slope
-from sightfield.systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop
+from sightfield.systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop, root_slope
+from sightfield.systems.numerics.standoff.response import delay_margin, open_loop
 
 
 def test_a_proportional_loop_bears_a_quarter_turn():

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.standoff.equilibria import (
+from sightfield.systems.numerics.standoff.loop import (
+    CONTROLLERS,
+    ErrorModel,
+    StandoffLoop,
     equilibria,
     singularities,
     wanted_equilibrium,
 )
-from sightfield.systems.numerics.standoff.error_model import ErrorModel
-from sightfield.systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop
 
 # The thesis's constants, by hand: s^2 = 1.7598^2 - 4 * 1.062 * 0.337.
 ROOT = math.sqrt(1.7598**2 - 4 * 1.062 * 0.337)

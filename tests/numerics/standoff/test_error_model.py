@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.standoff.error_model import THESIS_ERROR, ErrorModel
+from sightfield.systems.numerics.standoff.loop import THESIS_ERROR, ErrorModel
 
 
 @pytest.mark.parametrize("y_mm", [0.0, 100.0, 400.0, 1500.0])

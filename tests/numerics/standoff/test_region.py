@@ -8,12 +8,18 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.standoff.energy import certified_interval, energy
-from sightfield.systems.numerics.standoff.equilibria import wanted_equilibrium
-from sightfield.systems.numerics.standoff.error_model import ErrorModel
-from sightfield.systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop
-from sightfield.systems.numerics.standoff.normalised import normalise
-from sightfield.systems.numerics.standoff.region import region_of_attraction
+from sightfield.systems.numerics.standoff.attraction import (
+    certified_interval,
+    energy,
+    normalise,
+    region_of_attraction,
+)
+from sightfield.systems.numerics.standoff.loop import (
+    CONTROLLERS,
+    ErrorModel,
+    StandoffLoop,
+    wanted_equilibrium,
+)
 from sightfield.systems.numerics.standoff.response import (
     DIVERGED,
     SETTLED,

@@ -6,7 +6,7 @@ import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.standoff.loop import StandoffLoop
-from sightfield.systems.numerics.standoff.sampled_pid import SampledPid, pid_step
+from sightfield.systems.numerics.standoff.sampled_loop import SampledPid, pid_step
 
 FRESH = (0.0, 0.0, 0.0)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.statistics.bootstrap import ratio_of_means
+from sightfield.systems.numerics.statistics import ratio_of_means
 
 
 def test_nine_times_in_ten_the_interval_holds_the_true_ratio():

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.statistics.corrections import holm
+from sightfield.systems.numerics.statistics import holm
 
 PROBABILITIES = st.lists(st.floats(0.0, 1.0), max_size=20)
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.statistics.estimate import share
-from sightfield.systems.numerics.statistics.run_seeds import run_seed
+from sightfield.systems.numerics.statistics import run_seed, share
 
 
 def test_seeds_are_those_of_the_children_that_the_root_spawns():

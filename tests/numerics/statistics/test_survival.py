@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.statistics.survival import kaplan_meier, restricted_mean
+from sightfield.systems.numerics.statistics import kaplan_meier, restricted_mean
 
 HORIZON = 100.0
 

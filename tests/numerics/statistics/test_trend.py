@@ -6,11 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.statistics.trend import (
-    run_slopes,
-    spread_of_means,
-    spread_trend,
-)
+from sightfield.systems.numerics.statistics import run_slopes, spread_of_means, spread_trend
 
 
 @given(seed=st.integers(0, 1000), runs=st.integers(1, 5), levels=st.integers(2, 6))

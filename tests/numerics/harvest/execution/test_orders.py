@@ -12,7 +12,7 @@ from sightfield.systems.numerics.harvest.execution.orders import (
     find_orders,
     hold_by,
 )
-from sightfield.systems.numerics.harvest.execution.visiting import Loads
+from sightfield.systems.numerics.harvest.execution.visiting import Loads, tie_hold
 
 
 def entered_and_ends(work):
@@ -135,3 +135,27 @@ def test_who_is_left_alone_after_a_visit_may_go_though_the_tank_fills_again(crew
     stations[0] = ties.ends[0, 0]
     drive()
     assert after[1] == stations[1]
+
+
+def test_a_combine_does_not_leave_a_cart_that_stands_before_its_last_grain_has_flowed(
+    crew_of, served
+):
+    crew = crew_of(served)
+    ties = crew.orders.ties
+    t = int(np.flatnonzero(ties.ends[:, 0] > ties.begins[:, 0] + PASSED)[0])
+    ties = ties._replace(last=np.arange(len(ties.last)) == t)
+    # The cart has come, and is stopped there; the auger is fast enough until the visit's end.
+    stations = np.array([ties.begins[t, 0], ties.begins[t, 1] + ties.waits[t, 1]])
+    speeds = np.array([1.0, 0.0])
+    left = 0.9 * crew.fleet.unload_rate * (ties.ends[t, 0] - ties.begins[t, 0] - 1.0)
+    loads = Loads(
+        np.array([left]),
+        np.array([ties.given[t] - left]),
+        np.ones(1, dtype=np.bool_),
+        np.array([10000.0]),
+        np.array([9000.0]),
+    )
+    hold = tie_hold(crew.fleet, ties, loads, stations, speeds, 0, False)
+    beside = ties.begins[t, 0] + ties.waits[t, 1] + ties.slacks[t, 0]
+    assert hold == pytest.approx(min(beside, ties.ends[t, 0]))
+    assert hold < ties.ends[t, 0]

@@ -6,11 +6,19 @@ from dataclasses import replace
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.standoff.equilibria import root_slope, wanted_equilibrium
-from sightfield.systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop
-from sightfield.systems.numerics.standoff.sampled.design import Specification, design_gains
-from sightfield.systems.numerics.standoff.sampled.margins import loop_margins, sampled_loop
-from sightfield.systems.numerics.standoff.sampled_pid import SampledPid
+from sightfield.systems.numerics.standoff.loop import (
+    CONTROLLERS,
+    StandoffLoop,
+    root_slope,
+    wanted_equilibrium,
+)
+from sightfield.systems.numerics.standoff.sampled_loop import (
+    SampledPid,
+    Specification,
+    design_gains,
+    loop_margins,
+    sampled_loop,
+)
 
 CLOCK = SampledPid(period=0.02, filter_time=0.05)
 

@@ -6,15 +6,20 @@ import control
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.standoff.delay import delay_margin
-from sightfield.systems.numerics.standoff.equilibria import root_slope, wanted_equilibrium
-from sightfield.systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop
-from sightfield.systems.numerics.standoff.sampled.margins import (
+from sightfield.systems.numerics.standoff.loop import (
+    CONTROLLERS,
+    StandoffLoop,
+    root_slope,
+    wanted_equilibrium,
+)
+from sightfield.systems.numerics.standoff.response import delay_margin
+from sightfield.systems.numerics.standoff.sampled_loop import (
+    SampledPid,
     frequency_grid,
     loop_margins,
+    pid_step,
     sampled_loop,
 )
-from sightfield.systems.numerics.standoff.sampled_pid import SampledPid, pid_step
 
 
 def random_case(random):

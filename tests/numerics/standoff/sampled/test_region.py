@@ -5,16 +5,19 @@ import math
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.standoff.equilibria import root_slope, wanted_equilibrium
-from sightfield.systems.numerics.standoff.error_model import ErrorModel
-from sightfield.systems.numerics.standoff.loop import StandoffLoop
-from sightfield.systems.numerics.standoff.region import region_of_attraction
-from sightfield.systems.numerics.standoff.sampled.region import (
+from sightfield.systems.numerics.standoff.attraction import region_of_attraction
+from sightfield.systems.numerics.standoff.loop import (
+    ErrorModel,
+    StandoffLoop,
+    root_slope,
+    wanted_equilibrium,
+)
+from sightfield.systems.numerics.standoff.sampled_loop import SampledPid, pid_step
+from sightfield.systems.numerics.standoff.sampled_region import (
     attracted_by_sampled,
     certified_ball,
     sampled_region,
 )
-from sightfield.systems.numerics.standoff.sampled_pid import SampledPid, pid_step
 
 
 def settles(loop, sampled, delay, y, integral, seconds):

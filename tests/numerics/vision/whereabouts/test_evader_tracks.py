@@ -1,5 +1,7 @@
 """A tracker that cannot lose what it sees."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -62,6 +64,24 @@ def test_one_wild_picture_moves_nothing(search_of):
         take_in(search, known, [picture(0.1 * k, [spot])], 0.1 * k)
         off = positions_now(search, known, 0.1 * k)[0] - [0.5, 2.5]
         assert np.hypot(*off) < 0.01
+
+
+def test_a_distant_camera_that_is_mistaken_does_not_overrule_one_beside_the_evader(search_of):
+    search = search_of(0)
+    known = no_knowledge(search)
+    start, run = np.array([3.462, 1.0]), np.array([0.0, -0.085])
+    for k in range(30):
+        now, here = 0.1 * k, start + 0.1 * k * run
+        pictures = [picture(now, [here], spread=4e-4)]
+        if k == 20:
+            # Unsure along its line of sight, and more to the side than it says.
+            away = np.array([0.106, -0.097])
+            along = away / np.hypot(*away)
+            spread = 0.059**2 * np.outer(along, along) + 0.0046**2 * np.eye(2)
+            far = picture(now, [here + away + [0.012, 0.013]])
+            pictures.append(replace(far, covariances=spread[None]))
+        take_in(search, known, pictures, now)
+        assert np.hypot(*(positions_now(search, known, now)[0] - here)) < 5e-3
 
 
 def test_between_pictures_and_without_them_an_estimate_moves_on(search_of):

@@ -1,8 +1,18 @@
-"""Margins of the stand-off loop that a computer closes: sampled, delayed, its derivative filtered.
+"""The stand-off loop as a computer closes it: its law, its margins, and gains that have them.
 
-Linear round the wanted equilibrium, with s = -f' there, a command held over each sample time h, an
-estimate that is d samples late, and beta = 1 - exp(-h / tau) of the filter, the loop that is open
-behind the estimate is exactly
+With eps the estimated minus the wanted distance, the law at every sample is
+
+    d = (1 - exp(-h / tau)) (eps - w) / h,   u = feed_forward + K_P eps + K_I z + K_D d,
+    v = u within the limit,   w += h d,   z += h (eps + (v - u) / K_P)
+
+with z the integral, w the filtered miss, d its rate, h the sample time, tau the filter's time
+constant, and v the command. The rate is exactly that of w, so that no derivative is lost or gained
+between samples: d = (eps - w) / tau would be too strong by half of h / tau. At the limit the
+integral moves to where it alone gives the limit, so that it does not wind up. The filter starts at
+the first miss, so that switching on gives no kick.
+
+Linear round the wanted equilibrium, with s = -f' there, an estimate that is d samples late, and
+beta = 1 - exp(-h / tau), the loop that is open behind the estimate is exactly
 
     L(z) = s h z^-d (K_P + K_I h / (z - 1) + K_D beta (z - 1) / (h (z - 1 + beta))) / (z - 1)
          = s h z^-d N(x) / (x^2 (x + beta)),   x = z - 1,
@@ -13,20 +23,89 @@ On the unit circle |x|^2 = v = 4 sin^2(w h / 2), so that |L| = 1 is a cubic in v
     s^2 h^2 ((A v)^2 + B^2 v + C^2 - A B v^2 + A C (v^2 - 2 v) - B C v)
         = v^2 (beta^2 + (1 - beta) v)
 
-Source: ours; the method is textbook (Astrom and Wittenmark, Computer-Controlled Systems, 3).
+The chosen gains are those whose slowest pole is fastest, of all on a grid: K_D s on a fixed grid,
+K_P s h on a geometric one, and K_I = K_P^2 s / (4 zeta^2), with which the ideal PI loop has damping
+zeta. The largest K_P that keeps the margins is bisected at each K_D.
+
+Source: Zhang 2014, 2.2.6, which has the ideal law. Filter, anti-windup by back-calculation and
+margins as a specification are textbook (Astrom and Murray, Feedback Systems, 11.3 and 11.4), as is
+the sampled loop (Astrom and Wittenmark, Computer-Controlled Systems, 3); the rest is ours.
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-from ..equilibria import root_slope
-from ..loop import StandoffLoop
-from ..sampled_pid import SampledPid
+from ..errors import InvalidInput, require, require_positive
+from ..tracking.mobile_agents import clip_symmetric
+from .loop import StandoffLoop, root_slope
+
+
+@dataclass(frozen=True, kw_only=True)
+class SampledPid:
+    """What the ideal law lacks.
+
+    Raises:
+        InvalidInput: A time is not positive and finite, or the limit is not positive.
+    """
+
+    # Time between samples, h [s].
+    period: float = 0.005
+    # Time constant of the derivative's filter, tau [s].
+    filter_time: float = 0.02
+    # Bound of the commanded speed [m/s]; infinite: none.
+    limit: float = math.inf
+
+    def __post_init__(self) -> None:
+        require_positive("period", self.period)
+        require_positive("filter_time", self.filter_time)
+        if self.limit != math.inf:
+            require_positive("limit", self.limit)
+
+    @property
+    def blend(self) -> float:
+        """How much of a step the filter takes in one sample: 1 - exp(-h/tau)."""
+        return -math.expm1(-self.period / self.filter_time)
+
+
+# Any: floats and the scalars of Drake and CasADi have no type in common.
+def pid_step(
+    state: Sequence[Any], estimate: Any, feed_forward: Any, loop: StandoffLoop, sampled: SampledPid
+) -> tuple[tuple[Any, Any, Any], Any]:
+    """One sample.
+
+    Plain arithmetic, for scalars of any kind that the limit's absolute values go through.
+
+    Args:
+        state: Integral z [m s], filtered miss w [m], and 1 once started, else 0.
+        estimate: Distance as estimated [m].
+        feed_forward: Speed that is added to the command [m/s].
+        loop: Gains and reference; the error model is not looked at.
+        sampled: Sample time, filter and limit.
+
+    Returns:
+        The next state, and the command [m/s].
+    """
+    integral, filtered, started = state
+    miss = estimate - loop.reference
+    filtered = filtered + (1 - started) * (miss - filtered)
+    derivative = sampled.blend * (miss - filtered) / sampled.period
+    wanted = (
+        feed_forward
+        + loop.kp * miss
+        + loop.integral_gain * integral
+        + loop.derivative_gain * derivative
+    )
+    command = wanted if math.isinf(sampled.limit) else clip_symmetric(wanted, sampled.limit)
+    integral = integral + sampled.period * (miss + (command - wanted) / loop.kp)
+    filtered = filtered + sampled.period * derivative
+    return (integral, filtered, 1.0 + 0.0 * miss), command
+
 
 # Points of the grid on which crossings are looked for, per decade and per turn of the delay.
 _PER_DECADE, _PER_TURN = 60, 60
@@ -282,3 +361,132 @@ def _peak(linear: SampledLoop, grid: np.ndarray) -> tuple[float, float]:
     ends = [(nearness(math.log(w)), w) for w in (low, grid[best], high)]
     least, where = min((float(found.fun), math.exp(float(found.x))), *ends)
     return 1 / least, float(where)
+
+
+# K_P s h, from largest to smallest, and K_D s, that are tried.
+_SPEEDS = np.geomspace(3.0, 1e-5, 70)
+_ADDED = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4, 2.0)
+# Halvings of the step between two speeds.
+_HALVINGS = 12
+
+
+@dataclass(frozen=True, kw_only=True)
+class Specification:
+    """What a loop has to bear.
+
+    Raises:
+        InvalidInput: A number is out of its range.
+    """
+
+    # Least phase margin [rad].
+    phase_margin: float = math.radians(60)
+    # Least gain margin [1].
+    gain_margin: float = 2.0
+    # Largest peak Ms of the sensitivity [1].
+    peak_sensitivity: float = 1.6
+    # Least further delay that it bears [s].
+    delay_margin: float = 0.0
+    # Of the ideal PI loop's pair of poles; 1: both at one place [1].
+    damping: float = 1.0
+
+    def __post_init__(self) -> None:
+        require_positive("damping", self.damping)
+        for name, low, high in (
+            ("phase_margin", 0.0, math.pi / 2),
+            ("gain_margin", 1.0, math.inf),
+            ("peak_sensitivity", 1.0, math.inf),
+        ):
+            value = getattr(self, name)
+            # Written so that NaN fails.
+            require(low < value < high, name, f"lie between {low:.4g} and {high:.4g}", value)
+        words = "be a finite number, zero or positive"
+        require(0 <= self.delay_margin < math.inf, "delay_margin", words, self.delay_margin)
+
+    def holds(self, margins: LoopMargins) -> bool:
+        """Whether a loop has these margins.
+
+        Args:
+            margins: Of the loop.
+        """
+        return (
+            margins.stable
+            and margins.phase_margin >= self.phase_margin
+            and margins.gain_margin >= self.gain_margin
+            and margins.peak_sensitivity <= self.peak_sensitivity
+            and margins.delay_margin >= self.delay_margin
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class StandoffDesign:
+    """Gains, and what they give.
+
+    Attributes:
+        loop: With the gains found.
+        margins: Of the sampled loop.
+    """
+
+    loop: StandoffLoop
+    margins: LoopMargins
+
+
+def design_gains(
+    loop: StandoffLoop,
+    sampled: SampledPid,
+    delay_samples: int = 0,
+    asked: Specification | None = None,
+) -> StandoffDesign:
+    """Choose gains.
+
+    Args:
+        loop: Controller, reference and error; its gains are not looked at.
+        sampled: Sample time and filter; the limit is not looked at.
+        delay_samples: How many samples late the estimate comes.
+        asked: The margins; by default those of `Specification`.
+
+    Raises:
+        InvalidInput: There is no equilibrium, or no gains on the grid have these margins.
+    """
+    wanted = Specification() if asked is None else asked
+    slope = root_slope(loop)
+
+    def attempt(speed: float, added: float) -> StandoffDesign:
+        kp = speed / (slope * sampled.period)
+        ki = kp**2 * slope / (4 * wanted.damping**2) if loop.integrates else loop.ki
+        kd = added / slope if "D" in loop.controller else loop.kd
+        tuned = replace(loop, kp=kp, ki=ki, kd=kd)
+        return StandoffDesign(tuned, loop_margins(sampled_loop(tuned, sampled, delay_samples)))
+
+    best: StandoffDesign | None = None
+    for added in _ADDED if "D" in loop.controller else (0.0,):
+        failing = float(_SPEEDS[0])
+        found: StandoffDesign | None = None
+        low = high = failing
+        for speed in _SPEEDS[1:].tolist():
+            found = attempt(speed, added)
+            if wanted.holds(found.margins):
+                low, high = speed, failing
+                break
+            failing, found = speed, None
+        if found is None:
+            continue
+        for _ in range(_HALVINGS):
+            middle = math.sqrt(low * high)
+            between = attempt(middle, added)
+            if wanted.holds(between.margins):
+                low, found = middle, between
+            else:
+                high = middle
+        if best is None or _pace(found) < _pace(best):
+            best = found
+    if best is None:
+        raise InvalidInput(
+            "`phase_margin, gain_margin, peak_sensitivity, delay_margin` must be attainable with "
+            f"this clock, filter and delay; got {wanted}"
+        )
+    return best
+
+
+def _pace(design: StandoffDesign) -> float:
+    """What is left of a miss after one sample, in the long run."""
+    return float(np.abs(design.margins.poles[0]))

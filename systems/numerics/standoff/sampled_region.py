@@ -21,12 +21,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
-from ...compiled import compiled
-from ..equilibria import other_equilibrium, span, wanted_equilibrium
-from ..loop import StandoffLoop
-from ..region import RegionOfAttraction
-from ..sampled_pid import SampledPid
-from .margins import sampled_loop
+from ..compiled import compiled
+from .attraction import RegionOfAttraction
+from .loop import StandoffLoop, other_equilibrium, span, wanted_equilibrium
+from .sampled_loop import SampledPid, sampled_loop
 
 # Of the starts that `sampled_region` tries: how far from rest, as a part of `span`, how many on
 # each side, and how many more in each of how many rounds between the last good one and the next.
