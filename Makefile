@@ -25,7 +25,7 @@ unexport PYTHONPATH PYTHONHOME
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint format mutants bench peers interop docs links tutorials pictures tools venv lock clean
+.PHONY: help demo test lint format mutants bench peers interop irsim docs links tutorials pictures tools venv lock clean
 
 help:  ## list the targets
 	@awk -F ':.*##  *' '/^[a-z]+:.*##/ { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -39,7 +39,9 @@ test: $(VENV)/dev.stamp  ## lint and run every test
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal --durations 25 $(ARGS)
 
 # Numba's kernels, compiled while one core checks style: test processes would compile them each.
+# Numba compiles a kernel again if its own file has changed, not if one that it calls has.
 build/kernels.stamp: $(shell find systems -name '*.py') | $(VENV)/dev.stamp
+	@find systems -name '*.nb[ic]' -delete
 	@$(BIN)/python tests/compile_kernels.py
 	@mkdir -p build && touch $@
 
@@ -67,10 +69,19 @@ peers: $(VENV)/dev.stamp  ## install what benchmarks compare with, apart (needs 
 	$(BIN)/python -m venv build/peers/hj_reachability
 	build/peers/hj_reachability/bin/python -m pip install --quiet -r benchmarks/peers/hj_reachability.txt
 
-interop: $(VENV)/dev.stamp  ## install Debian's Cyclone DDS and Fast DDS, and exchange messages with them
+interop: $(VENV)/dev.stamp  ## exchange messages with Debian's Cyclone DDS and Fast DDS, play against ir-sim
 	@sh tests/interop/install.sh
 	@$(MAKE) --no-print-directory -C tests/interop
 	$(BIN)/python tests/interop/exchange.py
+	@$(MAKE) --no-print-directory irsim
+
+irsim: $(VENV)/dev.stamp build/peers/irsim/installed.stamp  ## play the station against ir-sim, a simulator in a process of its own
+	$(BIN)/python tests/interop/play_irsim.py
+
+build/peers/irsim/installed.stamp: benchmarks/peers/irsim.txt | $(VENV)/dev.stamp
+	$(BIN)/python -m venv build/peers/irsim
+	build/peers/irsim/bin/python -m pip install --quiet -r $<
+	@touch $@
 
 docs: $(VENV)/dev.stamp  ## build the documentation into build/docs; warnings are errors
 	$(BIN)/python -m sphinx -q -W --keep-going -b html -d build/doctrees docs build/docs

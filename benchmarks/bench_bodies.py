@@ -17,7 +17,7 @@ from sightfield.diagrams.tracking.scenario import TrackingScenario
 from sightfield.diagrams.tracking.summary import summarise_tracking
 from sightfield.diagrams.world_source import WorldSource
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
-from sightfield.systems.numerics.statistics.paired import paired_difference
+from sightfield.systems.numerics.statistics import paired_difference
 from sightfield.systems.numerics.tracking.collision_avoidance import avoid
 
 pytestmark = pytest.mark.benchmarks

@@ -18,8 +18,7 @@ from sightfield.diagrams.studies.study import Cell, Study
 from sightfield.diagrams.studies.tracking_study import thesis_base
 from sightfield.diagrams.tracking.game import TrackingGame, set_up_game
 from sightfield.diagrams.tracking.make_tracking import MakeTracking
-from sightfield.systems.numerics.statistics.paired import paired_difference
-from sightfield.systems.numerics.statistics.survival import restricted_mean
+from sightfield.systems.numerics.statistics import paired_difference, restricted_mean
 from sightfield.systems.numerics.tracking.best_response.rollouts import Rollout
 from sightfield.systems.tracking import BestResponseEvaders
 from sightfield.systems.tracking.best_response_evaders import ALONE, IN_TEAMS, Foresight

@@ -1,14 +1,16 @@
 """Where files go: folders of results that are complete or not there at all, and the user's cache;
-and what is said of a full disk."""
+files that grow while a run goes on; and what is said of a full disk."""
 
 import errno
 import os
 import shutil
 import tempfile
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BufferedRandom, FileIO
 from pathlib import Path
-from typing import NoReturn
+from typing import Literal, NoReturn, Self, overload
 
 from ..systems.numerics.errors import InvalidInput, require
 
@@ -40,6 +42,55 @@ def refuse(path: str | Path, error: OSError) -> NoReturn:
             f"`out` must have room for the results; got {path} ({error.strerror})"
         ) from None
     raise InvalidInput(f"`out` must be a writable folder; got {path} ({error.strerror})") from None
+
+
+class RunRecord(ABC):
+    """What is written down while a run goes on; a context manager.
+
+    A run that is over ends its record; one that an error breaks off leaves what there is of it.
+    """
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self.leave()
+
+    @abstractmethod
+    def close(self) -> None:
+        """Say that nothing follows."""
+
+    @abstractmethod
+    def leave(self) -> None:
+        """Let go of what was written of a run that failed, without an end."""
+
+
+@overload
+def open_record(path: Path) -> BufferedRandom: ...
+
+
+@overload
+def open_record(path: Path, *, buffered: Literal[False]) -> FileIO: ...
+
+
+def open_record(path: Path, *, buffered: bool = True) -> BufferedRandom | FileIO:
+    """A new file for a run's record, which none but the user may read: a camera sees who is there.
+
+    Args:
+        path: Of the file; must not exist.
+        buffered: Whether what is written may wait in memory.
+
+    Raises:
+        InvalidInput: The file exists, or cannot be written.
+    """
+    try:
+        path.touch(0o600, exist_ok=False)
+        return path.open("r+b") if buffered else path.open("r+b", buffering=0)
+    except OSError as error:
+        raise InvalidInput(f"`log` must be a new file; got {path} ({error.strerror})") from None
 
 
 def cache_folder() -> Path:

@@ -25,7 +25,6 @@ CIRCLES = {
     ("diagrams.reproduction", "diagrams.reproduction.beyond"),
     ("diagrams.reproduction", "diagrams.reproduction.exhibits"),
     ("diagrams.social", "diagrams.social.scene"),
-    ("diagrams.standoff", "diagrams.standoff.pictures"),
     ("systems.numerics.geometry", "systems.numerics.geometry.maps"),
 }
 

@@ -32,11 +32,11 @@ class MeshcatVelocity(LeafSystem):
         output_ports:
         - velocity
 
-    ========  ====  ====  =====
-    port      size  unit  frame
-    ========  ====  ====  =====
-    velocity  2     m/s   world
-    ========  ====  ====  =====
+    ========  ====  ====  =====  ===========
+    port      size  unit  frame  feedthrough
+    ========  ====  ====  =====  ===========
+    velocity  2     m/s   world  -
+    ========  ====  ====  =====  ===========
 
     The sliders are read once in a period and kept as discrete state, so that all who ask within a
     step get the same answer.

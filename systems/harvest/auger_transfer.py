@@ -3,6 +3,7 @@
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
+from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_positive
 from ..numerics.harvest.machines.alongside import pair_up
 from ..numerics.harvest.machines.cart import Cart
@@ -28,18 +29,18 @@ class AugerTransfer(LeafSystem):
         output_ports:
         - alongside
 
-    =========  ====  ================  =====
-    port       size  unit              frame
-    =========  ====  ================  =====
-    pose       3 N   m, m, rad         world
-    state      4 K   m, m, rad, rad    world
-    wanted     K     -                 -
-    mode       N     -                 -
-    alongside  N     -                 -
-    =========  ====  ================  =====
+    =========  ====  ================  =====  ===========
+    port       size  unit              frame  feedthrough
+    =========  ====  ================  =====  ===========
+    pose       3 N   m, m, rad         world  -
+    state      4 K   m, m, rad, rad    world  -
+    wanted     K     -                 -      -
+    mode       N     -                 -      -
+    alongside  N     -                 -      all
+    =========  ====  ================  =====  ===========
 
     `wanted` is the combine that each cart is to empty now, or -1; `alongside` the cart that each
-    combine pours into, or -1.
+    combine pours into, or -1. Numeric parameters: `reach`.
 
     Source: Zhang 2014, 3.2.1 (the auger is on the left); the tolerances are ours.
 
@@ -58,7 +59,8 @@ class AugerTransfer(LeafSystem):
         require(combines > 0, "combines", "be at least 1", combines)
         require(carts > 0, "carts", "be at least 1", carts)
         require_positive("reach", reach)
-        self._cart, self._reach = cart, float(reach)
+        self._cart = cart
+        self.parameters = NumericParameters(self, reach=reach)
         self._pose = self.DeclareVectorInputPort("pose", 3 * combines)
         self._state = self.DeclareVectorInputPort("state", 4 * carts)
         self._wanted = self.DeclareVectorInputPort("wanted", carts)
@@ -74,6 +76,6 @@ class AugerTransfer(LeafSystem):
                 STANDS[read(self._mode, context).astype(int)],
                 self._cart.length,
                 self._cart.hitch_offset,
-                self._reach,
+                self.parameters(context).reach,
             )
         )

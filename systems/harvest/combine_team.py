@@ -36,21 +36,21 @@ class CombineTeam(LeafSystem):
         - account
         - unloaded
 
-    =========  ====  =========  =====
-    port       size  unit       frame
-    =========  ====  =========  =====
-    alongside  N     -          -
-    room       K     kg         -
-    command    2 N   m, m/s     path
-    pose       3 N   m, m, rad  world
-    station    N     m          path
-    speed      N     m/s        path
-    tank       N     kg         -
-    mode       N     -          -
-    cutting    N     -          -
-    account    8 N   m, kg, s   -
-    unloaded   K     kg         -
-    =========  ====  =========  =====
+    =========  ====  =========  =====  ===========
+    port       size  unit       frame  feedthrough
+    =========  ====  =========  =====  ===========
+    alongside  N     -          -      -
+    room       K     kg         -      -
+    command    2 N   m, m/s     path   -
+    pose       3 N   m, m, rad  world  -
+    station    N     m          path   -
+    speed      N     m/s        path   -
+    tank       N     kg         -      -
+    mode       N     -          -      -
+    cutting    N     -          -      -
+    account    8 N   m, kg, s   -      -
+    unloaded   K     kg         -      -
+    =========  ====  =========  =====  ===========
 
     `alongside` is the number of the cart that stands under a combine's auger, or -1; `room` what
     each cart can still take; `command` station and speed at the end of the period, combine by

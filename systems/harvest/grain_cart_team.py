@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
+from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_positive
 from ..numerics.harvest.machines.cart import Cart, hitch_of
 from ..numerics.harvest.machines.towing import drive_team
@@ -32,20 +33,21 @@ class GrainCartTeam(LeafSystem):
         - room
         - delivered
 
-    =========  ====  ================  =======
-    port       size  unit              frame
-    =========  ====  ================  =======
-    control    2 K   m/s, rad/s        tractor
-    received   K     kg                -
-    emptying   K     -                 -
-    state      4 K   m, m, rad, rad    world
-    load       K     kg                -
-    room       K     kg                -
-    delivered  K     kg                -
-    =========  ====  ================  =======
+    =========  ====  ================  =======  ===========
+    port       size  unit              frame    feedthrough
+    =========  ====  ================  =======  ===========
+    control    2 K   m/s, rad/s        tractor  -
+    received   K     kg                -        -
+    emptying   K     -                 -        -
+    state      4 K   m, m, rad, rad    world    -
+    load       K     kg                -        received
+    room       K     kg                -        received
+    delivered  K     kg                -        -
+    =========  ====  ================  =======  ===========
 
     `received` counts what each cart has got since the start, `delivered` what it has given to its
     truck; `emptying` is 1 while it stands at the truck; `room` is what it can still take.
+    Numeric parameters: `truck_rate`.
 
     Source: Zhang 2014, 3.2.2; loads are ours.
 
@@ -75,7 +77,8 @@ class GrainCartTeam(LeafSystem):
         require_positive("period", period)
         self._cart, self._hitch = cart, hitch_of(cart)
         self._trailer = cart.trailer
-        self._rate, self._period = float(truck_rate), float(period)
+        self._period = float(period)
+        self.parameters = NumericParameters(self, truck_rate=truck_rate)
         # A trailer that is backed up doubles its errors every 0.7 lengths: steps are so short that
         # a cart that retraces its way stays on it for 20 lengths.
         self._substeps = max(1, int(np.ceil(40 * period * cart.speed / cart.length)))
@@ -88,7 +91,7 @@ class GrainCartTeam(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._move)
         self.DeclareStateOutputPort("state", self._state)
         grain = {
-            self.input_port_ticket(self._received.get_index()),
+            self._received.ticket(),
             self.discrete_state_ticket(self._delivered),
         }
         self.DeclareVectorOutputPort("load", count, self._calc_load, grain)
@@ -110,7 +113,8 @@ class GrainCartTeam(LeafSystem):
             self._substeps,
         )
         discrete_state.set_value(self._state, moved)
-        flow = np.minimum(self._rate * self._period, self._load(context))
+        most = self.parameters(context).truck_rate * self._period
+        flow = np.minimum(most, self._load(context))
         given = np.where(read(self._emptying, context) > 0.5, flow, 0.0)
         before = context.get_discrete_state(self._delivered).value()
         discrete_state.set_value(self._delivered, before + given)

@@ -41,22 +41,22 @@ class MachineDrivers(LeafSystem):
         - emptying
         - late
 
-    =========  ======  ================  =======
-    port       size    unit              frame
-    =========  ======  ================  =======
-    station    N       m                 path
-    speed      N       m/s               path
-    account    8 N     m, kg, s          -
-    state      4 K     m, m, rad, rad    world
-    alongside  N       -                 -
-    room       K       kg                -
-    load       K       kg                -
-    command    2 N     m, m/s            path
-    control    2 K     m/s, rad/s        tractor
-    wanted     K       -                 -
-    emptying   K       -                 -
-    late       N + K   s                 -
-    =========  ======  ================  =======
+    =========  ======  ================  =======  ======================
+    port       size    unit              frame    feedthrough
+    =========  ======  ================  =======  ======================
+    station    N       m                 path     -
+    speed      N       m/s               path     -
+    account    8 N     m, kg, s          -        -
+    state      4 K     m, m, rad, rad    world    -
+    alongside  N       -                 -        -
+    room       K       kg                -        -
+    load       K       kg                -        -
+    command    2 N     m, m/s            path     all but state
+    control    2 K     m/s, rad/s        tractor  all
+    wanted     K       -                 -        station, account, room
+    emptying   K       -                 -        load
+    late       N + K   s                 -        station
+    =========  ======  ================  =======  ======================
 
     `station`, `speed` and `account` are the outputs of `CombineTeam`, `state`, `room` and `load` of
     `GrainCartTeam`, `alongside` of `AugerTransfer`. `command` holds, combine by combine, station
@@ -103,21 +103,31 @@ class MachineDrivers(LeafSystem):
         # Stations of carts, then their speeds.
         self._carts = self.DeclareDiscreteState(state_vector(np.zeros(2 * carts)))
         moves = ValueProducer(lambda: AbstractValue.Make(np.zeros(1)), self._calc_moves)
-        self._moves = self.DeclareCacheEntry("moves", moves)
+        # All but the carts' states, by which they are steered.
+        decided = {
+            port.ticket()
+            for port in (
+                self._station,
+                self._speed,
+                self._account,
+                self._alongside,
+                self._room,
+                self._load,
+            )
+        }
+        decided |= {self.discrete_state_ticket(self._carts), self.time_ticket()}
+        self._moves = self.DeclareCacheEntry("moves", moves, decided)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._drive)
-        self.DeclareVectorOutputPort("command", 2 * count, self._calc_command)
+        self.DeclareVectorOutputPort("command", 2 * count, self._calc_command, decided)
         self.DeclareVectorOutputPort("control", 2 * carts, self._calc_control)
         placed = {
             self.discrete_state_ticket(self._carts),
-            *(
-                self.input_port_ticket(port.get_index())
-                for port in (self._station, self._account, self._room)
-            ),
+            *(port.ticket() for port in (self._station, self._account, self._room)),
         }
         self.DeclareVectorOutputPort("wanted", carts, self._calc_wanted, placed)
         parked = {
             self.discrete_state_ticket(self._carts),
-            self.input_port_ticket(self._load.get_index()),
+            self._load.ticket(),
             self.time_ticket(),
         }
         self.DeclareVectorOutputPort("emptying", carts, self._calc_emptying, parked)
@@ -127,7 +137,7 @@ class MachineDrivers(LeafSystem):
             self._calc_late,
             {
                 self.discrete_state_ticket(self._carts),
-                self.input_port_ticket(self._station.get_index()),
+                self._station.ticket(),
                 self.time_ticket(),
             },
         )

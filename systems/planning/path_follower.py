@@ -27,13 +27,13 @@ class PathFollower(LeafSystem):
         - control
         - progress
 
-    ========  ====  ================  =======
-    port      size  unit              frame
-    ========  ====  ================  =======
-    state     4     m, m, rad, rad    world
-    control   2     m/s, rad/s        tractor
-    progress  1     s                 -
-    ========  ====  ================  =======
+    ========  ====  ================  =======  ===========
+    port      size  unit              frame    feedthrough
+    ========  ====  ================  =======  ===========
+    state     4     m, m, rad, rad    world    -
+    control   2     m/s, rad/s        tractor  all
+    progress  1     s                 -        -
+    ========  ====  ================  =======  ===========
 
     `progress` is the time along the path of the point that the cart is held to; it is a continuous
     state, 0 at first.

@@ -9,6 +9,7 @@ from pydrake.common.containers import namedview
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from ..drake_types import BasicVector_, LeafSystem_, any_scalar, default_instance
+from ..numeric_parameters import NumericParameters, with_scalars
 from ..numerics.errors import require, require_finite
 from ..numerics.planning.control_bounds import clip_control
 from ..numerics.planning.trailer import Trailer, trailer_rates
@@ -37,19 +38,19 @@ def TractorTrailer_(T):
             - state
             - trailer_pose
 
-        ============  ====  ================  =======
-        port          size  unit              frame
-        ============  ====  ================  =======
-        control       2     m/s, rad/s        tractor
-        state         4     m, m, rad, rad    world
-        trailer_pose  3     m, m, rad         world
-        ============  ====  ================  =======
+        ============  ====  ================  =======  ===========
+        port          size  unit              frame    feedthrough
+        ============  ====  ================  =======  ===========
+        control       2     m/s, rad/s        tractor  -
+        state         4     m, m, rad, rad    world    -
+        trailer_pose  3     m, m, rad         world    -
+        ============  ====  ================  =======  ===========
 
         `control` is v, omega; `state` is x, y, theta, beta: the tractor's rear axle, its heading
         and the angle from the trailer's heading to the tractor's; `trailer_pose` is the trailer's
         axle and its heading theta - beta. Angles are not wrapped: they count turns. The jackknife
-        limit is the planners' to keep; the plant goes on beyond it. Defined for double,
-        AutoDiffXd and Expression.
+        limit is the planners' to keep; the plant goes on beyond it. Numeric parameters: `speed`,
+        `turn_rate`, `length`, `hitch_offset`. Defined for double, AutoDiffXd and Expression.
 
         Source: Zhang 2014, 3.2.2; the hitch offset is the usual extension.
 
@@ -74,12 +75,23 @@ def TractorTrailer_(T):
             for value in initial:
                 require_finite("initial_state", value)
             self.trailer = trailer
+            self.parameters = NumericParameters(
+                self,
+                T,
+                speed=trailer.speed,
+                turn_rate=trailer.turn_rate,
+                length=trailer.length,
+                hitch_offset=trailer.hitch_offset,
+            )
             self.initial_state = tuple(initial)
             self._control = self.DeclareVectorInputPort("control", 2)
             state = self.DeclareContinuousState(BasicVector_[T](initial))
             self.DeclareStateOutputPort("state", state)
             self.DeclareVectorOutputPort(
-                "trailer_pose", 3, self._calc_trailer_pose, {self.all_state_ticket()}
+                "trailer_pose",
+                3,
+                self._calc_trailer_pose,
+                {self.all_state_ticket(), self.all_parameters_ticket()},
             )
 
         def _construct_copy(self, other, converter=None):
@@ -97,18 +109,25 @@ def TractorTrailer_(T):
             """The trailer's axle and heading, size 3 [m], [m], [rad]."""
             return self.GetOutputPort("trailer_pose")
 
+        def _trailer_in(self, context):
+            """The trailer with the Context's numbers."""
+            return with_scalars(self.trailer, **self.parameters(context)._asdict())
+
         @any_scalar(T)
         def DoCalcTimeDerivatives(self, context, derivatives):
             state = TrailerState(context.get_continuous_state_vector().CopyToVector())
             control = TrailerControl(self._control.Eval(context))
-            v, omega = clip_control(control.v, control.omega, self.trailer)
-            rates = trailer_rates(state.theta, state.beta, v, omega, self.trailer)
+            trailer = self._trailer_in(context)
+            v, omega = clip_control(control.v, control.omega, trailer)
+            rates = trailer_rates(state.theta, state.beta, v, omega, trailer)
             derivatives.get_mutable_vector().SetFromVector(np.array(rates))
 
         @any_scalar(T)
         def _calc_trailer_pose(self, context, output):
             x, y, theta, beta = context.get_continuous_state_vector().CopyToVector()
-            output.SetFromVector(np.array(trailer_pose(x, y, theta, beta, self.trailer)))
+            output.SetFromVector(
+                np.array(trailer_pose(x, y, theta, beta, self._trailer_in(context)))
+            )
 
     return Impl
 

@@ -3,6 +3,7 @@
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import AbstractValue, read
+from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.planning.value_function.following import AT_REST, Following, follow
 from ..numerics.planning.value_function.value_function import ValueFunction
@@ -25,16 +26,16 @@ class ValueFunctionFeedback(LeafSystem):
         output_ports:
         - control
 
-    =======  ====  ================  =======
-    port     size  unit              frame
-    =======  ====  ================  =======
-    state    4     m, m, rad, rad    world
-    control  2     m/s, rad/s        tractor
-    =======  ====  ================  =======
+    =======  ====  ================  =======  ===========
+    port     size  unit              frame    feedthrough
+    =======  ====  ================  =======  ===========
+    state    4     m, m, rad, rad    world    -
+    control  2     m/s, rad/s        tractor  all
+    =======  ====  ================  =======  ===========
 
     `state` holds x, y, theta, beta; `control` v, omega, held for a period. Defined for double. The
     word, the controls given last and where the cart is taken to be are an abstract state, updated
-    once a period.
+    once a period. Numeric parameters: `margin`, `trust`.
 
     Source: in place of Zhang 2014, (3.20), whose sign alone leads into loops.
 
@@ -66,8 +67,8 @@ class ValueFunctionFeedback(LeafSystem):
         require_non_negative("delay", delay)
         require(0 <= margin < 1, "margin", "lie in [0, 1)", margin)
         require(0 < trust <= 1, "trust", "lie in (0, 1]", trust)
-        self._value, self._trust = value, trust
-        self._period, self._delay, self._margin = period, delay, margin
+        self._value, self._period, self._delay = value, period, delay
+        self.parameters = NumericParameters(self, margin=margin, trust=trust)
         self._state = self.DeclareVectorInputPort("state", 4)
         self._following = self.DeclareAbstractState(AbstractValue.Make(AT_REST))
         self.DeclareVectorOutputPort("control", 2, self._calc_control)
@@ -82,14 +83,15 @@ class ValueFunctionFeedback(LeafSystem):
         return self.GetOutputPort("control")
 
     def _next(self, context) -> Following:
+        margin, trust = self.parameters(context)
         return follow(
             self._value,
             context.get_abstract_state(self._following).get_value(),
             read(self._state, context),
             period=self._period,
             delay=self._delay,
-            margin=self._margin,
-            trust=self._trust,
+            margin=margin,
+            trust=trust,
         )
 
     def _update(self, context, state):

@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import AbstractValue, read, state_vector
+from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.social.localisation.reading import Reading
 from ..numerics.social.network.information import estimated_acceptance, interest
@@ -30,17 +31,18 @@ class AgentInterest(LeafSystem):
         output_ports:
         - interest
 
-    =================  ==========================  ====  =====
-    port               size                        unit  frame
-    =================  ==========================  ====  =====
-    tallies            2 n                         -     -
-    evader_position    2                           m     world
-    evader_covariance  4                           m^2   world
-    readings           abstract: tuple of Reading  -     -
-    interest           n                           nat   -
-    =================  ==========================  ====  =====
+    =================  ==========================  ====  =====  ================
+    port               size                        unit  frame  feedthrough
+    =================  ==========================  ====  =====  ================
+    tallies            2 n                         -     -      -
+    evader_position    2                           m     world  -
+    evader_covariance  4                           m^2   world  -
+    readings           abstract: tuple of Reading  -     -      -
+    interest           n                           nat   -      all but readings
+    =================  ==========================  ====  =====  ================
 
-    `tallies` is `NetworkEvolution`'s, the others but `interest` are `EvaderLocator`'s.
+    `tallies` is `NetworkEvolution`'s, the others but `interest` are `EvaderLocator`'s. Numeric
+    parameters: `forgetting`.
 
     Source: ours (Zhang 2014, 4.4, asks for it).
 
@@ -72,7 +74,8 @@ class AgentInterest(LeafSystem):
         require_positive("forgetting", forgetting)
         require_positive("period", period)
         require_non_negative("offset", offset)
-        self._outlook, self._patience, self._forgetting = outlook, patience, float(forgetting)
+        self._outlook, self._patience = outlook, patience
+        self.parameters = NumericParameters(self, forgetting=forgetting)
         self._tallies = self.DeclareVectorInputPort("tallies", 2 * agents)
         self._position = self.DeclareVectorInputPort("evader_position", 2)
         self._covariance = self.DeclareVectorInputPort("evader_covariance", 4)
@@ -81,7 +84,16 @@ class AgentInterest(LeafSystem):
         nothing = np.tile([-1.0, 0.0, 0.0, 0.0], agents)
         self._cameras = self.DeclareDiscreteState(state_vector(nothing))
         self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._look)
-        self.DeclareVectorOutputPort("interest", agents, self._calc_interest)
+        # All but the readings, which go into what is known of the cameras.
+        sources = {
+            self._tallies.ticket(),
+            self._position.ticket(),
+            self._covariance.ticket(),
+            self.discrete_state_ticket(self._cameras),
+            self.time_ticket(),
+            self.all_parameters_ticket(),
+        }
+        self.DeclareVectorOutputPort("interest", agents, self._calc_interest, sources)
 
     def get_interest_output_port(self):
         """Of asking each agent, size n [nat]."""
@@ -99,10 +111,10 @@ class AgentInterest(LeafSystem):
     def _calc_interest(self, context, output):
         cameras = context.get_discrete_state(self._cameras).value().reshape(-1, 4)
         ages = np.where(cameras[:, 0] >= 0, context.get_time() - cameras[:, 0], np.inf)
-        outlook = self._outlook
+        outlook, forgetting = self._outlook, self.parameters(context).forgetting
         views = np.array(
             [
-                expected_view(outlook, camera[1:], float(age), self._forgetting)
+                expected_view(outlook, camera[1:], float(age), forgetting)
                 for camera, age in zip(cameras, ages, strict=True)
             ]
         )

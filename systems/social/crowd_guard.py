@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
+from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.social.routes.crowd_guard import guarded_commands
 from ..numerics.social.routes.infrared import InfraredRing
@@ -25,13 +26,15 @@ class CrowdGuard(LeafSystem):
         output_ports:
         - safe_command
 
-    ============  =======  ==========  =====
-    port          size     unit        frame
-    ============  =======  ==========  =====
-    command       2 N      m/s, rad/s  robot
-    infrared      N ring   m           robot
-    safe_command  2 N      m/s, rad/s  robot
-    ============  =======  ==========  =====
+    ============  =======  ==========  =====  ===========
+    port          size     unit        frame  feedthrough
+    ============  =======  ==========  =====  ===========
+    command       2 N      m/s, rad/s  robot  -
+    infrared      N ring   m           robot  -
+    safe_command  2 N      m/s, rad/s  robot  all
+    ============  =======  ==========  =====  ===========
+
+    Numeric parameters: `margin`, `top_turn_rate`.
 
     Source: Zhang 2014, 2.3.4.3 (collision avoidance on infrared); the rule is ours.
 
@@ -67,8 +70,8 @@ class CrowdGuard(LeafSystem):
             f"cover {needed:.4g} rad on either side",
             f"{ring.coverage:.4g}",
         )
-        self._ring, self._margin, self._period = ring, float(margin), float(period)
-        self._limit = float(top_turn_rate)
+        self._ring, self._period = ring, float(period)
+        self.parameters = NumericParameters(self, margin=margin, top_turn_rate=top_turn_rate)
         self._command = self.DeclareVectorInputPort("command", 2 * count)
         self._infrared = self.DeclareVectorInputPort("infrared", count * ring.count)
         self.DeclareVectorOutputPort("safe_command", 2 * count, self._calc_safe_command)
@@ -87,13 +90,14 @@ class CrowdGuard(LeafSystem):
 
     def _calc_safe_command(self, context, output):
         commands = read(self._command, context).reshape(-1, 2).copy()
-        commands[:, 1] = np.clip(commands[:, 1], -self._limit, self._limit)
+        margin, limit = self.parameters(context)
+        commands[:, 1] = np.clip(commands[:, 1], -limit, limit)
         safe = guarded_commands(
             commands,
             np.ascontiguousarray(read(self._infrared, context).reshape(len(commands), -1)),
             np.array(self._ring.bearings),
             0.5 * self._ring.cone,
-            self._margin,
+            margin,
             self._period,
         )
         output.set_value(safe.ravel())

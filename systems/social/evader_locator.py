@@ -55,16 +55,16 @@ class EvaderLocator(LeafSystem):
         - locations
         - readings
 
-    =================  ==========================  ====  =====
-    port               size                        unit  frame
-    =================  ==========================  ====  =====
-    pictures           abstract: tuple of Picture  -     -
-    evader_position    2                           m     world
-    evader_covariance  4                           m^2   world
-    located_at         1                           s     -
-    locations          1                           -     -
-    readings           abstract: tuple of Reading  -     -
-    =================  ==========================  ====  =====
+    =================  ==========================  ====  =====  ===========
+    port               size                        unit  frame  feedthrough
+    =================  ==========================  ====  =====  ===========
+    pictures           abstract: tuple of Picture  -     -      -
+    evader_position    2                           m     world  -
+    evader_covariance  4                           m^2   world  -
+    located_at         1                           s     -      -
+    locations          1                           -     -      -
+    readings           abstract: tuple of Reading  -     -      -
+    =================  ==========================  ====  =====  ===========
 
     `located_at` is when the picture was taken, and negative before the first location: then
     `evader_position` is NaN and the covariance, row by row, infinite on its diagonal. `locations`

@@ -50,14 +50,14 @@ class ForwardCameras(LeafSystem):
         output_ports:
         - pictures
 
-    ============  ==========================  =========  =====
-    port          size                        unit       frame
-    ============  ==========================  =========  =====
-    agent_pose    3 n                         m, m, rad  world
-    evader_pose   3                           m, m, rad  world
-    pursuer_pose  3                           m, m, rad  world
-    pictures      abstract: tuple of Picture  -          -
-    ============  ==========================  =========  =====
+    ============  ==========================  =========  =====  ===========
+    port          size                        unit       frame  feedthrough
+    ============  ==========================  =========  =====  ===========
+    agent_pose    3 n                         m, m, rad  world  -
+    evader_pose   3                           m, m, rad  world  -
+    pursuer_pose  3                           m, m, rad  world  -
+    pictures      abstract: tuple of Picture  -          -      -
+    ============  ==========================  =========  =====  ===========
 
     Source: Zhang 2014, 2.3.1 and 2.3.4.
 

@@ -22,13 +22,13 @@ class ImageScanner(LeafSystem):
         - pictures
         - pictures_scanned
 
-    ================  ==========================  ====  =====
-    port              size                        unit  frame
-    ================  ==========================  ====  =====
-    connected         n                           -     -
-    pictures          abstract: tuple of Picture  -     -
-    pictures_scanned  1                           -     -
-    ================  ==========================  ====  =====
+    ================  ==========================  ====  =====  ===========
+    port              size                        unit  frame  feedthrough
+    ================  ==========================  ====  =====  ===========
+    connected         n                           -     -      -
+    pictures          abstract: tuple of Picture  -     -      -
+    pictures_scanned  1                           -     -      -
+    ================  ==========================  ====  =====  ===========
 
     `connected` is `NetworkEvolution`'s. `pictures` are those that the last look found new, empty if
     none; `pictures_scanned` is how many there were in all, so it tells a new look from an old one.

@@ -24,12 +24,12 @@ class InfraredSensors(LeafSystem):
         output_ports:
         - infrared
 
-    ========  =======  =========  =====
-    port      size     unit       frame
-    ========  =======  =========  =====
-    pose      3 N      m, m, rad  world
-    infrared  N ring   m          robot
-    ========  =======  =========  =====
+    ========  =======  =========  =====  ===========
+    port      size     unit       frame  feedthrough
+    ========  =======  =========  =====  ===========
+    pose      3 N      m, m, rad  world  -
+    infrared  N ring   m          robot  all
+    ========  =======  =========  =====  ===========
 
     Source: Zhang 2014, 2.3.4, Figure 2.31.
 

@@ -35,17 +35,17 @@ class NetworkEvolution(LeafSystem):
         - requests_sent
         - iteration
 
-    =============  ====  ====  =====
-    port           size  unit  frame
-    =============  ====  ====  =====
-    interest       n     any   -
-    connected      n     -     -
-    waiting        n     -     -
-    counters       n     -     -
-    tallies        2 n   -     -
-    requests_sent  1     -     -
-    iteration      1     -     -
-    =============  ====  ====  =====
+    =============  ====  ====  =====  ===========
+    port           size  unit  frame  feedthrough
+    =============  ====  ====  =====  ===========
+    interest       n     any   -      -
+    connected      n     -     -      -
+    waiting        n     -     -      -
+    counters       n     -     -      -
+    tallies        2 n   -     -      -
+    requests_sent  1     -     -      -
+    iteration      1     -     -      -
+    =============  ====  ====  =====  ===========
 
     `interest` may be left open: then new agents are asked in turn, else the most interesting come
     first. `connected` and `waiting` are 1 for friends and for agents whose answer is awaited; a

@@ -50,16 +50,16 @@ class RoutePursuer(LeafSystem):
         - command
         - route
 
-    ===============  ====  ==========  =====
-    port             size  unit        frame
-    ===============  ====  ==========  =====
-    pose             3     m, m, rad   world
-    infrared         ring  m           robot
-    evader_position  2     m           world
-    located_at       1     s           -
-    command          2     m/s, rad/s  robot
-    route            2 K   m           world
-    ===============  ====  ==========  =====
+    ===============  ====  ==========  =====  ===========
+    port             size  unit        frame  feedthrough
+    ===============  ====  ==========  =====  ===========
+    pose             3     m, m, rad   world  -
+    infrared         ring  m           robot  -
+    evader_position  2     m           world  -
+    located_at       1     s           -      -
+    command          2     m/s, rad/s  robot  all
+    route            2 K   m           world  all
+    ===============  ====  ==========  =====  ===========
 
     `located_at` is when the picture was taken from which the evader's position comes, negative
     before the first. `route` holds the corners still to be passed, the robot's place first, the

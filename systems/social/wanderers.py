@@ -23,12 +23,12 @@ class Wanderers(LeafSystem):
         output_ports:
         - command
 
-    ========  =======  ==========  =====
-    port      size     unit        frame
-    ========  =======  ==========  =====
-    infrared  N ring   m           robot
-    command   2 N      m/s, rad/s  robot
-    ========  =======  ==========  =====
+    ========  =======  ==========  =====  ===========
+    port      size     unit        frame  feedthrough
+    ========  =======  ==========  =====  ===========
+    infrared  N ring   m           robot  -
+    command   2 N      m/s, rad/s  robot  all
+    ========  =======  ==========  =====  ===========
 
     Source: Zhang 2014, 2.3.4.3.
 

@@ -3,6 +3,7 @@
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
+from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.geometry.wall_sliding import SKIN
 from ..numerics.geometry.world import World
@@ -27,14 +28,16 @@ class AdversarialEvaders(LeafSystem):
         output_ports:
         - velocity
 
-    ================  ===================  ====  =====
-    port              size                 unit  frame
-    ================  ===================  ====  =====
-    pursuer_position  2 Np                 m     world
-    evader_position   2 Ne                 m     world
-    sight             Np Ne + Np K + Ne K  -     -
-    velocity          2 Ne                 m/s   world
-    ================  ===================  ====  =====
+    ================  ===================  ====  =====  ===========
+    port              size                 unit  frame  feedthrough
+    ================  ===================  ====  =====  ===========
+    pursuer_position  2 Np                 m     world  -
+    evader_position   2 Ne                 m     world  -
+    sight             Np Ne + Np K + Ne K  -     -      -
+    velocity          2 Ne                 m/s   world  all
+    ================  ===================  ====  =====  ===========
+
+    Numeric parameters: `top_speed`, `speed_ratio`.
 
     Source: Zhang 2014, Table 2.1 (policy A).
 
@@ -65,7 +68,7 @@ class AdversarialEvaders(LeafSystem):
         require(0 < speed_ratio < 1, "speed_ratio", "lie in (0, 1)", speed_ratio)
         require_non_negative("radius", radius)
         self._corners = corner_table(world)
-        self._ratio, self._speed = float(speed_ratio), float(top_speed)
+        self.parameters = NumericParameters(self, top_speed=top_speed, speed_ratio=speed_ratio)
         # Wall sliding stops a skin short of the wall; a little more is "at the wall".
         self._standoff = float(radius) + 10.0 * SKIN * world.tolerance
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
@@ -75,13 +78,14 @@ class AdversarialEvaders(LeafSystem):
         self.DeclareVectorOutputPort("velocity", 2 * evaders, self._calc_velocity)
 
     def _calc_velocity(self, context, output):
+        top_speed, speed_ratio = self.parameters(context)
         velocity = adversarial_velocities(
             read(self._pursuers, context),
             read(self._evaders, context),
             read(self._sight, context),
             self._corners,
-            self._ratio,
-            self._speed,
+            speed_ratio,
+            top_speed,
             self._standoff,
         )
         output.set_value(velocity)

@@ -7,6 +7,7 @@ import numpy as np
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from ..drake_types import BasicVector_, LeafSystem_, any_scalar, default_instance
+from ..numeric_parameters import NumericParameters
 from ..numerics.compiled import compiled
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.tracking.mobile_agents import point_rates, point_step
@@ -35,14 +36,15 @@ def AgentTeam_(T):
             output_ports:
             - position
 
-        ========  ====  ====  =====
-        port      size  unit  frame
-        ========  ====  ====  =====
-        velocity  2 N   m/s   world
-        position  2 N   m     world
-        ========  ====  ====  =====
+        ========  ====  ====  =====  ===========
+        port      size  unit  frame  feedthrough
+        ========  ====  ====  =====  ===========
+        velocity  2 N   m/s   world  -
+        position  2 N   m     world  -
+        ========  ====  ====  =====  ===========
 
-        Vectors hold x_0, y_0, x_1, y_1, ... Defined for double, AutoDiffXd and Expression.
+        Vectors hold x_0, y_0, x_1, y_1, ... Numeric parameters: `top_speed`. Defined for double,
+        AutoDiffXd and Expression.
 
         Source: Zhang 2014, (2.1).
 
@@ -72,6 +74,7 @@ def AgentTeam_(T):
             self.initial_positions = initial
             self.top_speed = float(top_speed)
             self.time_step = float(time_step)
+            self.parameters = NumericParameters(self, T, top_speed=top_speed)
             size = initial.size
             self._velocity = self.DeclareVectorInputPort("velocity", size)
             model = BasicVector_[T](initial.ravel())
@@ -103,12 +106,14 @@ def AgentTeam_(T):
         def _step(self, context, discrete_state):
             position = context.get_discrete_state_vector().CopyToVector()
             velocity = self._velocity.Eval(context)
-            discrete_state.set_value(step(position, velocity, self.top_speed, self.time_step))
+            top_speed = self.parameters(context).top_speed
+            discrete_state.set_value(step(position, velocity, top_speed, self.time_step))
 
         @any_scalar(T)
         def DoCalcTimeDerivatives(self, context, derivatives):
             if self.time_step == 0:
-                rates = point_rates(self._velocity.Eval(context), self.top_speed)
+                top_speed = self.parameters(context).top_speed
+                rates = point_rates(self._velocity.Eval(context), top_speed)
                 derivatives.get_mutable_vector().SetFromVector(rates)
 
     return Impl

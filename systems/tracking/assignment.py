@@ -42,14 +42,14 @@ class Assignment(LeafSystem):
         output_ports:
         - assignment
 
-    ================  ===================  ====  =====
-    port              size                 unit  frame
-    ================  ===================  ====  =====
-    pursuer_position  2 Np                 m     world
-    evader_position   2 Ne                 m     world
-    sight             Np Ne + Np K + Ne K  -     -
-    assignment        Np                   -     -
-    ================  ===================  ====  =====
+    ================  ===================  ====  =====  ===========
+    port              size                 unit  frame  feedthrough
+    ================  ===================  ====  =====  ===========
+    pursuer_position  2 Np                 m     world  -
+    evader_position   2 Ne                 m     world  -
+    sight             Np Ne + Np K + Ne K  -     -      -
+    assignment        Np                   -     -      all
+    ================  ===================  ====  =====  ===========
 
     Source: Zhang 2014, 2.2.3.2, (2.3), (2.13), Algorithm 1; radio range: ours.
 

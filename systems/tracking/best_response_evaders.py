@@ -97,15 +97,15 @@ class BestResponseEvaders(LeafSystem):
         output_ports:
         - velocity
 
-    ================  ===================  ====  =====
-    port              size                 unit  frame
-    ================  ===================  ====  =====
-    pursuer_position  2 Np                 m     world
-    evader_position   2 Ne                 m     world
-    sight             Np Ne + Np K + Ne K  -     -
-    assignment        Np                   -     -
-    velocity          2 Ne                 m/s   world
-    ================  ===================  ====  =====
+    ================  ===================  ====  =====  ===========
+    port              size                 unit  frame  feedthrough
+    ================  ===================  ====  =====  ===========
+    pursuer_position  2 Np                 m     world  -
+    evader_position   2 Ne                 m     world  -
+    sight             Np Ne + Np K + Ne K  -     -      -
+    assignment        Np                   -     -      -
+    velocity          2 Ne                 m/s   world  all
+    ================  ===================  ====  =====  ===========
 
     Where pursuers share evaders out, `responsible` (Ne) is an input port too, the pursuer that
     answers for each, as `TeamGuaranteePursuit` gives it.

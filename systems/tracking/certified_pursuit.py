@@ -65,19 +65,19 @@ class CertifiedPursuit(LeafSystem):
         - commitment
         - committed
 
-    ================  ===================  =============  =====
-    port              size                 unit           frame
-    ================  ===================  =============  =====
-    pursuer_position  2 Np                 m              world
-    evader_position   2 Ne                 m              world
-    sight             Np Ne + Np K + Ne K  -              -
-    assignment        Np                   -              -
-    velocity          2 Np                 m/s            world
-    guaranteed_time   Np                   s              -
-    certificate       1                    s              -
-    commitment        7 Np                 see below      world
-    committed         Np                   -              -
-    ================  ===================  =============  =====
+    ================  ===================  =============  =====  =============
+    port              size                 unit           frame  feedthrough
+    ================  ===================  =============  =====  =============
+    pursuer_position  2 Np                 m              world  -
+    evader_position   2 Ne                 m              world  -
+    sight             Np Ne + Np K + Ne K  -              -      -
+    assignment        Np                   -              -      -
+    velocity          2 Np                 m/s            world  all
+    guaranteed_time   Np                   s              -      all but sight
+    certificate       1                    s              -      all but sight
+    commitment        7 Np                 see below      world  all but sight
+    committed         Np                   -              -      all but sight
+    ================  ===================  =============  =====  =============
 
     `guaranteed_time` is how long each pursuer will keep its evader from now on, infinite for ever,
     and `certificate` how long the team keeps all evaders. A commitment is a place [m], the periods
@@ -137,12 +137,19 @@ class CertifiedPursuit(LeafSystem):
         self._kept = self.DeclareDiscreteState(state_vector(nothing))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._go_on)
         self.DeclareVectorOutputPort("velocity", 2 * pursuers, self._calc_velocity)
-        self.DeclareVectorOutputPort("guaranteed_time", pursuers, self._calc_time)
-        self.DeclareVectorOutputPort("certificate", 1, self._calc_certificate)
+        # Sight is for pursuers that promise nothing.
+        promised = {
+            self._pursuers.ticket(),
+            self._evaders.ticket(),
+            self._assignment.ticket(),
+            self.discrete_state_ticket(self._kept),
+        }
+        self.DeclareVectorOutputPort("guaranteed_time", pursuers, self._calc_time, promised)
+        self.DeclareVectorOutputPort("certificate", 1, self._calc_certificate, promised)
         self._commitment = self.DeclareVectorOutputPort(
-            "commitment", COMMITMENT * pursuers, self._calc_commitment
+            "commitment", COMMITMENT * pursuers, self._calc_commitment, promised
         )
-        self.DeclareVectorOutputPort("committed", pursuers, self._calc_committed)
+        self.DeclareVectorOutputPort("committed", pursuers, self._calc_committed, promised)
 
     def _calc_commitment(self, context, output):
         """What holds now: what is kept, or where that is over or void, anew."""

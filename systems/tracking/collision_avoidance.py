@@ -40,16 +40,16 @@ class CollisionAvoidance(LeafSystem):
         - safe_velocity
         - deflection
 
-    ==============  ====  ====  =====
-    port            size  unit  frame
-    ==============  ====  ====  =====
-    position        2 N   m     world
-    velocity        2 N   m/s   world
-    other_position  2 M   m     world
-    right_of_way    N     -     -
-    safe_velocity   2 N   m/s   world
-    deflection      N     m/s   -
-    ==============  ====  ====  =====
+    ==============  ====  ====  =====  ===========
+    port            size  unit  frame  feedthrough
+    ==============  ====  ====  =====  ===========
+    position        2 N   m     world  -
+    velocity        2 N   m/s   world  -
+    other_position  2 M   m     world  -
+    right_of_way    N     -     -      -
+    safe_velocity   2 N   m/s   world  all
+    deflection      N     m/s   -      all
+    ==============  ====  ====  =====  ===========
 
     `other_position` is there where there are others. `right_of_way` is there with rank 1, and may
     be left open: 1 for robots that keep a promise. They go as they wish, and are stopped only where

@@ -35,16 +35,16 @@ class CollisionStop(LeafSystem):
         - safe_command
         - deflection
 
-    ==============  ====  ==========  =====
-    port            size  unit        frame
-    ==============  ====  ==========  =====
-    pose            3 N   m, m, rad   world
-    command         2 N   m/s, rad/s  robot
-    other_position  2 M   m           world
-    right_of_way    N     -           -
-    safe_command    2 N   m/s, rad/s  robot
-    deflection      N     m/s         -
-    ==============  ====  ==========  =====
+    ==============  ====  ==========  =====  ===========
+    port            size  unit        frame  feedthrough
+    ==============  ====  ==========  =====  ===========
+    pose            3 N   m, m, rad   world  -
+    command         2 N   m/s, rad/s  robot  -
+    other_position  2 M   m           world  -
+    right_of_way    N     -           -      -
+    safe_command    2 N   m/s, rad/s  robot  all
+    deflection      N     m/s         -      all
+    ==============  ====  ==========  =====  ===========
 
     `other_position` is there where there are others. `right_of_way` is there with rank 1, and may
     be left open: 1 for robots to which teammates leave the whole of a small gap. `deflection` is by

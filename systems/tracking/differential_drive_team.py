@@ -7,6 +7,7 @@ import numpy as np
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from ..drake_types import BasicVector_, LeafSystem_, any_scalar, default_instance
+from ..numeric_parameters import NumericParameters
 from ..numerics.compiled import compiled
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.tracking.mobile_agents import clip_symmetric, drive_step, unicycle_rates
@@ -37,18 +38,19 @@ def DifferentialDriveTeam_(T):
             - position
             - direction
 
-        =========  ====  ===========  =====
-        port       size  unit         frame
-        =========  ====  ===========  =====
-        command    2 N   m/s, rad/s   robot
-        pose       3 N   m, m, rad    world
-        position   2 N   m            world
-        direction  2 N   -            world
-        =========  ====  ===========  =====
+        =========  ====  ===========  =====  ===========
+        port       size  unit         frame  feedthrough
+        =========  ====  ===========  =====  ===========
+        command    2 N   m/s, rad/s   robot  -
+        pose       3 N   m, m, rad    world  -
+        position   2 N   m            world  -
+        direction  2 N   -            world  -
+        =========  ====  ===========  =====  ===========
 
         `command` holds v_0, omega_0, v_1, ...; `pose` x_0, y_0, theta_0, x_1, ...; `direction`
         is the unit vector along each heading. Headings are not wrapped: they count turns.
-        Defined for double, AutoDiffXd and Expression.
+        Numeric parameters: `top_speed`, `top_turn_rate`. Defined for double, AutoDiffXd and
+        Expression.
 
         Source: the testbed's robots, Zhang 2014, 2.2.8.
 
@@ -86,8 +88,10 @@ def DifferentialDriveTeam_(T):
             self.initial_poses = initial
             self.top_speed = float(top_speed)
             self.top_turn_rate = float(top_turn_rate)
-            self.limits = np.array([top_speed, top_turn_rate], dtype=float)
             self.time_step = float(time_step)
+            self.parameters = NumericParameters(
+                self, T, top_speed=top_speed, top_turn_rate=top_turn_rate
+            )
             count = len(initial)
             self._command = self.DeclareVectorInputPort("command", 2 * count)
             model = BasicVector_[T](initial.ravel())
@@ -134,12 +138,14 @@ def DifferentialDriveTeam_(T):
         def _step(self, context, discrete_state):
             poses = context.get_discrete_state_vector().CopyToVector()
             commands = self._command.Eval(context)
-            discrete_state.set_value(step(poses, commands, self.limits, self.time_step))
+            limits = np.array(self.parameters(context))
+            discrete_state.set_value(step(poses, commands, limits, self.time_step))
 
         @any_scalar(T)
         def DoCalcTimeDerivatives(self, context, derivatives):
             if self.time_step == 0:
-                commands = clip_symmetric(self._command.Eval(context).reshape(-1, 2), self.limits)
+                limits = np.array(self.parameters(context))
+                commands = clip_symmetric(self._command.Eval(context).reshape(-1, 2), limits)
                 rates = unicycle_rates(self._poses(context)[:, 2], commands)
                 derivatives.get_mutable_vector().SetFromVector(rates.ravel())
 

@@ -36,15 +36,15 @@ class GuaranteePursuit(LeafSystem):
         output_ports:
         - velocity
 
-    ================  ===================  ====  =====
-    port              size                 unit  frame
-    ================  ===================  ====  =====
-    pursuer_position  2 Np                 m     world
-    evader_position   2 Ne                 m     world
-    sight             Np Ne + Np K + Ne K  -     -
-    assignment        Np                   -     -
-    velocity          2 Np                 m/s   world
-    ================  ===================  ====  =====
+    ================  ===================  ====  =====  ===========
+    port              size                 unit  frame  feedthrough
+    ================  ===================  ====  =====  ===========
+    pursuer_position  2 Np                 m     world  -
+    evader_position   2 Ne                 m     world  -
+    sight             Np Ne + Np K + Ne K  -     -      -
+    assignment        Np                   -     -      -
+    velocity          2 Np                 m/s   world  all
+    ================  ===================  ====  =====  ===========
 
     Source: ours; see `numerics.tracking.visibility_game`.
 

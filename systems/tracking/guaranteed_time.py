@@ -28,15 +28,15 @@ class GuaranteedTime(LeafSystem):
         - guaranteed_time
         - certificate
 
-    ================  ====  ====  =====
-    port              size  unit  frame
-    ================  ====  ====  =====
-    pursuer_position  2 Np  m     world
-    evader_position   2 Ne  m     world
-    assignment        Np    -     -
-    guaranteed_time   Np    s     -
-    certificate       1     s     -
-    ================  ====  ====  =====
+    ================  ====  ====  =====  ===========
+    port              size  unit  frame  feedthrough
+    ================  ====  ====  =====  ===========
+    pursuer_position  2 Np  m     world  -
+    evader_position   2 Ne  m     world  -
+    assignment        Np    -     -      -
+    guaranteed_time   Np    s     -      all
+    certificate       1     s     -      all
+    ================  ====  ====  =====  ===========
 
     Both are infinite for ever. The certificate is that of the evader that is kept the shortest, 0
     where one has no pursuer. The times looked up last are discrete state, with when that was.

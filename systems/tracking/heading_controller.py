@@ -6,6 +6,7 @@ from typing import Any
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from ..drake_types import LeafSystem_, any_scalar, default_instance
+from ..numeric_parameters import NumericParameters
 from ..numerics.compiled import compiled
 from ..numerics.errors import require, require_positive
 from ..numerics.tracking.mobile_agents import heading_commands
@@ -33,16 +34,16 @@ def HeadingController_(T):
             output_ports:
             - command
 
-        ========  ====  ==========  =====
-        port      size  unit        frame
-        ========  ====  ==========  =====
-        pose      3 N   m, m, rad   world
-        velocity  2 N   m/s         world
-        command   2 N   m/s, rad/s  robot
-        ========  ====  ==========  =====
+        ========  ====  ==========  =====  ===========
+        port      size  unit        frame  feedthrough
+        ========  ====  ==========  =====  ===========
+        pose      3 N   m, m, rad   world  -
+        velocity  2 N   m/s         world  -
+        command   2 N   m/s, rad/s  robot  all
+        ========  ====  ==========  =====  ===========
 
-        Defined for double, AutoDiffXd and Expression; not differentiable where the desired
-        velocity is zero.
+        Numeric parameters: `gain`. Defined for double, AutoDiffXd and Expression; not
+        differentiable where the desired velocity is zero.
 
         Source: Zhang 2014, 2.2.8 (the testbed's robots); the law is ours.
 
@@ -60,6 +61,7 @@ def HeadingController_(T):
             require_positive("gain", gain)
             self.count = count
             self.gain = float(gain)
+            self.parameters = NumericParameters(self, T, gain=gain)
             self._pose = self.DeclareVectorInputPort("pose", 3 * count)
             self._velocity = self.DeclareVectorInputPort("velocity", 2 * count)
             self.DeclareVectorOutputPort("command", 2 * count, self._calc_command)
@@ -70,7 +72,7 @@ def HeadingController_(T):
         @any_scalar(T)
         def _calc_command(self, context, output):
             pose, velocity = self._pose.Eval(context), self._velocity.Eval(context)
-            output.SetFromVector(law(pose, velocity, self.gain))
+            output.SetFromVector(law(pose, velocity, self.parameters(context).gain))
 
     return Impl
 

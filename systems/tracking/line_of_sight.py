@@ -33,13 +33,13 @@ class LineOfSight(LeafSystem):
         output_ports:
         - sight
 
-    ================  =====================  ====  =====
-    port              size                   unit  frame
-    ================  =====================  ====  =====
-    pursuer_position  2 Np                   m     world
-    evader_position   2 Ne                   m     world
-    sight             Np Ne + Np K + Ne K    -     -
-    ================  =====================  ====  =====
+    ================  =====================  ====  =====  ===========
+    port              size                   unit  frame  feedthrough
+    ================  =====================  ====  =====  ===========
+    pursuer_position  2 Np                   m     world  -
+    evader_position   2 Ne                   m     world  -
+    sight             Np Ne + Np K + Ne K    -     -      all
+    ================  =====================  ====  =====  ===========
 
     Source: Zhang 2014, 2.2.1 and 2.2.3.
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
+from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_positive
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.world import World
@@ -32,15 +33,17 @@ class LookaheadPursuit(LeafSystem):
         output_ports:
         - velocity
 
-    ================  ===================  ====  =====
-    port              size                 unit  frame
-    ================  ===================  ====  =====
-    pursuer_position  2 Np                 m     world
-    evader_position   2 Ne                 m     world
-    sight             Np Ne + Np K + Ne K  -     -
-    assignment        Np                   -     -
-    velocity          2 Np                 m/s   world
-    ================  ===================  ====  =====
+    ================  ===================  ====  =====  ===========
+    port              size                 unit  frame  feedthrough
+    ================  ===================  ====  =====  ===========
+    pursuer_position  2 Np                 m     world  -
+    evader_position   2 Ne                 m     world  -
+    sight             Np Ne + Np K + Ne K  -     -      -
+    assignment        Np                   -     -      -
+    velocity          2 Np                 m/s   world  all
+    ================  ===================  ====  =====  ===========
+
+    Numeric parameters: `top_speed`, `speed_ratio`.
 
     Source: ours, on the game of Zhang 2014, 2.2.2; see `numerics.tracking.lookahead`.
 
@@ -72,7 +75,7 @@ class LookaheadPursuit(LeafSystem):
         self._region = build_edge_index(*regions)
         self._corners = corner_table(world)
         self._evader_count = evaders
-        self._ratio, self._speed = float(speed_ratio), float(top_speed)
+        self.parameters = NumericParameters(self, top_speed=top_speed, speed_ratio=speed_ratio)
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
         self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
         size = sight_size(pursuers, evaders, len(self._corners))
@@ -83,6 +86,7 @@ class LookaheadPursuit(LeafSystem):
     def _calc_velocity(self, context, output):
         assignment = read(self._assignment, context)
         require_assignment(assignment, self._evader_count)
+        top_speed, speed_ratio = self.parameters(context)
         velocity = lookahead_velocities(
             self._region,
             read(self._pursuers, context),
@@ -90,7 +94,7 @@ class LookaheadPursuit(LeafSystem):
             read(self._sight, context),
             assignment,
             self._corners,
-            self._ratio,
-            self._speed,
+            speed_ratio,
+            top_speed,
         )
         output.set_value(velocity)

@@ -3,6 +3,7 @@
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
+from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_finite, require_non_negative, require_positive
 from ..numerics.tracking.modified_field import modified_velocities
 
@@ -25,15 +26,17 @@ class ModifiedField(LeafSystem):
         output_ports:
         - velocity
 
-    ================  ====  ====  =====
-    port              size  unit  frame
-    ================  ====  ====  =====
-    pursuer_position  2 Np  m     world
-    evader_position   2 Ne  m     world
-    assignment        Np    -     -
-    field_velocity    2 Np  m/s   world
-    velocity          2 Np  m/s   world
-    ================  ====  ====  =====
+    ================  ====  ====  =====  ===========
+    port              size  unit  frame  feedthrough
+    ================  ====  ====  =====  ===========
+    pursuer_position  2 Np  m     world  -
+    evader_position   2 Ne  m     world  -
+    assignment        Np    -     -      -
+    field_velocity    2 Np  m/s   world  -
+    velocity          2 Np  m/s   world  all
+    ================  ====  ====  =====  ===========
+
+    Numeric parameters: `weight`, `top_speed`, `stand_off`, `fade`.
 
     Source: Zhang 2014, 2.2.5, (2.7); the stand-off distance: ours.
 
@@ -65,7 +68,9 @@ class ModifiedField(LeafSystem):
         require_positive("top_speed", top_speed)
         require_non_negative("stand_off", stand_off)
         require_positive("fade", fade)
-        self._numbers = (float(weight), float(top_speed), float(stand_off), float(fade))
+        self.parameters = NumericParameters(
+            self, weight=weight, top_speed=top_speed, stand_off=stand_off, fade=fade
+        )
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
         self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
         self._assignment = self.DeclareVectorInputPort("assignment", pursuers)
@@ -73,8 +78,12 @@ class ModifiedField(LeafSystem):
         self.DeclareVectorOutputPort("velocity", 2 * pursuers, self._calc_velocity)
 
     def _calc_velocity(self, context, output):
+        weight, top_speed, stand_off, fade = self.parameters(context)
         velocities = modified_velocities(
-            *self._numbers,
+            weight,
+            top_speed,
+            stand_off,
+            fade,
             read(self._pursuers, context),
             read(self._evaders, context),
             read(self._assignment, context),

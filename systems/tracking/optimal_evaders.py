@@ -35,14 +35,14 @@ class OptimalEvaders(LeafSystem):
         output_ports:
         - velocity
 
-    ================  ===================  ====  =====
-    port              size                 unit  frame
-    ================  ===================  ====  =====
-    pursuer_position  2 Np                 m     world
-    evader_position   2 Ne                 m     world
-    sight             Np Ne + Np K + Ne K  -     -
-    velocity          2 Ne                 m/s   world
-    ================  ===================  ====  =====
+    ================  ===================  ====  =====  ===========
+    port              size                 unit  frame  feedthrough
+    ================  ===================  ====  =====  ===========
+    pursuer_position  2 Np                 m     world  -
+    evader_position   2 Ne                 m     world  -
+    sight             Np Ne + Np K + Ne K  -     -      -
+    velocity          2 Ne                 m/s   world  all
+    ================  ===================  ====  =====  ===========
 
     Source: ours; see `numerics.tracking.visibility_game.evasion`.
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
+from ..numeric_parameters import NumericParameters
 from ..numerics.errors import (
     require,
     require_non_negative,
@@ -38,15 +39,17 @@ class PursuitFieldController(LeafSystem):
         output_ports:
         - velocity
 
-    ================  ===================  ====  =====
-    port              size                 unit  frame
-    ================  ===================  ====  =====
-    pursuer_position  2 Np                 m     world
-    evader_position   2 Ne                 m     world
-    sight             Np Ne + Np K + Ne K  -     -
-    assignment        Np                   -     -
-    velocity          2 Np                 m/s   world
-    ================  ===================  ====  =====
+    ================  ===================  ====  =====  ===========
+    port              size                 unit  frame  feedthrough
+    ================  ===================  ====  =====  ===========
+    pursuer_position  2 Np                 m     world  -
+    evader_position   2 Ne                 m     world  -
+    sight             Np Ne + Np K + Ne K  -     -      -
+    assignment        Np                   -     -      -
+    velocity          2 Np                 m/s   world  all
+    ================  ===================  ====  =====  ===========
+
+    Numeric parameters: `top_speed`, `speed_ratio`.
 
     Source: Zhang 2014, (2.2), Table 2.2; field "margin": ours.
 
@@ -87,7 +90,8 @@ class PursuitFieldController(LeafSystem):
         self._weightings = codes_of("risk_vectors", risk_vectors, RISK_VECTORS, pursuers)
         self._corners = corner_table(world)
         self._evader_count = evaders
-        self._ratio, self._speed, self._period = float(speed_ratio), float(top_speed), float(period)
+        self._period = float(period)
+        self.parameters = NumericParameters(self, top_speed=top_speed, speed_ratio=speed_ratio)
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
         self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
         size = sight_size(pursuers, evaders, len(self._corners))
@@ -98,6 +102,7 @@ class PursuitFieldController(LeafSystem):
     def _calc_velocity(self, context, output):
         assignment = read(self._assignment, context)
         require_assignment(assignment, self._evader_count)
+        top_speed, speed_ratio = self.parameters(context)
         velocity = team_pursuit(
             self._field,
             self._weightings,
@@ -106,8 +111,8 @@ class PursuitFieldController(LeafSystem):
             read(self._sight, context),
             assignment,
             self._corners,
-            self._ratio,
-            self._speed,
+            speed_ratio,
+            top_speed,
             self._period,
         )
         output.set_value(velocity)

@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import state_vector
+from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_positive
 
 
@@ -25,6 +26,8 @@ class RandomWalkEvaders(LeafSystem):
     velocity  2 Ne  m/s   world
     ========  ====  ====  =====
 
+    Numeric parameters: `top_speed`.
+
     Source: a baseline of ours.
 
     Args:
@@ -43,19 +46,29 @@ class RandomWalkEvaders(LeafSystem):
         require_positive("top_speed", top_speed)
         require_positive("turn_period", turn_period)
         require(seed >= 0, "seed", "be zero or positive", seed)
-        self._count, self._speed, self._seed = count, float(top_speed), seed
-        # The number of the turn, then the velocities until the next one.
+        self._count, self._seed = count, seed
+        self.parameters = NumericParameters(self, top_speed=top_speed)
+        # The number of the turn, then the directions until the next one.
         self._turn = self.DeclareDiscreteState(state_vector(np.zeros(1)))
-        self._velocity = self.DeclareDiscreteState(state_vector(self._draw(0)))
+        self._direction = self.DeclareDiscreteState(state_vector(self._draw(0)))
         self.DeclarePeriodicDiscreteUpdateEvent(turn_period, turn_period, self._change)
-        self.DeclareStateOutputPort("velocity", self._velocity)
+        self.DeclareVectorOutputPort(
+            "velocity",
+            2 * count,
+            self._calc_velocity,
+            {self.discrete_state_ticket(self._direction), self.all_parameters_ticket()},
+        )
 
     def _draw(self, turn: int) -> np.ndarray:
         generator = np.random.Generator(np.random.Philox(key=[self._seed, turn]))
         headings = generator.uniform(-np.pi, np.pi, self._count)
-        return self._speed * np.column_stack([np.cos(headings), np.sin(headings)]).ravel()
+        return np.column_stack([np.cos(headings), np.sin(headings)]).ravel()
 
     def _change(self, context, discrete_state):
         turn = int(context.get_discrete_state(self._turn).value()[0]) + 1
         discrete_state.set_value(self._turn, np.array([float(turn)]))
-        discrete_state.set_value(self._velocity, self._draw(turn))
+        discrete_state.set_value(self._direction, self._draw(turn))
+
+    def _calc_velocity(self, context, output):
+        direction = context.get_discrete_state(self._direction).value()
+        output.set_value(self.parameters(context).top_speed * direction)

@@ -30,13 +30,13 @@ class SightLossMonitor(LeafSystem):
         output_ports:
         - loss
 
-    ================  ====  ====  =====
-    port              size  unit  frame
-    ================  ====  ====  =====
-    pursuer_position  2 Np  m     world
-    evader_position   2 Ne  m     world
-    loss              2     s, -  -
-    ================  ====  ====  =====
+    ================  ====  ====  =====  ===========
+    port              size  unit  frame  feedthrough
+    ================  ====  ====  =====  ===========
+    pursuer_position  2 Np  m     world  -
+    evader_position   2 Ne  m     world  -
+    loss              2     s, -  -      -
+    ================  ====  ====  =====  ===========
 
     `loss` holds the time of loss, infinite while there is none, and the evader's number, or -1.
 

@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
+from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require_positive
 from ..numerics.tracking.visibility_game.certificates import team_certificate
 
@@ -30,20 +31,20 @@ class StandingCertificate(LeafSystem):
         - certificate
         - withdrawn
 
-    ===============  ====  ====  =====
-    port             size  unit  frame
-    ===============  ====  ====  =====
-    guaranteed_time  Np    s     -
-    assignment       Np    -     -
-    deflection       Np    m/s   -
-    certificate      1     s     -
-    withdrawn        Np    -     -
-    ===============  ====  ====  =====
+    ===============  ====  ====  =====  ===========================
+    port             size  unit  frame  feedthrough
+    ===============  ====  ====  =====  ===========================
+    guaranteed_time  Np    s     -      -
+    assignment       Np    -     -      -
+    deflection       Np    m/s   -      -
+    certificate      1     s     -      all
+    withdrawn        Np    -     -      guaranteed_time, deflection
+    ===============  ====  ====  =====  ===========================
 
     `deflection` is by how much what drives the team changes what was asked of it, as
     `CollisionAvoidance` and `CollisionStop` say; their sum, where there are several. `certificate`
     is how long the team keeps all evaders, and `withdrawn` is 1 for each pursuer that has promised
-    something and is deflected.
+    something and is deflected. Numeric parameters: `top_speed`.
 
     Source: ours; see `numerics.tracking.visibility_game`.
 
@@ -59,16 +60,23 @@ class StandingCertificate(LeafSystem):
     def __init__(self, *, pursuers: int, evaders: int, top_speed: float):
         super().__init__()
         require_positive("top_speed", top_speed)
-        self._evader_count, self._least = evaders, ROUNDING * float(top_speed)
+        self._evader_count = evaders
+        self.parameters = NumericParameters(self, top_speed=top_speed)
         self._times = self.DeclareVectorInputPort("guaranteed_time", pursuers)
         self._assignment = self.DeclareVectorInputPort("assignment", pursuers)
         self._deflection = self.DeclareVectorInputPort("deflection", pursuers)
         self.DeclareVectorOutputPort("certificate", 1, self._calc_certificate)
-        self.DeclareVectorOutputPort("withdrawn", pursuers, self._calc_withdrawn)
+        kept = {
+            self._times.ticket(),
+            self._deflection.ticket(),
+            self.all_parameters_ticket(),
+        }
+        self.DeclareVectorOutputPort("withdrawn", pursuers, self._calc_withdrawn, kept)
 
     def _withdrawn(self, context):
         """Who has promised something and is deflected, shape (Np,)."""
-        deflected = read(self._deflection, context) > self._least
+        least = ROUNDING * self.parameters(context).top_speed
+        deflected = read(self._deflection, context) > least
         return deflected & (read(self._times, context) > 0.0)
 
     def _calc_withdrawn(self, context, output):

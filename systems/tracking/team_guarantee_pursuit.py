@@ -49,17 +49,17 @@ class TeamGuaranteePursuit(LeafSystem):
         - certificate
         - velocity
 
-    ================  ===================  ====  =====
-    port              size                 unit  frame
-    ================  ===================  ====  =====
-    pursuer_position  2 Np                 m     world
-    evader_position   2 Ne                 m     world
-    sight             Np Ne + Np K + Ne K  -     -
-    assignment        Np                   -     -
-    responsible       Ne                   -     -
-    certificate       1                    s     -
-    velocity          2 Np                 m/s   world
-    ================  ===================  ====  =====
+    ================  ===================  ====  =====  ===========
+    port              size                 unit  frame  feedthrough
+    ================  ===================  ====  =====  ===========
+    pursuer_position  2 Np                 m     world  -
+    evader_position   2 Ne                 m     world  -
+    sight             Np Ne + Np K + Ne K  -     -      -
+    assignment        Np                   -     -      all
+    responsible       Ne                   -     -      all
+    certificate       1                    s     -      all
+    velocity          2 Np                 m/s   world  all
+    ================  ===================  ====  =====  ===========
 
     `certificate` is for how long all evaders can be kept, by the middle bounds, infinite for ever.
     `responsible` is the pursuer of each evader, or -1; one that nobody sees any more stays with its

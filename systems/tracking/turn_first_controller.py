@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
+from ..numeric_parameters import NumericParameters
 from ..numerics.compiled import compiled
 from ..numerics.errors import require, require_positive
 from ..numerics.tracking.mobile_agents import heading_commands, turn_first_command
@@ -31,18 +32,18 @@ class TurnFirstController(LeafSystem):
         output_ports:
         - command
 
-    ============  ====  ==========  =====
-    port          size  unit        frame
-    ============  ====  ==========  =====
-    pose          3 N   m, m, rad   world
-    velocity      2 N   m/s         world
-    deflection    N     m/s         -
-    right_of_way  N     -           -
-    command       2 N   m/s, rad/s  robot
-    ============  ====  ==========  =====
+    ============  ====  ==========  =====  ===========
+    port          size  unit        frame  feedthrough
+    ============  ====  ==========  =====  ===========
+    pose          3 N   m, m, rad   world  -
+    velocity      2 N   m/s         world  -
+    deflection    N     m/s         -      -
+    right_of_way  N     -           -      -
+    command       2 N   m/s, rad/s  robot  all
+    ============  ====  ==========  =====  ===========
 
     `deflection` is that of `CollisionAvoidance`, and `right_of_way` 1 for robots that are
-    committed; left open it is 0.
+    committed; left open it is 0. Numeric parameters: `gain`, `top_speed`.
 
     Source: ours.
 
@@ -61,8 +62,8 @@ class TurnFirstController(LeafSystem):
         require(count > 0, "count", "be positive", count)
         for name, value in (("gain", gain), ("top_speed", top_speed), ("period", period)):
             require_positive(name, value)
-        self._gain, self._period = float(gain), float(period)
-        self._least = ROUNDING * float(top_speed)
+        self._period = float(period)
+        self.parameters = NumericParameters(self, gain=gain, top_speed=top_speed)
         self._pose = self.DeclareVectorInputPort("pose", 3 * count)
         self._velocity = self.DeclareVectorInputPort("velocity", 2 * count)
         self._deflection = self.DeclareVectorInputPort("deflection", count)
@@ -71,10 +72,11 @@ class TurnFirstController(LeafSystem):
 
     def _calc_command(self, context, output):
         poses, velocities = read(self._pose, context), read(self._velocity, context)
-        commands = _heading_commands(poses, velocities, self._gain).reshape(-1, 2)
+        gain, top_speed = self.parameters(context)
+        commands = _heading_commands(poses, velocities, gain).reshape(-1, 2)
         if self._committed.HasValue(context):
             straight = read(self._committed, context) > 0.5
-            straight &= read(self._deflection, context) <= self._least
+            straight &= read(self._deflection, context) <= ROUNDING * top_speed
             headings, wished = poses[2::3].copy(), velocities.reshape(-1, 2)
             turned = _turn_first_command(headings, wished, self._period)
             commands = np.where(straight[:, None], turned, commands)

@@ -21,13 +21,13 @@ class VelocitySelector(LeafSystem):
         output_ports:
         - velocity
 
-    ========  ====  ====  =====
-    port      size  unit  frame
-    ========  ====  ====  =====
-    source_0  2 N   m/s   world
-    source_1  2 N   m/s   world
-    velocity  2 N   m/s   world
-    ========  ====  ====  =====
+    ========  ====  ====  =====  ===========
+    port      size  unit  frame  feedthrough
+    ========  ====  ====  =====  ===========
+    source_0  2 N   m/s   world  -
+    source_1  2 N   m/s   world  -
+    velocity  2 N   m/s   world  all
+    ========  ====  ====  =====  ===========
 
     There are as many inputs `source_k` as sources; two are shown.
 

@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
+from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_positive
 
 
@@ -23,12 +24,14 @@ class WaypointEvaders(LeafSystem):
         output_ports:
         - velocity
 
-    ===============  ====  ====  =====
-    port             size  unit  frame
-    ===============  ====  ====  =====
-    evader_position  2 Ne  m     world
-    velocity         2 Ne  m/s   world
-    ===============  ====  ====  =====
+    ===============  ====  ====  =====  ===========
+    port             size  unit  frame  feedthrough
+    ===============  ====  ====  =====  ===========
+    evader_position  2 Ne  m     world  -
+    velocity         2 Ne  m/s   world  all
+    ===============  ====  ====  =====  ===========
+
+    Numeric parameters: `top_speed`.
 
     Source: the fixed evader trajectory of Zhang 2014, Figure 2.6.
 
@@ -51,7 +54,8 @@ class WaypointEvaders(LeafSystem):
             require(bool(np.isfinite(path).all()), f"waypoints[{j}]", "be finite", path.tolist())
             self._paths.append(path)
         require(len(self._paths) > 0, "waypoints", "name at least one evader", "none")
-        self._speed, self._period = float(top_speed), float(period)
+        self._period = float(period)
+        self.parameters = NumericParameters(self, top_speed=top_speed)
         count = len(self._paths)
         self._position = self.DeclareVectorInputPort("evader_position", 2 * count)
         self._next = self.DeclareDiscreteState(state_vector(np.zeros(count)))
@@ -71,13 +75,14 @@ class WaypointEvaders(LeafSystem):
     def _calc_velocity(self, context, output):
         offsets = self._offsets(context)
         distances = np.hypot(offsets[:, 0], offsets[:, 1])
-        pace = np.minimum(self._speed, distances / self._period)
+        pace = np.minimum(self.parameters(context).top_speed, distances / self._period)
         scale = np.divide(pace, distances, out=np.zeros_like(pace), where=distances > 0)
         output.set_value((scale[:, None] * offsets).ravel())
 
     def _advance(self, context, discrete_state):
         offsets = self._offsets(context)
-        reached = np.hypot(offsets[:, 0], offsets[:, 1]) <= self._speed * self._period
+        run = self.parameters(context).top_speed * self._period
+        reached = np.hypot(offsets[:, 0], offsets[:, 1]) <= run
         counts = np.array([max(len(path), 1) for path in self._paths])
         following = context.get_discrete_state(self._next).value()
         discrete_state.set_value(self._next, (following + reached) % counts)

@@ -69,27 +69,27 @@ class EvaderTracker(LeafSystem):
         - evader_known
         - evader_set
 
-    =================  =====  =========  =====
-    port               size   unit       frame
-    =================  =====  =========  =====
-    position_0         2 Ne   m          world
-    covariance_0       4 Ne   m^2        world
-    valid_0            Ne     -          -
-    outcome_0          Ne     -          -
-    frame_0            3      -, s, -    -
-    exposure_pose_0    3      m, m, rad  world
-    position_1         2 Ne   m          world
-    covariance_1       4 Ne   m^2        world
-    valid_1            Ne     -          -
-    outcome_1          Ne     -          -
-    frame_1            3      -, s, -    -
-    exposure_pose_1    3      m, m, rad  world
-    evader_position    2 Ne   m          world
-    evader_covariance  4 Ne   m^2        world
-    evader_velocity    2 Ne   m/s        world
-    evader_known       Ne     -          -
-    evader_set         Ne Nc  -          world
-    =================  =====  =========  =====
+    =================  =====  =========  =====  ===========
+    port               size   unit       frame  feedthrough
+    =================  =====  =========  =====  ===========
+    position_0         2 Ne   m          world  -
+    covariance_0       4 Ne   m^2        world  -
+    valid_0            Ne     -          -      -
+    outcome_0          Ne     -          -      -
+    frame_0            3      -, s, -    -      -
+    exposure_pose_0    3      m, m, rad  world  -
+    position_1         2 Ne   m          world  -
+    covariance_1       4 Ne   m^2        world  -
+    valid_1            Ne     -          -      -
+    outcome_1          Ne     -          -      -
+    frame_1            3      -, s, -    -      -
+    exposure_pose_1    3      m, m, rad  world  -
+    evader_position    2 Ne   m          world  all
+    evader_covariance  4 Ne   m^2        world  all
+    evader_velocity    2 Ne   m/s        world  all
+    evader_known       Ne     -          -      all
+    evader_set         Ne Nc  -          world  all
+    =================  =====  =========  =====  ===========
 
     There are inputs for each of the cameras, as of `ShellEstimator` and `OmniCameraSensor`; two
     are shown. Pictures are used once, for the time at which they were taken, however late they

@@ -56,15 +56,15 @@ class OmniCameraSensor(LeafSystem):
         - frame
         - exposure_pose
 
-    ==============  ===========  =========  =======
-    port            size         unit       frame
-    ==============  ===========  =========  =======
-    pose            3            m, m, rad  world
-    shell_position  2 M          m          world
-    image           ImageRgba8U  -          picture
-    frame           3            -, s, -    -
-    exposure_pose   3            m, m, rad  world
-    ==============  ===========  =========  =======
+    ==============  ===========  =========  =======  ===========
+    port            size         unit       frame    feedthrough
+    ==============  ===========  =========  =======  ===========
+    pose            3            m, m, rad  world    -
+    shell_position  2 M          m          world    -
+    image           ImageRgba8U  -          picture  -
+    frame           3            -, s, -    -        -
+    exposure_pose   3            m, m, rad  world    -
+    ==============  ===========  =========  =======  ===========
 
     The picture's top is the robot's front, its right the robot's left (`omni_optics`).
 

@@ -38,17 +38,17 @@ class ShellEstimator(LeafSystem):
         - range_bearing
         - outcome
 
-    =============  ===========  =========  =======
-    port           size         unit       frame
-    =============  ===========  =========  =======
-    image          ImageRgba8U  -          picture
-    pose           3            m, m, rad  world
-    position       2 N          m          world
-    covariance     4 N          m^2        world
-    valid          N            -          -
-    range_bearing  2 N          m, rad     robot
-    outcome        N            -          -
-    =============  ===========  =========  =======
+    =============  ===========  =========  =======  ===========
+    port           size         unit       frame    feedthrough
+    =============  ===========  =========  =======  ===========
+    image          ImageRgba8U  -          picture  -
+    pose           3            m, m, rad  world    -
+    position       2 N          m          world    all
+    covariance     4 N          m^2        world    all
+    valid          N            -          -        image
+    range_bearing  2 N          m, rad     robot    image
+    outcome        N            -          -        image
+    =============  ===========  =========  =======  ===========
 
     `pose` is the camera's when the picture was taken. Covariances are 2 x 2, row by row. `valid`
     is 1 where there is an estimate, else 0, and then position and range_bearing are NaN and the

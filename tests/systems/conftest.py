@@ -56,9 +56,8 @@ from sightfield.systems.numerics.social.routes.infrared import InfraredRing
 from sightfield.systems.numerics.social.routes.outlook import make_outlook
 from sightfield.systems.numerics.social.routes.route_graph import build_route_graph
 from sightfield.systems.numerics.social.routes.wandering import WanderingLaw
-from sightfield.systems.numerics.standoff.error_model import THESIS_ERROR
-from sightfield.systems.numerics.standoff.loop import StandoffLoop
-from sightfield.systems.numerics.standoff.sampled_pid import SampledPid
+from sightfield.systems.numerics.standoff.loop import THESIS_ERROR, StandoffLoop
+from sightfield.systems.numerics.standoff.sampled_loop import SampledPid
 from sightfield.systems.numerics.station.channel import Channel
 from sightfield.systems.numerics.station.motion_checks import Chassis
 from sightfield.systems.numerics.station.pose_checks import PoseLimits
@@ -87,14 +86,13 @@ from sightfield.systems.social.network_evolution import NetworkEvolution
 from sightfield.systems.social.picture_poster import PicturePoster
 from sightfield.systems.social.route_pursuer import RoutePursuer
 from sightfield.systems.social.wanderers import Wanderers
-from sightfield.systems.standoff.closed_loop import StandoffClosedLoop
-from sightfield.systems.standoff.range_estimator import BiasedRangeEstimator
-from sightfield.systems.standoff.standoff_pid import StandoffPid
+from sightfield.systems.standoff import BiasedRangeEstimator, StandoffClosedLoop, StandoffPid
 from sightfield.systems.station.age_limit import AgeLimit
 from sightfield.systems.station.command_gate import CommandGate
 from sightfield.systems.station.command_timeout import CommandTimeout
 from sightfield.systems.station.floor_guard import FloorGuard
 from sightfield.systems.station.imperfect_channel import ImperfectChannel
+from sightfield.systems.station.infrared_reflex import InfraredReflex
 from sightfield.systems.station.motion_check import MotionCheck
 from sightfield.systems.station.picture_player import PicturePlayer
 from sightfield.systems.station.pose_gate import PoseGate
@@ -272,6 +270,7 @@ def system_examples(ideal_calibration) -> dict[str, Callable[[], LeafSystem]]:
         ),
         "CommandGate": lambda: CommandGate(3),
         "CommandTimeout": lambda: CommandTimeout(3, limit=0.2),
+        "InfraredReflex": lambda: InfraredReflex(2, distance=0.05, period=0.05),
         "FloorGuard": lambda: FloorGuard(world, [0.1, 0.2], slack=0.05),
         "MotionCheck": lambda: MotionCheck(Chassis(), 3, period=0.05),
         "PoseGate": lambda: PoseGate(

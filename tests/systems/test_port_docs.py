@@ -10,7 +10,7 @@ import pytest
 import yaml
 from pydrake.common.cpp_template import TemplateClass
 from pydrake.common.value import Value
-from pydrake.systems.framework import LeafSystem, PortDataType
+from pydrake.systems.framework import LeafSystem, OutputPort, PortDataType
 
 import sightfield.diagrams
 import sightfield.hardware_io
@@ -99,6 +99,20 @@ def read_port_docs(system: type) -> PortDocs:
     return PortDocs(*read_block(doc), read_table(doc))
 
 
+def feedthrough_of(system: LeafSystem, output: OutputPort) -> str:
+    """Which inputs an output looks at in the same moment, as the table of ports has it."""
+    through, rest = [], []
+    for i in range(system.num_input_ports()):
+        known = through if system.HasDirectFeedthrough(i, output.get_index()) else rest
+        known.append(system.get_input_port(i).get_name())
+    if not through:
+        return "-"
+    if not rest:
+        return "all"
+    few = len(through) <= max(len(rest), 2)
+    return ", ".join(through) if few else f"all but {', '.join(rest)}"
+
+
 def check_ports_are_as_documented(system: LeafSystem) -> None:
     """Assert that names, order and sizes of the ports are those of the docstring."""
     docs = read_port_docs(type(system))
@@ -114,9 +128,12 @@ def check_ports_are_as_documented(system: LeafSystem) -> None:
     assert all(re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name) for name in ports), list(ports)
     assert sorted(row["port"] for row in docs.table) == sorted(ports)
     for row in docs.table:
+        port = ports[row["port"]]
+        if inputs and outputs:
+            reached = feedthrough_of(system, port) if port in outputs else "-"
+            assert row.get("feedthrough") == reached, row["port"]
         assert row.get("size"), f"{row['port']} has no size"
         assert row.get("unit"), f"{row['port']} has no unit ('-' where it has none)"
-        port = ports[row["port"]]
         if port.get_data_type() == PortDataType.kAbstractValued:
             assert not row["size"].isdigit(), f"{row['port']} is abstract: name its type"
         elif row["size"].isdigit():
@@ -141,6 +158,16 @@ def test_ports_are_as_documented(system, system_examples):
     check_ports_are_as_documented(example)
 
 
+@pytest.mark.parametrize("system", SYSTEMS, ids=system_name)
+def test_numeric_parameters_are_as_documented(system, system_examples):
+    example = system_examples[system_name(system)]()
+    said = re.search(r"Numeric\s+parameters:\s+(.*?)\.(\s|$)", system.__doc__, re.DOTALL)
+    named = re.findall(r"`(\w+)`", said[1]) if said else []
+    assert named == list(example.parameters.names if said else ())
+    context = example.CreateDefaultContext()
+    assert context.num_numeric_parameter_groups() == bool(named)
+
+
 class Documented(LeafSystem):
     """A system that is what it says.
 
@@ -153,21 +180,26 @@ class Documented(LeafSystem):
         - speed
         - picture
 
-    ========  =====  ====  ===================
-    port      size   unit  frame
-    ========  =====  ====  ===================
-    position  2 N    m     world, x east and
+    ========  =====  ====  ===================  ===========
+    port      size   unit  frame                feedthrough
+    ========  =====  ====  ===================  ===========
+    position  2 N    m     world, x east and    -
                            y north
-    speed     1      m/s   -
-    picture   Image  -     camera
-    ========  =====  ====  ===================
+    speed     1      m/s   -                    all
+    picture   Image  -     camera               -
+    ========  =====  ====  ===================  ===========
     """
 
     def __init__(self, names=("position", "speed", "picture"), speed_size=1):
         super().__init__()
         self.DeclareVectorInputPort(names[0], 6)
         self.DeclareVectorOutputPort(names[1], speed_size, lambda context, output: None)
-        self.DeclareAbstractOutputPort(names[2], lambda: Value(""), lambda context, output: None)
+        self.DeclareAbstractOutputPort(
+            names[2],
+            lambda: Value(""),
+            lambda context, output: None,
+            {self.time_ticket()},
+        )
 
 
 def with_docstring(doc: str) -> LeafSystem:
@@ -208,7 +240,9 @@ def test_a_system_with_other_ports_than_it_says_fails(arguments):
         ("speed     1      m/s", "speed            m/s"),
         ("speed     1      m/s", "speed     2      m/s"),
         ("picture   Image", "picture   3    "),
-        ("picture   Image  -     camera\n", ""),
+        ("picture   Image  -     camera               -\n", ""),
+        ("                    all", "                    -  "),
+        ("camera               -", "camera               all"),
         (".. pydrake_system::", "Ports:"),
         ("port      size", "gate      size"),
     ],

@@ -7,9 +7,8 @@ from pydrake.symbolic import Variable
 from pydrake.systems.primitives import Linearize
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.standoff.equilibria import equilibria
-from sightfield.systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop
-from sightfield.systems.standoff.closed_loop import StandoffClosedLoop
+from sightfield.systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop, equilibria
+from sightfield.systems.standoff import StandoffClosedLoop
 
 
 @pytest.mark.parametrize("controller", CONTROLLERS)

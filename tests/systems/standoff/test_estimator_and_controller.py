@@ -5,11 +5,9 @@ import pytest
 from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.symbolic import Expression
 
-from sightfield.systems.numerics.standoff.error_model import THESIS_ERROR
-from sightfield.systems.numerics.standoff.loop import StandoffLoop
-from sightfield.systems.numerics.standoff.sampled_pid import SampledPid, pid_step
-from sightfield.systems.standoff.range_estimator import BiasedRangeEstimator
-from sightfield.systems.standoff.standoff_pid import StandoffPid
+from sightfield.systems.numerics.standoff.loop import THESIS_ERROR, StandoffLoop
+from sightfield.systems.numerics.standoff.sampled_loop import SampledPid, pid_step
+from sightfield.systems.standoff import BiasedRangeEstimator, StandoffPid
 
 
 def estimate(system, evader, pursuer, noise):

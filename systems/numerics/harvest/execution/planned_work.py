@@ -22,6 +22,9 @@ from ..timing.sweep import Sweep, cart_sweep, grid_stations, sweep_of
 
 # Distance of stations between which crop comes in evenly [m].
 PIECE = 0.5
+# Longest cell on which machines wait for one another. A machine may be late by so much against one
+# that the plan has near it at the same time, and comes nearer to it by no more than that [m].
+LONGEST_CELL = 0.5
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -143,14 +146,15 @@ class PlannedWork:
             # Where it stands for carts cells end, as they do in the plan.
             stops = [plan.station_at(v.begin) for v in self.visits if v.combine == n]
             halts = np.unique(np.array([s for s in stops if 0 < s < plan.path.length]))
-            grid = grid_stations(plan.path, stops=halts)
+            grid = grid_stations(plan.path, LONGEST_CELL, halts)
             found.append(sweep_of(plan.path, combine, grid))
         for motion, (path, trailer) in zip(self.motions, self.towed, strict=True):
             timed = motion.timed
             still = np.flatnonzero(np.diff(timed.stations) < 1e-9)
             halts = np.unique(timed.stations[still])
             halts = halts[(halts > 1e-3) & (halts < path.length - 1e-3)]
-            found.append(cart_sweep(path, trailer, cart, grid_stations(path, stops=halts)))
+            grid = grid_stations(path, LONGEST_CELL, halts)
+            found.append(cart_sweep(path, trailer, cart, grid))
         return found
 
     @property

@@ -94,7 +94,8 @@ def tie_hold(fleet, ties, loads, stations, speeds, m, trusts):
         soon = 0.0
         if moves and not ties.last[t]:
             soon = REST + (end - stations[m]) / max(speeds[m], 0.1)
-        elif moves:
+        elif moves and trusts:
+            # A machine beside one that may be late cannot count on what flows on the way.
             soon = max(end - stations[m], 0.0) / max(speeds[m], 0.1) - 0.5
         if rest <= max(fleet.unload_rate * soon, NOTHING):
             continue

@@ -2,10 +2,11 @@
 
 Each evader has a track of nearly constant velocity (`position_filter`) and a set of the places
 where it may be (`reachable_set`). A detection belongs to a track if it is near the place where the
-track puts the evader, or else in the set; with several evaders of one colour detections are shared
-out by likelihood. A detection that belongs to no track begins a hypothesis. A hypothesis that goes
-on for `CONFIRMED` seconds, while the track of its colour is not seen, is the evader: the track was
-wrong, whatever it said of its certainty. So no evader that is seen is left out for longer.
+track puts the evader, or, once the track is no longer fresh, in the set; with several evaders of
+one colour detections are shared out by likelihood. A detection that belongs to no track begins a
+hypothesis. A hypothesis that goes on for `CONFIRMED` seconds, while the track of its colour is not
+seen, is the evader: the track was wrong, whatever it said of its certainty. So no evader that is
+seen is left out for longer.
 
 Source: ours; tracks, gates and hypotheses as in Blackman, Multiple hypothesis tracking for multiple
 target tracking, IEEE AES Magazine 19, 2004.
@@ -41,7 +42,8 @@ TRACK_SIZE = 4 + 4 + 16
 HYPOTHESIS_SIZE = 3 + 4 + 16
 # Hypotheses of each colour that are kept at most.
 HYPOTHESES = 4
-# A hypothesis is the evader after this time, and is given up when unseen for that [s].
+# A hypothesis is the evader after this time, for which a track is fresh, too: no single picture
+# overrules it. A hypothesis is given up when unseen for that [s].
 CONFIRMED, GIVEN_UP = 0.2, 1.0
 # For so long the velocity says where an unseen evader is to be looked for, and looks that leave it
 # no place at all are taken for mistakes [s].
@@ -248,6 +250,8 @@ def _cost(search: Search, knowledge: Knowledge, j: int, picture: Picture, k: int
         square = float(off @ np.linalg.solve(expected, off))
         if square <= GATE:
             cost = square + math.log(np.linalg.det(2 * math.pi * expected))
+    if abs(passed) <= CONFIRMED:
+        return cost
     margin = _GATE_WIDTH * math.sqrt(np.linalg.eigvalsh(spread)[-1]) / search.speed
     due = max(picture.time, row[0] if math.isfinite(row[0]) else 0.0) + margin
     reach = knowledge.sets[j]
