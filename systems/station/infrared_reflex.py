@@ -30,16 +30,16 @@ class InfraredReflex(LeafSystem):
         - held_command
         - told_reason
 
-    ============  ====  ==========  =====
-    port          size  unit        frame
-    ============  ====  ==========  =====
-    command       2 N   m/s, rad/s  robot
-    ranges        4 N   m           -
-    valid         N     -           -
-    reason        N     -           -
-    held_command  2 N   m/s, rad/s  robot
-    told_reason   N     -           -
-    ============  ====  ==========  =====
+    ============  ====  ==========  =====  ===============
+    port          size  unit        frame  feedthrough
+    ============  ====  ==========  =====  ===============
+    command       2 N   m/s, rad/s  robot  -
+    ranges        4 N   m           -      -
+    valid         N     -           -      -
+    reason        N     -           -      -
+    held_command  2 N   m/s, rad/s  robot  all but reason
+    told_reason   N     -           -      all but command
+    ============  ====  ==========  =====  ===============
 
     `ranges` are of the four sensors of each robot, from left to right; they count where `valid` is
     above 0.5. `told_reason` is the `reason` of the supervisor, a number of Reason, or OBSTACLE
@@ -68,8 +68,23 @@ class InfraredReflex(LeafSystem):
         self._reason = self.DeclareVectorInputPort("reason", count)
         self._held = self.DeclareDiscreteState(state_vector(np.zeros(count)))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
-        self.DeclareVectorOutputPort("held_command", 2 * count, self._calc_held_command)
-        self.DeclareVectorOutputPort("told_reason", count, self._calc_told_reason)
+        felt = {
+            self.input_port_ticket(self._ranges.get_index()),
+            self.input_port_ticket(self._valid.get_index()),
+            self.discrete_state_ticket(self._held),
+        }
+        self.DeclareVectorOutputPort(
+            "held_command",
+            2 * count,
+            self._calc_held_command,
+            {self.input_port_ticket(self._command.get_index()), *felt},
+        )
+        self.DeclareVectorOutputPort(
+            "told_reason",
+            count,
+            self._calc_told_reason,
+            {self.input_port_ticket(self._reason.get_index()), *felt},
+        )
 
     def _near(self, context) -> np.ndarray:
         """Which robots feel an obstacle; one that is held feels it from a little farther."""
