@@ -137,7 +137,7 @@ def test_without_a_certificate_the_rest_of_the_analysis_stands(monkeypatch):
     def demand_that_fails(*_):
         raise SystemExit("condition 'result.is_success()' failed")
 
-    module = "sightfield.diagrams.standoff.analysis.RegionOfAttraction"
+    module = "sightfield.diagrams.standoff.analysis.DrakeRegion"
     monkeypatch.setattr(module, demand_that_fails)
     found = analyse_standoff(StandoffLoop())
     assert found.certificate is None
