@@ -248,10 +248,9 @@ def StandoffClosedLoop_(T):
 
         def _loop_in(self, context):
             """The loop with the Context's numbers."""
-            *gains, a, b, c = self.parameters(context)
-            names = ("kp", "ki", "kd", "reference")
-            error = with_scalars(self.loop.error, a=a, b=b, c=c)
-            return with_scalars(self.loop, error=error, **dict(zip(names, gains, strict=True)))
+            numbers = self.parameters(context)._asdict()
+            error = with_scalars(self.loop.error, **{name: numbers.pop(name) for name in "abc"})
+            return with_scalars(self.loop, error=error, **numbers)
 
         @any_scalar(T)
         def DoCalcTimeDerivatives(self, context, derivatives):

@@ -69,21 +69,15 @@ class InfraredReflex(LeafSystem):
         self._held = self.DeclareDiscreteState(state_vector(np.zeros(count)))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
         felt = {
-            self.input_port_ticket(self._ranges.get_index()),
-            self.input_port_ticket(self._valid.get_index()),
+            self._ranges.ticket(),
+            self._valid.ticket(),
             self.discrete_state_ticket(self._held),
         }
         self.DeclareVectorOutputPort(
-            "held_command",
-            2 * count,
-            self._calc_held_command,
-            {self.input_port_ticket(self._command.get_index()), *felt},
+            "held_command", 2 * count, self._calc_held_command, felt | {self._command.ticket()}
         )
         self.DeclareVectorOutputPort(
-            "told_reason",
-            count,
-            self._calc_told_reason,
-            {self.input_port_ticket(self._reason.get_index()), *felt},
+            "told_reason", count, self._calc_told_reason, felt | {self._reason.ticket()}
         )
 
     def _near(self, context) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Robots that do not move as they are told, or whose encoders see another motion."""
 
 import numpy as np
-from pydrake.systems.framework import InputPortIndex, LeafSystem
+from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
 from ..numerics.errors import require, require_positive
@@ -87,7 +87,7 @@ class MotionCheck(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
         sent = self._sent.get_index()
         others = [k for k in range(self.num_input_ports()) if k != sent]
-        depends = {self.input_port_ticket(InputPortIndex(k)) for k in others}
+        depends = {self.get_input_port(k).ticket() for k in others}
         depends |= {self.all_state_ticket()}
         self.DeclareVectorOutputPort("fault", count, self._calc_fault, depends)
 
