@@ -31,13 +31,13 @@ COMBINE = Combine()
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 6])
 def test_plans(count):
     chosen = os.environ.get("FIELDS", ",".join(MAKERS)).split(",")
-    plan_combines(MAKERS["rectangle_3"](), COMBINE, 1)
+    plan_combines(MAKERS["rectangle_3"](), [COMBINE])
     rows, refused, faults = defaultdict(list), [], []
     for name in chosen:
         field = MAKERS[name]()
         began = time.process_time()
         try:
-            plan = plan_combines(field, COMBINE, count)
+            plan = plan_combines(field, [COMBINE] * count)
         except InvalidInput as error:
             refused.append(f"{name}: {str(error)[:150]}")
             continue
@@ -66,7 +66,7 @@ def test_headers_on_drawn_fields(header):
     for seed in seeds:
         family, field = draw_field(seed)
         try:
-            plan_combines(field, Combine(header_width=header), 2)
+            plan_combines(field, [Combine(header_width=header)] * 2)
         except InvalidInput as error:
             refused.append(f"{seed}, {family}: {str(error)[:150]}")
     planned = len(seeds) - len(refused)

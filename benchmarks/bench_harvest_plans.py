@@ -74,7 +74,7 @@ class Told(NamedTuple):
 def _told(field: Field, combines: int, carts: int) -> Told:
     began = time.process_time()
     try:
-        plan = plan_harvest(field, Combine(), Cart(), combines=combines, carts=carts, density=0.8)
+        plan = plan_harvest(field, [Combine()] * combines, Cart(), carts=carts, density=0.8)
     except InvalidInput as fault:
         return Told(f"no plan: {fault}", None, (0.0, 0.0))
     took = time.process_time() - began

@@ -1,4 +1,7 @@
-"""Harvests by yield maps, as planned and as simulated; YIELD_FIELDS names files of fields."""
+"""Harvests by yield maps, as planned and as simulated; YIELD_FIELDS names files of fields.
+
+Once with two equal combines, once with a slower and a quicker one.
+"""
 
 import os
 
@@ -10,6 +13,7 @@ from sightfield.harvest import (
     Combines,
     FieldSource,
     HarvestScenario,
+    OneCombine,
     Trucks,
     Yields,
     prepare_harvest,
@@ -23,9 +27,19 @@ FILES = os.environ.get("YIELD_FIELDS", "").split()
 SQUARES, RANGE = 6, (4.0, 12.0)
 
 
+TEAMS = {
+    "equal": (),
+    "unequal": (
+        OneCombine(speed=1.1, capacity=4500.0, unload_rate=80.0),
+        OneCombine(speed=1.8, capacity=9000.0, unload_rate=140.0),
+    ),
+}
+
+
 @pytest.mark.benchmarks
+@pytest.mark.parametrize("team", TEAMS)
 @pytest.mark.parametrize("file", FILES or [""])
-def test_as_planned_and_as_simulated(file, tmp_path):
+def test_as_planned_and_as_simulated(file, team, tmp_path):
     source = FieldSource(file=file) if file else FieldSource(width=300.0, height=200.0)
     field = read_field(file) if file else source.load()
     # The cells of an ASCII grid are square in the coordinates of the field's file.
@@ -39,7 +53,9 @@ def test_as_planned_and_as_simulated(file, tmp_path):
     scenario = HarvestScenario(
         field=source,
         yields=Yields(file=str(grid)),
-        combines=Combines(count=2, header_width=9.0, turning_radius=6.0, capacity=6000.0),
+        combines=Combines(
+            count=2, header_width=9.0, turning_radius=6.0, capacity=6000.0, each=TEAMS[team]
+        ),
         carts=Carts(count=2, capacity=12_000.0),
         trucks=Trucks(count=2, capacity=25_000.0, road_time=900.0),
     )
@@ -47,4 +63,4 @@ def test_as_planned_and_as_simulated(file, tmp_path):
     assert found["finished"]
     assert found["audit_faults"] == 0
     names = ("field_area", "makespan", "makespan_planned", "load_deviation", "unloads_missed")
-    print("\n", file or "rectangle", {name: found[name] for name in names})
+    print("\n", file or "rectangle", team, {name: found[name] for name in names})

@@ -13,6 +13,7 @@ from .diagrams.harvest.scenario import Combines as Combines
 from .diagrams.harvest.scenario import Disturbances as Disturbances
 from .diagrams.harvest.scenario import FieldSource as FieldSource
 from .diagrams.harvest.scenario import HarvestScenario as HarvestScenario
+from .diagrams.harvest.scenario import OneCombine as OneCombine
 from .diagrams.harvest.scenario import Trucks as Trucks
 from .diagrams.harvest.scenario import Yields as Yields
 from .diagrams.harvest.summary import summarise_harvest as summarise_harvest

@@ -34,7 +34,7 @@ def save_coverage_picture(path: Path, plan: CombinePlan) -> None:
     axes = figure.add_subplot()
     draw_coverage(axes, plan)
     covered = plan.coverage
-    full = covered.area / plan.combine.header_width
+    full = covered.area / plan.size.header_width
     axes.set_title(
         f"Combines: {len(plan.paths)}. {100 * covered.coverage:.2f} % covered, "
         f"{covered.area - covered.covered_area:.0f} m² missed, "
@@ -53,7 +53,7 @@ def draw_coverage(axes: Axes, plan: CombinePlan) -> None:
         plan: What.
     """
     colours = [combine_colour(n) for n in range(len(plan.paths))]
-    draw_cut(axes, plan.field, cut_times(plan.field, plan.combine, plan.paths), colours)
+    draw_cut(axes, plan.field, cut_times(plan.field, plan.size, plan.paths), colours)
     for n, (timed, colour) in enumerate(zip(plan.paths, colours, strict=True)):
         path = timed.path
         for pieces, style in (

@@ -44,7 +44,7 @@ class HarvestJob:
     def work(self) -> PlannedWork:
         """What drivers, combines and carts need of the plan."""
         work = work_of(self.plan, self.grown)
-        return replace(work, combine=self.scenario.combines, cart=self.scenario.carts)
+        return replace(work, combines=self.scenario.combines.machines(), cart=self.scenario.carts)
 
     @property
     def crop(self) -> float | YieldMap:
@@ -85,9 +85,8 @@ def prepare_harvest(
         grown = scenario.grown.load(field, density, folder)
     plan = plan_harvest(
         field,
-        scenario.planned_combine,
+        scenario.planned_combines(),
         scenario.planned_cart,
-        combines=scenario.combines.count,
         carts=scenario.carts.count,
         density=density,
         truck_rate=scenario.carts.truck_rate,
@@ -122,29 +121,30 @@ def travel_times(team: CombinePlan, cart_speed: float, radius: float) -> np.ndar
     working = [(clock >= timed.times[0]) & (clock < timed.end) for timed in team.paths]
     times = np.zeros((count, count))
     for n in range(count):
-        for m in range(count):
+        for m, ahead in enumerate(team.machines):
             if n != m:
                 gaps = np.hypot(*(poses[n] - poses[m]).T)[working[n] & working[m]]
                 far = float(np.max(gaps, initial=0.0))
                 way = far + math.tau * radius + SETTLE
-                gains = cart_speed - team.combine.speed
+                gains = cart_speed - ahead.speed
                 overtakes = way / gains if gains > 0 else math.inf
                 times[n, m] = min(overtakes, team.makespan)
     return times
 
 
 def _schedule(scenario: HarvestScenario, field: Field, plan: HarvestPlan) -> ScheduleAnswer:
-    team, carts = scenario.combines, scenario.carts
-    count = team.count
+    team, carts = scenario.combines.machines(), scenario.carts
+    count = len(team)
+    density = mean_density(plan.supply.density, field.polygon)
     if scenario.travel_time is None:
         times = travel_times(plan.combines, carts.speed, carts.turning_radius)
     else:
         numbers = np.arange(count)
         times = scenario.travel_time * np.abs(numbers[:, None] - numbers)
     fleet = Fleet(
-        capacities=(team.capacity,) * count,
-        fill_rates=(team.fill_rate(mean_density(plan.supply.density, field.polygon)),) * count,
-        unload_rates=(team.unload_rate,) * count,
+        capacities=tuple(combine.capacity for combine in team),
+        fill_rates=tuple(combine.fill_rate(density) for combine in team),
+        unload_rates=tuple(combine.unload_rate for combine in team),
         travel_times=tuple(tuple(float(t) for t in row) for row in times),
     )
     truck = None

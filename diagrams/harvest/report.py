@@ -59,8 +59,8 @@ def draw_tank_loads(run: HarvestRun) -> Figure:
     minutes, count = run.times / 60, tanks.shape[1]
     figure = Figure(figsize=(11, 1.6 * (count + 1) + 0.8), layout="constrained")
     axes = figure.subplots(count + 1, 1, sharex=True, squeeze=False)[:, 0]
-    capacity = run.job.scenario.combines.capacity / _TONNE
-    for n in range(count):
+    for n, combine in enumerate(run.job.work.combines):
+        capacity = combine.capacity / _TONNE
         axes[n].plot(minutes, tanks[:, n], color=combine_colour(n), label="simulated")
         axes[n].plot(minutes, planned[:, n], "--", color="0.4", linewidth=0.9, label="planned")
         axes[n].axhline(capacity, color="0.7", linewidth=0.8)

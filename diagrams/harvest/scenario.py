@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -32,7 +32,10 @@ from ...systems.numerics.units import (
     KilogramsPerSecond,
     KilogramsPerSquareMetre,
     Metres,
+    MetresPerSecond,
+    MetresPerSecondSquared,
     Seconds,
+    Watts,
     area_text,
 )
 from ..scenario_files import NO_OTHER_KEYS
@@ -122,6 +125,12 @@ class FieldSource:
         return field
 
 
+def _require_quick(machine: "Combine | Cart | OneCombine") -> None:
+    for key, least in SLOWEST.items():
+        value = getattr(machine, key)
+        require(value is None or value >= least, key, f"be at least {least:g}", value)
+
+
 def _points(points: tuple[tuple[float, float], ...]) -> np.ndarray:
     return np.array(points, dtype=float).reshape(-1, 2)
 
@@ -173,6 +182,36 @@ class Yields:
 
 
 @dataclass(frozen=True, kw_only=True)
+class OneCombine:
+    """What one combine has otherwise than its team; null: as the others.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+
+    # Speed, forwards and backwards [m/s].
+    speed: MetresPerSecond | None = None
+    # Largest, speeding up and slowing down [m/s^2].
+    acceleration: MetresPerSecondSquared | None = None
+    # Tank [kg].
+    capacity: Kilograms | None = None
+    # What the auger delivers [kg/s].
+    unload_rate: KilogramsPerSecond | None = None
+    # Of the engine, for its fuel [W].
+    engine_power: Watts | None = None
+    # Of the machine with an empty tank [kg].
+    mass: Kilograms | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if value is not None:
+                require_positive(name, value)
+        _require_quick(self)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Combines(Combine):
     """The team that cuts.
 
@@ -184,11 +223,25 @@ class Combines(Combine):
 
     # Number of combines.
     count: int = 2
+    # What single ones have otherwise, in their order; the others are as is said above.
+    each: tuple[OneCombine, ...] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
         require(self.count >= 1, "count", "be at least 1", self.count)
         require(self.count <= MOST_MACHINES, "count", f"be at most {MOST_MACHINES}", self.count)
+        said = len(self.each)
+        require(said <= self.count, "each", f"tell of {self.count} combines at most", said)
+        _require_quick(self)
+
+    def machines(self, count: int | None = None) -> tuple[Combine, ...]:
+        """The combines of the team, or of one of another number, shape (count,)."""
+        alike = Combine(**{each.name: getattr(self, each.name) for each in fields(Combine)})
+        team = [alike] * (self.count if count is None else count)
+        for n, other in enumerate(self.each[: len(team)]):
+            told = {name: value for name, value in vars(other).items() if value is not None}
+            team[n] = replace(alike, **told)
+        return tuple(team)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -211,6 +264,7 @@ class Carts(Cart):
         require(self.count >= 1, "count", "be at least 1", self.count)
         require(self.count <= MOST_MACHINES, "count", f"be at most {MOST_MACHINES}", self.count)
         require_positive("truck_rate", self.truck_rate)
+        _require_quick(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -311,10 +365,6 @@ class HarvestScenario:
         require_one_of("pattern", self.pattern, PATTERNS)
         require(0 < self.threshold <= 1, "threshold", "lie above 0 and up to 1", self.threshold)
         require(0 < self.fill <= 1, "fill", "lie above 0 and up to 1", self.fill)
-        for name, machine in (("combines", self.combines), ("carts", self.carts)):
-            for key, least in SLOWEST.items():
-                value = getattr(machine, key)
-                require(value >= least, f"{name}.{key}", f"be at least {least:g}", value)
         if self.travel_time is not None:
             require_non_negative("travel_time", self.travel_time)
         require_positive("period", self.period)
@@ -322,11 +372,15 @@ class HarvestScenario:
         require_positive("hours", self.hours)
         require_non_negative("seed", self.seed)
 
-    @property
-    def planned_combine(self) -> Combines:
-        """A combine as plans have it, with less room in its tank than there is."""
-        capacity = (1.0 - self.reserve) * self.combines.capacity
-        return replace(self.combines, capacity=capacity)
+    def planned_combines(self, count: int | None = None) -> tuple[Combine, ...]:
+        """The combines as plans have them, with less room in their tanks than there is.
+
+        Args:
+            count: Of another team; None: of this.
+        """
+        room = 1.0 - self.reserve
+        team = self.combines.machines(count)
+        return tuple(replace(combine, capacity=room * combine.capacity) for combine in team)
 
     @property
     def planned_cart(self) -> Carts:

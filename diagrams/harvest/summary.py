@@ -72,9 +72,11 @@ def summarise_harvest(run: HarvestRun, scenario: str) -> dict[str, object]:
     tanks = float(run.log["tank"][-1].sum())
     working = run.log["mode"] != DONE
     ended = float(run.times[np.flatnonzero(working.any(axis=1)).max(initial=0)])
-    full = job.field.area / team.header_width / team.count
+    each = job.work.combines
+    full = job.field.area / team.header_width
+    tank_sizes = np.array([combine.capacity for combine in each])
     stops, waits = _standing(run)
-    apart = np.abs(run.log["tank"] - arrays["tank_planned"]).mean() / team.capacity
+    apart = (np.abs(run.log["tank"] - arrays["tank_planned"]) / tank_sizes).mean()
     pours = run.log["alongside"] >= 0
     return {
         "scenario": scenario,
@@ -89,8 +91,8 @@ def summarise_harvest(run: HarvestRun, scenario: str) -> dict[str, object]:
         "audit_faults": len(audit.faults),
         "makespan": run.makespan,
         "makespan_planned": job.work.end,
-        "makespan_over_bound": ended / (full / team.speed),
-        "path_over_bound": coverage.length / team.count / full,
+        "makespan_over_bound": ended / (full / sum(combine.speed for combine in each)),
+        "path_over_bound": coverage.length / full,
         "waiting": waits / (ended * team.count) if ended > 0 else 0.0,
         "combine_wait_time": waits,
         "combine_stop_time": stops,
@@ -182,13 +184,16 @@ def machines(run: HarvestRun) -> dict[str, object]:
     scenario, field = run.job.scenario, run.job.field
     team, cart = scenario.combines, scenario.carts
     combine_shape, cart_shape = combine_outline(team), cart_outline(cart)
-    combine = {
-        "header": combine_shape.header.tolist(),
-        "body": combine_shape.body.tolist(),
-        "capacity": team.capacity,
-        "acceleration": team.acceleration,
-        "turning_radius": team.turning_radius,
-    }
+    combines = [
+        {
+            "header": combine_shape.header.tolist(),
+            "body": combine_shape.body.tolist(),
+            "capacity": combine.capacity,
+            "acceleration": combine.acceleration,
+            "turning_radius": combine.turning_radius,
+        }
+        for combine in run.job.work.combines
+    ]
     trailer = {
         "tractor": cart_shape.tractor.tolist(),
         "trailer": cart_shape.trailer.tolist(),
@@ -203,7 +208,7 @@ def machines(run: HarvestRun) -> dict[str, object]:
         "no_go": [list(map(list, each.exterior.coords)) for each in field.no_go],
     }
     return {
-        "combines": [combine] * team.count,
+        "combines": combines,
         "carts": [trailer] * cart.count,
         "parts": [part],
         "margin": field.margin,

@@ -43,8 +43,8 @@ def draw_timetable(job: HarvestJob) -> Figure:
     _draw_rows(axes[0], job)
     times = np.arange(0.0, work.end + STEP, STEP)
     tanks, loads = work.tanks_at(times) / _TONNE, work.loads_at(times) / _TONNE
-    capacity = work.combine.capacity / _TONNE
     for n, row in enumerate(axes[1:-1]):
+        capacity = work.combines[n].capacity / _TONNE
         colour = combine_colour(n)
         row.fill_between(times, tanks[:, n], color=colour, alpha=0.25, linewidth=0)
         row.plot(times, tanks[:, n], color=colour, linewidth=1.2)

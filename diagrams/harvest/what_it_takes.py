@@ -60,9 +60,8 @@ def find_what_it_takes(
     trucks = scenario.trucks.fleet(carts.count)
     plan = plan_harvest(
         field,
-        scenario.planned_combine,
+        scenario.planned_combines(),
         scenario.planned_cart,
-        combines=scenario.combines.count,
         carts=carts.count,
         density=density,
         truck_rate=carts.truck_rate,
@@ -78,7 +77,7 @@ def find_what_it_takes(
     if most is not None:
         table = fleet_table(
             field,
-            scenario.planned_combine,
+            scenario.planned_combines(most[0]),
             scenario.planned_cart,
             trucks,
             density=density,
@@ -87,7 +86,7 @@ def find_what_it_takes(
             pattern=scenario.pattern,
             seed=scenario.seed,
             fuel=fuel,
-            most=most,
+            most=most[1:],
             planned={scenario.combines.count: plan.combines},
             progress=progress,
         )

@@ -72,7 +72,7 @@ class CombineTeam(LeafSystem):
     def __init__(self, work: PlannedWork, *, period: float):
         super().__init__()
         require_positive("period", period)
-        self._combine, self._period = work.combine, float(period)
+        self._period = float(period)
         paths = [plan.path for plan in work.plans]
         self._tracks, self._ends = pack_tracks(paths), np.array([path.length for path in paths])
         self._fleet = pack_fleet(work)

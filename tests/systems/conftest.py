@@ -138,7 +138,7 @@ def harvest_work() -> PlannedWork:
     paths = [MachinePath(line, one, one > 0, one - 1) for line in lines]
     return PlannedWork(
         field=Field.rectangle(100.0, 60.0),
-        combine=combine,
+        combines=[combine] * 2,
         cart=cart,
         supply=Supply(density=0.8, trucks=trucks),
         plans=[fastest_profile(path, combine.speed, combine.acceleration) for path in paths],

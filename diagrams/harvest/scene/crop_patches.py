@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 
 from ....systems.numerics.harvest.field.field import Field
-from ....systems.numerics.harvest.machines.combine import Combine
+from ....systems.numerics.harvest.machines.combine import CombineSize
 from ....systems.numerics.harvest.paths.machine_path import MachinePath
 from ....systems.numerics.harvest.paths.timed_path import TimedPath
 
@@ -50,13 +50,13 @@ class CropPatch:
 
 
 def crop_patches(
-    field: Field, combine: Combine, plans: Sequence[TimedPath]
+    field: Field, combine: CombineSize, plans: Sequence[TimedPath]
 ) -> tuple[tuple[CropPatch, ...], shapely.MultiPolygon]:
     """Divide a field among combines and stretches of their paths, in the plan's order.
 
     Args:
         field: The field.
-        combine: One of the equal combines.
+        combine: The size of the combines.
         plans: Of all combines.
 
     Returns:
@@ -118,7 +118,7 @@ def _stretches(path: MachinePath, header: float) -> Iterator[np.ndarray]:
         yield fine[first:]
 
 
-def _edges(poses: np.ndarray, combine: Combine) -> tuple[np.ndarray, np.ndarray]:
+def _edges(poses: np.ndarray, combine: CombineSize) -> tuple[np.ndarray, np.ndarray]:
     """Where the header's left and right ends are on a way of poses (n, 3), each (n + 2, 2).
 
     The header is as deep as it is: its rear begins, its front ends.

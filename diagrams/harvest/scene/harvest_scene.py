@@ -99,6 +99,7 @@ class HarvestScene(LeafSystem):
         self._ports = {name: self.DeclareVectorInputPort(name, size) for name, size in sizes}
         self._grain = mean_density(job.crop, job.field.polygon) * job.field.area
         capacity = job.scenario.carts.capacity
+        self._tank_sizes = np.array([combine.capacity for combine in job.work.combines])
         self._capacity = capacity if math.isfinite(capacity) else self._grain / k
         self._begins = _begins(job)
         self._begin()
@@ -153,7 +154,7 @@ class HarvestScene(LeafSystem):
             time=time,
             share=float(account[:, CUT].sum()) / self._grain,
             tanks=tanks,
-            tank_fills=tanks / self._job.scenario.combines.capacity,
+            tank_fills=tanks / self._tank_sizes,
             modes=value("mode"),
             loads=loads,
             load_fills=loads / self._capacity,

@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from ....systems.numerics.harvest.machines.cart import Cart
-from ....systems.numerics.harvest.machines.combine import Combine
+from ....systems.numerics.harvest.machines.combine import CombineSize
 from ....systems.numerics.planning.trailer import Trailer
 from ....systems.numerics.planning.trailer_pose import trailer_pose
 
@@ -39,7 +39,7 @@ class MachineSizes:
     trailer: Trailer
 
 
-def machine_sizes(combine: Combine, cart: Cart, reach: float, span: float) -> MachineSizes:
+def machine_sizes(combine: CombineSize, cart: Cart, reach: float, span: float) -> MachineSizes:
     """Choose sizes that can be seen in a view of a height [m].
 
     Args:

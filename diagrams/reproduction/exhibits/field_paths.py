@@ -21,8 +21,8 @@ def _make(workshop: Workshop) -> Evidence:
         HarvestScenario, find_scenario("thesis_2", scenarios), [f"field.margin={MARGIN:g}"]
     )
     team, field = scenario.combines, scenario.field.load()
-    plan = plan_combines(field, team, team.count, pattern="thesis")
-    lands = plan_combines(field, team, team.count)
+    plan = plan_combines(field, team.machines(), pattern="thesis")
+    lands = plan_combines(field, team.machines())
     file = workshop.pictures / "figure_3_8.png"
     save_coverage_picture(file, plan)
     low, high = field.world.bounds[1::2]
@@ -58,9 +58,9 @@ def _make(workshop: Workshop) -> Evidence:
 
 def _cutters(plan: CombinePlan) -> list[str]:
     """Who cuts each row from the left edge to the middle, halfway up."""
-    cut = cut_times(plan.field, plan.combine, plan.paths)
+    cut = cut_times(plan.field, plan.size, plan.paths)
     x_low, y_low, _, y_high = plan.field.world.bounds
-    width = plan.combine.header_width
+    width = plan.size.header_width
     # Where rows are as long as the field is wider than high, the inmost ones run across.
     rows = int((y_high - y_low) / width) // 2
     at = np.array([[x_low + (row + 0.5) * width, (y_low + y_high) / 2] for row in range(rows)])

@@ -15,7 +15,7 @@ from sightfield.systems.numerics.harvest.plan.combine_plan import plan_combines
 @pytest.fixture(scope="module")
 def plan():
     combine = Combine(header_width=12.5, turning_radius=8.0)
-    return plan_combines(Field.rectangle(200.0, 150.0), combine, 2)
+    return plan_combines(Field.rectangle(200.0, 150.0), [combine] * 2)
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ COMBINE = Combine(header_width=10.0)
 @pytest.fixture(scope="module", params=["rectangle", "bent"])
 def plan(request):
     field = Field.rectangle(140, 90) if request.param == "rectangle" else Field(make_world(BENT))
-    return plan_combines(field, COMBINE, 2)
+    return plan_combines(field, [COMBINE] * 2)
 
 
 @pytest.fixture(scope="module")

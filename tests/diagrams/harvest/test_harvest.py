@@ -114,6 +114,10 @@ def test_every_scenario_that_comes_along_is_valid(name):
         ("combines.capacity=300 bu", r"`combines\.capacity` must name the crop"),
         ("field.width=1e306 km", r"`field\.width` must be"),
         ("combines.speed=1e-3", r"`combines\.speed` must be at least 0\.1"),
+        ("combines.each=[{speed: 0.01}]", r"`combines\.each\.0\.speed` must be at least 0\.1"),
+        ("combines.each=[{}, {mass: -1}]", r"`combines\.each\.1\.mass` must be positive"),
+        ("combines.each=[{header_width: 3}]", r"`combines\.each\.0\.header_width` must be a key"),
+        ("combines.each=[{}, {}, {}]", r"`combines\.each` must tell of 2 combines at most; got 3"),
         ("carts.acceleration=1e-6", r"`carts\.acceleration` must be at least 0\.05"),
         ("field.trucks=[[1, .nan]]", r"`field\.trucks` must be a finite number"),
         ("field.part=2", r"`field\.part` must come with a file"),
@@ -169,7 +173,7 @@ def test_the_timetable_shows_every_second_of_every_machine(small_job):
         np.testing.assert_allclose(begins[1:], ends[:-1], atol=1e-6)
         assert (begins[0], ends[-1]) == pytest.approx((plan.times[0], plan.end))
         level = tanks[n].lines[0].get_ydata()
-        assert 0.3 < level.max() * 1000 / work.combine.capacity <= 1 + 1e-9
+        assert 0.3 < level.max() * 1000 / work.combines[0].capacity <= 1 + 1e-9
         assert level[-1] == pytest.approx(0.0, abs=0.01)
     taken = sum(visit.taken for visit in work.visits)
     assert carts.lines[0].get_ydata().max() * 1000 <= taken + 1e-6

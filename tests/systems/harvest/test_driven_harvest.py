@@ -50,7 +50,7 @@ class Run:
 
     def __init__(self, work, disturbance=None, starts=None):
         builder = DiagramBuilder()
-        combine, cart = work.combine, work.cart
+        combine, cart = work.size, work.cart
         reach = combine.header_width / 2 + combine.cart_gap + cart.width / 2
         crew = {"combines": len(work.plans), "carts": len(work.motions)}
         self.systems = {
@@ -135,7 +135,8 @@ def test_a_cart_that_begins_beside_its_path_with_a_bent_trailer_comes_back_to_it
 
 def test_grain_flows_only_while_a_cart_is_there(work):
     # Without visits nobody comes: the tank fills up, and the combine stands.
-    small = replace(work, combine=replace(work.combine, capacity=2000.0), visits=(), trips=())
+    combines = [replace(combine, capacity=2000.0) for combine in work.combines]
+    small = replace(work, combines=combines, visits=(), trips=())
     run = Run(small)
     run.simulator.AdvanceTo(400.0)
     assert run.see("combines.tank") == pytest.approx([2000.0], abs=1e-6)

@@ -14,7 +14,7 @@ from scipy import ndimage
 
 from ...compiled import compiled, kernel
 from ..field.field import Field
-from ..machines.combine import Combine
+from ..machines.combine import CombineSize
 from ..paths.timed_path import TimedPath
 
 # Side of a cell [m].
@@ -62,7 +62,7 @@ class OpenGround(NamedTuple):
 
 def cut_times(
     field: Field,
-    combine: Combine,
+    combine: CombineSize,
     plans: Sequence[TimedPath],
     before: CutTimes | None = None,
     since: float = 0.0,
@@ -73,7 +73,7 @@ def cut_times(
 
     Args:
         field: The field, whose margin is covered too.
-        combine: One of the equal combines.
+        combine: The size of the combines.
         plans: Of all combines.
         before: Of plans with the same paths, whole ones, with the same times until some time.
         since: That time [s].

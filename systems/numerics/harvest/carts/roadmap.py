@@ -22,7 +22,7 @@ from ...planning.arc_words.held_controls import half_angle_map, half_angles
 from ...planning.dubins import dubins_between
 from ..field.field import Field
 from ..machines.cart import Cart
-from ..machines.combine import Combine
+from ..machines.combine import CombineSize
 from .cart_motion import trailer_poses
 from .cut_times import OpenGround, opens, opens_along
 from .traffic import cart_boxes
@@ -96,7 +96,9 @@ class Roadmap(NamedTuple):
     reach: float
 
 
-def field_lines(field: Field, combine: Combine, swaths: Sequence[np.ndarray]) -> list[np.ndarray]:
+def field_lines(
+    field: Field, combine: CombineSize, swaths: Sequence[np.ndarray]
+) -> list[np.ndarray]:
     """Lines that carts may follow: on the margin, on the headland, round holes, along swaths.
 
     Args:

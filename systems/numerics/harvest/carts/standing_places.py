@@ -6,7 +6,7 @@ import numpy as np
 
 from ..machines.alongside import MIDDLE, STANDING, box_middle
 from ..machines.cart import Cart
-from ..machines.combine import Combine
+from ..machines.combine import CombineSize
 from .cart_motion import trailer_poses
 from .cut_times import GAP
 from .roadmap import node_opens
@@ -31,7 +31,7 @@ PLACES = np.array(
 )
 
 
-def is_in_reach(combine: Combine, cart: Cart, pose: np.ndarray, state: np.ndarray) -> bool:
+def is_in_reach(combine: CombineSize, cart: Cart, pose: np.ndarray, state: np.ndarray) -> bool:
     """Whether the auger of a standing combine surely reaches a cart, whose trailer may be bent.
 
     Args:
@@ -57,7 +57,7 @@ def standing_poses(
         others: Other carts.
     """
     cart = world.cart
-    reach = beside(world.combine, cart).left
+    reach = beside(world.size, cart).left
     forth = cart.hitch_offset + cart.length * (1.0 - MIDDLE)
     c, s = math.cos(pose[2]), math.sin(pose[2])
     left, ahead, turn = PLACES.T

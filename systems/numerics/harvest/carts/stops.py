@@ -75,19 +75,20 @@ def with_stop(plan: TimedPath, stop: Stop, acceleration: float) -> TimedPath:
 
 
 def retime_alone(
-    plans: Sequence[TimedPath], acceleration: float
+    plans: Sequence[TimedPath], accelerations: Sequence[float]
 ) -> Callable[[Sequence[Stop]], list[TimedPath]]:
     """Stops that delay the combine that stops, and no other.
 
     Args:
         plans: Of all combines, without stops.
-        acceleration: Of a combine [m/s^2].
+        accelerations: Of the combines, shape (N,) [m/s^2].
     """
 
     def retime(stops: Sequence[Stop]) -> list[TimedPath]:
         after = list(plans)
         for stop in sorted(stops, key=lambda each: each.station):
-            after[stop.combine] = with_stop(after[stop.combine], stop, acceleration)
+            n = stop.combine
+            after[n] = with_stop(after[n], stop, accelerations[n])
         return [ended(plan) for plan in after]
 
     return retime

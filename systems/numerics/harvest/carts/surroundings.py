@@ -9,7 +9,7 @@ from scipy.spatial import KDTree
 
 from ..field.field import Field
 from ..machines.cart import Cart
-from ..machines.combine import Combine
+from ..machines.combine import Combine, CombineSize, size_of
 from ..paths.timed_path import TimedPath
 from .cut_times import CutTimes, OpenGround, cut_times, free_cells, opened
 from .roadmap import earliest_arrivals, field_lines, make_roadmap, reopened
@@ -34,7 +34,8 @@ class CartSurroundings:
     """What carts plan among.
 
     Attributes:
-        combine, cart: One of the equal combines and carts.
+        team: The combines, N of one size.
+        cart: One of the equal carts.
         plans: Of the combines.
         cut: When they cut the ground.
         free: Cells on which carts may be at some time, shape (rows, columns).
@@ -45,7 +46,7 @@ class CartSurroundings:
         until: What is done later than that is not known [s].
     """
 
-    combine: Combine
+    team: Sequence[Combine]
     cart: Cart
     plans: list[TimedPath]
     cut: CutTimes
@@ -57,9 +58,14 @@ class CartSurroundings:
     until: float = np.inf
 
     @cached_property
+    def size(self) -> CombineSize:
+        """Of the combines."""
+        return size_of(self.team)
+
+    @cached_property
     def windows(self) -> list[Window]:
         """All of them."""
-        return find_windows(self.combine, self.cart, self.plans, self.ground, self.combines)
+        return find_windows(self.team, self.cart, self.plans, self.ground, self.combines)
 
     @cached_property
     def beginnings(self) -> Beginnings:
@@ -98,7 +104,7 @@ class CartSurroundings:
 
 def make_surroundings(
     field: Field,
-    combine: Combine,
+    team: Sequence[Combine],
     cart: Cart,
     swaths: Sequence[np.ndarray],
     trucks: np.ndarray,
@@ -108,19 +114,21 @@ def make_surroundings(
 
     Args:
         field: The field.
-        combine, cart: One of the equal combines and carts.
+        team: The combines, N of one size.
+        cart: One of the equal carts.
         swaths: Lines that carts may follow in the field, points of each (n, 2) [m].
         trucks: Poses of the tractor at them, shape (K, 3).
         plans: Of all combines.
     """
-    cut = cut_times(field, combine, plans)
+    size = size_of(team)
+    cut = cut_times(field, size, plans)
     free = free_cells(field, cut)
     ground = opened(free, cut)
-    roadmap = make_roadmap(ground, cart, field_lines(field, combine, swaths))
-    combines = combine_traffic(combine, plans)
+    roadmap = make_roadmap(ground, cart, field_lines(field, size, swaths))
+    combines = combine_traffic(size, plans)
     planner = make_planner(ground, cart, roadmap, combines, trucks)
     tree = KDTree(_places(roadmap.nodes))
-    return CartSurroundings(combine, cart, plans, cut, free, ground, combines, planner, tree)
+    return CartSurroundings(team, cart, plans, cut, free, ground, combines, planner, tree)
 
 
 def changed_surroundings(
@@ -146,10 +154,10 @@ def changed_surroundings(
     since = _first_difference(world.plans, plans)
     if since == np.inf:
         return replace(world, until=until), since
-    cut = cut_times(field, world.combine, plans, world.cut, since)
+    cut = cut_times(field, world.size, plans, world.cut, since)
     ground = opened(world.free, cut)
     roadmap = reopened(world.planner.roadmap, ground, world.cart, since)
-    combines = combine_traffic(world.combine, plans, world.combines, since)
+    combines = combine_traffic(world.size, plans, world.combines, since)
     planner = make_planner(ground, world.cart, roadmap, combines, trucks, world.planner, since)
     # The nodes, and so their tree, are the same ones.
     after = replace(

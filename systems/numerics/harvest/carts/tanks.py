@@ -13,6 +13,8 @@ from .cut_times import CELL, CutTimes
 
 # Time between moments at which loads are known; between them they are linear [s].
 TICK = 1.0
+# So long a cart stays beside a tank that is empty for the last grain of its combine [s].
+LAST_GRAIN = 20.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +35,7 @@ class Tank:
     """What one combine has cut by when, and what is in its tank.
 
     Args:
-        combine: One of the equal combines.
+        combine: Whose.
         times: Moments TICK apart from 0 on, shape (T,) [s].
         cut: All that was cut until then, shape (T,) [kg].
 
@@ -77,8 +79,19 @@ class Tank:
         done = np.flatnonzero((gone >= there) | (gone >= room))
         if len(done):
             k = int(done[0])
-            return Pour(begin, begin + float(lasting[k]), float(min(there[k], room)))
+            pour = Pour(begin, begin + float(lasting[k]), float(min(there[k], room)))
+            return self._to_the_last(pour, latest, room)
         return Pour(begin, begin + float(lasting[-1]), float(gone[-1]))
+
+    def _to_the_last(self, pour: Pour, latest: float, room: float) -> Pour:
+        """The same visit, or if the combine has soon done its work, one that takes all."""
+        # What is cut last has to flow too.
+        end = float(self.times[np.searchsorted(self.cut, self.cut[-1])]) + TICK
+        longer, more = end - pour.end, self.left - pour.taken
+        soon = 0.0 < longer <= LAST_GRAIN and end <= latest
+        if soon and 0.0 < more <= self._combine.unload_rate * longer and self.left <= room:
+            return Pour(pour.begin, end, self.left)
+        return pour
 
     def take(self, pour: Pour) -> None:
         """Account for a visit."""
@@ -94,12 +107,12 @@ class Tank:
 
 
 def make_tanks(
-    combine: Combine, cut: CutTimes, density: float | YieldMap, ends: Sequence[float]
+    combines: Sequence[Combine], cut: CutTimes, density: float | YieldMap, ends: Sequence[float]
 ) -> list[Tank]:
     """One for each combine.
 
     Args:
-        combine: One of the equal combines.
+        combines: They.
         cut: When and by whom the ground is cut.
         density: Of the crop [kg/m^2].
         ends: When each combine has done its work [s].
@@ -109,7 +122,8 @@ def make_tanks(
     comes = np.zeros((len(ends), len(times)))
     there = grain_on_cells(density, cut.corner, CELL, cut.times.shape)
     _add_cells(cut.times, cut.cutter, there, comes)
-    return [Tank(combine, times, each) for each in np.cumsum(comes, axis=1)]
+    each = zip(combines, np.cumsum(comes, axis=1), strict=True)
+    return [Tank(combine, times, cut_by_then) for combine, cut_by_then in each]
 
 
 @kernel

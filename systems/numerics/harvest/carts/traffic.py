@@ -8,7 +8,7 @@ import numpy as np
 
 from ...compiled import compiled, kernel
 from ..machines.cart import Cart
-from ..machines.combine import Combine
+from ..machines.combine import CombineSize
 from ..machines.outlines import cart_outline, combine_outline
 from ..paths.timed_path import TimedPath
 from .cart_motion import CartMotion, poses_along
@@ -54,7 +54,7 @@ def cart_boxes(cart: Cart) -> np.ndarray:
 
 
 def combine_traffic(
-    combine: Combine,
+    combine: CombineSize,
     plans: Sequence[TimedPath],
     before: Traffic | None = None,
     since: float = 0.0,
@@ -62,7 +62,7 @@ def combine_traffic(
     """The combines, header and body, from time 0 until the last stands.
 
     Args:
-        combine: One of the equal combines.
+        combine: The size of the combines.
         plans: Of all combines.
         before: Of plans that were the same until some time.
         since: That time [s].

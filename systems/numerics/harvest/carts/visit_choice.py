@@ -73,7 +73,7 @@ class Outlook(NamedTuple):
     """What a choice is made from.
 
     Attributes:
-        combine: One of the equal combines.
+        combines: They.
         density: Of the crop, on the mean [kg/m^2].
         tanks: Of all combines.
         beginnings: Of visits.
@@ -83,7 +83,7 @@ class Outlook(NamedTuple):
         threshold: Part of a tank from which on carts come, unless that is too late.
     """
 
-    combine: Combine
+    combines: Sequence[Combine]
     density: float
     tanks: Sequence[Tank]
     beginnings: Beginnings
@@ -181,14 +181,15 @@ def _find_target(
     outlook: Outlook, cart: FreeCart, number: int, full: float, arrivals: np.ndarray
 ) -> _Target | None:
     """When a cart would come to a combine."""
-    tank, rate = outlook.tanks[number], outlook.combine.unload_rate
+    tank, combine = outlook.tanks[number], outlook.combines[number]
+    rate = combine.unload_rate
     if full == np.inf and tank.left <= EMPTY:
         return None
     those = outlook.beginnings
     own = (those.combine == number) & (those.times < full) & (those.times > cart.since)
     there = those.chosen(np.flatnonzero(own & (arrivals[those.node] + NEAR <= those.times)))
     loads = np.interp(there.times, tank.times, tank.load)
-    filling = min(outlook.combine.fill_rate(outlook.density), 0.9 * rate)
+    filling = min(combine.fill_rate(outlook.density), 0.9 * rate)
     lasting = np.minimum(loads / (rate - filling), there.until - there.times)
     taken = np.minimum(lasting * rate, cart.room)
     least = LEAST * tank.capacity

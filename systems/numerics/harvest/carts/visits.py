@@ -69,7 +69,7 @@ class _Plan(NamedTuple):
 
 def serve_combines(
     ground: Field,
-    combine: Combine,
+    combines: Sequence[Combine],
     cart: Cart,
     plans: Sequence[TimedPath],
     swaths: Sequence[np.ndarray],
@@ -84,7 +84,8 @@ def serve_combines(
 
     Args:
         ground: The field.
-        combine, cart: One of the equal combines and carts.
+        combines: They, N of one size.
+        cart: One of the equal carts.
         plans: Of all combines, without waits for carts.
         swaths: Lines that carts may follow in the field, points of each (n, 2) [m].
         supply: Crop and trucks.
@@ -105,13 +106,13 @@ def serve_combines(
         count = len(supply.trucks)
         require(0 <= failure.cart < count, "failing_cart", f"be below {count}", failure.cart)
         require(count > 1, "carts", "be at least 2 where one fails", count)
-    again = retime or retime_alone(plans, combine.acceleration)
+    again = retime or retime_alone(plans, [combine.acceleration for combine in combines])
     careful = replace(
         cart,
         acceleration=PLANNED * cart.acceleration,
         lateral_acceleration=PLANNED * cart.lateral_acceleration,
     )
-    world = make_surroundings(ground, combine, careful, swaths, supply.trucks, list(plans))
+    world = make_surroundings(ground, combines, careful, swaths, supply.trucks, list(plans))
     service = _Service(ground, world, supply, again, strategy, threshold, progress)
     service.run()
     if failure is not None:
@@ -136,7 +137,9 @@ class _Service:
         self.field, self.supply, self.retime = field, supply, retime
         self.density = mean_density(supply.density, field.polygon)
         self.strategy, self.threshold, self.progress = strategy, threshold, progress
-        self.world, self.combine, self.cart = world, world.combine, world.cart
+        self.world, self.cart = world, world.cart
+        capacities = [combine.capacity for combine in world.team]
+        self.least_tank, self.largest_tank = min(capacities), max(capacities)
         self.jobs: list[list[Job]] = [[] for _ in supply.trucks]
         self.stops: list[Stop] = []
         self.begins = [standing_motion(self.cart, pose, 0.0) for pose in supply.trucks]
@@ -148,7 +151,7 @@ class _Service:
     def _fill_tanks(self) -> None:
         """Account for what is cut and what the visits take."""
         ends = [plan.end for plan in self.world.plans]
-        self.tanks = make_tanks(self.combine, self.world.cut, self.supply.density, ends)
+        self.tanks = make_tanks(self.world.team, self.world.cut, self.supply.density, ends)
         for visit in self.visits:
             self.tanks[visit.combine].take(Pour(visit.begin, visit.end, visit.taken))
 
@@ -170,8 +173,8 @@ class _Service:
         """
         seen: set[tuple[object, ...]] = set()
         for _ in range(self._most_rounds()):
-            if any(self._room(cart) < LEAST * self.combine.capacity for cart in self.carts):
-                self._empty_carts(self.cart.capacity - self.combine.capacity)
+            if any(self._room(cart) < LEAST * self.largest_tank for cart in self.carts):
+                self._empty_carts(self.cart.capacity - self.largest_tank)
             if all(t.full_at() == np.inf and t.left <= EMPTY for t in self.tanks):
                 break
             self.progress(sum(visit.taken for visit in self.visits) / self._grain())
@@ -215,7 +218,7 @@ class _Service:
 
     def _most_rounds(self) -> int:
         """How many visits there may be, with those that are given up and planned again."""
-        tanks = self._grain() / self.combine.capacity
+        tanks = self._grain() / self.least_tank
         return 40 + 10 * len(self.tanks) + int(3 * tanks / LEAST / 2)
 
     # What carts are at.
@@ -260,7 +263,7 @@ class _Service:
                 room, serves = self._room(cart), self._served_by(cart)
                 free.append(FreeCart(cart, node, stands.since, room, serves, self.turns[cart]))
         outlook = Outlook(
-            self.combine,
+            self.world.team,
             self.density,
             self.tanks,
             self.world.beginnings,
@@ -331,7 +334,7 @@ class _Service:
         cart = visit.cart
         load = self._load(cart) + visit.taken
         goals = [None]
-        if self.cart.capacity - load < self.combine.capacity:
+        if self.cart.capacity - load < self.largest_tank:
             goals = [self.supply.trucks[cart], None]
         stay = motions[-1]
         for goal in goals:
@@ -462,7 +465,7 @@ class _Service:
             cart, to = found
             stands = self.world.plans[number]
             bent = np.append(to.last_pose, to.last_angle)
-            if not is_in_reach(self.combine, self.cart, stands.pose_at(stands.end), bent):
+            if not is_in_reach(self.world.size, self.cart, stands.pose_at(stands.end), bent):
                 spent.append(to.last_pose)
                 continue
             begin = max(to.timed.end, stands.end) + 1.0

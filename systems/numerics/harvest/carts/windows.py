@@ -14,7 +14,7 @@ import numpy as np
 
 from ..machines.alongside import MIDDLE
 from ..machines.cart import Cart
-from ..machines.combine import Combine
+from ..machines.combine import Combine, CombineSize, size_of
 from ..paths.machine_path import TRANSIT, MachinePath
 from ..paths.timed_path import TimedPath
 from .cart_motion import trailer_angles, trailer_poses
@@ -85,7 +85,7 @@ class Window(NamedTuple):
     lane: Lane
 
 
-def beside(combine: Combine, cart: Cart) -> Beside:
+def beside(combine: CombineSize, cart: Cart) -> Beside:
     """Where the tractor of a cart in line is while it is filled."""
     return Beside(
         cart.hitch_offset + cart.length * (1.0 - MIDDLE),
@@ -94,7 +94,7 @@ def beside(combine: Combine, cart: Cart) -> Beside:
 
 
 def find_windows(
-    combine: Combine,
+    combines: Sequence[Combine],
     cart: Cart,
     plans: Sequence[TimedPath],
     ground: OpenGround,
@@ -103,15 +103,15 @@ def find_windows(
     """All windows of all combines, in the order of their beginnings.
 
     Args:
-        combine: One of the equal combines.
+        combines: They, N of one size.
         cart: One of the equal carts.
         plans: Of all combines.
         ground: From when on carts may be where.
         traffic: The combines.
     """
-    place, boxes = beside(combine, cart), cart_boxes(cart)
+    place, boxes = beside(size_of(combines), cart), cart_boxes(cart)
     found = []
-    for number, plan in enumerate(plans):
+    for number, (combine, plan) in enumerate(zip(combines, plans, strict=True)):
         others = without(traffic, number)
         moments = np.arange(plan.times[0], plan.end, MOMENT)
         stations = plan.station_at(moments)

@@ -5,6 +5,7 @@ So the combine that has finished a round is ahead of all others, and drives on a
 round inside of theirs: nobody passes anybody.
 """
 
+import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
@@ -36,7 +37,9 @@ def line_up(drivers: list[Driver], loop: Loop) -> None:
         loop: The first round.
     """
     combine = drivers[0].combine
-    first = split_loops([loop], 1, drivers[0].ground, preferred=None, corners=False)[0]
+    first = split_loops(
+        [loop], np.array([combine.speed]), drivers[0].ground, preferred=None, corners=False
+    )[0]
     for number, driver in enumerate(drivers):
         on = number * ahead_on(loop) - (BEFORE + COMING_OFF) * (number > 0)
         goal = loop.pose((first.begin + on) % loop.length)

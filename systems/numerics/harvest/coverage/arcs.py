@@ -106,7 +106,7 @@ def _shifts(loop: Loop, ground: CutGround) -> list[float]:
 
 def split_loops(
     loops: list[Loop],
-    count: int,
+    speeds: np.ndarray,
     ground: CutGround,
     *,
     preferred: np.ndarray | None,
@@ -116,7 +116,7 @@ def split_loops(
 
     Args:
         loops: The loops.
-        count: Of combines.
+        speeds: Of the combines, shape (count,) [m/s].
         ground: On which they come to where arcs begin.
         preferred: Where combines would like to begin, shape (count, 2); None: anywhere.
         corners: Whether arcs begin at split corners only.
@@ -124,12 +124,12 @@ def split_loops(
     Raises:
         NoWay: There is no room to come to a loop.
     """
-    combine = ground.combine
+    combine, count = ground.combine, len(speeds)
     times = np.array([_time(loop, combine) for loop in loops])
     shares = np.maximum(1, np.round(count * times / times.sum())).astype(int)
     arcs: list[Arc] = []
     for loop, share in zip(loops, shares, strict=True):
-        begins = _begins(loop, int(share), ground, preferred, corners=corners)
+        begins = _begins(loop, speeds, int(share), ground, preferred, corners=corners)
         overlap = 0.0
         ends = [*(begin for begin, _ in begins[1:]), begins[0][0] + loop.length]
         for (begin, shift), following in zip(begins, ends, strict=True):
@@ -199,7 +199,13 @@ def _enter(driver: Driver, goal: np.ndarray, shift: float, work: int) -> None:
 
 
 def _begins(
-    loop: Loop, share: int, ground: CutGround, preferred: np.ndarray | None, *, corners: bool
+    loop: Loop,
+    speeds: np.ndarray,
+    share: int,
+    ground: CutGround,
+    preferred: np.ndarray | None,
+    *,
+    corners: bool,
 ) -> list[tuple[float, float]]:
     combine = ground.combine
     shifts = _shifts(loop, ground)
@@ -212,9 +218,11 @@ def _begins(
     stations = first + np.linspace(0.0, loop.length, 401)
     past = np.array([len(loop.corners_within(first - 1e-3, s)) for s in stations])
     clock = (stations - first) / combine.speed + CORNER_TIME * past
+    # Whoever is quicker drives more of it.
+    parts = speeds if share == len(speeds) else np.ones(share)
     begins = []
     for k in range(share):
-        ideal = float(np.interp(clock[-1] * k / share, clock, stations))
+        ideal = float(np.interp(clock[-1] * parts[:k].sum() / parts.sum(), clock, stations))
         if preferred is not None and len(preferred) == share:
             ideal = loop.station(preferred[k]) + along
         begin, shift = _fitting(loop, ideal, shifts, ground, corners=corners)

@@ -48,9 +48,9 @@ class CutGround:
         region = within.difference(shapely.union_all(obstacles))
         return cls(Ground(region), StandingCrop(field.polygon), combine, field.margin)
 
-    def copy(self) -> "CutGround":
-        """The same ground, to be cut apart from this."""
-        return CutGround(self.ground, self.crop.copy(), self.combine, self.margin)
+    def copy_for(self, combine: Combine) -> "CutGround":
+        """The same ground, to be cut apart from this by a combine of the same size."""
+        return CutGround(self.ground, self.crop.copy(), combine, self.margin)
 
     def give_up_patches(self) -> None:
         """Let bodies drive over crop that is left in small patches, where rounds meet."""

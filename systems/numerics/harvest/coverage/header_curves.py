@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 from shapely.ops import substring
 
-from ..machines.combine import Combine
+from ..machines.combine import CombineSize
 from ..paths.machine_path import TRANSIT, MachinePath
 
 # Edges of the polylines that are driven along [m].
@@ -16,7 +16,7 @@ SPACING = 1.0
 SAME_ENDS = 0.05
 
 
-def cutting_radius(combine: Combine) -> float:
+def cutting_radius(combine: CombineSize) -> float:
     """Least radius of turns on which the body keeps to what the header has just cut [m].
 
     The outer rear corner of the body runs on no wider circle than the header's outer end.

@@ -38,11 +38,11 @@ def split_chain(times: np.ndarray, budgets: np.ndarray) -> list[slice]:
     """Parts of a chain of works, in order, so that the latest ends as early as can be.
 
     Args:
-        times: Of the works, shape (m,) [s].
+        times: Of the works for the worker of each part, shape (count, m) [s].
         budgets: When the worker of each part begins, shape (count,) [s].
     """
     count = len(budgets)
-    low, high = float(budgets.max()), float(budgets.max() + times.sum())
+    low, high = float(budgets.max()), float(budgets.max() + times.max(axis=0).sum())
     ends: list[int] = []
     for _ in range(50):
         middle = (low + high) / 2
@@ -52,17 +52,17 @@ def split_chain(times: np.ndarray, budgets: np.ndarray) -> list[slice]:
         else:
             high, ends = middle, trial
     if not ends:
-        ends = [len(times)] * count
+        ends = [times.shape[1]] * count
     begins = [0, *ends[:-1]]
     return [slice(begin, end) for begin, end in zip(begins, ends, strict=True)]
 
 
 def _fill(times: np.ndarray, budgets: np.ndarray, deadline: float) -> list[int] | None:
-    ends, at = [], 0
-    for begin in budgets:
+    ends, at, last = [], 0, times.shape[1]
+    for own, begin in zip(times, budgets, strict=True):
         clock = begin
-        while at < len(times) and clock + times[at] <= deadline:
-            clock += times[at]
+        while at < last and clock + own[at] <= deadline:
+            clock += own[at]
             at += 1
         ends.append(at)
-    return ends if at == len(times) else None
+    return ends if at == last else None

@@ -11,7 +11,7 @@ from shapely.geometry.base import BaseGeometry
 from shapely.ops import substring
 
 from ..field.field import Field
-from ..machines.combine import Combine
+from ..machines.combine import CombineSize
 from ..paths.machine_path import MachinePath
 from .cut_ground import GAP
 from .header_curves import SPACING, cutting_radius, drive_line, smooth_line
@@ -101,7 +101,7 @@ class Loop:
         return np.concatenate(pieces)
 
 
-def crop_to_offset(field: Field, combine: Combine) -> BaseGeometry:
+def crop_to_offset(field: Field, combine: CombineSize) -> BaseGeometry:
     """The region whose inward offsets are rounds that a combine can drive.
 
     Reflex corners of the boundary are rounded outside of the field, and holes are grown, so that
@@ -113,7 +113,7 @@ def crop_to_offset(field: Field, combine: Combine) -> BaseGeometry:
     return outline.difference(shapely.union_all(closed)) if closed else outline
 
 
-def _rounded_outside(field: Field, combine: Combine) -> BaseGeometry:
+def _rounded_outside(field: Field, combine: CombineSize) -> BaseGeometry:
     half = combine.header_width / 2
     widest = cutting_radius(combine) - half
     least = SPARE * combine.turning_radius - half
@@ -129,7 +129,7 @@ def _rounded_outside(field: Field, combine: Combine) -> BaseGeometry:
     return outline
 
 
-def _drivable_hole(hole: shapely.Polygon, combine: Combine) -> shapely.Polygon:
+def _drivable_hole(hole: shapely.Polygon, combine: CombineSize) -> shapely.Polygon:
     """A hole, grown until the ring round it, half a header away, can be driven."""
     half, radius = combine.header_width / 2, SPARE * combine.turning_radius
     kept = hole.buffer(GAP)
@@ -145,7 +145,7 @@ def _drivable_hole(hole: shapely.Polygon, combine: Combine) -> shapely.Polygon:
 
 def lay_out_loops(
     region: BaseGeometry,
-    combine: Combine,
+    combine: CombineSize,
     number: int,
     has_room: Callable[[np.ndarray], bool],
 ) -> list[Loop]:
@@ -186,7 +186,7 @@ def room_beyond(
     loop: Loop,
     station: float,
     side: int,
-    combine: Combine,
+    combine: CombineSize,
     has_room: Callable[[np.ndarray], bool],
 ) -> float | None:
     """How far a straight may go on beyond a corner, before something forbidden; None: nowhere [m].
@@ -209,7 +209,7 @@ def room_beyond(
 
 
 def _closed_corners(
-    loop: Loop, combine: Combine, has_room: Callable[[np.ndarray], bool]
+    loop: Loop, combine: CombineSize, has_room: Callable[[np.ndarray], bool]
 ) -> list[shapely.Point]:
     """Corners beyond which there is no room for one of their edges."""
     return [
@@ -267,7 +267,7 @@ def _make_loop(shape: shapely.Polygon, number: int, *, hole: bool, radius: float
     return Loop(line, stations[sharp], turns[sharp], number, hole)
 
 
-def drive_on(turn: float, combine: Combine) -> float:
+def drive_on(turn: float, combine: CombineSize) -> float:
     """How far past a corner of a loop the header's middle drives straight on [m].
 
     Args:
@@ -284,7 +284,7 @@ def drive_edge(
     begin: float,
     end: float,
     extensions: tuple[float, float],
-    combine: Combine,
+    combine: CombineSize,
     work: int,
 ) -> MachinePath:
     """The path along a part of a loop without split corners, with straights at its ends.

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...compiled import kernel
 from ..field.field import Field
-from ..machines.combine import Combine
+from ..machines.combine import CombineSize
 from ..machines.outlines import combine_outline
 from ..paths.machine_path import TRANSIT, MachinePath
 from .cut_ground import GAP, CutGround
@@ -28,7 +28,7 @@ SWATHS = 12
 class Passes:
     """Which combines' outlines pass over which cells of a field and its margin."""
 
-    def __init__(self, field: Field, combine: Combine) -> None:
+    def __init__(self, field: Field, combine: CombineSize) -> None:
         x0, y0, x1, y1 = field.ground.bounds
         shape = math.ceil((y1 - y0) / CELL) + 1, math.ceil((x1 - x0) / CELL) + 1
         self.origin = np.array([x0, y0])

@@ -1,7 +1,7 @@
 """Coverage: paths of combines that cut a whole field."""
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from scipy.optimize import linear_sum_assignment
 
 from ...errors import require
 from ..field.field import Field
-from ..machines.combine import Combine
+from ..machines.combine import Combine, CombineSize, size_of
 from ..no_plan import NoPlan
 from ..paths.machine_path import MachinePath
 from ..turns.ground import Ground
@@ -95,14 +95,13 @@ class CoveragePaths:
 
 
 def plan_coverage(
-    field: Field, combine: Combine, count: int, *, pattern: str = "lands"
+    field: Field, combines: Sequence[Combine], *, pattern: str = "lands"
 ) -> CoveragePaths:
     """Paths of combines that cut a whole field, found among several ways to do so.
 
     Args:
         field: The field.
-        combine: One of equal combines.
-        count: Of combines.
+        combines: They, of one size.
         pattern: "lands": rounds in arcs, then a land of swaths for each combine; "thesis": rounds
             from the perimeter inwards, combines on adjacent ones (Zhang 2014, Figure 3.8).
 
@@ -110,39 +109,38 @@ def plan_coverage(
         InvalidInput: A value is out of its range.
         NoPlan: The field cannot be cut by such combines.
     """
-    return next(find_coverages(field, combine, count, pattern=pattern))
+    return next(find_coverages(field, combines, pattern=pattern))
 
 
 def find_coverages(
-    field: Field, combine: Combine, count: int, *, pattern: str = "lands"
+    field: Field, combines: Sequence[Combine], *, pattern: str = "lands"
 ) -> Iterator[CoveragePaths]:
     """Ways to cut a whole field: the first BUILT that were found, the quickest first, then others.
 
     Args:
         field: The field.
-        combine: One of equal combines.
-        count: Of combines.
+        combines: They, of one size.
         pattern: See `plan_coverage`.
 
     Raises:
         InvalidInput: A value is out of its range.
         NoPlan: There is none.
     """
-    require(count >= 1, "count", "be at least 1", count)
+    size = size_of(combines)
     require(pattern in PATTERNS, "pattern", f"be one of {', '.join(PATTERNS)}", pattern)
     require(
-        combine.header_width > combine.width,
+        size.header_width > size.width,
         "header_width",
-        f"be larger than the body's width of {combine.width:g} m",
-        combine.header_width,
+        f"be larger than the body's width of {size.width:g} m",
+        size.header_width,
     )
     faults: list[str] = []
-    every = _sound_coverages(field, combine, count, pattern, faults)
+    every = _sound_coverages(field, combines, pattern, faults)
     first = sorted(itertools.islice(every, BUILT), key=lambda coverage: coverage.times.max())
     if not first:
         raise NoPlan(
-            f"`field` must have room for {count} combines with headers of "
-            f"{combine.header_width:g} m and turns of {combine.turning_radius:g} m; "
+            f"`field` must have room for {len(combines)} combines with headers of "
+            f"{size.header_width:g} m and turns of {size.turning_radius:g} m; "
             f"got {field.area / 1e4:.2f} ha with a margin "
             f"of {field.margin:g} m" + (f" ({faults[0]})" if faults else "")
         )
@@ -151,17 +149,18 @@ def find_coverages(
 
 
 def _sound_coverages(
-    field: Field, combine: Combine, count: int, pattern: str, faults: list[str]
+    field: Field, combines: Sequence[Combine], pattern: str, faults: list[str]
 ) -> Iterator[CoveragePaths]:
     """Coverages that do what they should, one by one; what the others do is added to `faults`."""
-    region = crop_to_offset(field, combine)
-    ground = CutGround.of(field, combine)
+    size = size_of(combines)
+    region = crop_to_offset(field, size)
+    ground = CutGround.of(field, combines[0])
     candidates = find_candidates(field, region, ground, inwards=pattern == "thesis")
-    bare, footprint = Ground.of_field(field, gap=WITHIN), combine_footprint(combine)
+    bare, footprint = Ground.of_field(field, gap=WITHIN), combine_footprint(size)
     least = LEAST_COVERAGE_HOLES if len(field.obstacles) >= 3 else LEAST_COVERAGE
     for candidate in _spread(candidates):
         try:
-            plan = _build(field, combine, count, candidate, ground, adjacent=pattern == "thesis")
+            plan = _build(field, combines, candidate, ground, adjacent=pattern == "thesis")
         except NoWay as fault:
             faults.append(str(fault))
             continue
@@ -173,7 +172,7 @@ def _sound_coverages(
             faults.append("bodies would drive over crop")
         elif not all(bare.admits(path, footprint) for path in plan.paths):
             faults.append("combines would leave the ground")
-        elif any(_sharpest(path) > SHARPER / combine.turning_radius for path in plan.paths):
+        elif any(_sharpest(path) > SHARPER / size.turning_radius for path in plan.paths):
             faults.append("combines would turn too sharply")
         else:
             yield plan
@@ -198,28 +197,29 @@ def _spread(candidates: list[Candidate]) -> list[Candidate]:
 
 def _build(
     field: Field,
-    combine: Combine,
-    count: int,
+    combines: Sequence[Combine],
     candidate: Candidate,
     uncut: CutGround,
     *,
     adjacent: bool,
 ) -> CoveragePaths:
-    width = combine.header_width
+    size = size_of(combines)
+    width = size.header_width
     depths = [len(candidate.rounds) * width / 2, width / 2]
-    roads = lay_out_roads(candidate.region, depths, combine.turning_radius)
+    roads = lay_out_roads(candidate.region, depths, size.turning_radius)
     if not roads:
         raise NoWay("no room for a round")
-    drivers = [Driver(uncut.copy(), combine, []) for _ in range(count)]
+    drivers = [Driver(uncut.copy_for(combine), combine, []) for combine in combines]
     work = _drive_rounds(drivers, candidate, field, adjacent=adjacent)
     for driver in drivers:
         driver.roads = roads
     work, lands = _drive_swaths(drivers, candidate, work)
     off_paths = _wait_off_paths(field, uncut, drivers, candidate, lands)
     paths = tuple(driver.path for driver in drivers)
-    covered = covered_area(field, paths, combine)
-    times = np.array([driving_time(path, combine) for path in paths])
-    precedence = find_precedence(field, paths, combine)
+    covered = covered_area(field, paths, size)
+    each = zip(paths, combines, strict=True)
+    times = np.array([driving_time(path, combine) for path, combine in each])
+    precedence = find_precedence(field, paths, size)
     return CoveragePaths(paths, precedence, field.area, covered, times, work, off_paths)
 
 
@@ -228,7 +228,7 @@ def driving_time(path: MachinePath, combine: Combine) -> float:
     return path.length / combine.speed + (len(path.cusps) + 1) * stop_time(combine)
 
 
-def covered_area(field: Field, paths: tuple[MachinePath, ...], combine: Combine) -> float:
+def covered_area(field: Field, paths: tuple[MachinePath, ...], combine: CombineSize) -> float:
     """Area of crop over which the headers' middles pass, being down [m^2]."""
     sweeps = []
     half = combine.header_width / 2
@@ -273,7 +273,8 @@ def _drive_rounds(
             preferred = np.array([team[0].pose])
         if number > 0 and count == 1 and len(outer[0].corners):
             corners = True
-        arcs = split_loops(outer, len(team), team[0].ground, preferred=preferred, corners=corners)
+        speeds = np.array([driver.combine.speed for driver in team])
+        arcs = split_loops(outer, speeds, team[0].ground, preferred=preferred, corners=corners)
         begun.append(arcs[0])
         for driver, mine in zip(team, _share_arcs(team, arcs), strict=True):
             for arc in mine:
@@ -307,11 +308,18 @@ def _drive_early_rings(drivers: list[Driver], candidate: Candidate, number: int,
 
 
 def _share_arcs(drivers: list[Driver], arcs: list[Arc]) -> list[list[Arc]]:
-    """Which arcs each combine drives: the nearest; what is left over goes to who has least."""
+    """Which arcs each combine drives: the nearest; what is left over goes to who has least.
+
+    At first none is nearest: then the quicker ones drive the longer arcs.
+    """
+    speeds = np.array([driver.combine.speed for driver in drivers])
     if not drivers[0].paths:
         shares: list[list[Arc]] = [[] for _ in drivers]
+        ranked = np.argsort(-speeds, kind="stable")
+        if np.ptp(speeds) > 0.0:
+            arcs = sorted(arcs, key=lambda arc: arc.begin - arc.end)
         for k, arc in enumerate(arcs):
-            shares[k % len(drivers)].append(arc)
+            shares[ranked[k % len(drivers)]].append(arc)
         return shares
     away = np.array(
         [
@@ -324,8 +332,8 @@ def _share_arcs(drivers: list[Driver], arcs: list[Arc]) -> list[list[Arc]]:
     for who, which in zip(*chosen, strict=True):
         shares[who].append(arcs[which])
     for which in set(range(len(arcs))) - set(chosen[1].tolist()):
-        least = min(shares, key=lambda mine: sum(arc.end - arc.begin for arc in mine))
-        least.append(arcs[which])
+        lasting = [sum(arc.end - arc.begin for arc in mine) for mine in shares]
+        shares[int(np.argmin(lasting / speeds))].append(arcs[which])
     return shares
 
 
@@ -360,16 +368,18 @@ def _wait_off_paths(
 def _drive_swaths(
     drivers: list[Driver], candidate: Candidate, work: int
 ) -> tuple[int, list[list[int]]]:
-    swaths, combine = candidate.swaths, drivers[0].combine
+    swaths = candidate.swaths
     groups = ring_groups(candidate.rounds)
     groups = [group for group in groups if group[0].number == len(candidate.rounds) - 1]
     gates = [find_gate(group, groups, swaths, drivers[0], drivers[0].roads) for group in groups]
     chain = chain_swaths(swaths)
-    times = np.array([swaths[k].length / combine.speed + TURN_TIME for k in chain])
+    speeds = np.array([driver.combine.speed for driver in drivers])
+    lengths = np.array([swaths[k].length for k in chain])
+    times = lengths / speeds[:, None] + TURN_TIME
     for gate in gates:
         if gate.node is not None:
-            times[chain.index(gate.node // 2)] += gate.length / combine.speed
-    starts = np.array([driving_time(driver.path, combine) for driver in drivers])
+            times[:, chain.index(gate.node // 2)] += gate.length / speeds
+    starts = np.array([driving_time(driver.path, driver.combine) for driver in drivers])
     lands = _share_lands(chain, times, starts, drivers, swaths)
     shares: list[list[Gate]] = [[] for _ in drivers]
     for gate in gates:
@@ -416,21 +426,23 @@ def _share_lands(
 
     Args:
         chain: Swaths, of which lands are parts.
-        times: That are reckoned with for each of the chain, shape (m,) [s].
+        times: That are reckoned with for each of the chain, by who cuts it, shape (N, m) [s].
         starts: When combines begin, shape (N,) [s].
         drivers: The combines.
         swaths: All of them.
     """
-    time_of = dict(zip(chain, times.tolist(), strict=True))
+    place = {k: number for number, k in enumerate(chain)}
     owners = np.arange(len(drivers))
     budgets = starts
     best: list[list[int]] = []
     earliest = np.inf
     for _ in range(SHARINGS):
-        parts = [chain[part] for part in split_chain(times, budgets[owners])]
+        parts = [chain[part] for part in split_chain(times[owners], budgets[owners])]
         owners = _nearest_drivers(parts, drivers, swaths)
         lands = [parts[k] for k in np.argsort(owners)]
-        reckoned = np.array([sum(time_of[k] for k in land) for land in lands])
+        reckoned = np.array(
+            [own[[place[k] for k in land]].sum() for own, land in zip(times, lands, strict=True)]
+        )
         ends = starts + reckoned
         for number, (land, driver) in enumerate(zip(lands, drivers, strict=True)):
             ends[number] += _turning_time(swaths, land, driver, number) - TURN_TIME * len(land)

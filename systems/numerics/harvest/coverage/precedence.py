@@ -7,7 +7,7 @@ import numpy as np
 
 from ...compiled import compiled
 from ..field.field import Field
-from ..machines.combine import Combine
+from ..machines.combine import CombineSize
 from ..paths.machine_path import MachinePath
 from ..turns.standing_crop import CELL, StandingCrop
 
@@ -58,7 +58,7 @@ class CropPrecedence(NamedTuple):
 
 
 def find_precedence(
-    field: Field, paths: tuple[MachinePath, ...], combine: Combine
+    field: Field, paths: tuple[MachinePath, ...], combine: CombineSize
 ) -> CropPrecedence:
     """Crop precedence between paths.
 
@@ -104,7 +104,7 @@ def find_precedence(
 
 
 def _trodden_area(
-    paths: tuple[MachinePath, ...], crop: StandingCrop, cut_at: np.ndarray, combine: Combine
+    paths: tuple[MachinePath, ...], crop: StandingCrop, cut_at: np.ndarray, combine: CombineSize
 ) -> float:
     """Crop under bodies that nobody else cuts, and their own headers later or never [m^2].
 
@@ -135,7 +135,7 @@ def _header_down(path: MachinePath, spacing: float) -> tuple[np.ndarray, np.ndar
     return path.pose_at(stations)[down], stations[down]
 
 
-def _body(combine: Combine, size: float) -> np.ndarray:
+def _body(combine: CombineSize, size: float) -> np.ndarray:
     """Rear, front and half the width of the body behind the header [m].
 
     Points nearer to its sides than half a cell would tell of cells that are mostly beside it.

@@ -8,7 +8,7 @@ import shapely
 from shapely.affinity import rotate
 from shapely.geometry.base import BaseGeometry
 
-from ..machines.combine import Combine
+from ..machines.combine import CombineSize
 from ..paths.machine_path import MachinePath
 from .loops import CLEAR
 
@@ -59,7 +59,7 @@ class Swath:
         return MachinePath(poses, np.array([1]), np.array([True]), np.array([work]))
 
 
-def lay_out_swaths(inside: BaseGeometry, direction: float, combine: Combine) -> list[Swath]:
+def lay_out_swaths(inside: BaseGeometry, direction: float, combine: CombineSize) -> list[Swath]:
     """Swaths that cover a region, strip by strip; each piece of a strip is a swath.
 
     Args:

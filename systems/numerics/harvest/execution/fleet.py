@@ -46,9 +46,9 @@ class FleetArrays(NamedTuple):
             there, and until it is empty, shape (j, 2) [s].
         grain_at: Where the grain of each combine begins, shape (N + 1,).
         grain: Cut up to stations PIECE apart, shape (g,) [kg].
-        capacity: Of a tank [kg].
-        unload_rate: Of an auger [kg/s].
-        spill: Whether full combines go on.
+        capacities: Of the tanks, shape (N,) [kg].
+        unload_rates: Of the augers, shape (N,) [kg/s].
+        spill: Whether each combine goes on when it is full, shape (N,).
     """
 
     combines: int
@@ -62,19 +62,19 @@ class FleetArrays(NamedTuple):
     flows: np.ndarray
     grain_at: np.ndarray
     grain: np.ndarray
-    capacity: float
-    unload_rate: float
-    spill: bool
+    capacities: np.ndarray
+    unload_rates: np.ndarray
+    spill: np.ndarray
 
 
 def pack_fleet(work: PlannedWork) -> FleetArrays:
     """The machines of a plan."""
-    combine, cart, timed = work.combine, work.cart, work.timed
+    combines, cart, timed = work.combines, work.cart, work.timed
     count = len(work.plans)
     fastest = []
     for m, each in enumerate(timed):
         if m < count:
-            limits, rate = combine.speed, combine.acceleration
+            limits, rate = combines[m].speed, combines[m].acceleration
         else:
             limits = cornering_limits(each.path, cart.speed, cart.lateral_acceleration)
             rate = cart.acceleration
@@ -92,15 +92,15 @@ def pack_fleet(work: PlannedWork) -> FleetArrays:
         _packed(fastest),
         _starts(halts),
         np.concatenate(halts),
-        np.array([combine.acceleration] * count + [cart.acceleration] * (len(timed) - count)),
+        np.array([*(c.acceleration for c in combines), *[cart.acceleration] * len(work.motions)]),
         _starts(trips),
         np.concatenate(trips),
         np.concatenate(flows),
         _starts(work.grain),
         np.concatenate(work.grain).astype(float),
-        float(combine.capacity),
-        float(combine.unload_rate),
-        combine.when_full == "spill",
+        np.array([c.capacity for c in combines], dtype=float),
+        np.array([c.unload_rate for c in combines], dtype=float),
+        np.array([c.when_full == "spill" for c in combines]),
     )
 
 

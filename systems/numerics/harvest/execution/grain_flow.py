@@ -92,10 +92,10 @@ def work_together(fleet, accounts, stations, ends, alongside, room, given, durat
     for n in range(len(accounts)):
         cut = cut_up_to(fleet, n, stations[n]) - cut_up_to(fleet, n, accounts[n, STATION])
         cart = int(alongside[n])
-        rate = fleet.unload_rate if cart >= 0 else 0.0
+        rate = fleet.unload_rates[n] if cart >= 0 else 0.0
         free = room[cart] - given[cart] if cart >= 0 else 0.0
         amount = work_for(
-            accounts[n], stations[n], ends[n], cut, fleet.capacity, rate, free, duration
+            accounts[n], stations[n], ends[n], cut, fleet.capacities[n], rate, free, duration
         )
         if cart >= 0:
             given[cart] += amount

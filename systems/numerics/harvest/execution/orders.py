@@ -115,7 +115,6 @@ def find_ties(work: PlannedWork) -> Ties:
     """The visits of a plan, in the order of their beginnings."""
     visits = sorted(work.visits, key=lambda visit: visit.begin)
     count = len(work.plans)
-    brakes = np.array([work.combine.acceleration, work.cart.acceleration])
     rows = {name: np.zeros((len(visits), 2)) for name in ("begins", "ends", "waits", "slacks")}
     machines = np.zeros((len(visits), 2), dtype=np.int64)
     given, last = np.zeros(len(visits)), np.zeros(len(visits), dtype=np.bool_)
@@ -128,7 +127,9 @@ def find_ties(work: PlannedWork) -> Ties:
             rows["ends"][t, side] = path.station_at(visit.end)
         moves = rows["ends"][t, 0] - rows["begins"][t, 0] > PASSED
         if moves:
-            speed = max(float(work.combine.speed), float(both[0].speed_at(visit.begin)))
+            combine = work.combines[visit.combine]
+            brakes = np.array([combine.acceleration, work.cart.acceleration])
+            speed = max(float(combine.speed), float(both[0].speed_at(visit.begin)))
             ways = speed**2 / (2 * brakes)
             # Who brakes softer has to know earlier.
             rows["slacks"][t] = np.maximum(ways - ways[::-1], 0.0) + SLACK

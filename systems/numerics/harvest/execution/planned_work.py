@@ -13,7 +13,7 @@ from ..coverage.precedence import CropPrecedence
 from ..field.field import Field
 from ..field.yield_map import YieldMap, grain_on_cells
 from ..machines.cart import Cart
-from ..machines.combine import Combine
+from ..machines.combine import Combine, CombineSize, size_of
 from ..machines.outlines import cart_outline, combine_outline
 from ..paths.machine_path import MachinePath
 from ..paths.timed_path import TimedPath
@@ -33,7 +33,8 @@ class PlannedWork:
 
     Attributes:
         field: What is cut.
-        combine, cart: One of the equal combines and carts.
+        combines: They, of one size.
+        cart: One of the equal carts.
         supply: Crop and trucks.
         plans: When each combine is where, with its stops for carts.
         motions: When each cart is where.
@@ -43,7 +44,7 @@ class PlannedWork:
     """
 
     field: Field
-    combine: Combine
+    combines: Sequence[Combine]
     cart: Cart
     supply: Supply
     plans: Sequence[TimedPath]
@@ -52,6 +53,11 @@ class PlannedWork:
     trips: Sequence[Trip] = ()
     precedence: CropPrecedence | None = None
     grown: float | YieldMap | None = None
+
+    @property
+    def size(self) -> CombineSize:
+        """Of the combines."""
+        return size_of(self.combines)
 
     @property
     def timed(self) -> list[TimedPath]:
@@ -88,7 +94,7 @@ class PlannedWork:
     @cached_property
     def cut(self) -> CutTimes:
         """When and by whom the ground is cut."""
-        return cut_times(self.field, self.combine, self.plans)
+        return cut_times(self.field, self.size, self.plans)
 
     @cached_property
     def cutting_stations(self) -> np.ndarray:
@@ -140,7 +146,7 @@ class PlannedWork:
     @cached_property
     def sweeps(self) -> list[Sweep]:
         """What all machines cover."""
-        combine, cart = combine_outline(self.combine), cart_outline(self.cart)
+        combine, cart = combine_outline(self.size), cart_outline(self.cart)
         found = []
         for n, plan in enumerate(self.plans):
             # Where it stands for carts cells end, as they do in the plan.
@@ -172,7 +178,7 @@ def work_of(plan: HarvestPlan, grown: float | YieldMap | None = None) -> Planned
     """
     return PlannedWork(
         field=plan.combines.field,
-        combine=plan.combines.combine,
+        combines=plan.combines.machines,
         cart=plan.cart,
         supply=plan.supply,
         plans=plan.service.plans,

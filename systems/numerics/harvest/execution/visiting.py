@@ -97,7 +97,7 @@ def tie_hold(fleet, ties, loads, stations, speeds, m, trusts):
         elif moves and trusts:
             # A machine beside one that may be late cannot count on what flows on the way.
             soon = max(end - stations[m], 0.0) / max(speeds[m], 0.1) - 0.5
-        if rest <= max(fleet.unload_rate * soon, NOTHING):
+        if rest <= max(fleet.unload_rates[ties.machines[t, 0]] * soon, NOTHING):
             continue
         far = stations[n] + speeds[n] * speeds[n] / (2 * fleet.brakes[n])
         beyond = ties.slacks[t, own] - begin
@@ -171,9 +171,9 @@ def full_hold(fleet, loads, station, n):
         station: Of the combine [m].
         n: Its number.
     """
-    if fleet.spill or loads.pouring[n]:
+    if fleet.spill[n] or loads.pouring[n]:
         return np.inf
-    full = cut_up_to(fleet, n, station) + fleet.capacity - loads.tank[n]
+    full = cut_up_to(fleet, n, station) + fleet.capacities[n] - loads.tank[n]
     low, high = fleet.grain_at[n], fleet.grain_at[n + 1]
     k = last_below(fleet.grain, low, high, full)
     if k == high - 1:

@@ -34,6 +34,7 @@ class CartRounds:
 
     Attributes:
         ends: When each combine has parked, shape (N,) [s].
+        grain: That carts fetch from each, shape (N,) [kg].
         stops: How long each stands for carts, shape (N,) [s].
         misses: How many times one stands.
         visits, trips: How many there are.
@@ -46,6 +47,7 @@ class CartRounds:
     """
 
     ends: np.ndarray
+    grain: np.ndarray
     stops: np.ndarray
     misses: int
     visits: int
@@ -79,7 +81,7 @@ class _Hauler:
 
 def run_carts(
     work: Sequence[WorkAhead],
-    combine: Combine,
+    combines: Sequence[Combine],
     cart: Cart,
     places: np.ndarray,
     trucks: TruckFleet,
@@ -90,13 +92,14 @@ def run_carts(
 
     Args:
         work: Of the combines.
-        combine, cart: One of each.
+        combines: They.
+        cart: One of the equal carts.
         places: Where each cart begins and is emptied, shape (K, 2) [m].
         trucks: What takes the grain there.
         truck_rate: At which carts are emptied [kg/s].
         threshold: Part of a tank from which on carts come.
     """
-    model = _Model(work, combine, cart, places, TruckPool(trucks), truck_rate, threshold)
+    model = _Model(work, combines, cart, places, TruckPool(trucks), truck_rate, threshold)
     while model.serve_next():
         pass
     for hauler in model.haulers:
@@ -104,6 +107,7 @@ def run_carts(
     every = model.haulers
     return CartRounds(
         ends=np.array([w.end for w in work]) + model.late,
+        grain=model.taken.copy(),
         stops=model.late.copy(),
         misses=model.misses,
         visits=model.visits,
@@ -121,14 +125,15 @@ class _Model:
     def __init__(
         self,
         work: Sequence[WorkAhead],
-        combine: Combine,
+        combines: Sequence[Combine],
         cart: Cart,
         places: np.ndarray,
         pool: TruckPool,
         truck_rate: float,
         threshold: float,
     ):
-        self.work, self.combine, self.cart = work, combine, cart
+        self.work, self.combines, self.cart = work, combines, cart
+        self.largest = max(combine.capacity for combine in combines)
         self.pool, self.rate, self.threshold = pool, truck_rate, threshold
         self.haulers = [_Hauler(place.copy(), place.copy()) for place in np.asarray(places)]
         self.taken, self.late = np.zeros(len(work)), np.zeros(len(work))
@@ -144,7 +149,7 @@ class _Model:
             return False
         hauler = min(self.haulers, key=lambda each: each.free)
         # As the planner does: a cart goes on as long as a whole tank fits in.
-        if hauler.load > NOTHING and self.cart.capacity - hauler.load < self.combine.capacity:
+        if hauler.load > NOTHING and self.cart.capacity - hauler.load < self.largest:
             self.to_truck(hauler)
             return True
         self._visit(hauler, min(waiting, key=lambda n: (self._full(n), self._loaded(n))))
@@ -157,15 +162,15 @@ class _Model:
         return math.inf if k >= len(work.cut) else k * TICK + float(self.late[n])
 
     def _full(self, n: int) -> float:
-        return self._reaches(n, self.combine.capacity)
+        return self._reaches(n, self.combines[n].capacity)
 
     def _loaded(self, n: int) -> float:
         """From when on it is worth while to come [s]."""
-        time = self._reaches(n, self.threshold * self.combine.capacity)
+        time = self._reaches(n, self.threshold * self.combines[n].capacity)
         return min(time, self.work[n].end + float(self.late[n]))
 
     def _visit(self, hauler: _Hauler, n: int) -> None:
-        work, combine = self.work[n], self.combine
+        work, combine = self.work[n], self.combines[n]
         begin = max(self._loaded(n), hauler.free, self.left[n])
         for _ in range(3):
             until = min(begin, self._full(n))
@@ -196,7 +201,7 @@ class _Model:
                 self.late[n] += begin + lasts - full
         else:
             lasts, taken = self._pour(n, begin, room)
-            beside = self.combine.speed * lasts
+            beside = combine.speed * lasts
             hauler.way += beside
             self.hauled += beside * (hauler.load + taken / 2)
         hauler.load += taken
@@ -209,7 +214,7 @@ class _Model:
 
     def _pour(self, n: int, begin: float, room: float) -> tuple[float, float]:
         """How long grain flows beside a combine that cuts on, and how much [s], [kg]."""
-        work, rate = self.work[n], self.combine.unload_rate
+        work, rate = self.work[n], self.combines[n].unload_rate
         first = moment(begin - self.late[n], work)
         closed = np.flatnonzero(work.opens[first:] > np.arange(first, len(work.opens)))
         last = first + (int(closed[0]) if len(closed) else len(work.opens) - first - 1)

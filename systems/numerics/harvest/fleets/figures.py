@@ -1,13 +1,13 @@
 """What a harvest takes: time, engine hours, way, fuel, and what machines wait for."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..carts.stops import Stop
 from ..execution.planned_work import work_of
-from ..field.yield_map import YieldMap, mean_density
 from ..machines.cart import Cart
 from ..machines.combine import Combine
 from ..machines.trucks import TruckFleet
@@ -85,16 +85,16 @@ def figures_of_plan(plan: HarvestPlan, trucks: TruckFleet, fuel: FuelModel) -> F
         trucks: What takes the grain from carts.
         fuel: What is assumed.
     """
-    team, service, combine = plan.combines, plan.service, plan.combines.combine
+    team, service = plan.combines, plan.service
     numbers = range(len(service.plans))
     ends = np.array([timed.end for timed in service.plans])
     stands = [_standing(timed, service.stops, n) for n, timed in enumerate(service.plans)]
     last = [max((v.end for v in service.visits if v.combine == n), default=0.0) for n in numbers]
     engine = np.maximum(ends, last)
     still = np.array([sum(each) for each in stands]) + engine - ends
-    way = sum(timed.path.length for timed in service.plans)
-    grain = mean_density(plan.supply.density, team.field.polygon) * team.coverage.covered_area
+    ways = np.array([timed.path.length for timed in service.plans])
     work = work_of(plan)
+    grain = np.array([cut[-1] for cut in work.planned_grain])
     cart_engine, cart_moves, hauled, cart_way = 0.0, 0.0, 0.0, 0.0
     for k, motion in enumerate(service.motions):
         trips = [trip.end for trip in service.trips if trip.cart == k]
@@ -123,11 +123,9 @@ def figures_of_plan(plan: HarvestPlan, trucks: TruckFleet, fuel: FuelModel) -> F
         makespan=max([plan.makespan, *(trip.end for trip in service.trips)]),
         combine_engine_time=float(engine.sum()),
         cart_engine_time=cart_engine,
-        combine_way=way,
+        combine_way=float(ways.sum()),
         cart_way=cart_way,
-        combine_fuel=_combine_fuel(
-            combine, way, grain, float((engine - still).sum()), float(still.sum()), fuel
-        ),
+        combine_fuel=_combine_fuel(team.machines, ways, grain, engine - still, still, fuel),
         cart_fuel=_cart_fuel(plan.cart, cart_way, hauled, cart_moves, cart_engine, fuel),
         combines_for_carts=sum(each[0] for each in stands),
         combines_for_combines=sum(each[1] for each in stands),
@@ -144,7 +142,6 @@ def figures_of_model(
     cart: Cart,
     rounds: CartRounds,
     trucks: TruckFleet,
-    density: float | YieldMap,
     fuel: FuelModel,
 ) -> FleetFigures:
     """What a fleet takes whose combines are planned, and whose carts are those of the model.
@@ -154,36 +151,34 @@ def figures_of_model(
         cart: Each of the carts.
         rounds: What carts do.
         trucks: What takes the grain from carts.
-        density: Of the crop [kg/m^2].
         fuel: What is assumed.
     """
-    combine = team.combine
-    waits, stops = float(team.timetable.waiting.sum()), float(rounds.stops.sum())
-    engine = float(rounds.ends.sum())
+    speed = float(np.mean([combine.speed for combine in team.machines]))
+    still = team.timetable.waiting.sum(axis=(1, 2)) + rounds.stops
     cart_way, cart_engine = float(rounds.way.sum()), float(rounds.cart_ends.sum())
     takes, gives = float(rounds.beside.sum()), float(rounds.emptying.sum())
     at_trucks = float(rounds.at_trucks.sum())
-    moves = min((cart_way - combine.speed * takes) / cart.speed + takes, cart_engine)
+    moves = min((cart_way - speed * takes) / cart.speed + takes, cart_engine)
     return FleetFigures(
         combines=len(team.paths),
         carts=len(rounds.way),
         trucks=trucks.count if math.isfinite(trucks.capacity) else 0,
         makespan=rounds.makespan,
-        combine_engine_time=engine,
+        combine_engine_time=float(rounds.ends.sum()),
         cart_engine_time=cart_engine,
         combine_way=team.coverage.length,
         cart_way=cart_way,
         combine_fuel=_combine_fuel(
-            combine,
-            team.coverage.length,
-            mean_density(density, team.field.polygon) * team.coverage.covered_area,
-            engine - waits - stops,
-            waits + stops,
+            team.machines,
+            np.array([path.length for path in team.coverage.paths]),
+            rounds.grain,
+            rounds.ends - still,
+            still,
             fuel,
         ),
         cart_fuel=_cart_fuel(cart, cart_way, rounds.hauled, moves, cart_engine, fuel),
-        combines_for_carts=stops,
-        combines_for_combines=waits,
+        combines_for_carts=float(rounds.stops.sum()),
+        combines_for_combines=float(team.timetable.waiting.sum()),
         carts_for_grain=max(cart_engine - moves - gives - at_trucks, 0.0),
         carts_for_trucks=at_trucks,
         misses=rounds.misses,
@@ -205,13 +200,21 @@ def _standing(timed: TimedPath, stops: list[Stop], combine: int) -> tuple[float,
 
 
 def _combine_fuel(
-    combine: Combine, way: float, grain: float, works: float, stands: float, model: FuelModel
+    combines: Sequence[Combine],
+    ways: np.ndarray,
+    grain: np.ndarray,
+    works: np.ndarray,
+    stands: np.ndarray,
+    model: FuelModel,
 ) -> float:
-    """Of all combines, with tanks that are half full on the mean [l]."""
-    energy = threshing_energy(grain, works, model)
-    energy += driving_energy(combine.mass + combine.capacity / 2, way, model)
-    power = combine.engine_power
-    return driving_fuel(power, energy, works) + idling_rate(power) * stands
+    """Of all combines, with tanks that are half full on the mean; arrays are (N,) [l]."""
+    fuel = 0.0
+    for n, combine in enumerate(combines):
+        time, power = float(works[n]), combine.engine_power
+        energy = threshing_energy(float(grain[n]), time, model)
+        energy += driving_energy(combine.mass + combine.capacity / 2, float(ways[n]), model)
+        fuel += driving_fuel(power, energy, time) + idling_rate(power) * float(stands[n])
+    return fuel
 
 
 def _cart_fuel(

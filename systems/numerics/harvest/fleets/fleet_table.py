@@ -1,6 +1,6 @@
 """Fleets of all sizes side by side, and the one from which on more machines hardly pay."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -46,7 +46,7 @@ class FleetTable:
 
 def fleet_table(
     field: Field,
-    combine: Combine,
+    combines: Sequence[Combine],
     cart: Cart,
     trucks: TruckFleet,
     *,
@@ -56,7 +56,7 @@ def fleet_table(
     pattern: str = "lands",
     seed: int = 0,
     fuel: FuelModel | None = None,
-    most: tuple[int, int, int] = (6, 4, 3),
+    most: tuple[int, int] = (4, 3),
     planned: Mapping[int, CombinePlan] | None = None,
     progress: Callable[[str, float], None] = lambda stage, share: None,
 ) -> FleetTable:
@@ -67,7 +67,8 @@ def fleet_table(
 
     Args:
         field: What is harvested.
-        combine, cart: One of each.
+        combines: Of the largest team, of one size; smaller teams are the first of them.
+        cart: One of the equal carts.
         trucks: What takes the grain; if they hold any amount, there is one for each cart, and they
             are not counted.
         density: Of the crop [kg/m^2].
@@ -76,7 +77,7 @@ def fleet_table(
         pattern: Of the combines' paths; see `plan_coverage`.
         seed: Of the orders that are tried.
         fuel: What is assumed of fuel.
-        most: How many combines, carts and trucks are tried.
+        most: How many carts and trucks are tried.
         planned: Plans of combines that there are already, by their numbers.
         progress: Told what is done, and which part of it, in [0, 1].
 
@@ -88,19 +89,19 @@ def fleet_table(
     rows: list[FleetFigures] = []
     refused: list[tuple[int, int, str]] = []
     counts = np.isfinite(trucks.capacity)
-    sizes = range(1, most[2] + 1) if counts else [0]
-    for count in range(1, most[0] + 1):
-        progress(f"{count} combines", (count - 1) / most[0])
+    sizes = range(1, most[1] + 1) if counts else [0]
+    for count in range(1, len(combines) + 1):
+        progress(f"{count} combines", (count - 1) / len(combines))
         try:
             team = (planned or {}).get(count)
             if team is None:
-                team = plan_combines(field, combine, count, pattern=pattern, seed=seed)
+                team = plan_combines(field, combines[:count], pattern=pattern, seed=seed)
         except InvalidInput as error:
             refused.append((count, 0, str(error)))
             continue
         work = work_ahead(team, density)
         best: dict[tuple[int, int], FleetFigures] = {}
-        for carts in range(1, most[1] + 1):
+        for carts in range(1, most[0] + 1):
             try:
                 places = truck_places(team, cart, carts)[:, :2]
             except InvalidInput as error:
@@ -108,8 +109,10 @@ def fleet_table(
                 continue
             for number in sizes:
                 some = replace(trucks, count=number if counts else carts)
-                rounds = run_carts(work, combine, cart, places, some, truck_rate, threshold)
-                row = figures_of_model(team, cart, rounds, some, density, fuel)
+                rounds = run_carts(
+                    work, combines[:count], cart, places, some, truck_rate, threshold
+                )
+                row = figures_of_model(team, cart, rounds, some, fuel)
                 less = [best.get((carts - 1, number)), best.get((carts, number - 1))]
                 better = [each for each in less if each and each.makespan < row.makespan]
                 if better:

@@ -38,8 +38,8 @@ def work_ahead(team: CombinePlan, density: float | YieldMap) -> list[WorkAhead]:
         team: Who drives where and when.
         density: Of the crop [kg/m^2].
     """
-    cut = cut_times(team.field, team.combine, team.paths)
-    tanks = make_tanks(team.combine, cut, density, [timed.end for timed in team.paths])
+    cut = cut_times(team.field, team.size, team.paths)
+    tanks = make_tanks(team.machines, cut, density, [timed.end for timed in team.paths])
     found = []
     for timed, tank in zip(team.paths, tanks, strict=True):
         stations = timed.station_at(tank.times)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .cart import Cart
-from .combine import Combine
+from .combine import CombineSize
 
 
 class CombineOutline(NamedTuple):
@@ -32,7 +32,7 @@ class CartOutline(NamedTuple):
     trailer: np.ndarray
 
 
-def combine_outline(combine: Combine) -> CombineOutline:
+def combine_outline(combine: CombineSize) -> CombineOutline:
     """What a combine covers."""
     half = combine.header_depth / 2
     return CombineOutline(

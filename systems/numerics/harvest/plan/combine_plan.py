@@ -1,12 +1,12 @@
 """The plan of the combines: paths that cut the field, and the times at which they drive them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
 from ..coverage.plan_coverage import BUILT, CoveragePaths, find_coverages
 from ..field.field import Field
-from ..machines.combine import Combine
+from ..machines.combine import Combine, CombineSize, size_of
 from ..machines.outlines import combine_outline
 from ..no_plan import NoPlan
 from ..paths.timed_path import TimedPath
@@ -22,17 +22,22 @@ class CombinePlan:
 
     Attributes:
         field: What is cut.
-        combine: Each of the combines.
+        machines: The combines, N of one size.
         coverage: Their paths.
         timetable: Their times, and the orders at all places where paths meet.
         journeys: Their paths with the ground that they cover.
     """
 
     field: Field
-    combine: Combine
+    machines: tuple[Combine, ...]
     coverage: CoveragePaths
     timetable: MachineTimetable
     journeys: tuple[Journey, ...]
+
+    @property
+    def size(self) -> CombineSize:
+        """Of the combines."""
+        return size_of(self.machines)
 
     @property
     def paths(self) -> tuple[TimedPath, ...]:
@@ -47,8 +52,8 @@ class CombinePlan:
     @property
     def makespan_over_bound(self) -> float:
         """The makespan over that of headers that are always full, at top speed, no unit."""
-        combine = self.combine
-        bound = self.field.area / (combine.header_width * combine.speed * len(self.paths))
+        cuts = sum(combine.header_width * combine.speed for combine in self.machines)
+        bound = self.field.area / cuts
         return self.makespan / bound
 
     @property
@@ -58,14 +63,13 @@ class CombinePlan:
 
 
 def plan_combines(
-    field: Field, combine: Combine, count: int, *, pattern: str = "lands", seed: int = 0
+    field: Field, combines: Sequence[Combine], *, pattern: str = "lands", seed: int = 0
 ) -> CombinePlan:
     """Plan how combines cut a field: of the best ways to cut it the one that is done first.
 
     Args:
         field: The field.
-        combine: One of equal combines.
-        count: Of combines.
+        combines: They, of one size.
         pattern: Of the paths; see `plan_coverage`.
         seed: Of the orders that are tried.
 
@@ -73,11 +77,11 @@ def plan_combines(
         InvalidInput: A value is out of its range.
         NoPlan: The combines cannot cut the field, or block one another.
     """
-    return next(find_combine_plans(field, combine, count, pattern=pattern, seed=seed))
+    return next(find_combine_plans(field, combines, pattern=pattern, seed=seed))
 
 
 def find_combine_plans(
-    field: Field, combine: Combine, count: int, *, pattern: str = "lands", seed: int = 0
+    field: Field, combines: Sequence[Combine], *, pattern: str = "lands", seed: int = 0
 ) -> Iterator[CombinePlan]:
     """Plans of combines: the best ways to cut a field, what is done first first, then other ways.
 
@@ -85,8 +89,7 @@ def find_combine_plans(
 
     Args:
         field: The field.
-        combine: One of equal combines.
-        count: Of combines.
+        combines: They, of one size.
         pattern: Of the paths; see `plan_coverage`.
         seed: Of the orders that are tried.
 
@@ -96,13 +99,13 @@ def find_combine_plans(
     """
     best: list[CombinePlan] = []
     blocked: list[Standstill] = []
-    every = find_coverages(field, combine, count, pattern=pattern)
+    every = find_coverages(field, combines, pattern=pattern)
     untimed: list[CoveragePaths] = []
     for number, coverage in enumerate(every):
         if best and coverage.times.max() >= min(plan.makespan for plan in best):
             untimed = [coverage]
             break
-        plan = _time(field, combine, coverage, seed)
+        plan = _time(field, combines, coverage, seed)
         if isinstance(plan, Standstill):
             blocked.append(plan)
         else:
@@ -111,25 +114,25 @@ def find_combine_plans(
             break
     if not best:
         raise NoPlan(
-            f"`count` must be less, for combines would block one another in all of {len(blocked)} "
+            f"`combines` must be fewer, for they would block one another in all of {len(blocked)} "
             f"ways to cut the field, as in the first of them: {blocked[0]}"
         )
     yield from sorted(best, key=lambda plan: plan.makespan)
     for coverage in chain(untimed, every):
-        plan = _time(field, combine, coverage, seed)
+        plan = _time(field, combines, coverage, seed)
         if isinstance(plan, CombinePlan):
             yield plan
 
 
 def _time(
-    field: Field, combine: Combine, coverage: CoveragePaths, seed: int
+    field: Field, combines: Sequence[Combine], coverage: CoveragePaths, seed: int
 ) -> CombinePlan | Standstill:
-    outline = combine_outline(combine)
+    outline = combine_outline(size_of(combines))
     journeys = [
         Journey(
             path, sweep_of(path, outline, grid_stations(path)), combine.speed, combine.acceleration
         )
-        for path in coverage.paths
+        for path, combine in zip(coverage.paths, combines, strict=True)
     ]
     precedence = coverage.precedence
     needs = {
@@ -141,4 +144,4 @@ def _time(
     timetable = time_machines(journeys, needs, seed=seed)
     if isinstance(timetable, Standstill):
         return timetable
-    return CombinePlan(field, combine, coverage, timetable, tuple(journeys))
+    return CombinePlan(field, tuple(combines), coverage, timetable, tuple(journeys))

@@ -65,10 +65,9 @@ class HarvestPlan:
 
 def plan_harvest(
     field: Field,
-    combine: Combine,
+    combines: Sequence[Combine],
     cart: Cart,
     *,
-    combines: int,
     carts: int,
     density: float | YieldMap,
     truck_rate: float = 300.0,
@@ -88,8 +87,9 @@ def plan_harvest(
 
     Args:
         field: The field.
-        combine, cart: One of the equal combines and carts.
-        combines, carts: How many.
+        combines: They, of one size.
+        cart: One of the equal carts.
+        carts: How many.
         density: Of the crop [kg/m^2].
         truck_rate: At which a cart is emptied into its truck [kg/s].
         trucks: What takes the grain; by default one that holds any amount.
@@ -109,7 +109,7 @@ def plan_harvest(
             a combine or to its truck.
     """
     progress("paths and times of the combines", 0.0)
-    teams = find_combine_plans(field, combine, combines, pattern=pattern, seed=seed)
+    teams = find_combine_plans(field, combines, pattern=pattern, seed=seed)
     stage = "visits and routes of the carts"
 
     def served(team: CombinePlan, first_truck: float, failure: Failure | None) -> HarvestPlan:
@@ -126,7 +126,7 @@ def plan_harvest(
 
         service = serve_combines(
             field,
-            combine,
+            combines,
             cart,
             team.paths,
             swath_lines(team),
@@ -210,7 +210,7 @@ def truck_places(
     passed = []
     for timed in team.paths:
         along = timed.path.pose_at(timed.path.stations_every(FREE))
-        for part in combine_outline(team.combine):
+        for part in combine_outline(team.size):
             passed.append(_boxes(along, part[0, 0], part[1, 0], part[2, 1]))
     near = shapely.STRtree(np.concatenate(passed)).query(outlines, "dwithin", distance=FREE)
     fits[near[0]] = False

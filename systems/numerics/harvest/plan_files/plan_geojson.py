@@ -43,7 +43,7 @@ def plan_geojson(plan: HarvestPlan) -> dict[str, Any]:
                 begin=round(swath.begin, 2),
                 end=round(swath.end, 2),
                 length=round(swath.length, 2),
-                width=plan.combines.combine.header_width,
+                width=plan.combines.size.header_width,
             )
         )
     features += [_way(field, timed, combine=n) for n, timed in enumerate(service.plans)]

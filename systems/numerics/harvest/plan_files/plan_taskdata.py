@@ -71,7 +71,7 @@ def plan_taskdata(plan: HarvestPlan) -> bytes:
         group = SubElement(part, "GGP", A=f"GGP{combine + 1}", B=f"combine {combine}")
         for swath in swaths:
             if swath.combine == combine:
-                width = plan.combines.combine.header_width
+                width = plan.combines.size.header_width
                 _add_pattern(group, field, swath, next(numbers), width)
     indent(root)
     return tostring(root, encoding="utf-8", xml_declaration=True)

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..machines.combine import Combine
+from ..machines.combine import Combine, CombineSize
 from ..machines.outlines import combine_outline
 from ..paths.machine_path import TRANSIT, MachinePath
 from .fitting_word import PIECES, fitting_word
@@ -87,7 +87,7 @@ def turn_between(
 
 
 @lru_cache(maxsize=32)
-def combine_footprint(combine: Combine) -> Footprint:
+def combine_footprint(combine: CombineSize) -> Footprint:
     """What a combine covers."""
     return make_footprint(combine_outline(combine))
 

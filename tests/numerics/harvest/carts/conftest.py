@@ -101,10 +101,11 @@ def make_served():
     made = make_hand_made(126.0, 100.0, 1)
     cart = Cart(capacity=20000.0, hitch_offset=0.6)
     supply = Supply(density=1.6, trucks=np.array([[60.0, -13.0, 0.1]]))
-    plan = serve_combines(made.field, made.combine, cart, made.plans, made.swaths, supply)
+    combines = [made.combine] * len(made.plans)
+    plan = serve_combines(made.field, combines, cart, made.plans, made.swaths, supply)
     return PlannedWork(
         field=made.field,
-        combine=made.combine,
+        combines=combines,
         cart=cart,
         supply=supply,
         plans=plan.plans,

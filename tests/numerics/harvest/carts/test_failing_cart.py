@@ -16,7 +16,7 @@ CART = Cart(capacity=20000.0, hitch_offset=0.3)
 def test_what_a_failing_cart_leaves_is_fetched_by_the_others(hand_made, audit, cart, time):
     made = hand_made(126.0, 100.0, 1)
     supply = Supply(density=1.6, trucks=TRUCKS)
-    planned = made.field, made.combine, CART, made.plans, made.swaths, supply
+    planned = made.field, [made.combine] * len(made.plans), CART, made.plans, made.swaths, supply
     before = serve_combines(*planned)
     after = serve_combines(*planned, failure=Failure(cart, time))
     early = np.arange(0.0, time, 0.5)
@@ -53,7 +53,7 @@ def test_a_cart_that_nobody_can_replace_is_refused(hand_made, trucks, cart, mess
     with pytest.raises(InvalidInput, match=message):
         serve_combines(
             made.field,
-            made.combine,
+            [made.combine] * len(made.plans),
             CART,
             made.plans,
             made.swaths,

@@ -30,7 +30,7 @@ def test_a_cart_drives_from_its_truck_to_every_window_and_back(hand_made, audit,
     combines = combine_traffic(made.combine, made.plans)
     roadmap = make_roadmap(ground, cart, field_lines(made.field, made.combine, made.swaths))
     planner = make_planner(ground, cart, roadmap, combines, TRUCK[None])
-    windows = find_windows(made.combine, cart, made.plans, ground, combines)
+    windows = find_windows([made.combine] * len(made.plans), cart, made.plans, ground, combines)
     place, alone = beside(made.combine, cart), cart_traffic(cart, [], 1)
     motions = [standing_motion(cart, TRUCK, 0.0)]
     served = 0

@@ -5,14 +5,17 @@ import pytest
 
 from sightfield.systems.numerics.harvest.carts.cut_times import cut_times
 from sightfield.systems.numerics.harvest.carts.stops import Stop, with_stop
-from sightfield.systems.numerics.harvest.carts.tanks import make_tanks
+from sightfield.systems.numerics.harvest.carts.tanks import LAST_GRAIN, Tank, make_tanks
 from sightfield.systems.numerics.harvest.field.yield_map import YieldMap
+from sightfield.systems.numerics.harvest.machines.combine import Combine
 
 
 def test_grain_is_in_the_tank_the_cart_or_still_standing(hand_made):
     made = hand_made(120.0, 90.0, 2)
     cut = cut_times(made.field, made.combine, made.plans)
-    tanks = make_tanks(made.combine, cut, 2.2, [plan.end for plan in made.plans])
+    tanks = make_tanks(
+        [made.combine] * len(made.plans), cut, 2.2, [plan.end for plan in made.plans]
+    )
     total = sum(tank.left for tank in tanks)
     assert total == pytest.approx(2.2 * np.isfinite(cut.times).sum() * 0.25)
     tank = tanks[0]
@@ -41,7 +44,9 @@ def test_tanks_fill_by_what_grows_where_they_are(hand_made):
     made = hand_made(120.0, 90.0, 2)
     cut = cut_times(made.field, made.combine, made.plans)
     yields = YieldMap(np.array([10.0, -3.0]), 50.0, np.array([[0.3, 1.1], [0.7, 0.4]]))
-    tanks = make_tanks(made.combine, cut, yields, [plan.end for plan in made.plans])
+    tanks = make_tanks(
+        [made.combine] * len(made.plans), cut, yields, [plan.end for plan in made.plans]
+    )
     rows, columns = np.nonzero(np.isfinite(cut.times))
     places = cut.corner + 0.5 * (np.column_stack([columns, rows]) + 0.5)
     east, north = places[:, 0] >= 60.0, places[:, 1] >= 47.0
@@ -53,7 +58,9 @@ def test_tanks_fill_by_what_grows_where_they_are(hand_made):
 def test_an_earlier_visit_leaves_what_a_later_one_takes_that_is_settled(hand_made):
     made = hand_made(120.0, 90.0, 1)
     cut = cut_times(made.field, made.combine, made.plans)
-    tank = make_tanks(made.combine, cut, 2.2, [plan.end for plan in made.plans])[0]
+    tank = make_tanks(
+        [made.combine] * len(made.plans), cut, 2.2, [plan.end for plan in made.plans]
+    )[0]
     settled = tank.pour(70.0, np.inf, np.inf)
     tank.take(settled)
     # All that is there at 60 s, and what is cut until the later visit ends, is promised to that.
@@ -62,6 +69,31 @@ def test_an_earlier_visit_leaves_what_a_later_one_takes_that_is_settled(hand_mad
     assert early.taken < 100.0
     tank.take(early)
     assert tank.load.min() >= -1e-9
+
+
+@pytest.mark.parametrize(
+    ("begin", "latest", "room", "stays"),
+    [
+        (95.0, np.inf, np.inf, True),
+        (109.5, np.inf, np.inf, True),
+        # The work goes on for too long; the cart has to leave; it has no room for so much.
+        (60.0, np.inf, np.inf, False),
+        (95.0, 105.0, np.inf, False),
+        (95.0, np.inf, 1050.0, False),
+    ],
+)
+def test_a_cart_stays_for_the_last_grain_and_no_longer(begin, latest, room, stays):
+    # 10 kg/s come in for 110 s, and 500 kg/s go out: all that is there in some two seconds.
+    times = np.arange(0.0, 200.0)
+    tank = Tank(Combine(unload_rate=500.0), times, 10.0 * np.minimum(times, 110.0))
+    pour = tank.pour(begin, latest, room)
+    if stays:
+        assert 110.0 < pour.end <= 112.0
+        assert pour.taken == 1100.0
+    else:
+        assert pour.end < begin + 3.0
+        assert pour.taken < 1100.0
+    assert pour.end <= begin + 3.0 + LAST_GRAIN
 
 
 @pytest.mark.parametrize("where", [0.02, 0.4, 0.999])

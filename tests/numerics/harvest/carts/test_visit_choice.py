@@ -41,7 +41,7 @@ def windows_of(*spans):
 def outlook(loads, spans, *, strategy="on-demand", carts=1, turn=0, arrivals=None, room=np.inf):
     serves = range(len(loads))
     return Outlook(
-        COMBINE,
+        [COMBINE] * len(loads),
         DENSITY,
         [tank_with(load) for load in loads],
         windows_of(*spans),

@@ -32,7 +32,7 @@ def test_all_grain_comes_to_the_trucks(
     shares: list[float] = []
     plan = serve_combines(
         made.field,
-        made.combine,
+        [made.combine] * len(made.plans),
         cart,
         made.plans,
         made.swaths,

@@ -30,7 +30,7 @@ def test_in_a_window_grain_flows_and_the_ground_was_cut_before(hand_made, outlin
     cart = Cart(hitch_offset=hitch, length=4.6)
     ground = open_ground(made.field, cut_times(made.field, made.combine, made.plans))
     traffic = combine_traffic(made.combine, made.plans)
-    windows = find_windows(made.combine, cart, made.plans, ground, traffic)
+    windows = find_windows([made.combine] * len(made.plans), cart, made.plans, ground, traffic)
     reach = made.combine.header_width / 2 + made.combine.cart_gap + cart.width / 2
     assert {window.combine for window in windows} == {0, 1}
     strips, times = [], []

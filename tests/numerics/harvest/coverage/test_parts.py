@@ -137,11 +137,18 @@ def test_on_the_left_of_a_swath_is_the_one_beside_most_of_it():
 
 def test_a_chain_is_split_so_that_the_latest_ends_earliest():
     rng = np.random.default_rng(2)
-    times, begins = rng.uniform(10, 50, 9), np.array([40.0, 0.0, 25.0])
+    # The second worker takes longer for each work than the first, the third less.
+    times = rng.uniform(10, 50, 9) * np.array([[1.0], [1.4], [0.7]])
+    begins = np.array([40.0, 0.0, 25.0])
     parts = split_chain(times, begins)
-    latest = max(b + times[part].sum() for b, part in zip(begins, parts, strict=True))
+    each = zip(begins, times, parts, strict=True)
+    latest = max(begin + own[part].sum() for begin, own, part in each)
     best = min(
-        max(begins[0] + times[:i].sum(), begins[1] + times[i:j].sum(), begins[2] + times[j:].sum())
+        max(
+            begins[0] + times[0, :i].sum(),
+            begins[1] + times[1, i:j].sum(),
+            begins[2] + times[2, j:].sum(),
+        )
         for i in range(10)
         for j in range(i, 10)
     )

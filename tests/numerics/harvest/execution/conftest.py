@@ -85,7 +85,7 @@ class Crew:
         stations, speeds = np.zeros(count + carts), np.zeros(count + carts)
         accounts = np.zeros((count, COLUMNS))
         received, delivered = np.zeros(carts), np.zeros(carts)
-        combine, cart = work.combine, work.cart
+        combine, cart = work.size, work.cart
         reach = combine.header_width / 2 + combine.cart_gap + cart.width / 2
         rows, tick, arrived = [], 0, False
         while not arrived and tick * step < patience * work.end + 600.0:
@@ -173,14 +173,17 @@ class Crew:
             cutting=np.stack([p.path.cutting[piece] for p, piece in both], axis=1) * 1.0,
             delivered=driven.delivered[rows],
         )
-        header, body = combine_outline(work.combine)
+        header, body = combine_outline(work.size)
         tractor, trailer = cart_outline(work.cart)
-        combine = Machine(
-            front=header,
-            rear=body,
-            capacity=work.combine.capacity,
-            acceleration=work.combine.acceleration,
-            turning_radius=work.combine.turning_radius,
+        combines = tuple(
+            Machine(
+                front=header,
+                rear=body,
+                capacity=combine.capacity,
+                acceleration=combine.acceleration,
+                turning_radius=combine.turning_radius,
+            )
+            for combine in work.combines
         )
         cart = Machine(
             front=tractor,
@@ -191,7 +194,7 @@ class Crew:
             turning_radius=work.cart.turning_radius,
         )
         site = Site(
-            (combine,) * count,
+            combines,
             (cart,) * len(work.motions),
             (Part(work.field.outline, work.field.obstacles),),
             work.field.margin,
@@ -220,7 +223,7 @@ def combines_only():
         cart = Cart()
         return PlannedWork(
             field=Field.rectangle(10.0, 10.0),
-            combine=fleets["COMBINE"],
+            combines=[fleets["COMBINE"]] * len(timetable.paths),
             cart=cart,
             supply=Supply(density=0.8, trucks=np.zeros((0, 3))),
             plans=timetable.paths,

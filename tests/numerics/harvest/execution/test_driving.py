@@ -30,7 +30,7 @@ def test_late_combines_arrive_and_keep_their_distance(crew_of, combines_only, se
     assert audit.figures["min_combine_to_combine"] >= LEAST
     assert not [fault for fault in audit.faults if "acceleration" in fault.kind]
     rate = np.diff(driven.speeds, axis=0) / crew.step
-    assert np.abs(rate).max() <= work.combine.acceleration + 1e-6
+    assert np.abs(rate).max() <= work.combines[0].acceleration + 1e-6
     # Nobody is ahead of the plan.
     planned = np.stack([path.station_at(driven.times) for path in work.plans], axis=1)
     assert (driven.stations <= planned + 1e-6).all()
@@ -53,7 +53,7 @@ def test_late_machines_lose_no_grain_and_meet_for_all_visits(crew_of, served, se
     driven = crew.run(Disturbance(slowness=0.2, stops=6.0, seed=seed))
     assert driven.arrived
     assert driven.lost.max() == 0.0
-    assert driven.tank.max() <= served.combine.capacity
+    assert driven.tank.max() <= served.combines[0].capacity
     held = driven.tank.sum(axis=1) + driven.load.sum(axis=1) + driven.delivered
     assert held == pytest.approx(driven.cut.sum(axis=1), abs=1e-6)
     assert driven.delivered[-1] == pytest.approx(served.grain[0][-1], abs=1e-6)

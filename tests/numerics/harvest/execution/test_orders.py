@@ -147,7 +147,7 @@ def test_a_combine_does_not_leave_a_cart_that_stands_before_its_last_grain_has_f
     # The cart has come, and is stopped there; the auger is fast enough until the visit's end.
     stations = np.array([ties.begins[t, 0], ties.begins[t, 1] + ties.waits[t, 1]])
     speeds = np.array([1.0, 0.0])
-    left = 0.9 * crew.fleet.unload_rate * (ties.ends[t, 0] - ties.begins[t, 0] - 1.0)
+    left = 0.9 * crew.fleet.unload_rates[0] * (ties.ends[t, 0] - ties.begins[t, 0] - 1.0)
     loads = Loads(
         np.array([left]),
         np.array([ties.given[t] - left]),

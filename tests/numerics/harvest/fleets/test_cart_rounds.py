@@ -34,7 +34,7 @@ def test_a_combine_stands_while_its_only_cart_is_away():
     combine = Combine(capacity=1000.0, unload_rate=1000.0)
     cart = Cart(capacity=1000.0, speed=SPEED)
     trucks = TruckFleet()
-    done = run_carts([steady(5000.0, 10.0)], combine, cart, away(150.0), trucks, 1e6, 1.0)
+    done = run_carts([steady(5000.0, 10.0)], [combine], cart, away(150.0), trucks, 1e6, 1.0)
     # The first time 50 s, then three times 200 s; each time a second for the grain.
     assert done.misses == 4
     assert done.stops.sum() == pytest.approx(50 + 3 * 200 + 4, abs=6.0)
@@ -46,7 +46,7 @@ def test_a_combine_stands_while_its_only_cart_is_away():
 def test_a_cart_of_any_size_beside_a_combine_is_never_missed():
     combine = Combine(capacity=1000.0, unload_rate=100.0)
     work = [steady(20000.0, 10.0)]
-    done = run_carts(work, combine, Cart(speed=SPEED), away(50.0), TruckFleet(), 1e6)
+    done = run_carts(work, [combine] * len(work), Cart(speed=SPEED), away(50.0), TruckFleet(), 1e6)
     assert done.misses == 0
     assert done.ends == pytest.approx([2000.0])
     assert done.trips == 1
@@ -55,7 +55,7 @@ def test_a_cart_of_any_size_beside_a_combine_is_never_missed():
 def test_where_no_cart_comes_beside_a_combine_it_stands_for_each():
     combine = Combine(capacity=1000.0, unload_rate=100.0)
     work = [steady(4500.0, 10.0, opens=False)]
-    done = run_carts(work, combine, Cart(speed=SPEED), away(50.0), TruckFleet(), 1e6)
+    done = run_carts(work, [combine] * len(work), Cart(speed=SPEED), away(50.0), TruckFleet(), 1e6)
     assert done.misses == 4
     assert done.stops.sum() == pytest.approx(4 * 10.0, abs=120.0)
 
@@ -65,7 +65,9 @@ def test_trucks_hold_carts_up():
     combine = Combine(capacity=2000.0, unload_rate=100.0)
     cart, work = Cart(capacity=8000.0, speed=SPEED), [steady(40000.0, 20.0)]
     fleets = [TruckFleet(count=n, capacity=4000.0, road_time=900.0) for n in (1, 2, 4)]
-    times = [run_carts(work, combine, cart, away(50.0), each, 400.0) for each in fleets]
+    times = [
+        run_carts(work, [combine] * len(work), cart, away(50.0), each, 400.0) for each in fleets
+    ]
     assert times[0].makespan >= 9 * 900.0
     assert times[0].makespan > times[1].makespan > times[2].makespan
     assert times[0].at_trucks.sum() > times[1].at_trucks.sum()
@@ -84,7 +86,9 @@ def test_all_grain_arrives_and_nothing_is_done_twice(rates, carts, threshold, ca
     work = [steady(9000.0 + 500 * n, r, (120.0 * n, 80.0)) for n, r in enumerate(rates)]
     grain = sum(float(each.cut[-1]) for each in work)
     cart = Cart(capacity=capacity, speed=SPEED)
-    done = run_carts(work, combine, cart, places, TruckFleet(count=carts), 100.0, threshold)
+    done = run_carts(
+        work, [combine] * len(work), cart, places, TruckFleet(count=carts), 100.0, threshold
+    )
     assert done.emptying.sum() * 100.0 == pytest.approx(grain, abs=5.0)
     assert done.trips <= done.visits
     assert (done.stops >= 0).all()

@@ -40,12 +40,12 @@ def test_of_two_fleets_the_quicker_one_is_the_knee():
 def test_more_carts_and_trucks_never_take_longer():
     table = fleet_table(
         Field.rectangle(160.0, 120.0),
-        Combine(capacity=3000.0),
+        [Combine(capacity=3000.0)] * 2,
         Cart(capacity=6000.0),
         TruckFleet(capacity=4000.0, road_time=600.0),
         density=0.8,
         truck_rate=300.0,
-        most=(2, 2, 2),
+        most=(2, 2),
     )
     assert not table.refused
     assert len(table.rows) == 8
@@ -66,6 +66,6 @@ def test_more_carts_and_trucks_never_take_longer():
 def test_no_fleet_at_all_is_refused():
     with pytest.raises(InvalidInput, match="most"):
         fleet_table(
-            Field.rectangle(160.0, 120.0), Combine(), Cart(), TruckFleet(),
-            density=0.8, truck_rate=300.0, most=(0, 1, 1),
+            Field.rectangle(160.0, 120.0), [Combine()], Cart(), TruckFleet(),
+            density=0.8, truck_rate=300.0, most=(0, 1),
         )  # fmt: skip

@@ -32,17 +32,18 @@ def log_of(plan, end=0.0):
 
 def site_of(plan):
     """The field of a plan and the machines on it."""
-    combine, field = plan.combine, plan.field
-    header, body = combine_outline(combine)
-    machine = Machine(
-        front=header,
-        rear=body,
-        acceleration=combine.acceleration,
-        turning_radius=combine.turning_radius,
+    field = plan.field
+    header, body = combine_outline(plan.size)
+    machines = tuple(
+        Machine(
+            front=header,
+            rear=body,
+            acceleration=combine.acceleration,
+            turning_radius=combine.turning_radius,
+        )
+        for combine in plan.machines
     )
-    return Site(
-        (machine,) * len(plan.paths), (), (Part(field.outline, field.obstacles),), field.margin
-    )
+    return Site(machines, (), (Part(field.outline, field.obstacles),), field.margin)
 
 
 def harvest_log_of(plan):
@@ -62,7 +63,7 @@ def harvest_log_of(plan):
     combines = np.array([visit.combine for visit in service.visits])
     carts = np.array([visit.cart for visit in service.visits])
     trucks = np.array([trip.cart for trip in service.trips])
-    cut = cut_times(plan.combines.field, plan.combines.combine, service.plans)
+    cut = cut_times(plan.combines.field, plan.combines.size, service.plans)
     tanks, loads = [], []
     for n in range(len(service.plans)):
         moments = np.sort(cut.times[cut.cutter == n])
@@ -84,7 +85,7 @@ def harvest_log_of(plan):
 
 def harvest_site_of(plan):
     """The field of a whole harvest and all machines on it."""
-    site, cart, combine = site_of(plan.combines), plan.cart, plan.combines.combine
+    site, cart = site_of(plan.combines), plan.cart
     tractor, trailer = cart_outline(cart)
     machine = Machine(
         front=tractor,
@@ -95,12 +96,16 @@ def harvest_site_of(plan):
         turning_radius=cart.turning_radius,
     )
     # What is cut within a second may be more than a tank holds.
-    within = combine.capacity + 2.0 * combine.fill_rate(plan.supply.density)
+    density = plan.supply.density
+    within = [c.capacity + 2.0 * c.fill_rate(density) for c in plan.combines.machines]
     return dataclasses.replace(
         site,
-        combines=tuple(dataclasses.replace(each, capacity=within) for each in site.combines),
+        combines=tuple(
+            dataclasses.replace(each, capacity=capacity)
+            for each, capacity in zip(site.combines, within, strict=True)
+        ),
         carts=(machine,) * len(plan.service.motions),
-        density=plan.supply.density,
+        density=density,
     )
 
 

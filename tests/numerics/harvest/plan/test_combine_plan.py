@@ -31,7 +31,7 @@ def logs():
 )
 def test_the_audit_finds_nothing_in_a_plan(field_makers, logs, name, count):
     field = field_makers[name]()
-    plan = plan_combines(field, COMBINE, count)
+    plan = plan_combines(field, [COMBINE] * count)
     audit = audit_harvest(logs["log_of"](plan), logs["site_of"](plan))
     assert audit.faults == ()
     assert audit.figures["coverage"] >= 0.995
@@ -43,7 +43,7 @@ def test_the_audit_finds_nothing_in_a_plan(field_makers, logs, name, count):
 
 def test_combines_on_adjacent_rounds_follow_one_another_inwards(logs):
     field = Field.rectangle(200.0, 150.0, margin=22.0)
-    plan = plan_combines(field, COMBINE, 2, pattern="thesis")
+    plan = plan_combines(field, [COMBINE] * 2, pattern="thesis")
     audit = audit_harvest(logs["log_of"](plan), logs["site_of"](plan))
     assert audit.faults == ()
     assert audit.figures["coverage"] >= 0.995
@@ -60,7 +60,7 @@ def test_combines_on_adjacent_rounds_follow_one_another_inwards(logs):
 
 def test_combines_on_adjacent_rounds_need_room_beside_the_field():
     with pytest.raises(InvalidInput, match="too narrow"):
-        plan_combines(Field.rectangle(200.0, 150.0, margin=6.0), COMBINE, 2, pattern="thesis")
+        plan_combines(Field.rectangle(200.0, 150.0, margin=6.0), [COMBINE] * 2, pattern="thesis")
 
 
 def test_of_the_best_ways_to_cut_a_field_the_one_that_is_done_first_is_taken(
@@ -74,7 +74,7 @@ def test_of_the_best_ways_to_cut_a_field_the_one_that_is_done_first_is_taken(
 
     times = combine_plan.time_machines
     monkeypatch.setattr(combine_plan, "time_machines", time_machines)
-    plan = plan_combines(field_makers["zigzag_8"](), Combine(), 4)
+    plan = plan_combines(field_makers["zigzag_8"](), [Combine()] * 4)
     makespans = [timetable.makespan for timetable in timed]
     assert plan.makespan == min(makespans)
     # They wait for one another the more in what looked best.
@@ -94,10 +94,10 @@ def test_where_combines_would_block_one_another_the_field_is_cut_another_way(mon
 
     times = combine_plan.time_machines
     monkeypatch.setattr(combine_plan, "time_machines", time_machines)
-    plan = plan_combines(field, combine, 2)
-    every = list(find_coverages(field, combine, 2))
+    plan = plan_combines(field, [combine] * 2)
+    every = list(find_coverages(field, [combine] * 2))
     assert len(every) > BUILT + 1
     assert plan.coverage.length == pytest.approx(every[BUILT].length)
     blocked = len(every)
     with pytest.raises(NoPlan, match=f"in all of {len(every)} ways .* machine 1 at 20 m"):
-        plan_combines(field, combine, 2)
+        plan_combines(field, [combine] * 2)

@@ -31,7 +31,7 @@ def logs():
 
 
 def assert_auger_reaches(plan, visit):
-    combine, cart = plan.combines.combine, plan.cart
+    combine, cart = plan.combines.size, plan.cart
     reach = beside(combine, cart).left
     motion, path = plan.service.motions[visit.cart], plan.service.plans[visit.combine]
     for time in np.linspace(visit.begin, visit.end, 5):
@@ -68,9 +68,8 @@ def test_all_grain_of_a_field_is_delivered(
 ):
     plan = plan_harvest(
         field_makers[name](),
-        Combine(),
+        [Combine()] * combines,
         Cart(capacity=capacity),
-        combines=combines,
         carts=carts,
         density=0.8,
         strategy=strategy,
@@ -82,9 +81,8 @@ def test_a_combine_with_a_small_tank_stops_where_the_cart_can_come(logs):
     # Heavy crop: the tank is full before the first round is done.
     plan = plan_harvest(
         Field.rectangle(160, 110, margin=14.0),
-        Combine(capacity=3000.0),
+        [Combine(capacity=3000.0)] * 2,
         Cart(hitch_offset=0.4),
-        combines=2,
         carts=1,
         density=1.6,
     )
@@ -101,15 +99,15 @@ def test_a_combine_with_a_small_tank_stops_where_the_cart_can_come(logs):
 
 def test_where_carts_cannot_serve_combines_these_cut_the_field_in_another_way(field_makers, logs):
     field = field_makers["blob_7"]()
-    crew = {"combines": 3, "carts": 1, "density": 0.8}
+    crew, team = {"carts": 1, "density": 0.8}, [Combine()] * 3
     with pytest.raises(NoPlan, match="`carts` must"):
-        plan_harvest(field, Combine(), Cart(), team=plan_combines(field, Combine(), 3), **crew)
-    checked(logs, plan_harvest(field, Combine(), Cart(), **crew))
+        plan_harvest(field, team, Cart(), team=plan_combines(field, team), **crew)
+    checked(logs, plan_harvest(field, team, Cart(), **crew))
 
 
 def test_no_truck_stands_at_the_tip_of_a_star(field_makers, logs):
     field = field_makers["star_11"]()
-    plan = plan_harvest(field, Combine(), Cart(), combines=5, carts=3, density=0.8)
+    plan = plan_harvest(field, [Combine()] * 5, Cart(), carts=3, density=0.8)
     checked(logs, plan)
     tips = shapely.get_coordinates(field.outline.exterior)
     tips = tips[np.hypot(*tips.T) > 250.0]
@@ -121,9 +119,8 @@ def test_without_a_margin_carts_have_no_place():
     with pytest.raises(InvalidInput):
         plan_harvest(
             Field.rectangle(200, 150, margin=0.0),
-            Combine(),
+            [Combine()],
             Cart(),
-            combines=1,
             carts=1,
             density=0.8,
         )
@@ -132,7 +129,7 @@ def test_without_a_margin_carts_have_no_place():
 def test_carts_are_emptied_where_trucks_stand_or_else_at_gates():
     """Places on the margin, in turn; a place far from the field's edge has no room."""
     plain = Field.rectangle(120.0, 90.0)
-    team = plan_combines(plain, Combine(), 1)
+    team = plan_combines(plain, [Combine()])
 
     def places(count, **told):
         given = {name: np.array(points) for name, points in told.items()}
@@ -161,7 +158,7 @@ def test_the_first_reason_is_told_where_other_ways_leave_no_room_for_trucks(
     tries = []
     monkeypatch.setattr(harvest_plan, "serve_combines", no_way)
     monkeypatch.setattr(harvest_plan, "truck_places", places)
-    machines = {"combines": 1, "carts": 1, "density": 0.8}
+    machines = {"carts": 1, "density": 0.8}
     with pytest.raises(NoPlan, match="where combines park"):
-        plan_harvest(field_makers["rectangle_3"](), Combine(), Cart(), **machines)
+        plan_harvest(field_makers["rectangle_3"](), [Combine()], Cart(), **machines)
     assert len(tries) > 1

@@ -33,7 +33,7 @@ def plan():
     world = make_world(rim, [pond])
     gate = np.array([[70.0, 5.0]])
     field = Field(world, gates=gate, place=Place(origin=ORIGIN), name="Hof & <Berg>")
-    return plan_harvest(field, Combine(capacity=4e3), Cart(), combines=1, carts=1, density=0.8)
+    return plan_harvest(field, [Combine(capacity=4e3)], Cart(), carts=1, density=0.8)
 
 
 @pytest.fixture(scope="module")
