@@ -99,7 +99,9 @@ class HarvestScene(LeafSystem):
         self._ports = {name: self.DeclareVectorInputPort(name, size) for name, size in sizes}
         self._grain = mean_density(job.crop, job.field.polygon) * job.field.area
         capacity = job.scenario.carts.capacity
-        self._tank_sizes = np.array([combine.capacity for combine in job.work.combines])
+        self._tank_sizes = np.array(
+            [combine.capacity for combine in job.scenario.combines.machines()]
+        )
         self._capacity = capacity if math.isfinite(capacity) else self._grain / k
         self._begins = _begins(job)
         self._begin()
