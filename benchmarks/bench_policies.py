@@ -18,6 +18,7 @@ from sightfield.diagrams.studies.study import Cell, Study
 from sightfield.diagrams.studies.tracking_study import thesis_base
 from sightfield.diagrams.tracking.game import TrackingGame, set_up_game
 from sightfield.diagrams.tracking.make_tracking import MakeTracking
+from sightfield.diagrams.tracking.solved_game import solved_game
 from sightfield.systems.numerics.statistics import paired_difference, restricted_mean
 from sightfield.systems.numerics.tracking.best_response.rollouts import Rollout
 from sightfield.systems.tracking import BestResponseEvaders
@@ -173,6 +174,20 @@ def test_playing_by_the_solved_game(size, tmp_path):
         f"worst opponents: {worst['guarantee']:.1f} over {worst['thesis']:.1f} s, "
         f"{worst['guarantee'] / worst['thesis']:.2f}; margin {worst['margin']:.1f} s"
     )
+    if (pursuers, evaders) == (1, 1):
+        winnable = np.array([is_winnable(study, run) for run in range(study.runs)])
+        for name in SOLVED:
+            kept = np.ones(study.runs, dtype=bool)
+            for opponent in runs:
+                kept &= result.times(cell_name(1, 1, name, opponent)) >= study.base.seconds
+            print(f"{name} keeps {kept[winnable].mean():.1%} of {winnable.sum()} winnable starts")
+
+
+def is_winnable(study: Study, run: int) -> bool:
+    """Whether one pursuer keeps its evader for ever from a run's start, by the middle bound."""
+    game = set_up_game(study.scenario(study.cells[0], run))
+    start = game.pursuer_starts[0, :2], game.evader_starts[0, :2]
+    return math.isinf(solved_game(game).time(*start))
 
 
 @pytest.mark.parametrize("size", ["2v2", "3v3", "4v4", "4v3", "4v2", "3v4"])
