@@ -291,7 +291,7 @@ def _positions(
     elif placed:
         p = game.pursuer_starts[0, :2]
     else:
-        p = table.places[int(np.argmax(table.kept * table.sighted))]
+        p = table.places[int(np.argmax(table.watched))]
     if evader is not None:
         return p, np.array(evader)
     if not placed:

@@ -21,6 +21,9 @@ KEPT, HIDDEN, BARRIER = "#d8edc9", "#b9bdc2", "#5b2a86"
 # Colours end there at the latest [s].
 LONGEST = 20.0
 
+# Where no place keeps that part of the floor for ever, times say more.
+LITTLE = 0.05
+
 
 def draw_guarantee(
     table: GuaranteedTimes,
@@ -102,24 +105,31 @@ def _draw_times(axes: Axes, table: GuaranteedTimes, pursuer: np.ndarray) -> None
     if 0.0 < np.nanmean(shades) < 1.0:
         xs, ys = grid.at(0, np.arange(grid.columns))[:, 0], grid.at(np.arange(grid.rows), 0)[:, 1]
         axes.contour(xs, ys, shades, levels=[0.5], colors=BARRIER, linewidths=1.6)
-    axes.figure.colorbar(image, ax=axes, shrink=0.8, label="kept in sight for [s]")
+    beyond = "max" if np.nanmax(finite, initial=0.0) > longest else "neither"
+    axes.figure.colorbar(image, ax=axes, shrink=0.8, extend=beyond, label="kept in sight for [s]")
     axes.set_title(f"An evader there, a pursuer here ({table.bound} bound)")
 
 
 def _draw_places(axes: Axes, table: GuaranteedTimes) -> None:
-    """The part of what each place sees that it keeps for ever."""
-    grid = table.pursuer_grid
-    shares = np.full((grid.rows, grid.columns), np.nan)
-    shares[grid.nearest(table.places)] = np.where(table.sighted > 0, 100.0 * table.kept, np.nan)
+    """What each place is worth: the part of the floor that it keeps for ever, or where that is
+    little, for how long it keeps an evader that may be anywhere."""
+    grid, floor = table.pursuer_grid, np.count_nonzero(table.evader_nodes)
+    for_ever = table.kept * table.sighted / floor
+    if for_ever.max(initial=0.0) >= LITTLE:
+        worth, words = 100.0 * for_ever, "of the floor, kept for ever [%]"
+    else:
+        worth, words = table.watched, "an evader anywhere is kept for [s], in the mean"
+    shown = np.full((grid.rows, grid.columns), np.nan)
+    shown[grid.nearest(table.places)] = np.where(table.sighted > 0, worth, np.nan)
     image = axes.imshow(
-        shares,
+        shown,
         origin="lower",
         extent=_extent(grid),
         interpolation="nearest",
         cmap="viridis",
-        norm=Normalize(0.0, 100.0),
+        norm=Normalize(0.0, max(worth.max(initial=0.0), 1e-3)),
     )
-    axes.figure.colorbar(image, ax=axes, shrink=0.8, label="of what is seen, kept for ever [%]")
+    axes.figure.colorbar(image, ax=axes, shrink=0.8, label=words)
     axes.set_title("Places to watch from")
 
 

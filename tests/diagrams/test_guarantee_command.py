@@ -91,6 +91,19 @@ def test_without_places_it_takes_the_best_to_watch_from(report):
     assert x > 2.0 > y - 0.1
 
 
+def test_the_best_place_is_found_where_nothing_is_kept_for_ever(run, tmp_path):
+    # Round a post an evader nearly as fast gets away; the far side sees nearly all of the room.
+    path = tmp_path / "post.wkt"
+    path.write_text(
+        "POLYGON ((0 0, 5 0, 5 4, 0 4, 0 0), (0.8 0.8, 1.4 0.8, 1.4 1.4, 0.8 1.4, 0.8 0.8))"
+    )
+    settings = "--world", path, "--grid", 0.4, "--bound", "lower", "--speed-ratio", 0.9, "--json"
+    found = json.loads(run(*settings).stdout)
+    assert found["kept_for_ever"] == 0.0
+    x, y = found["pursuer"]
+    assert min(x, y) > 1.4
+
+
 def test_a_scenario_has_its_own_teams(run, tmp_path):
     out = tmp_path / "out"
     shown = run("corner_1v1", "--grid", 0.2, "--out", out).stdout

@@ -20,7 +20,7 @@ from .guaranteed_times import GuaranteedTimes
 from .sweeps import TILE
 
 FORMAT = "sightfield visibility game"
-VERSION = 2
+VERSION = 3
 
 # The description's name, and that of an entry in it.
 ABOUT, SUMS = "about.json", "checksums"

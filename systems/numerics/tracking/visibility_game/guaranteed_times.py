@@ -52,6 +52,9 @@ from .sweeps import (
 # At least that part of the pursuer's nodes has to hang together; single nodes in nooks need not.
 LEAST_CONNECTED = 0.95
 
+# When sight is taken to end in the last step [steps before its end].
+LAST_STEP = {"lower": 1.0, "middle": 0.5, "upper": 0.0}
+
 # A place farther than this from all nodes that it can go to has none [cells].
 NEAREST = 2.0
 
@@ -75,6 +78,8 @@ class GuaranteedTimes:
         evader_nodes: Where evaders can be, or be followed, shape (rows, columns), bool.
         sighted: Evader nodes that each place sees, shape (n,); none where no pursuer can be.
         kept: Part of what each place sees that can be kept in sight for ever, shape (n,), no unit.
+        lasting: For how long what each place sees is kept, in the mean, and for the horizon where
+            for ever, shape (n,) [s].
         sight: Edges that block sight, a little thicker here and there for "lower".
         pursuer_region, evader_region: Edges of where the two can be.
         corners: From `corner_table`, shape (k, 6), for "lower" alone.
@@ -95,6 +100,7 @@ class GuaranteedTimes:
     evader_nodes: np.ndarray
     sighted: np.ndarray
     kept: np.ndarray
+    lasting: np.ndarray
     sight: EdgeIndex
     pursuer_region: EdgeIndex
     evader_region: EdgeIndex
@@ -123,6 +129,12 @@ class GuaranteedTimes:
     def share_for_ever(self) -> float:
         """Part of all pairs in sight of each other that can be kept so for ever, no unit."""
         return float(self.kept @ self.sighted) / max(self.pairs, 1)
+
+    @property
+    def watched(self) -> np.ndarray:
+        """What each place is worth to watch from: for how long an evader that may be anywhere is
+        kept, in the mean, nothing where it is not seen, shape (n,) [s]."""
+        return self.lasting * self.sighted / np.count_nonzero(self.evader_nodes)
 
     def times_from(self, pursuer: object) -> np.ndarray:
         """Guaranteed times for every place of the evader, from the pursuer's nearest node.
@@ -259,8 +271,7 @@ class GuaranteedTimes:
 
     def _seconds(self, steps: np.ndarray) -> np.ndarray:
         """Steps as seconds: sight ends somewhere within the last one."""
-        part = {"lower": 1.0, "middle": 0.5, "upper": 0.0}[self.bound]
-        seconds = np.maximum(steps - part, 0.0) * self.step
+        seconds = np.maximum(steps - LAST_STEP[self.bound], 0.0) * self.step
         return np.where(steps == FOR_EVER, np.inf, seconds)
 
     def nearest_place(self, pursuer: object) -> int:
@@ -425,9 +436,11 @@ def solve_visibility_game(
     updates = settle(nodes, agenda.due, lambda order: sweep(planes, rules, order, agenda), progress)
     if seen is not None:
         # From near a place more is seen than from there.
-        for_ever = count_kept(planes, *seen) * (sighted > 0)
+        for_ever, others = (count_kept(planes, *seen) * (sighted > 0)[:, None]).T
+        held = sighted
     else:
-        for_ever = count_pairs(planes, rules)[:, 1]
+        held, for_ever, others = count_pairs(planes, rules).T
+    steps = others - LAST_STEP[bound] * (held - for_ever) + rules.horizon * for_ever
     return GuaranteedTimes(
         bound=bound,
         pursuer_speed=pursuer_speed,
@@ -442,6 +455,7 @@ def solve_visibility_game(
         evader_nodes=evader_nodes,
         sighted=sighted,
         kept=for_ever / np.maximum(sighted, 1),
+        lasting=steps * step / np.maximum(sighted, 1),
         sight=setting.sight,
         pursuer_region=setting.pursuer_region,
         evader_region=setting.evader_region,

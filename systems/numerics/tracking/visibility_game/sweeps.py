@@ -199,14 +199,17 @@ def write_steps(
 
 @compiled
 def count_pairs(planes: Planes, rules: Rules) -> np.ndarray:
-    """Evader nodes in sight of each pursuer node, and those kept for ever, shape (n, 2).
+    """Evader nodes that each pursuer node keeps, those kept for ever, and the steps of the others.
 
     Args:
         planes: Solved, the pursuer going first; else see `count_kept`.
         rules: Of the game.
+
+    Returns:
+        Shape (n, 3): two numbers of nodes, and the sum of V over those not kept for ever.
     """
     best = np.zeros(TILE * TILE, dtype=np.uint8)
-    counts = np.zeros((len(planes.windows), 2), dtype=np.int64)
+    counts = np.zeros((len(planes.windows), 3), dtype=np.int64)
     for p in range(len(planes.windows)):
         window = planes.windows[p]
         for place in range(window[ROWS] * window[COLUMNS]):
@@ -217,32 +220,44 @@ def count_pairs(planes: Planes, rules: Rules) -> np.ndarray:
                     p, planes, rules, row, window[COLUMN] + place % window[COLUMNS], best
                 )
                 for i in range(TILE * TILE):
-                    seen = planes.tiles[t, i] != 0
-                    counts[p, 0] += seen
-                    counts[p, 1] += seen and best[i] == FOR_EVER
+                    if planes.tiles[t, i] != 0:
+                        counts[p, 0] += 1
+                        _count(counts[p], best[i], 1)
         for c in range(rules.care_starts[p], rules.care_starts[p + 1]):
             row, column = rules.care_nodes[c, 0], rules.care_nodes[c, 1]
-            if _best_at(p, planes, rules, row, column, rules.care_moves[c]) != FOR_EVER:
-                counts[p, 1] -= _best_at(p, planes, rules, row, column, ALL) == FOR_EVER
+            _count(counts[p], _best_at(p, planes, rules, row, column, ALL), -1)
+            _count(counts[p], _best_at(p, planes, rules, row, column, rules.care_moves[c]), 1)
     return counts
+
+
+@kernel
+def _count(counts: np.ndarray, steps: int, times: int) -> None:
+    """Count a pair's V, in the last two of counts."""
+    if steps == FOR_EVER:
+        counts[-2] += times
+    else:
+        counts[-1] += times * steps
 
 
 @compiled
 def count_kept(planes: Planes, runs: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Pairs of given runs that are kept for ever, for each pursuer node, shape (n,).
+    """Pairs of given runs that are kept for ever, and the steps of the others.
 
     Args:
         planes: Solved, the evader going first.
         runs, ends: As `see_runs` has them, shapes (m, 3), (n,).
+
+    Returns:
+        For each pursuer node the number of pairs and the sum of V, shape (n, 2).
     """
-    counts, k = np.zeros(len(ends), dtype=np.int64), 0
+    counts, k = np.zeros((len(ends), 2), dtype=np.int64), 0
     for p in range(len(ends)):
         while k < ends[p]:
             row = int(runs[k, 0])
             for i in range(runs[k, 1], runs[k, 2]):
                 t = tile_of(planes, p, row // TILE, i // TILE)
                 if t >= 0:
-                    counts[p] += planes.tiles[t, row % TILE * TILE + i % TILE] == FOR_EVER
+                    _count(counts[p], planes.tiles[t, row % TILE * TILE + i % TILE], 1)
             k += 1
     return counts
 

@@ -123,7 +123,7 @@ def test_a_changed_table_is_refused(saved):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"version": 99}, "have version 2 of the format; got 99"),
+        ({"version": 99}, "have version 3 of the format; got 99"),
         ({"format": "something"}, "be a sightfield visibility game"),
         ({"step": None}, "be a whole sightfield visibility game"),
         ({"checksums": {}}, "match its checksums"),

@@ -96,6 +96,15 @@ def test_equals_a_slow_solution_to_the_step(world, sight_range, seen_at_walls):
     assert table.share_for_ever == pytest.approx(
         (expected == FOR_EVER).sum() / (expected > 0).sum()
     )
+    assert_lasting(table)
+
+
+def assert_lasting(table):
+    """The mean time that a place keeps what it sees is that of its own times."""
+    for p in range(0, len(table.places), 5):
+        times = table.times_from(table.places[p])[table.evader_nodes]
+        total = np.minimum(times, table.horizon).sum()
+        assert table.lasting[p] * table.sighted[p] == pytest.approx(total)
 
 
 @SMALL
@@ -113,6 +122,8 @@ def test_upper_equals_a_slow_solution_to_the_step(world):
         seen = are_clear(index, np.tile(table.places[p], (len(points), 1)), points)
         assert seen.sum() == table.sighted[p]
         assert table.kept[p] == pytest.approx((expected[p, seen] == FOR_EVER).mean())
+        steps = np.where(expected[p, seen] == FOR_EVER, table.rules.horizon, expected[p, seen])
+        assert table.lasting[p] == pytest.approx(steps.mean() * table.step)
 
 
 def solve_upper_slowly(world, table):
@@ -308,6 +319,7 @@ def test_who_has_to_turn_promises_less():
 def test_lower_is_at_most_middle_but_for_steps():
     world = draw_arena(Arena(), 3)
     middle, lower = solve(world, 0.2), solve(world, 0.2, "lower")
+    assert_lasting(lower)
     assert lower.share_for_ever < middle.share_for_ever
     rng = np.random.default_rng(0)
     index = build_edge_index(world)
