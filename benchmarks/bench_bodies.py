@@ -12,9 +12,9 @@ import pytest
 
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.tracking.game import set_up_game, with_random_starts
+from sightfield.diagrams.tracking.report import summarise_tracking
 from sightfield.diagrams.tracking.run import TrackingRun, run_tracking
 from sightfield.diagrams.tracking.scenario import TrackingScenario
-from sightfield.diagrams.tracking.summary import summarise_tracking
 from sightfield.diagrams.world_source import WorldSource
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
 from sightfield.systems.numerics.statistics import paired_difference

@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.tracking.corner_game import escape_time, margins
-from sightfield.systems.numerics.tracking.corner_study.best_response import solve_best_response
+from sightfield.systems.numerics.tracking.corner_study.best_response import (
+    PURSUERS,
+    solve_best_response,
+)
 from sightfield.systems.numerics.tracking.corner_study.game_solution import solve_corner_game
 from sightfield.systems.numerics.tracking.corner_study.play import play_out
-from sightfield.systems.numerics.tracking.corner_study.pursuers import PURSUERS
 
 pytestmark = pytest.mark.benchmarks
 

@@ -12,9 +12,12 @@ from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw
 from sightfield.systems.numerics.geometry.segment_sight import segment_is_clear
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.geometry.world_files import load_world
-from sightfield.systems.numerics.tracking.corner_frame import to_corner_frame
-from sightfield.systems.numerics.tracking.corner_game import escape_time, margins
-from sightfield.systems.numerics.tracking.corner_table import corner_table
+from sightfield.systems.numerics.tracking.corner_game import (
+    corner_table,
+    escape_time,
+    margins,
+    to_corner_frame,
+)
 from sightfield.systems.numerics.tracking.visibility_game.board import make_board
 from sightfield.systems.numerics.tracking.visibility_game.files import (
     load_guaranteed_times,

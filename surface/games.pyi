@@ -8,13 +8,13 @@ from .systems.numerics.tracking.corner_fields import FIELDS as FIELDS
 from .systems.numerics.tracking.corner_fields import corner_field as corner_field
 from .systems.numerics.tracking.corner_fields import margin_field as margin_field
 from .systems.numerics.tracking.corner_fields import table_field as table_field
-from .systems.numerics.tracking.corner_frame import from_corner_frame as from_corner_frame
-from .systems.numerics.tracking.corner_frame import to_corner_frame as to_corner_frame
 from .systems.numerics.tracking.corner_game import IN_STAR as IN_STAR
 from .systems.numerics.tracking.corner_game import REGION_NAMES as REGION_NAMES
 from .systems.numerics.tracking.corner_game import escape_time as escape_time
+from .systems.numerics.tracking.corner_game import from_corner_frame as from_corner_frame
 from .systems.numerics.tracking.corner_game import margins as margins
 from .systems.numerics.tracking.corner_game import region as region
+from .systems.numerics.tracking.corner_game import to_corner_frame as to_corner_frame
 from .systems.numerics.tracking.corner_policies import evader_policy as evader_policy
 from .systems.numerics.tracking.corner_policies import pursuer_policy as pursuer_policy
 from .systems.numerics.tracking.corner_study.best_response import (
@@ -23,8 +23,8 @@ from .systems.numerics.tracking.corner_study.best_response import (
 from .systems.numerics.tracking.corner_study.game_solution import (
     solve_corner_game as solve_corner_game,
 )
-from .systems.numerics.tracking.corner_study.grid import CornerGrid as CornerGrid
-from .systems.numerics.tracking.corner_study.grid import CornerValues as CornerValues
+from .systems.numerics.tracking.corner_study.moves import CornerGrid as CornerGrid
+from .systems.numerics.tracking.corner_study.moves import CornerValues as CornerValues
 from .systems.numerics.tracking.corner_study.play import play_out as play_out
 from .systems.numerics.tracking.visibility_game.files import (
     load_guaranteed_times as load_guaranteed_times,

@@ -10,16 +10,15 @@ from rich.console import Console
 from rich.table import Table
 
 from ...systems.numerics.errors import require, require_positive
-from ...systems.numerics.tracking.corner_fields import FIELDS
-from ...systems.numerics.tracking.corner_frame import to_corner_frame
+from ...systems.numerics.tracking.corner_fields import FIELDS, field_grid, partition
 from ...systems.numerics.tracking.corner_game import (
     HIDDEN,
     REGION_1,
     REGION_NAMES,
     escape_time,
     margins,
+    to_corner_frame,
 )
-from ...systems.numerics.tracking.corner_maps import field_grid, partition
 from ..outputs import output_folder
 from ..tracking.corner_picture import save_corner_picture
 

@@ -28,9 +28,9 @@ from ...systems.numerics.tracking.visibility_game.guaranteed_times import Guaran
 from ..outputs import output_folder
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
 from ..tracking.game import TrackingGame, set_up_game
-from ..tracking.game_cache import games_folder, recall_or_solve
 from ..tracking.guarantee_picture import save_guarantee_picture
 from ..tracking.scenario import Evaders, Pursuers, TrackingScenario
+from ..tracking.solved_game import games_folder, recall_or_solve
 from ..world_source import WorldSource
 from .certify import certify
 

@@ -48,10 +48,9 @@ from ..studies.tables import mean_tables
 from ..studies.tracking_study import SECONDS, thesis_base, tracking_grid, tracking_study
 from ..tracking.game import set_up_game
 from ..tracking.live_page import open_live_page
-from ..tracking.report import write_tracking_report
+from ..tracking.report import summarise_tracking, write_tracking_report
 from ..tracking.run import run_tracking
 from ..tracking.scenario import TrackingScenario
-from ..tracking.summary import summarise_tracking
 from ..world_source import WorldSource
 from .study_map import study_map
 

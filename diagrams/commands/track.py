@@ -18,11 +18,9 @@ from ..rosbag.bag import require_mcap
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
 from ..tracking.game import TrackingGame, set_up_game, with_random_starts
 from ..tracking.live_page import open_live_page
-from ..tracking.report import write_tracking_report
-from ..tracking.rosbag import write_tracking_rosbag
+from ..tracking.report import summarise_tracking, write_tracking_report, write_tracking_rosbag
 from ..tracking.run import TrackingRun, run_tracking
 from ..tracking.scenario import TrackingScenario
-from ..tracking.summary import summarise_tracking
 from ..world_source import WorldSource
 
 # What the log is called for other tools.

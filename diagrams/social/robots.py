@@ -16,8 +16,8 @@ from ...systems.social.crowd_guard import CrowdGuard
 from ...systems.social.infrared_sensors import InfraredSensors
 from ...systems.social.route_pursuer import RoutePursuer
 from ...systems.social.wanderers import Wanderers
-from ...systems.tracking.collision_stop import CollisionStop
-from ...systems.tracking.differential_drive_team import DifferentialDriveTeam
+from ...systems.tracking.agent_team import DifferentialDriveTeam
+from ...systems.tracking.collision_avoidance import CollisionStop
 from .social_game import TOP_TURN_RATE, SocialGame
 
 # Gap that robots leave between each other [m].

@@ -8,7 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from ...systems.station.command_gate import RUNNING, CommandGate
 from ...systems.station.infrared_reflex import InfraredReflex
-from ...systems.tracking.collision_stop import CollisionStop
+from ...systems.tracking.collision_avoidance import CollisionStop
 from ..tracking.game import TrackingGame, set_up_game
 from .hardware import AddDevices, Devices, Operator, OperatorPort, RunLog
 from .ports import (

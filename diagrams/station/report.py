@@ -10,9 +10,8 @@ import numpy as np
 from ...systems.numerics.station.supervision import view_is_gone
 from ...systems.numerics.station.transitions import transitions
 from ..tracking.game import TrackingGame
-from ..tracking.report import write_tracking_report
+from ..tracking.report import summarise_tracking, write_tracking_report
 from ..tracking.run import LOGGED, TrackingRun
-from ..tracking.summary import summarise_tracking
 from .hardware import RunLog
 from .ports import REASON, SENT, STANDING, VIEW_AGE
 from .run import StationRun

@@ -15,7 +15,7 @@ from ...systems.station.imperfect_channel import ImperfectChannel
 from ...systems.station.picture_player import PicturePlayer
 from ...systems.station.sampled_receiver import SampledReceiver
 from ...systems.station.wheel_encoders import WheelEncoders
-from ...systems.tracking.differential_drive_team import DifferentialDriveTeam
+from ...systems.tracking.agent_team import DifferentialDriveTeam
 from ...systems.vision.omni_camera import OmniCameraSensor
 from ..tracking.game import TrackingGame
 from .ports import IMAGE, INFRARED

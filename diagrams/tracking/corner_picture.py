@@ -14,6 +14,12 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Polygon
 
+from ...systems.numerics.tracking.corner_fields import (
+    BLOCKED,
+    field_grid,
+    partition,
+    pursuer_partition,
+)
 from ...systems.numerics.tracking.corner_game import (
     HIDDEN,
     IN_STAR,
@@ -22,12 +28,6 @@ from ...systems.numerics.tracking.corner_game import (
     REGION_3,
     REGION_4,
     REGION_5,
-)
-from ...systems.numerics.tracking.corner_maps import (
-    BLOCKED,
-    field_grid,
-    partition,
-    pursuer_partition,
 )
 
 OBSTACLE = "#3a9d5d"

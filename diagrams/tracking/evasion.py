@@ -10,11 +10,10 @@ from ...systems.numerics.tracking.visibility_game.guaranteed_times import Guaran
 from ...systems.tracking.adversarial_evaders import AdversarialEvaders
 from ...systems.tracking.best_response_evaders import BestResponseEvaders
 from ...systems.tracking.optimal_evaders import OptimalEvaders
-from ...systems.tracking.random_walk_evaders import RandomWalkEvaders
+from ...systems.tracking.scripted_evaders import RandomWalkEvaders, WaypointEvaders
 from ...systems.tracking.velocity_selector import VelocitySelector
-from ...systems.tracking.waypoint_evaders import WaypointEvaders
+from .controls import MeshcatVelocity
 from .game import TrackingGame
-from .meshcat_velocity import MeshcatVelocity
 from .scenario import CERTIFIED, GUARANTEE, OPTIMAL_DISTANCE, OPTIMAL_POLICIES
 from .solved_game import solved_game, solved_game_of_two
 

@@ -20,20 +20,17 @@ from ...systems.numerics.geometry.visibility_polygon import visibility_polygon
 from ...systems.numerics.tracking.assignment.holding import HOLDS
 from ...systems.numerics.tracking.assignment.rules import AssignmentRule
 from ...systems.numerics.tracking.corner_fields import FIELDS
-from ...systems.numerics.tracking.corner_table import corner_table
-from ...systems.numerics.tracking.field_sampling import sample_field
+from ...systems.numerics.tracking.corner_game import corner_table
 from ...systems.numerics.tracking.risk import RISK_VECTORS
+from ...systems.numerics.tracking.team_pursuit import sample_field
 from ...systems.tracking.assignment import Assignment, codes_of
 from ...systems.tracking.certified_pursuit import CertifiedPursuit
 from ...systems.tracking.guarantee_assignment import GuaranteeAssignment
-from ...systems.tracking.guarantee_pursuit import GuaranteePursuit
-from ...systems.tracking.guaranteed_time import GuaranteedTime
-from ...systems.tracking.line_of_sight import LineOfSight
+from ...systems.tracking.guarantee_pursuit import GuaranteePursuit, TeamGuaranteePursuit
+from ...systems.tracking.guaranteed_time import GuaranteedTime, StandingCertificate
+from ...systems.tracking.line_of_sight import LineOfSight, SightLossMonitor
 from ...systems.tracking.lookahead_pursuit import LookaheadPursuit
 from ...systems.tracking.pursuit_field_controller import PursuitFieldController
-from ...systems.tracking.sight_loss_monitor import SightLossMonitor
-from ...systems.tracking.standing_certificate import StandingCertificate
-from ...systems.tracking.team_guarantee_pursuit import TeamGuaranteePursuit
 from .evasion import AddEvasion
 from .game import TrackingGame, set_up_game
 from .losing_set import losing_strips

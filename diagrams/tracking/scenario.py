@@ -14,9 +14,9 @@ from ...systems.numerics.errors import (
     require_positive,
 )
 from ...systems.numerics.tracking.assignment.holding import HOLDS
-from ...systems.numerics.tracking.assignment.kemeny import MOST_EVADERS
 from ...systems.numerics.tracking.assignment.rules import ASSIGNMENT_RULES
 from ...systems.numerics.tracking.assignment.team_view import EXTRA_PURSUERS
+from ...systems.numerics.tracking.assignment.voting import MOST_EVADERS
 from ...systems.numerics.tracking.corner_fields import FIELDS
 from ...systems.numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS
 from ...systems.numerics.tracking.visibility_game.bottleneck import SWITCHES

@@ -4,17 +4,179 @@ Once in a process; and that of one evader once on a machine where its cache is k
 `game_cache`.
 """
 
+import hashlib
+import inspect
+import json
+import logging
+import os
+import time
+from collections.abc import Callable, Iterator
 from functools import lru_cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any
 
+from ...systems.numerics import geometry
+from ...systems.numerics.errors import InvalidInput
 from ...systems.numerics.geometry.world import World
+from ...systems.numerics.tracking import visibility_game
 from ...systems.numerics.tracking.visibility_game.certificates import certified_grid, turning_time
-from ...systems.numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
+from ...systems.numerics.tracking.visibility_game.files import (
+    load_guaranteed_times,
+    save_guaranteed_times,
+)
+from ...systems.numerics.tracking.visibility_game.guaranteed_times import (
+    GuaranteedTimes,
+    solve_visibility_game,
+)
 from ...systems.numerics.tracking.visibility_game.two_evaders import (
     GuaranteedTimesOfTwo,
     solve_two_evaders,
 )
+from ..outputs import cache_folder
 from .game import TrackingGame
-from .game_cache import games_folder, recall_or_solve
+
+# Solved visibility games, kept on disk for the next time.
+#
+# A file's name is a digest of all that a table depends on: the worlds' vertices, each argument of
+# `solve_visibility_game`, and the sources of the solver, so that a table of an older solver is not
+# taken for one of this. Files appear whole, and two processes may keep the same table at once. What
+# cannot be kept or read is said in one line, and the game is solved as if there were no cache.
+
+# The folder, instead of one in the user's cache; empty for none.
+VARIABLE = "SIGHTFIELD_GAMES"
+
+# All tables together; the ones not used for longest go first [bytes].
+MOST_BYTES = 4e9
+
+# What does not change a table, or only whether it may be made.
+FREE = ("memory", "progress")
+
+# A file that is still being written after so long was left behind [s].
+ABANDONED = 3600.0
+
+_LOG = logging.getLogger(__name__)
+
+
+def games_folder() -> Path | None:
+    """Where tables are kept: by VARIABLE, or in the user's cache; None for nowhere."""
+    if VARIABLE in os.environ:
+        return Path(os.environ[VARIABLE]) if os.environ[VARIABLE] else None
+    try:
+        return cache_folder() / "games"
+    except RuntimeError:
+        # The user has no home.
+        return None
+
+
+def recall_or_solve(
+    world: World,
+    *,
+    folder: Path | None,
+    memory: float = 4e9,
+    progress: Callable[[float], None] | None = None,
+    **options: Any,
+) -> tuple[GuaranteedTimes, bool]:
+    """The solved visibility game of a world: from the cache, or solved and kept there.
+
+    Args:
+        world: Whose obstacles block sight.
+        folder: Of the cache, see `games_folder`; None for none.
+        memory, progress, options: See `solve_visibility_game`.
+
+    Returns:
+        The table, and whether it was solved before.
+
+    Raises:
+        InvalidInput: See `solve_visibility_game`.
+    """
+    path = None if folder is None else folder / f"{_digest(world, options)}.npz"
+    if path is not None:
+        table = _recall(path)
+        if table is not None and table.nbytes <= memory:
+            return table, True
+    table = solve_visibility_game(world, memory=memory, progress=progress, **options)
+    if path is not None:
+        _keep(table, path)
+    return table, False
+
+
+def _recall(path: Path) -> GuaranteedTimes | None:
+    """A table, if it was kept and is whole."""
+    try:
+        if not path.exists():
+            return None
+        table = load_guaranteed_times(path)
+        # Used now.
+        os.utime(path)
+    except InvalidInput as error:
+        # Another process may just have removed it.
+        if path.exists():
+            _LOG.warning("a kept visibility game is solved anew: %s", error)
+        return None
+    except OSError:
+        # It cannot be marked as used, or be looked at.
+        return None
+    return table
+
+
+def _keep(table: GuaranteedTimes, path: Path) -> None:
+    """Write a table, and make room."""
+    if table.nbytes > MOST_BYTES:
+        return
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        save_guaranteed_times(table, path)
+        _make_room(path.parent)
+    except (InvalidInput, OSError) as error:
+        reason = error.strerror or error if isinstance(error, OSError) else error
+        _LOG.warning("the solved visibility game is not kept in %s: %s", path.parent, reason)
+
+
+def _make_room(folder: Path) -> None:
+    """Remove what was not used for longest beyond MOST_BYTES, and what was left behind."""
+    now, left = time.time(), MOST_BYTES
+    for _, size, path in sorted(_files(folder, "*.npz"), reverse=True):
+        left -= size
+        if left < 0:
+            path.unlink(missing_ok=True)
+    for written, _, path in _files(folder, "*.part"):
+        if now - written > ABANDONED:
+            path.unlink(missing_ok=True)
+
+
+def _files(folder: Path, pattern: str) -> Iterator[tuple[float, int, Path]]:
+    """When each file was used or written last, its size, and its path."""
+    for path in folder.glob(pattern):
+        try:
+            status = path.stat()
+        except FileNotFoundError:
+            continue
+        yield status.st_mtime, status.st_size, path
+
+
+def _digest(world: World, options: dict[str, Any]) -> str:
+    """Of all that a table depends on."""
+    call = inspect.signature(solve_visibility_game).bind(world, **options)
+    call.apply_defaults()
+    digest = hashlib.sha256(metadata.version("sightfield").encode())
+    for package in (visibility_game, geometry):
+        for folder in package.__path__:
+            for file in sorted(Path(folder).glob("*.py")):
+                digest.update(file.read_bytes())
+    for name, value in call.arguments.items():
+        if name not in FREE:
+            digest.update(f"{name}={_told(value)};".encode())
+    return digest.hexdigest()[:32]
+
+
+def _told(value: Any) -> str:
+    """An argument as text that tells all of it; numbers are told exactly."""
+    if isinstance(value, World):
+        return json.dumps([ring.tolist() for ring in value.rings])
+    if isinstance(value, (tuple, list)):
+        return f"[{','.join(_told(each) for each in value)}]"
+    return repr(float(value) if isinstance(value, (int, float)) else value)
 
 
 def solved_game(game: TrackingGame, bound: str = "middle") -> GuaranteedTimes:

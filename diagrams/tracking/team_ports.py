@@ -8,12 +8,9 @@ from numpy.typing import ArrayLike
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort, System
 
 from ...systems.numerics.geometry.world import World
-from ...systems.tracking.agent_team import AgentTeam
-from ...systems.tracking.collision_avoidance import CollisionAvoidance
-from ...systems.tracking.collision_stop import CollisionStop
-from ...systems.tracking.differential_drive_team import DifferentialDriveTeam
-from ...systems.tracking.heading_controller import HeadingController
-from ...systems.tracking.turn_first_controller import TurnFirstController
+from ...systems.tracking.agent_team import AgentTeam, DifferentialDriveTeam
+from ...systems.tracking.collision_avoidance import CollisionAvoidance, CollisionStop
+from ...systems.tracking.heading_controller import HeadingController, TurnFirstController
 from .scenario import CLEARANCE, RobotTeam
 
 

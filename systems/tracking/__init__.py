@@ -1,29 +1,22 @@
 """LeafSystems of the tracking story: agents, sight, assignment, pursuit, evasion."""
 
 from .adversarial_evaders import AdversarialEvaders
-from .agent_team import AgentTeam, AgentTeam_
+from .agent_team import AgentTeam, AgentTeam_, DifferentialDriveTeam, DifferentialDriveTeam_
 from .assignment import Assignment
 from .best_response_evaders import BestResponseEvaders
 from .certified_pursuit import CertifiedPursuit
-from .collision_avoidance import CollisionAvoidance
-from .collision_stop import CollisionStop
-from .differential_drive_team import DifferentialDriveTeam, DifferentialDriveTeam_
+from .collision_avoidance import CollisionAvoidance, CollisionStop
 from .guarantee_assignment import GuaranteeAssignment
-from .guarantee_pursuit import GuaranteePursuit
-from .guaranteed_time import GuaranteedTime
-from .heading_controller import HeadingController, HeadingController_
-from .line_of_sight import LineOfSight
+from .guarantee_pursuit import GuaranteePursuit, TeamGuaranteePursuit
+from .guaranteed_time import GuaranteedTime, StandingCertificate
+from .heading_controller import HeadingController, HeadingController_, TurnFirstController
+from .line_of_sight import LineOfSight, SightLossMonitor
 from .lookahead_pursuit import LookaheadPursuit
 from .modified_field import ModifiedField
 from .optimal_evaders import OptimalEvaders
 from .pursuit_field_controller import PursuitFieldController
-from .random_walk_evaders import RandomWalkEvaders
-from .sight_loss_monitor import SightLossMonitor
-from .standing_certificate import StandingCertificate
-from .team_guarantee_pursuit import TeamGuaranteePursuit
-from .turn_first_controller import TurnFirstController
+from .scripted_evaders import RandomWalkEvaders, WaypointEvaders
 from .velocity_selector import VelocitySelector
-from .waypoint_evaders import WaypointEvaders
 
 __all__ = [
     "AdversarialEvaders",

@@ -8,7 +8,7 @@ from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.geometry.wall_sliding import SKIN
 from ..numerics.geometry.world import World
 from ..numerics.tracking.adversarial_evasion import adversarial_velocities
-from ..numerics.tracking.corner_table import corner_table
+from ..numerics.tracking.corner_game import corner_table
 from ..numerics.tracking.sight_state import sight_size
 
 

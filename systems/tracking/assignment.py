@@ -10,10 +10,9 @@ from ..drake_types import read, state_vector
 from ..numerics.errors import InvalidInput, require, require_non_negative, require_one_of
 from ..numerics.geometry.world import World
 from ..numerics.tracking.assignment.holding import HOLDS, hold_or_choose, is_broken
-from ..numerics.tracking.assignment.local_views import decentralised
-from ..numerics.tracking.assignment.rules import ASSIGNMENT_RULES, AssignmentRule
+from ..numerics.tracking.assignment.rules import ASSIGNMENT_RULES, AssignmentRule, decentralised
 from ..numerics.tracking.assignment.team_view import EXTRA_PURSUERS, TeamView, names_evaders
-from ..numerics.tracking.corner_table import corner_table
+from ..numerics.tracking.corner_game import corner_table
 from ..numerics.tracking.risk import RISK_FUNCTIONS, team_risk
 from ..numerics.tracking.sight_state import sight_size
 

@@ -15,7 +15,7 @@ from ..numerics.geometry.wall_sliding import SKIN
 from ..numerics.geometry.world import World
 from ..numerics.tracking.adversarial_evasion import adversarial_velocities
 from ..numerics.tracking.assignment.holding import HOLDS
-from ..numerics.tracking.assignment.small_matching import MOST_EVADERS
+from ..numerics.tracking.assignment.matching import MOST_EVADERS
 from ..numerics.tracking.assignment.team_view import EXTRA_PURSUERS
 from ..numerics.tracking.best_response.rollouts import (
     BY_THE_GAME,
@@ -30,7 +30,7 @@ from ..numerics.tracking.best_response.rollouts import (
     play_plan,
 )
 from ..numerics.tracking.corner_fields import FIELDS
-from ..numerics.tracking.corner_table import corner_table
+from ..numerics.tracking.corner_game import corner_table
 from ..numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS
 from ..numerics.tracking.sight_state import sight_size
 from ..numerics.tracking.visibility_game.board import make_board

@@ -8,9 +8,9 @@ from pydrake.systems.framework import LeafSystem
 from ..drake_types import read, state_vector
 from ..numerics.errors import InvalidInput, require, require_positive
 from ..numerics.geometry.world import World
+from ..numerics.tracking.body_gaps import gap_to_paths, gap_to_runners
 from ..numerics.tracking.corner_fields import FIELDS
-from ..numerics.tracking.corner_table import corner_table
-from ..numerics.tracking.path_gaps import gap_to_paths, gap_to_runners
+from ..numerics.tracking.corner_game import corner_table
 from ..numerics.tracking.risk import RISK_VECTORS
 from ..numerics.tracking.sight_state import sight_size
 from ..numerics.tracking.team_pursuit import team_pursuit

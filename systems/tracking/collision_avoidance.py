@@ -1,4 +1,4 @@
-"""Velocity commands that keep point agents off one another and out of the walls."""
+"""Commands that keep robots off one another and out of the walls, of points and of unicycles."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ from ..numerics.errors import require, require_non_negative, require_one_of, req
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.world import World
 from ..numerics.tracking.collision_avoidance import YIELDING_TIME, avoid
-from ..numerics.tracking.collision_stop import NEAR
+from ..numerics.tracking.collision_stop import NEAR, stop_at_robots, stop_at_walls
 from ..numerics.tracking.turn_taking import still_waiting, take_turns
 
 # Of a team: it yields, is among equals, or is yielded to.
@@ -186,3 +186,129 @@ def body_radii(name: str, radii: float | Sequence[float], count: int) -> np.ndar
     for radius in each:
         require_non_negative(name, float(radius))
     return each.astype(float)
+
+
+class CollisionStop(LeafSystem):
+    """Slows robots that would come too near to a wall or to another robot, and lets them turn.
+
+    A wheeled robot cannot slide: its speed is cut and its turn rate kept, so that it turns in
+    place until its way is clear. The end of a turn away from a wall it makes faster, as soon as a
+    step along the wall is within the top turn rate. Held for the period, the new commands keep
+    each robot of a DifferentialDriveTeam with the same limits and time step in free space, and the
+    bodies of all robots apart: each uses up half of the gap to another at most, so the others need
+    the same rule and no agreement.
+
+    .. pydrake_system::
+
+        name: CollisionStop
+        input_ports:
+        - pose
+        - command
+        - other_position
+        - right_of_way
+        output_ports:
+        - safe_command
+        - deflection
+
+    ==============  ====  ==========  =====  ===========
+    port            size  unit        frame  feedthrough
+    ==============  ====  ==========  =====  ===========
+    pose            3 N   m, m, rad   world  -
+    command         2 N   m/s, rad/s  robot  -
+    other_position  2 M   m           world  -
+    right_of_way    N     -           -      -
+    safe_command    2 N   m/s, rad/s  robot  all
+    deflection      N     m/s         -      all
+    ==============  ====  ==========  =====  ===========
+
+    `other_position` is there where there are others. `right_of_way` is there with rank 1, and may
+    be left open: 1 for robots to which teammates leave the whole of a small gap. `deflection` is by
+    how much each robot's speed differs from the one that was asked for.
+
+    Source: the orange boundaries of Zhang 2014, 2.2.8, for walls; the rules are ours.
+
+    Args:
+        regions: Where the robots' centres may be, from `shrink_world`; none: everywhere.
+        count: Number of robots N.
+        top_speed: [m/s].
+        top_turn_rate: [rad/s].
+        period: For how long commands are held: the plant's time step [s].
+        horizon: Longer than a command takes to have its effect [s]: half of a gap to a robot is
+            used up in no less. None: the period, as in a simulation without delay.
+        radii: Of the bodies, one for all or one each [m]; 0 for points, which may meet.
+        other_radii: Of the robots of other teams, shape (M,) [m].
+        rank, pace: As of `CollisionAvoidance`.
+
+    Raises:
+        InvalidInput: A number is out of its range.
+    """
+
+    def __init__(
+        self,
+        regions: Sequence[World] = (),
+        *,
+        count: int,
+        top_speed: float,
+        top_turn_rate: float,
+        period: float,
+        horizon: float | None = None,
+        radii: float | Sequence[float] = 0.0,
+        other_radii: Sequence[float] = (),
+        rank: int = 0,
+        pace: float | None = None,
+    ):
+        super().__init__()
+        require(count > 0, "count", "be positive", count)
+        require_positive("top_speed", top_speed)
+        require_positive("top_turn_rate", top_turn_rate)
+        require_positive("period", period)
+        horizon = period if horizon is None else horizon
+        require(horizon >= period, "horizon", f"be at least the period of {period} s", horizon)
+        require_one_of("rank", rank, RANKS)
+        pace = float(top_speed if pace is None else pace)
+        require_positive("pace", pace)
+        self._rank, self._near = rank, NEAR * pace * horizon
+        self._regions = [build_edge_index(*regions)] if regions else []
+        self._limits = np.array([top_speed, top_turn_rate], dtype=float)
+        self._period, self._horizon = float(period), float(horizon)
+        self._radii = body_radii("radii", radii, count)
+        self._other_radii = body_radii("other_radii", other_radii, len(other_radii))
+        self._pose = self.DeclareVectorInputPort("pose", 3 * count)
+        self._command = self.DeclareVectorInputPort("command", 2 * count)
+        if len(self._other_radii):
+            self._others = self.DeclareVectorInputPort("other_position", 2 * len(other_radii))
+        if rank == 1:
+            self._first = self.DeclareVectorInputPort("right_of_way", count)
+        self._safe = self.DeclareVectorOutputPort(
+            "safe_command", 2 * count, self._calc_safe_command
+        )
+        self.DeclareVectorOutputPort("deflection", count, self._calc_deflection)
+
+    def _calc_safe_command(self, context, output):
+        others = read(self._others, context) if len(self._other_radii) else np.empty(0)
+        poses, commands = read(self._pose, context), read(self._command, context)
+        if self._regions:
+            commands = stop_at_walls(*self._regions[0], poses, commands, self._limits, self._period)
+        command = stop_at_robots(
+            poses,
+            commands,
+            self._limits,
+            self._period,
+            self._horizon,
+            self._radii,
+            others,
+            self._other_radii,
+            self._who_goes_first(context),
+            self._rank,
+            self._near,
+        )
+        output.set_value(command)
+
+    def _who_goes_first(self, context):
+        if self._rank == 1 and self._first.HasValue(context):
+            return read(self._first, context) > 0.5
+        return np.zeros(len(self._radii), dtype=bool)
+
+    def _calc_deflection(self, context, output):
+        change = np.asarray(self._safe.Eval(context)) - read(self._command, context)
+        output.set_value(np.abs(change[::2]))

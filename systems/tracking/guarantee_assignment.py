@@ -6,7 +6,7 @@ from pydrake.systems.framework import LeafSystem
 from ..drake_types import read, state_vector
 from ..numerics.errors import require, require_non_negative, require_one_of
 from ..numerics.geometry.world import World
-from ..numerics.tracking.corner_table import corner_table
+from ..numerics.tracking.corner_game import corner_table
 from ..numerics.tracking.sight_state import sight_size
 from ..numerics.tracking.visibility_game.board import make_board
 from ..numerics.tracking.visibility_game.bottleneck import (
@@ -15,12 +15,11 @@ from ..numerics.tracking.visibility_game.bottleneck import (
     certificate,
     covered,
     is_longer,
+    promised_steps,
     with_helpers,
 )
-from ..numerics.tracking.visibility_game.commitments import promised_steps
 from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
-from ..numerics.tracking.visibility_game.pursuit import pair_worths, time_of_team
-from ..numerics.tracking.visibility_game.regain import steps_to_guard
+from ..numerics.tracking.visibility_game.pursuit import pair_worths, steps_to_guard, time_of_team
 from ..numerics.tracking.visibility_game.sweeps import FOR_EVER
 from .assignment import NOTHING_HELD
 

@@ -1,20 +1,32 @@
-"""Pursuers that know the solved visibility game of their world."""
+"""Pursuers that know the solved visibility games of their world: one each, or shared out."""
 
 from collections.abc import Sequence
 
-from pydrake.systems.framework import LeafSystem
+import numpy as np
+from pydrake.systems.framework import LeafSystem, ValueProducer
 
-from ..drake_types import read
-from ..numerics.errors import require_non_negative
+from ..drake_types import AbstractValue, read, state_vector
+from ..numerics.errors import require_non_negative, require_positive
 from ..numerics.geometry.world import World
 from ..numerics.tracking.corner_fields import FIELDS
-from ..numerics.tracking.corner_table import corner_table
+from ..numerics.tracking.corner_game import corner_table
 from ..numerics.tracking.risk import RISK_VECTORS
 from ..numerics.tracking.sight_state import sight_size
 from ..numerics.tracking.team_pursuit import team_pursuit
 from ..numerics.tracking.visibility_game.board import make_board
 from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
 from ..numerics.tracking.visibility_game.pursuit import guarantee_velocities
+from ..numerics.tracking.visibility_game.responsibilities import (
+    NOBODY,
+    hardest,
+    make_team_board,
+    prospects,
+    responsibilities,
+    shared_certificate,
+    team_velocities,
+    watchers,
+)
+from ..numerics.tracking.visibility_game.two_evaders import GuaranteedTimesOfTwo
 from .assignment import codes_of, require_assignment
 
 
@@ -106,5 +118,161 @@ class GuaranteePursuit(LeafSystem):
         visible = sight[: n * m].reshape(n, m) > 0.5
         velocity = guarantee_velocities(
             self._board, pursuers, evaders, visible, assignment, field, self._speed, self._period
+        )
+        output.set_value(velocity)
+
+
+class TeamGuaranteePursuit(LeafSystem):
+    """Every evader is answered for by a pursuer that sees it, and pursuers keep all of theirs.
+
+    The team shares the evaders out so that the least guaranteed time is the largest, and holds to
+    that until another way gains enough. While a pursuer does not see an evader of its own, a
+    teammate watches that too. A pursuer that watches one evader plays by the game of one, with
+    several by the game of two.
+
+    .. pydrake_system::
+
+        name: TeamGuaranteePursuit
+        input_ports:
+        - pursuer_position
+        - evader_position
+        - sight
+        output_ports:
+        - assignment
+        - responsible
+        - certificate
+        - velocity
+
+    ================  ===================  ====  =====  ===========
+    port              size                 unit  frame  feedthrough
+    ================  ===================  ====  =====  ===========
+    pursuer_position  2 Np                 m     world  -
+    evader_position   2 Ne                 m     world  -
+    sight             Np Ne + Np K + Ne K  -     -      -
+    assignment        Np                   -     -      all
+    responsible       Ne                   -     -      all
+    certificate       1                    s     -      all
+    velocity          2 Np                 m/s   world  all
+    ================  ===================  ====  =====  ===========
+
+    `certificate` is for how long all evaders can be kept, by the middle bounds, infinite for ever.
+    `responsible` is the pursuer of each evader, or -1; one that nobody sees any more stays with its
+    own. `assignment` is the evader that each pursuer watches and can keep for the shortest time,
+    or -1. Who is responsible is discrete state.
+
+    Source: ours; see `numerics.tracking.visibility_game`.
+
+    Args:
+        single, double: The games of one evader and of two, by the middle bound.
+        world: Whose corners threaten.
+        pursuers: Number of pursuers Np.
+        evaders: Number of evaders Ne.
+        period: For how long a velocity is held, and who is responsible [s].
+        risk_vectors: Names in `RISK_VECTORS`, one for all pursuers or one each, for the field that
+            decides where the tables know nothing.
+
+    Raises:
+        InvalidInput: A name is unknown or a number out of its range; a table is too large.
+    """
+
+    def __init__(
+        self,
+        single: GuaranteedTimes,
+        double: GuaranteedTimesOfTwo,
+        world: World,
+        *,
+        pursuers: int,
+        evaders: int,
+        period: float,
+        risk_vectors: Sequence[str] = ("proportional",),
+    ):
+        super().__init__()
+        require_positive("period", period)
+        self._board = make_team_board(single, double)
+        self._weightings = codes_of("risk_vectors", risk_vectors, RISK_VECTORS, pursuers)
+        self._corners = corner_table(world)
+        self._shape = (pursuers, evaders)
+        self._speed, self._period = single.pursuer_speed, float(period)
+        self._ratio = single.evader_speed / single.pursuer_speed
+        self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
+        self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
+        size = sight_size(pursuers, evaders, len(self._corners))
+        self._sight = self.DeclareVectorInputPort("sight", size)
+        nobody = state_vector(np.full(evaders, float(NOBODY)))
+        self._held = self.DeclareDiscreteState(nobody)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
+        # Looked up once at a time, whichever outputs are asked for.
+        looked_up = ValueProducer(lambda: AbstractValue.Make([]), self._look_up)
+        ports = self._pursuers, self._evaders, self._sight
+        self._known = self.DeclareCacheEntry(
+            "prospects", looked_up, {port.ticket() for port in ports}
+        )
+        self._assignment = self.DeclareVectorOutputPort(
+            "assignment", pursuers, self._calc_assignment
+        )
+        self._responsible = self.DeclareVectorOutputPort(
+            "responsible", evaders, self._calc_responsible
+        )
+        self.DeclareVectorOutputPort("certificate", 1, self._calc_certificate)
+        self.DeclareVectorOutputPort("velocity", 2 * pursuers, self._calc_velocity)
+
+    def _look_up(self, context, value):
+        n, m = self._shape
+        visible = read(self._sight, context)[: n * m].reshape(n, m) > 0.5
+        pursuers, evaders = read(self._pursuers, context), read(self._evaders, context)
+        value.set_value([*prospects(self._board, pursuers, evaders, visible), visible])
+
+    def _prospects(self, context) -> list[np.ndarray]:
+        """Times of one evader and of two, and who sees whom."""
+        return self._known.Eval(context)  # type: ignore[return-value]  # the stubs say object
+
+    def _calc_responsible(self, context, output):
+        held = context.get_discrete_state(self._held).value().astype(int)
+        one, two, visible = self._prospects(context)
+        step = self._board.steps[1]
+        output.set_value(responsibilities(one, two, visible, held, step))
+
+    def _owners(self, context):
+        """The pursuer that answers for each evader, or NOBODY, shape (Ne,)."""
+        return np.asarray(self._responsible.Eval(context)).astype(int)
+
+    def _watching(self, context):
+        """Who watches each evader, or NOBODY, shape (Ne,)."""
+        one, two, visible = self._prospects(context)
+        return watchers(one, two, visible, self._owners(context))
+
+    def _keep(self, context, discrete_state):
+        discrete_state.set_value(self._held, self._responsible.Eval(context))
+
+    def _calc_assignment(self, context, output):
+        output.set_value(hardest(self._prospects(context)[0], self._watching(context)))
+
+    def _calc_certificate(self, context, output):
+        one, two, _ = self._prospects(context)
+        output.set_value([shared_certificate(one, two, self._watching(context))])
+
+    def _calc_velocity(self, context, output):
+        pursuers, evaders = read(self._pursuers, context), read(self._evaders, context)
+        field = team_pursuit(
+            FIELDS["margin"],
+            self._weightings,
+            pursuers,
+            evaders,
+            read(self._sight, context),
+            np.asarray(self._assignment.Eval(context)),
+            self._corners,
+            self._ratio,
+            self._speed,
+            self._period,
+        )
+        velocity = team_velocities(
+            self._board,
+            pursuers,
+            evaders,
+            self._owners(context),
+            self._watching(context),
+            field,
+            self._speed,
+            self._period,
         )
         output.set_value(velocity)

@@ -9,7 +9,7 @@ from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_positive
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.world import World
-from ..numerics.tracking.corner_table import corner_table
+from ..numerics.tracking.corner_game import corner_table
 from ..numerics.tracking.lookahead import lookahead_velocities
 from ..numerics.tracking.sight_state import sight_size
 from .assignment import require_assignment

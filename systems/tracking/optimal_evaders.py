@@ -10,7 +10,7 @@ from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.wall_sliding import SKIN
 from ..numerics.geometry.world import World
 from ..numerics.tracking.adversarial_evasion import escape_outlooks
-from ..numerics.tracking.corner_table import corner_table
+from ..numerics.tracking.corner_game import corner_table
 from ..numerics.tracking.sight_state import sight_size
 from ..numerics.tracking.visibility_game.board import make_board
 from ..numerics.tracking.visibility_game.evasion import optimal_velocities

@@ -14,7 +14,7 @@ from ..numerics.errors import (
 )
 from ..numerics.geometry.world import World
 from ..numerics.tracking.corner_fields import FIELDS
-from ..numerics.tracking.corner_table import corner_table
+from ..numerics.tracking.corner_game import corner_table
 from ..numerics.tracking.risk import RISK_VECTORS
 from ..numerics.tracking.sight_state import sight_size
 from ..numerics.tracking.team_pursuit import team_pursuit

@@ -15,7 +15,7 @@ from sightfield.diagrams.social import scenarios as searches
 from sightfield.diagrams.social.scenario import SocialScenario
 from sightfield.diagrams.social.scene.social_scene import SocialScene
 from sightfield.diagrams.social.social_game import set_up_social_game
-from sightfield.diagrams.tracking.meshcat_velocity import MeshcatVelocity
+from sightfield.diagrams.tracking.controls import MeshcatVelocity
 from sightfield.diagrams.tracking.scene import TrackingScene
 from sightfield.diagrams.vision import scenarios
 from sightfield.diagrams.vision.tracking.picture_game import set_up_picture_game
@@ -102,29 +102,22 @@ from sightfield.systems.station.sample_player import SamplePlayer
 from sightfield.systems.station.sampled_receiver import SampledReceiver
 from sightfield.systems.station.wheel_encoders import WheelEncoders
 from sightfield.systems.tracking.adversarial_evaders import AdversarialEvaders
-from sightfield.systems.tracking.agent_team import AgentTeam
+from sightfield.systems.tracking.agent_team import AgentTeam, DifferentialDriveTeam
 from sightfield.systems.tracking.assignment import Assignment
 from sightfield.systems.tracking.best_response_evaders import BestResponseEvaders
 from sightfield.systems.tracking.certified_pursuit import CertifiedPursuit
-from sightfield.systems.tracking.collision_avoidance import CollisionAvoidance
-from sightfield.systems.tracking.collision_stop import CollisionStop
-from sightfield.systems.tracking.differential_drive_team import DifferentialDriveTeam
+from sightfield.systems.tracking.collision_avoidance import CollisionAvoidance, CollisionStop
 from sightfield.systems.tracking.guarantee_assignment import GuaranteeAssignment
-from sightfield.systems.tracking.guarantee_pursuit import GuaranteePursuit
-from sightfield.systems.tracking.guaranteed_time import GuaranteedTime
-from sightfield.systems.tracking.heading_controller import HeadingController
-from sightfield.systems.tracking.line_of_sight import LineOfSight
+from sightfield.systems.tracking.guarantee_pursuit import GuaranteePursuit, TeamGuaranteePursuit
+from sightfield.systems.tracking.guaranteed_time import GuaranteedTime, StandingCertificate
+from sightfield.systems.tracking.heading_controller import HeadingController, TurnFirstController
+from sightfield.systems.tracking.line_of_sight import LineOfSight, SightLossMonitor
 from sightfield.systems.tracking.lookahead_pursuit import LookaheadPursuit
 from sightfield.systems.tracking.modified_field import ModifiedField
 from sightfield.systems.tracking.optimal_evaders import OptimalEvaders
 from sightfield.systems.tracking.pursuit_field_controller import PursuitFieldController
-from sightfield.systems.tracking.random_walk_evaders import RandomWalkEvaders
-from sightfield.systems.tracking.sight_loss_monitor import SightLossMonitor
-from sightfield.systems.tracking.standing_certificate import StandingCertificate
-from sightfield.systems.tracking.team_guarantee_pursuit import TeamGuaranteePursuit
-from sightfield.systems.tracking.turn_first_controller import TurnFirstController
+from sightfield.systems.tracking.scripted_evaders import RandomWalkEvaders, WaypointEvaders
 from sightfield.systems.tracking.velocity_selector import VelocitySelector
-from sightfield.systems.tracking.waypoint_evaders import WaypointEvaders
 from sightfield.systems.vision.evader_tracker import EvaderTracker
 from sightfield.systems.vision.omni_camera import OmniCameraSensor
 from sightfield.systems.vision.shell_estimator import ShellEstimator

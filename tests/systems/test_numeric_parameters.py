@@ -17,14 +17,11 @@ from sightfield.systems.standoff import BiasedRangeEstimator, StandoffClosedLoop
 from sightfield.systems.station.age_limit import AgeLimit
 from sightfield.systems.station.command_timeout import CommandTimeout
 from sightfield.systems.tracking.adversarial_evaders import AdversarialEvaders
-from sightfield.systems.tracking.agent_team import AgentTeam
-from sightfield.systems.tracking.differential_drive_team import DifferentialDriveTeam
-from sightfield.systems.tracking.heading_controller import HeadingController
+from sightfield.systems.tracking.agent_team import AgentTeam, DifferentialDriveTeam
+from sightfield.systems.tracking.heading_controller import HeadingController, TurnFirstController
 from sightfield.systems.tracking.modified_field import ModifiedField
 from sightfield.systems.tracking.pursuit_field_controller import PursuitFieldController
-from sightfield.systems.tracking.random_walk_evaders import RandomWalkEvaders
-from sightfield.systems.tracking.turn_first_controller import TurnFirstController
-from sightfield.systems.tracking.waypoint_evaders import WaypointEvaders
+from sightfield.systems.tracking.scripted_evaders import RandomWalkEvaders, WaypointEvaders
 
 POINTS = np.array([[0.5, 1.0], [-1.0, 2.0]])
 POSES = np.array([[0.5, 1.0, 0.3], [-1.0, 2.0, -2.0]])

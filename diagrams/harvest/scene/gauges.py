@@ -3,7 +3,7 @@
 import shapely
 from pydrake.geometry import Rgba
 
-from ...tracking.scene.palette import FAINT_INK, INK, PAPER
+from ...tracking.scene.layout import FAINT_INK, INK, PAPER
 from ...visuals.digits import Digits
 from ...visuals.meshes import flat_mesh, unit_bar_mesh
 from ...visuals.stage import Stage

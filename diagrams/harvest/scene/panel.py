@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from ...tracking.scene.layout import Layout
-from ...tracking.scene.palette import FAINT_INK, INK, PAPER
+from ...tracking.scene.layout import FAINT_INK, INK, PAPER, Layout
 from ...visuals.digits import Digits
 from ...visuals.meshes import flat_mesh, unit_bar_mesh
 from ...visuals.stage import Stage

@@ -1,7 +1,7 @@
 """Borda, Dowdall, Copeland and Kemeny, minimised and maximised."""
 
 from ....systems.numerics.statistics import holm, paired_difference
-from ....systems.numerics.tracking.assignment.aggregation import AGGREGATIONS
+from ....systems.numerics.tracking.assignment.voting import AGGREGATIONS
 from ...studies.assignment_study import PURSUERS, assignment_study
 from ...studies.grid import StudyGrid, StudyPanel, matrix_of
 from ...studies.opponents import cell_name

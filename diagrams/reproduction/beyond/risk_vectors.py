@@ -4,8 +4,8 @@ import numpy as np
 
 from ....systems.numerics.geometry.edge_index import build_edge_index
 from ....systems.numerics.statistics import paired_difference, share
+from ....systems.numerics.tracking.corner_game import corner_table
 from ....systems.numerics.tracking.corner_study.polygon_bound import least_escape_time
-from ....systems.numerics.tracking.corner_table import corner_table
 from ....systems.numerics.tracking.risk import RISK_VECTORS
 from ...studies.opponents import cell_name
 from ...studies.pictures import draw_matrix

@@ -8,7 +8,7 @@ import numpy as np
 from ....systems.numerics.tracking.corner_game import escape_time, margins
 from ....systems.numerics.tracking.corner_study.best_response import solve_best_response
 from ....systems.numerics.tracking.corner_study.game_solution import solve_corner_game
-from ....systems.numerics.tracking.corner_study.grid import CornerValues
+from ....systems.numerics.tracking.corner_study.moves import CornerValues
 from ....systems.numerics.tracking.corner_study.play import play_out
 from ...tracking.corner_picture import save_corner_picture
 from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Workshop, judged

@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 from ....systems.numerics.geometry.edge_index import build_edge_index
 from ....systems.numerics.geometry.world import World
 from ....systems.numerics.tracking.corner_fields import FIELDS
-from ....systems.numerics.tracking.corner_table import corner_table
-from ....systems.numerics.tracking.field_sampling import sample_field
+from ....systems.numerics.tracking.corner_game import corner_table
 from ....systems.numerics.tracking.risk import RISK_VECTORS
+from ....systems.numerics.tracking.team_pursuit import sample_field
 from ...scenario_files import find_scenario, load_scenario
 from ...tracking.scenario import TrackingScenario
 from ...world_picture import draw_world

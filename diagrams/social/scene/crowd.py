@@ -10,8 +10,7 @@ from shapely.geometry.base import BaseGeometry
 from ....systems.numerics.geometry.edge_index import build_edge_index
 from ....systems.numerics.geometry.visibility_polygon import visibility_polygon
 from ....systems.numerics.social.landmarks.maze import Maze
-from ...tracking.scene.layout import Layout
-from ...tracking.scene.palette import EVADER, PAPER, PURSUER
+from ...tracking.scene.layout import EVADER, PAPER, PURSUER, Layout
 from ...visuals.keyframes import Keyframes
 from ...visuals.meshes import extruded_mesh, flat_mesh
 from ...visuals.stage import Stage

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import shapely
 
-from ...tracking.scene.layout import Layout
-from ...tracking.scene.palette import FAINT_INK, PAPER, PURSUER
+from ...tracking.scene.layout import FAINT_INK, PAPER, PURSUER, Layout
 from ...visuals.meshes import bar_mesh, disc_mesh, flat_mesh
 from ...visuals.stage import Stage
 from ...visuals.text import text_mesh

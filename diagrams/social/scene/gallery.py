@@ -4,8 +4,7 @@ import numpy as np
 import shapely
 from pydrake.geometry import Rgba
 
-from ...tracking.scene.layout import Layout
-from ...tracking.scene.palette import FAINT_INK, PAPER
+from ...tracking.scene.layout import FAINT_INK, PAPER, Layout
 from ...visuals.meshes import flat_mesh
 from ...visuals.picture_square import picture_square
 from ...visuals.stage import Stage

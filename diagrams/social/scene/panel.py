@@ -5,8 +5,7 @@ import math
 import numpy as np
 import shapely
 
-from ...tracking.scene.layout import Layout
-from ...tracking.scene.palette import FAINT_INK, IN_SIGHT, INK, LOST, PAPER
+from ...tracking.scene.layout import FAINT_INK, IN_SIGHT, INK, LOST, PAPER, Layout
 from ...visuals.digits import Digits
 from ...visuals.meshes import Mesh, bar_mesh, disc_mesh, flat_mesh
 from ...visuals.stage import Stage

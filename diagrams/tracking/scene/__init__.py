@@ -1,7 +1,7 @@
 """What the tracking story looks like in Meshcat: the map, the robots, who sees whom, the clock."""
 
-from .losing_layer import LosingSet
+from .floor_layers import LosingSet
+from .layers import View
 from .tracking_scene import TrackingScene
-from .view import View
 
 __all__ = ["LosingSet", "TrackingScene", "View"]

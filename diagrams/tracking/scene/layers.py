@@ -8,17 +8,36 @@ import numpy as np
 from ....systems.numerics.geometry.world import World
 from ....systems.numerics.tracking.body_gaps import pair_gaps
 from ...visuals.stage import Stage
-from .field_layer import FieldLayer, PursuitField
-from .layout import Layout, set_camera
-from .losing_layer import LosingLayer, LosingSet
-from .palette import EVADER, PURSUER
+from .floor_layers import (
+    FieldLayer,
+    LosingLayer,
+    LosingSet,
+    PursuitField,
+    SightLines,
+    Trails,
+    VisibilityLayer,
+)
+from .layout import EVADER, PURSUER, Layout, set_camera
 from .panel import Panel
 from .robots import Team
-from .sight_lines import SightLines
 from .static_scene import draw_world
-from .trails import Trails
-from .view import View
-from .visibility_layer import VisibilityLayer
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """The choices of a viewer of the tracking scene.
+
+    Attributes:
+        chosen_pursuer: Whose visibility polygon, losing set and field are drawn; -1 for nobody's.
+        polygon_shown: Draw the visibility polygon.
+        field_shown: Draw the pursuit field.
+        losing_shown: Draw where the pursuer would lose an evader, where that is known.
+    """
+
+    chosen_pursuer: int = 0
+    polygon_shown: bool = True
+    field_shown: bool = True
+    losing_shown: bool = True
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

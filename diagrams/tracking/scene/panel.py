@@ -4,13 +4,157 @@ import numpy as np
 import shapely
 
 from ...visuals.digits import Digits
-from ...visuals.meshes import flat_mesh
+from ...visuals.meshes import Mesh, arrow_mesh, bar_mesh, disc_mesh, flat_mesh, line_mesh
 from ...visuals.stage import Stage
 from ...visuals.text import advance, text_mesh
-from .layout import Layout
-from .legend import draw_legend
-from .palette import EVADER, FAINT_INK, IN_SIGHT, INK, LOST, PAPER, PURSUER
-from .sight_graph import SightGraph
+from .floor_layers import BANDS
+from .layout import (
+    CHASE,
+    EVADER,
+    FAINT_INK,
+    FIELD,
+    GROWN_BOUNDARY,
+    IN_SIGHT,
+    INK,
+    LINE_OF_SIGHT,
+    LOSING,
+    LOST,
+    OBSTACLE,
+    PAPER,
+    POLYGON,
+    PURSUER,
+    Layout,
+)
+from .robots import draw_ghost, numeral
+
+# Height of a letter, relative to the view's height.
+_LEGEND_LETTER = 0.0145
+
+
+def draw_legend(
+    stage: Stage,
+    layout: Layout,
+    corner: tuple[float, float, float],
+    top: float,
+    *,
+    losing: bool = False,
+) -> None:
+    """Draw samples with their names, in two columns.
+
+    Args:
+        stage: Where to draw.
+        layout: Sizes.
+        corner: Left edge, bottom and right edge [m].
+        top: Top [m].
+        losing: Name the places where an evader is lost, too.
+    """
+    left, bottom, right = corner
+    size = _LEGEND_LETTER * layout.span
+    width = 2.2 * size
+    patch = shapely.box(0.0, -0.6 * size, width, 0.6 * size)
+    outline = line_mesh([shapely.get_coordinates(patch)], 1.3 * layout.line)
+    arrow = arrow_mesh(np.array([[0.5 * width, 0.0]]), np.array([[1.0, 0.0]]), width)
+    samples = [
+        ("line of sight", _stroke(width, layout.line), LINE_OF_SIGHT),
+        ("chase", _stroke(width, 2.6 * layout.line), CHASE),
+        ("obstacle", flat_mesh(patch), OBSTACLE),
+        ("grown boundary", outline, GROWN_BOUNDARY),
+        ("visible area", flat_mesh(patch), POLYGON),
+        ("pursuit field", arrow, FIELD),
+    ]
+    if losing:
+        samples += [
+            (f"lost within {BANDS[0]:g} s", flat_mesh(patch), LOSING[0]),
+            ("lost later", flat_mesh(patch), LOSING[-1]),
+        ]
+    step = (top - bottom) / (len(samples) // 2)
+    for k, (words, mesh, colour) in enumerate(samples):
+        x = left if k % 2 == 0 else left + 0.48 * (right - left)
+        y = top - (k // 2 + 0.5) * step
+        stage.mesh(f"legend/{k}/sample", mesh, colour)
+        stage.mesh(f"legend/{k}/words", text_mesh(words, size), INK)
+        stage.place(f"legend/{k}/words", width + 0.7 * size, -0.5 * size)
+        stage.place(f"legend/{k}", x, y)
+
+
+def _stroke(width: float, thickness: float) -> Mesh:
+    return bar_mesh(np.array([[0.0, 0.0]]), np.array([[width, 0.0]]), thickness)
+
+
+class SightGraph:
+    """Draws the bipartite graph of who sees whom (black) and who chases whom (purple).
+
+    Numbers of pursuers are on the left, of evaders on the right.
+    Edges are at `graph/sight/I_J` and `graph/chases/I_J`, made when first needed.
+    """
+
+    def __init__(
+        self,
+        stage: Stage,
+        layout: Layout,
+        bounds: tuple[float, float, float, float],
+        *,
+        pursuers: int,
+        evaders: int,
+    ) -> None:
+        """Fit the graph into bounds [x_min, y_min, x_max, y_max] [m]."""
+        self._stage = stage
+        self._line = layout.line
+        self._shown: dict[str, set[tuple[int, int]]] = {"sight": set(), "chases": set()}
+        self._made: set[str] = set()
+        x_min, y_min, x_max, y_max = bounds
+        row = (y_max - y_min) / max(pursuers, evaders)
+        row = min(row, 0.085 * layout.span)
+        self._radius = min(0.021 * layout.span, 0.42 * row)
+        inset = 1.2 * self._radius
+        self._nodes = {
+            "pursuers": _column(x_min + inset, y_min, y_max, row, pursuers),
+            "evaders": _column(x_max - inset, y_min, y_max, row, evaders),
+        }
+        for k, folder in enumerate(("sight", "chases", "nodes", "numerals", "ghosts")):
+            stage.raise_to(f"graph/{folder}", layout.level("ink") + 0.0006 * k * layout.span)
+        for team, colour in (("pursuers", PURSUER), ("evaders", EVADER)):
+            for k, (x, y) in enumerate(self._nodes[team].tolist()):
+                for folder, mesh, paint in (
+                    ("nodes", disc_mesh(self._radius), colour),
+                    ("numerals", numeral(k, self._radius), PAPER),
+                ):
+                    stage.mesh(f"graph/{folder}/{team}/{k}", mesh, paint)
+                    stage.place(f"graph/{folder}/{team}/{k}", x, y)
+        for k, (x, y) in enumerate(self._nodes["evaders"].tolist()):
+            draw_ghost(stage, f"graph/ghosts/{k}", k, self._radius, EVADER)
+            stage.place(f"graph/ghosts/{k}", x, y)
+
+    def update(self, visibility: np.ndarray, assignment: np.ndarray) -> None:
+        """Show the edges of a visibility matrix, shape (Np, Ne), and an assignment, (Np,)."""
+        seeing, seen = np.nonzero(visibility)
+        self._show("sight", set(zip(seeing.tolist(), seen.tolist(), strict=True)))
+        self._show("chases", {(i, j) for i, j in enumerate(assignment.tolist()) if j >= 0})
+        for j, in_sight in enumerate(np.any(visibility, axis=0)):
+            self._stage.show(f"graph/ghosts/{j}", not bool(in_sight))
+
+    def _show(self, kind: str, edges: set[tuple[int, int]]) -> None:
+        for i, j in self._shown[kind] - edges:
+            self._stage.show(f"graph/{kind}/{i}_{j}", False)
+        for i, j in edges - self._shown[kind]:
+            path = f"graph/{kind}/{i}_{j}"
+            if path not in self._made:
+                self._made.add(path)
+                ends = self._nodes["pursuers"][i : i + 1], self._nodes["evaders"][j : j + 1]
+                if kind == "chases":
+                    self._stage.mesh(path, bar_mesh(*ends, 2.4 * self._line), CHASE)
+                else:
+                    self._stage.mesh(path, bar_mesh(*ends, 0.8 * self._line), LINE_OF_SIGHT)
+            self._stage.show(path, True)
+        self._shown[kind] = edges
+
+
+def _column(x: float, y_min: float, y_max: float, row: float, count: int) -> np.ndarray:
+    """Places of a column of nodes, from the top down about the middle, shape (count, 2)."""
+    middle = 0.5 * (y_min + y_max)
+    y = middle + row * (0.5 * (count - 1) - np.arange(count))
+    return np.column_stack([np.full(count, x), y])
+
 
 # Heights of letters and places of rows below the panel's top, relative to the view's height.
 _PAD = 0.025

@@ -7,8 +7,7 @@ import shapely
 from ....systems.numerics.geometry.world import World
 from ...visuals.meshes import extruded_mesh, flat_mesh, line_mesh
 from ...visuals.stage import Stage
-from .layout import Layout
-from .palette import GROWN_BOUNDARY, OBSTACLE, PAPER
+from .layout import GROWN_BOUNDARY, OBSTACLE, PAPER, Layout
 
 
 def draw_world(stage: Stage, layout: Layout, world: World, grown: Sequence[World]) -> None:

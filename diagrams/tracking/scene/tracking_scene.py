@@ -10,11 +10,9 @@ from ....systems.drake_types import read
 from ....systems.numerics.errors import require, require_positive
 from ....systems.numerics.geometry.world import World
 from ...visuals.stage import Stage
-from .field_layer import PursuitField
-from .layers import Layers, Snapshot
+from .floor_layers import LosingSet, PursuitField
+from .layers import Layers, Snapshot, View
 from .layout import make_layout
-from .losing_layer import LosingSet
-from .view import View
 
 # Where everything is, in Meshcat's tree.
 ROOT = "/tracking"

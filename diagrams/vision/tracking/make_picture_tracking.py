@@ -10,10 +10,9 @@ from pydrake.systems.primitives import ConstantVectorSource, Demultiplexer
 from ....systems.numerics.geometry.edge_index import build_edge_index
 from ....systems.numerics.geometry.visibility_polygon import visibility_polygon
 from ....systems.tracking.assignment import Assignment
-from ....systems.tracking.line_of_sight import LineOfSight
+from ....systems.tracking.line_of_sight import LineOfSight, SightLossMonitor
 from ....systems.tracking.modified_field import ModifiedField
 from ....systems.tracking.pursuit_field_controller import PursuitFieldController
-from ....systems.tracking.sight_loss_monitor import SightLossMonitor
 from ...tracking.evasion import AddEvasion
 from ...tracking.make_tracking import PICTURE_PERIOD, AddSmoothing, AddTeams
 from ...tracking.scene import TrackingScene, View

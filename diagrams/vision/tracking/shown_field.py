@@ -6,10 +6,10 @@ import numpy as np
 
 from ....systems.numerics.geometry.edge_index import build_edge_index
 from ....systems.numerics.tracking.corner_fields import FIELDS
-from ....systems.numerics.tracking.corner_table import corner_table
-from ....systems.numerics.tracking.field_sampling import sample_field
+from ....systems.numerics.tracking.corner_game import corner_table
 from ....systems.numerics.tracking.modified_field import modified_velocities
 from ....systems.numerics.tracking.risk import RISK_VECTORS
+from ....systems.numerics.tracking.team_pursuit import sample_field
 from ....systems.tracking.assignment import codes_of
 from .picture_game import PictureGame
 

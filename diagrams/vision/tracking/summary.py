@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...tracking.summary import UNITS, log_arrays, summarise_tracking
+from ...tracking.report import UNITS, log_arrays, summarise_tracking
 from .run import PictureRun
 
 # Units of the arrays in the log; "1" for numbers without one.

@@ -18,8 +18,7 @@ import math
 import numpy as np
 
 from ..compiled import compiled, kernel
-from .corner_frame import from_corner_frame, to_corner_frame
-from .corner_game import escape_time, margins
+from .corner_game import escape_time, from_corner_frame, margins, to_corner_frame
 from .corner_policies import evader_policy
 from .sight_state import split_sight
 

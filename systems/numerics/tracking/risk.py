@@ -18,8 +18,7 @@ import math
 import numpy as np
 
 from ..compiled import compiled
-from .corner_frame import to_corner_frame
-from .corner_game import dash, margins
+from .corner_game import dash, margins, to_corner_frame
 from .sight_state import split_sight
 
 UNIFORM = 0

@@ -11,11 +11,10 @@ from pydrake.systems.analysis import Simulator
 from sightfield.diagrams.tracking.game import set_up_game
 from sightfield.diagrams.tracking.make_tracking import MakeTracking
 from sightfield.diagrams.tracking.promises import audit_promises
-from sightfield.diagrams.tracking.report import write_tracking_report
+from sightfield.diagrams.tracking.report import summarise_tracking, write_tracking_report
 from sightfield.diagrams.tracking.run import run_tracking
 from sightfield.diagrams.tracking.scenario import Evaders, Pursuers, TrackingScenario
 from sightfield.diagrams.tracking.solved_game import solved_game
-from sightfield.diagrams.tracking.summary import summarise_tracking
 from sightfield.diagrams.world_source import WorldSource
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena

@@ -8,13 +8,13 @@ from pydrake.systems.primitives import ConstantVectorSource
 from sightfield.diagrams.tracking.controls import (
     LOSING_BUTTON,
     Controls,
+    MeshcatVelocity,
     add_controls,
     make_monitor,
     read_controls,
     remove_controls,
 )
 from sightfield.diagrams.tracking.live_page import open_live_page
-from sightfield.diagrams.tracking.meshcat_velocity import MeshcatVelocity
 from sightfield.diagrams.tracking.scene import View
 from sightfield.systems.numerics.errors import InvalidInput
 

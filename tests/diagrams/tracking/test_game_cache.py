@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sightfield.diagrams.tracking import game_cache
-from sightfield.diagrams.tracking.game_cache import games_folder, recall_or_solve
+from sightfield.diagrams.tracking import solved_game
+from sightfield.diagrams.tracking.solved_game import games_folder, recall_or_solve
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
 
@@ -60,7 +60,7 @@ def test_another_solver_is_another_game(tmp_path, monkeypatch):
     solver = tmp_path / "solver"
     solver.mkdir()
     (solver / "sweeps.py").write_text("FOR_EVER = 254")
-    monkeypatch.setattr(game_cache.visibility_game, "__path__", [str(solver)])
+    monkeypatch.setattr(solved_game.visibility_game, "__path__", [str(solver)])
     assert not ask(tmp_path)[1]
 
 
@@ -115,7 +115,7 @@ def test_a_full_disk_does_not_end_the_run(tmp_path, caplog, monkeypatch):
     def fail(table, path):
         raise OSError(28, os.strerror(28))
 
-    monkeypatch.setattr(game_cache, "save_guaranteed_times", fail)
+    monkeypatch.setattr(solved_game, "save_guaranteed_times", fail)
     table, known = ask(tmp_path)
     assert not known
     assert table.pairs > 0
@@ -131,7 +131,7 @@ def test_the_tables_not_used_for_longest_make_room(tmp_path, monkeypatch):
     sizes = sum(os.path.getsize(each) for each in files(tmp_path))
     # The first one is used again.
     assert ask(tmp_path, grid=0.3)[1]
-    monkeypatch.setattr(game_cache, "MOST_BYTES", sizes)
+    monkeypatch.setattr(solved_game, "MOST_BYTES", sizes)
     ask(tmp_path, grid=0.33)
     assert sum(os.path.getsize(each) for each in files(tmp_path)) <= sizes
     assert ask(tmp_path, grid=0.3)[1]

@@ -14,7 +14,7 @@ from sightfield.diagrams.world_source import WorldSource
 from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
 from sightfield.systems.numerics.geometry.corner_sight import build_corner_index
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
-from sightfield.systems.numerics.tracking.corner_table import corner_table
+from sightfield.systems.numerics.tracking.corner_game import corner_table
 from sightfield.systems.numerics.tracking.risk import RISK_FUNCTIONS, team_risk
 from sightfield.systems.numerics.tracking.sight_state import observe
 

@@ -13,7 +13,7 @@ from sightfield.diagrams.tracking.make_tracking import MakeTracking
 from sightfield.diagrams.tracking.run import run_tracking
 from sightfield.diagrams.tracking.scenario import TrackingScenario
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.tracking.assignment.baselines import nearest
+from sightfield.systems.numerics.tracking.assignment.rules import nearest
 from sightfield.systems.tracking.pursuit_field_controller import PursuitFieldController
 
 PURSUERS, EVADERS = 3, 4

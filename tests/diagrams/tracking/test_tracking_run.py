@@ -10,12 +10,14 @@ from pydrake.systems.analysis import Simulator
 from sightfield.diagrams.scenario_files import builtin_scenarios, find_scenario, load_scenario
 from sightfield.diagrams.tracking.game import set_up_game, with_random_starts
 from sightfield.diagrams.tracking.make_tracking import MakeTracking
+from sightfield.diagrams.tracking.report import UNITS, log_arrays, summarise_tracking
 from sightfield.diagrams.tracking.run import run_tracking
 from sightfield.diagrams.tracking.scenario import TrackingScenario
-from sightfield.diagrams.tracking.summary import UNITS, log_arrays, summarise_tracking
-from sightfield.systems.numerics.tracking.corner_frame import to_corner_frame
-from sightfield.systems.numerics.tracking.corner_game import escape_time
-from sightfield.systems.numerics.tracking.corner_table import corner_table
+from sightfield.systems.numerics.tracking.corner_game import (
+    corner_table,
+    escape_time,
+    to_corner_frame,
+)
 
 BUILT_IN = [name for name in builtin_scenarios() if name.startswith(("thesis", "corner", "risk"))]
 

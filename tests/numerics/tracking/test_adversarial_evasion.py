@@ -10,7 +10,7 @@ from sightfield.systems.numerics.tracking.adversarial_evasion import (
     adversarial_velocities,
     corner_stance,
 )
-from sightfield.systems.numerics.tracking.corner_table import corner_table
+from sightfield.systems.numerics.tracking.corner_game import corner_table
 from sightfield.systems.numerics.tracking.sight_state import observe
 
 ARENA = [[0, 0], [4, 0], [4, 4], [0, 4]]

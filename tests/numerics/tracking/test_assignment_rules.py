@@ -7,10 +7,10 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from sightfield.systems.numerics.tracking.assignment.borda import borda_scores
 from sightfield.systems.numerics.tracking.assignment.matching import match_pairs
 from sightfield.systems.numerics.tracking.assignment.rules import ASSIGNMENT_RULES
 from sightfield.systems.numerics.tracking.assignment.team_view import TeamView
+from sightfield.systems.numerics.tracking.assignment.voting import borda_scores
 
 
 def view(risk, visible=None, **options):

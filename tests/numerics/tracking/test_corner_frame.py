@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.tracking.corner_frame import from_corner_frame, to_corner_frame
+from sightfield.systems.numerics.tracking.corner_game import from_corner_frame, to_corner_frame
 
 angle = st.floats(-math.pi, math.pi)
 alphas = st.floats(0.05, math.pi - 0.05)

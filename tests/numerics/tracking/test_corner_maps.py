@@ -8,15 +8,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.tracking.corner_fields import FIELDS, MARGIN, corner_field
-from sightfield.systems.numerics.tracking.corner_game import HIDDEN, IN_STAR, REGION_1, REGION_NAMES
-from sightfield.systems.numerics.tracking.corner_maps import (
+from sightfield.systems.numerics.tracking.corner_fields import (
     BLOCKED,
+    FIELDS,
+    MARGIN,
+    corner_field,
     field_grid,
     inside_obstacle,
     partition,
     pursuer_partition,
 )
+from sightfield.systems.numerics.tracking.corner_game import HIDDEN, IN_STAR, REGION_1, REGION_NAMES
 
 RIGHT = math.pi / 2
 SQUARE = np.stack(np.meshgrid(np.linspace(-2, 2, 41), np.linspace(-2, 2, 41)), axis=-1)

@@ -8,11 +8,14 @@ from numba import njit
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.tracking.corner_game import REGION_1, escape_time, margins, region
-from sightfield.systems.numerics.tracking.corner_study.best_response import solve_best_response
+from sightfield.systems.numerics.tracking.corner_study.best_response import (
+    PURSUERS,
+    pursuer_direction,
+    solve_best_response,
+)
 from sightfield.systems.numerics.tracking.corner_study.game_solution import solve_corner_game
 from sightfield.systems.numerics.tracking.corner_study.moves import evader_move, pursuer_move
 from sightfield.systems.numerics.tracking.corner_study.play import play_out
-from sightfield.systems.numerics.tracking.corner_study.pursuers import PURSUERS, pursuer_direction
 
 A = 0.5
 STEP = 0.01

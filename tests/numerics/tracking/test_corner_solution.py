@@ -9,7 +9,7 @@ from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.tracking.corner_game import escape_time, margins
 from sightfield.systems.numerics.tracking.corner_study.best_response import solve_best_response
 from sightfield.systems.numerics.tracking.corner_study.game_solution import solve_corner_game
-from sightfield.systems.numerics.tracking.corner_study.grid import corner_grid
+from sightfield.systems.numerics.tracking.corner_study.moves import corner_grid
 
 CORNERS = {"right-angled": math.pi / 2, "sharp": math.pi / 3}
 

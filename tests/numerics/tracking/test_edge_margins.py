@@ -11,10 +11,8 @@ from hypothesis import strategies as st
 from sightfield.systems.numerics.geometry.corner_sight import build_corner_index
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.tracking.corner_frame import to_corner_frame
-from sightfield.systems.numerics.tracking.corner_game import margins
-from sightfield.systems.numerics.tracking.corner_table import corner_table
-from sightfield.systems.numerics.tracking.edge_margins import least_threat, signed_margin
+from sightfield.systems.numerics.tracking.corner_game import corner_table, margins, to_corner_frame
+from sightfield.systems.numerics.tracking.lookahead import least_threat, signed_margin
 from sightfield.systems.numerics.tracking.sight_state import observe, split_sight
 
 RATIO = 0.3

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from sightfield.systems.numerics.tracking.assignment.local_views import decentralised
-from sightfield.systems.numerics.tracking.assignment.rules import ASSIGNMENT_RULES
+from sightfield.systems.numerics.tracking.assignment.rules import ASSIGNMENT_RULES, decentralised
 from sightfield.systems.numerics.tracking.assignment.team_view import TeamView
 
 # Rules by which a pursuer never looks at what another sees.

@@ -15,9 +15,8 @@ from sightfield.systems.numerics.geometry.grown_obstacles import shrink_world
 from sightfield.systems.numerics.geometry.wall_sliding import slide
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking import lookahead
-from sightfield.systems.numerics.tracking.corner_table import corner_table
-from sightfield.systems.numerics.tracking.edge_margins import signed_margin
-from sightfield.systems.numerics.tracking.lookahead import lookahead_velocities
+from sightfield.systems.numerics.tracking.corner_game import corner_table
+from sightfield.systems.numerics.tracking.lookahead import lookahead_velocities, signed_margin
 from sightfield.systems.numerics.tracking.sight_state import observe, split_sight
 
 ROOM = np.array([[0, 0], [4, 0], [4.2, 4], [0, 3.8]])

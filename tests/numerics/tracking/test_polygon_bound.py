@@ -7,10 +7,12 @@ import pytest
 
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.tracking.corner_frame import to_corner_frame
-from sightfield.systems.numerics.tracking.corner_game import escape_time
+from sightfield.systems.numerics.tracking.corner_game import (
+    corner_table,
+    escape_time,
+    to_corner_frame,
+)
 from sightfield.systems.numerics.tracking.corner_study.polygon_bound import least_escape_time
-from sightfield.systems.numerics.tracking.corner_table import corner_table
 
 RATIO, SPEED = 0.5, 0.3
 # One corner at the origin, its obstacle to the south-west.

@@ -8,15 +8,17 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.tracking.assignment.aggregation import (
-    AGGREGATIONS,
-    copeland_scores,
-    kemeny_scores,
-)
-from sightfield.systems.numerics.tracking.assignment.ballots import places, preferences
-from sightfield.systems.numerics.tracking.assignment.kemeny import MOST_EVADERS, kemeny_ranking
 from sightfield.systems.numerics.tracking.assignment.rules import ASSIGNMENT_RULES
 from sightfield.systems.numerics.tracking.assignment.team_view import TeamView
+from sightfield.systems.numerics.tracking.assignment.voting import (
+    AGGREGATIONS,
+    MOST_EVADERS,
+    copeland_scores,
+    kemeny_ranking,
+    kemeny_scores,
+    places,
+    preferences,
+)
 
 # The capital of Tennessee, Memphis, Nashville, Chattanooga, Knoxville, each voter for the nearest:
 # the stock example, as in "Kemeny method" and "Copeland's method", Wikipedia, with its results.

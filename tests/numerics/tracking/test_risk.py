@@ -7,8 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sightfield.systems.numerics.tracking.corner_frame import to_corner_frame
-from sightfield.systems.numerics.tracking.corner_game import REGION_1, escape_time, margins, region
+from sightfield.systems.numerics.tracking.corner_game import (
+    REGION_1,
+    escape_time,
+    margins,
+    region,
+    to_corner_frame,
+)
 from sightfield.systems.numerics.tracking.risk import (
     RISK_FUNCTIONS,
     RISK_VECTORS,

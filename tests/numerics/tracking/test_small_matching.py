@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sightfield.systems.numerics.tracking.assignment.matching import match_pairs
-from sightfield.systems.numerics.tracking.assignment.small_matching import match_small
+from sightfield.systems.numerics.tracking.assignment.matching import match_pairs, match_small
 
 
 def worth(targets, risk, visible):

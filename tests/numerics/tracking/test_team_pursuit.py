@@ -8,11 +8,10 @@ from sightfield.systems.numerics.geometry.edge_index import build_edge_index
 from sightfield.systems.numerics.geometry.team_sight import sight_matrix
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking.corner_fields import FIELDS, corner_field
-from sightfield.systems.numerics.tracking.corner_table import corner_table
-from sightfield.systems.numerics.tracking.field_sampling import sample_field
+from sightfield.systems.numerics.tracking.corner_game import corner_table
 from sightfield.systems.numerics.tracking.risk import RISK_VECTORS
 from sightfield.systems.numerics.tracking.sight_state import observe
-from sightfield.systems.numerics.tracking.team_pursuit import team_pursuit
+from sightfield.systems.numerics.tracking.team_pursuit import sample_field, team_pursuit
 
 ARENA = [[0, 0], [4, 0], [4, 4], [0, 4]]
 BOX = [[1.6, 1.5], [2.4, 1.5], [2.4, 2.5], [1.6, 2.5]]

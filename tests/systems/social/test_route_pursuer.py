@@ -20,7 +20,7 @@ from sightfield.systems.numerics.social.routes.route_graph import build_route_gr
 from sightfield.systems.social.crowd_guard import CrowdGuard
 from sightfield.systems.social.infrared_sensors import InfraredSensors
 from sightfield.systems.social.route_pursuer import RoutePursuer
-from sightfield.systems.tracking.differential_drive_team import DifferentialDriveTeam
+from sightfield.systems.tracking.agent_team import DifferentialDriveTeam
 
 PERIOD, RADIUS, RING = 0.05, 0.1, InfraredRing()
 LIMITS = {"top_speed": 0.2, "top_turn_rate": 3.0}

@@ -8,7 +8,7 @@ import pytest
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking.visibility_game.board import make_board
-from sightfield.systems.numerics.tracking.visibility_game.commitments import promised_steps
+from sightfield.systems.numerics.tracking.visibility_game.bottleneck import promised_steps
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )

@@ -7,7 +7,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.tracking.differential_drive_team import DifferentialDriveTeam
+from sightfield.systems.tracking.agent_team import DifferentialDriveTeam
 from sightfield.systems.tracking.heading_controller import HeadingController
 
 GAIN, SPEED = 3.0, 0.8

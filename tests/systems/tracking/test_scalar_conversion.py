@@ -7,8 +7,7 @@ from pydrake.symbolic import Expression, Variable
 from pydrake.systems.framework import InputPortIndex, OutputPortIndex
 from pydrake.systems.primitives import FirstOrderTaylorApproximation, Linearize
 
-from sightfield.systems.tracking.agent_team import AgentTeam
-from sightfield.systems.tracking.differential_drive_team import DifferentialDriveTeam
+from sightfield.systems.tracking.agent_team import AgentTeam, DifferentialDriveTeam
 from sightfield.systems.tracking.heading_controller import HeadingController
 
 POINTS = np.array([[0.5, 1.0], [-1.0, 2.0]])

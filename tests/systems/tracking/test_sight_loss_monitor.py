@@ -9,7 +9,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.tracking.sight_loss_monitor import SightLossMonitor
+from sightfield.systems.tracking.line_of_sight import SightLossMonitor
 
 WORLD = make_world([[0, 0], [4, 0], [4, 4], [0, 4]], [[[1, 1], [2, 1], [2, 2], [1, 2]]])
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.tracking.standing_certificate import StandingCertificate
+from sightfield.systems.tracking.guaranteed_time import StandingCertificate
 
 
 def evaluate(times, assignment, deflection, evaders=2):

@@ -22,15 +22,14 @@ from ...geometry.sight_loss import Motion, loss_of_target
 from ...geometry.wall_sliding import slide
 from ..adversarial_evasion import corner_stance, escape_velocity
 from ..assignment.holding import is_broken
-from ..assignment.small_matching import match_small, nearer_first
+from ..assignment.matching import match_small, nearer_first
 from ..assignment.team_view import UNASSIGNED
-from ..edge_margins import least_threat
-from ..lookahead import lookahead_velocities
+from ..lookahead import least_threat, lookahead_velocities
 from ..risk import team_risk
 from ..sight_state import split_sight
 from ..team_pursuit import team_pursuit
 from ..visibility_game.board import Board
-from ..visibility_game.commitments import COMMITMENT, committed_velocities
+from ..visibility_game.bottleneck import COMMITMENT, committed_velocities
 from ..visibility_game.pursuit import guarantee_velocities
 from ..visibility_game.responsibilities import (
     TeamBoard,

@@ -16,10 +16,17 @@ import math
 
 import numpy as np
 
-from .grid import CornerGrid, CornerValues, corner_grid
-from .landings import Landings, evader_landings, pursuer_landings
-from .moves import edge_distance
-from .turns import evader_turn, pursuer_turn
+from .moves import (
+    CornerGrid,
+    CornerValues,
+    Landings,
+    corner_grid,
+    edge_distance,
+    evader_landings,
+    evader_turn,
+    pursuer_landings,
+    pursuer_turn,
+)
 
 
 def solve_corner_game(

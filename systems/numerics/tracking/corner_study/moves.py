@@ -6,9 +6,96 @@ evader's also divided by the speed ratio, so that both players have speed one an
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
+
+from ...errors import require
+
+
+@dataclass(frozen=True, eq=False)
+class CornerGrid:
+    """Nodes of (phi_p, phi_e, rho), rho = r_e / (a r_p). Build one with `corner_grid`.
+
+    Attributes:
+        alpha: Interior angle of the obstacle [rad].
+        phi_p: Pursuer's polar angles, alpha - pi to 0, shape (p,) [rad].
+        phi_e: Evader's polar angles, up to pi, same spacing, shape (e,) [rad]. The first may lie
+            behind edge B; it stands for the edge.
+        rho: Evader's distances from the corner, 0 to about 2, shape (r,), in units of a r_p.
+        step: Duration of one move, in units of r_p / v_p.
+    """
+
+    alpha: float
+    phi_p: np.ndarray
+    phi_e: np.ndarray
+    rho: np.ndarray
+    step: float
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """(p, e, r)."""
+        return len(self.phi_p), len(self.phi_e), len(self.rho)
+
+    @property
+    def gap(self) -> np.ndarray:
+        """pi + phi_p - phi_e, exactly zero on the sight ray, shape (p, e) [rad]."""
+        p, e, _ = self.shape
+        spacing = (math.pi - self.alpha) / (p - 1)
+        return spacing * (np.arange(p)[:, None] - np.arange(e) + e - p)
+
+
+def corner_grid(alpha: float, nodes: int) -> CornerGrid:
+    """Make a grid with `nodes` pursuer angles, and spacings in proportion.
+
+    Both players' angles have one spacing, so that every sight ray passes through nodes. rho = 1,
+    which is where the game turns for many states, lies half-way between two nodes, so that none
+    is on the barrier by accident.
+
+    Args:
+        alpha: Interior angle of the obstacle, in (0, pi) [rad].
+        nodes: Number of pursuer angles, odd and at least 5.
+
+    Raises:
+        InvalidInput: `alpha` or `nodes` is out of range.
+    """
+    require(0 < alpha < math.pi, "alpha", "lie in (0, pi)", alpha)
+    require(nodes >= 5 and nodes % 2 == 1, "nodes", "be odd and at least 5", nodes)
+    spacing = (math.pi - alpha) / (nodes - 1)
+    intervals = math.ceil((2 * math.pi - alpha) / spacing - 1e-9)
+    distances = 2 * nodes - 1
+    spacing_rho = 2 / distances
+    return CornerGrid(
+        alpha,
+        phi_p=spacing * np.arange(1 - nodes, 1),
+        phi_e=math.pi + spacing * np.arange(-intervals, 1),
+        rho=spacing_rho * np.arange(distances),
+        step=max(spacing, spacing_rho),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class CornerValues:
+    """Values of the corner game on a grid, all in units of r_p (and v_p).
+
+    Attributes:
+        grid: The nodes.
+        lead: Negative where the evader can get out of sight before the pursuer reaches the star
+            region, positive where it cannot. Shape (p, e, r).
+        time: Time until sight is lost [r_p / v_p]; without meaning where `lead` is positive.
+            Shape (p, e, r).
+        iterations: Sweeps that `lead` and `time` took.
+        residual: Largest change of a value in the last sweep, in units of the step.
+        converged: Whether both came below the tolerance.
+    """
+
+    grid: CornerGrid
+    lead: np.ndarray
+    time: np.ndarray
+    iterations: tuple[int, int]
+    residual: float
+    converged: bool
 
 
 @njit(cache=True)
@@ -150,3 +237,183 @@ def look_up(
         (1.0 - k) * values[i + 1, j + 1, m] + k * values[i + 1, j + 1, m + 1]
     )
     return growth((1.0 - f) * near + f * far, scale)
+
+
+@dataclass(frozen=True, eq=False)
+class Landings:
+    """Where steps lead, the pursuer's of shape (p, d), the evader's (e, r, d + 1).
+
+    Attributes:
+        cell: Index of the interval of the player's angle that it lands in; of that shape.
+        share: How far into the interval, 0 to 1; of that shape.
+        distance: The pursuer's from the corner [r_p]; the evader's, in nodes of rho; of
+            that shape.
+    """
+
+    cell: np.ndarray
+    share: np.ndarray
+    distance: np.ndarray
+
+
+def pursuer_landings(grid: CornerGrid, angles: np.ndarray, step: float) -> Landings:
+    """Where steps at given angles, shape (d,) [rad], lead the pursuer."""
+    return Landings(
+        *_pursuer_landings(grid.phi_p, np.cos(angles), np.sin(angles), step, grid.alpha)
+    )
+
+
+def evader_landings(grid: CornerGrid, angles: np.ndarray) -> Landings:
+    """Where steps at given angles, and last that round the corner, lead the evader.
+
+    Angles have the shape (d,) [rad].
+
+    """
+    return Landings(
+        *_evader_landings(
+            grid.phi_e, grid.rho, np.cos(angles), np.sin(angles), grid.step, grid.alpha
+        )
+    )
+
+
+@njit(cache=True)
+def _pursuer_landings(phi_p, cosines, sines, step, alpha):
+    """Arrays of `Landings` for the pursuer; from the last node, in the star region, none leads."""
+    shape = (len(phi_p), len(cosines))
+    cell = np.zeros(shape, np.int64)
+    share, distance = np.zeros(shape), np.ones(shape)
+    spacing = phi_p[1] - phi_p[0]
+    for i in range(shape[0] - 1):
+        for d in range(shape[1]):
+            phi, r, _ = pursuer_move(phi_p[i], cosines[d], sines[d], step, alpha)
+            place = (phi - phi_p[0]) / spacing
+            cell[i, d] = min(max(int(place), 0), shape[0] - 2)
+            share[i, d] = place - cell[i, d]
+            distance[i, d] = r
+    return cell, share, distance
+
+
+@njit(cache=True)
+def _evader_landings(phi_e, rho, cosines, sines, step, alpha):
+    """Arrays of `Landings` for the evader."""
+    n = len(cosines)
+    shape = (len(phi_e), len(rho), n + 1)
+    cell = np.zeros(shape, np.int64)
+    share, distance = np.zeros(shape), np.zeros(shape)
+    spacing = phi_e[1] - phi_e[0]
+    for j in range(shape[0]):
+        start = max(phi_e[j], alpha - math.pi)
+        for k in range(shape[1]):
+            for d in range(n + 1):
+                if d < n:
+                    phi, r = evader_move(start, rho[k], cosines[d], sines[d], step, alpha)
+                else:
+                    phi, r = round_corner(start, rho[k], step)
+                place = (phi - phi_e[0]) / spacing
+                cell[j, k, d] = min(max(int(place), 0), shape[0] - 2)
+                share[j, k, d] = place - cell[j, k, d]
+                distance[j, k, d] = r / rho[1]
+    return cell, share, distance
+
+
+@njit(cache=True)
+def pursuer_turn(
+    value: np.ndarray,
+    out: np.ndarray,
+    cell: np.ndarray,
+    share: np.ndarray,
+    distance: np.ndarray,
+) -> None:
+    """out = the largest value that one step of the pursuer leads to.
+
+    Args:
+        value, out: Values, shape (p, r, e).
+        cell, share, distance: The pursuer's `Landings`, shape (p, d) each.
+    """
+    n_p, n_r, n_e = value.shape
+    out[:] = value
+    for i in range(n_p - 1):
+        for d in range(cell.shape[1]):
+            c, s, r = cell[i, d], share[i, d], distance[i, d]
+            if r == 0.0:
+                continue
+            for k in range(1, n_r):
+                # rho grows as r_p shrinks.
+                place = min(k / r, n_r - 1.0)
+                ratio = k / (r * place)
+                m = min(int(place), n_r - 2)
+                f = place - m
+                near_in, near_out = (1.0 - s) * (1.0 - f), (1.0 - s) * f
+                far_in, far_out = s * (1.0 - f), s * f
+                for j in range(n_e):
+                    x = near_in * value[c, m, j] + near_out * value[c, m + 1, j]
+                    x += far_in * value[c + 1, m, j] + far_out * value[c + 1, m + 1, j]
+                    x = r * growth(x, ratio)
+                    if x > out[i, k, j]:
+                        out[i, k, j] = x
+
+
+@njit(cache=True)
+def evader_turn(
+    value: np.ndarray,
+    out: np.ndarray,
+    cell: np.ndarray,
+    share: np.ndarray,
+    distance: np.ndarray,
+    angles: np.ndarray,
+    phi_e: np.ndarray,
+    rho: np.ndarray,
+    step: float,
+    timed: bool,
+) -> None:
+    """out = the smallest value, after a step's time if `timed`, that one evader's step leads to.
+
+    A timed step into the shadow ends on the sight ray.
+
+    Args:
+        value, out: Values, shape (e, r, p).
+        cell, share, distance: The evader's `Landings`, shape (e, r, d + 1) each.
+        angles: Its directions, shape (d,) [rad].
+        phi_e, rho, step: Of the grid, shapes (e,), (r,) [rad], [r_p], [r_p / v_p].
+        timed: Whether the value is a time.
+    """
+    n_e, n_r, n_p = value.shape
+    # The sight ray of the pursuer's node i passes through the evader's node i + offset.
+    offset = n_e - n_p
+    cost = step if timed else 0.0
+    out[:] = value + cost
+    for j in range(n_e):
+        for k in range(n_r):
+            for d in range(len(angles) + 1):
+                c, s = cell[j, k, d], share[j, k, d]
+                place = min(distance[j, k, d], n_r - 1.0)
+                ratio = distance[j, k, d] / place if place > 0.0 else 1.0
+                m = min(int(place), n_r - 2)
+                f = place - m
+                near_in, near_out = (1.0 - s) * (1.0 - f), (1.0 - s) * f
+                far_in, far_out = s * (1.0 - f), s * f
+                first = last = 0
+                if timed:
+                    first = max(j - offset + 1, 0)
+                    last = max(min(math.ceil(c + s) - offset, n_p - 1), first)
+                for i in range(first):
+                    x = near_in * value[c, m, i] + near_out * value[c, m + 1, i]
+                    x += far_in * value[c + 1, m, i] + far_out * value[c + 1, m + 1, i]
+                    x = cost + growth(x, ratio)
+                    if x < out[j, k, i]:
+                        out[j, k, i] = x
+                for i in range(first, last):
+                    x = rho[k]
+                    if d < len(angles):
+                        away = math.sin(angles[d] - phi_e[i + offset])
+                        depth = rho[k] * math.sin(phi_e[i + offset] - phi_e[j])
+                        x = min(depth / away, step) if away > 0.0 else step
+                    if x < out[j, k, i]:
+                        out[j, k, i] = x
+                for i in range(last, n_p - 1):
+                    x = near_in * value[c, m, i] + near_out * value[c, m + 1, i]
+                    x += far_in * value[c + 1, m, i] + far_out * value[c + 1, m + 1, i]
+                    x = cost + growth(x, ratio)
+                    if x < out[j, k, i]:
+                        out[j, k, i] = x
+    # In the star region nobody moves.
+    out[:, :, -1] = value[:, :, -1]

@@ -11,10 +11,8 @@ from numba import njit
 
 from ...errors import require, require_non_negative, require_one_of
 from ..corner_policies import evader_policy
-from .best_response import response_value
-from .grid import CornerValues
-from .moves import evader_move, pursuer_move, round_corner
-from .pursuers import PURSUERS, pursuer_direction
+from .best_response import PURSUERS, pursuer_direction, response_value
+from .moves import CornerValues, evader_move, pursuer_move, round_corner
 
 # A play ends in the pursuer's favour when r_p has shrunk to this share of what it was.
 AT_CORNER = 1e-6

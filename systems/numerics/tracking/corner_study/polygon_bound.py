@@ -12,8 +12,7 @@ import numpy as np
 
 from ...geometry.edge_index import EdgeIndex
 from ...geometry.segment_sight import segment_is_clear
-from ..corner_frame import to_corner_frame
-from ..corner_game import escape_time
+from ..corner_game import escape_time, to_corner_frame
 
 
 def least_escape_time(

@@ -17,7 +17,7 @@ import numpy as np
 from ...errors import require
 from ...geometry.edge_index import EdgeIndex, build_edge_index
 from ...geometry.world import World
-from ..corner_table import corner_table
+from ..corner_game import corner_table
 from .ground import (
     NO_WALL_PLACES,
     Spots,

@@ -33,7 +33,7 @@ from ...compiled import compiled, kernel
 from ...geometry.edge_index import TOLERANCE, EdgeIndex, point_is_free
 from ...geometry.segment_sight import segment_is_clear
 from ...geometry.visibility_polygon import _visibility_polygon
-from ..corner_frame import to_corner_frame
+from ..corner_game import to_corner_frame
 from .ground import WallPlaces
 from .sweeps import COLUMN, COLUMNS, ROW, ROWS, SLOT, TILE
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from sightfield.diagrams.tracking.scene.field_layer import FieldLayer
+from sightfield.diagrams.tracking.scene.floor_layers import FieldLayer
 from sightfield.diagrams.tracking.scene.layout import make_layout
 from sightfield.diagrams.visuals.stage import Stage
 from sightfield.systems.numerics.geometry.world import world_from_polygon

@@ -5,8 +5,8 @@ import pytest
 import shapely
 
 from sightfield.diagrams.tracking.losing_set import losing_strips
+from sightfield.diagrams.tracking.scene.floor_layers import LosingLayer
 from sightfield.diagrams.tracking.scene.layout import make_layout
-from sightfield.diagrams.tracking.scene.losing_layer import LosingLayer
 from sightfield.diagrams.tracking.scene.panel import Panel
 from sightfield.diagrams.visuals.meshes import Mesh
 from sightfield.diagrams.visuals.stage import Stage

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from sightfield.diagrams.tracking.scene.floor_layers import SightLines
 from sightfield.diagrams.tracking.scene.layout import make_layout
-from sightfield.diagrams.tracking.scene.sight_lines import SightLines
 from sightfield.diagrams.visuals.stage import Stage
 
 PURSUERS = np.array([[0.0, 0.0], [4.0, 0.0]])

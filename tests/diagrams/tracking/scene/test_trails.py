@@ -5,8 +5,8 @@ import pytest
 import shapely
 from pydrake.geometry import Rgba
 
+from sightfield.diagrams.tracking.scene.floor_layers import PIECE_DURATION, TRAIL_DURATION, Trails
 from sightfield.diagrams.tracking.scene.layout import make_layout
-from sightfield.diagrams.tracking.scene.trails import PIECE_DURATION, TRAIL_DURATION, Trails
 from sightfield.diagrams.visuals.stage import Stage
 
 PERIOD = 0.05

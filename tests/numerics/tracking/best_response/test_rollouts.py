@@ -30,7 +30,7 @@ from sightfield.systems.numerics.tracking.best_response.rollouts import (
     play_plan,
 )
 from sightfield.systems.numerics.tracking.corner_fields import FIELDS, corner_field
-from sightfield.systems.numerics.tracking.corner_table import corner_table
+from sightfield.systems.numerics.tracking.corner_game import corner_table
 from sightfield.systems.numerics.tracking.lookahead import lookahead_velocities
 from sightfield.systems.numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS, team_risk
 from sightfield.systems.numerics.tracking.sight_state import observe

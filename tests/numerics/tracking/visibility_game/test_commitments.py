@@ -7,7 +7,7 @@ from sightfield.systems.numerics.geometry.edge_index import build_edge_index
 from sightfield.systems.numerics.geometry.segment_sight import segment_is_clear
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking.visibility_game.board import make_board
-from sightfield.systems.numerics.tracking.visibility_game.commitments import (
+from sightfield.systems.numerics.tracking.visibility_game.bottleneck import (
     COMMITMENT,
     committed_velocities,
     promised_steps,

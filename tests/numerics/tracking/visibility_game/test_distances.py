@@ -6,7 +6,7 @@ from scipy.ndimage import distance_transform_edt
 
 from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.tracking.visibility_game.distances import distances_to_losing
+from sightfield.systems.numerics.tracking.visibility_game.board import distances_to_losing
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )

@@ -14,9 +14,12 @@ from sightfield.systems.numerics.geometry.segment_sight import are_clear, segmen
 from sightfield.systems.numerics.geometry.sight_loss import first_loss
 from sightfield.systems.numerics.geometry.visibility_polygon import visibility_polygon
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.tracking.corner_frame import to_corner_frame
-from sightfield.systems.numerics.tracking.corner_game import escape_time, margins
-from sightfield.systems.numerics.tracking.corner_table import corner_table
+from sightfield.systems.numerics.tracking.corner_game import (
+    corner_table,
+    escape_time,
+    margins,
+    to_corner_frame,
+)
 from sightfield.systems.numerics.tracking.visibility_game.bounds import BOUNDS, MOVES
 from sightfield.systems.numerics.tracking.visibility_game.certificates import turning_margin
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
