@@ -1,7 +1,10 @@
 """The visibility games of a tracking game's world, solved once for all who look them up.
 
-Once in a process; and that of one evader once on a machine where its cache is kept, see
-`game_cache`.
+Once in a process; and that of one evader once on a machine, on whose disk it is kept for the next
+time. A file's name is a digest of all that a table depends on: the worlds' vertices, each argument
+of `solve_visibility_game`, and the sources of the solver, so that a table of an older solver is not
+taken for one of this. Files appear whole, and two processes may keep the same table at once. What
+cannot be kept or read is said in one line, and the game is solved as if there were no cache.
 """
 
 import hashlib
@@ -35,13 +38,6 @@ from ...systems.numerics.tracking.visibility_game.two_evaders import (
 )
 from ..outputs import cache_folder
 from .game import TrackingGame
-
-# Solved visibility games, kept on disk for the next time.
-#
-# A file's name is a digest of all that a table depends on: the worlds' vertices, each argument of
-# `solve_visibility_game`, and the sources of the solver, so that a table of an older solver is not
-# taken for one of this. Files appear whole, and two processes may keep the same table at once. What
-# cannot be kept or read is said in one line, and the game is solved as if there were no cache.
 
 # The folder, instead of one in the user's cache; empty for none.
 VARIABLE = "SIGHTFIELD_GAMES"

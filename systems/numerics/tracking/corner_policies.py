@@ -1,6 +1,6 @@
 """The players' policies in the corner game: the evader's best play, and Table 2.1 to the letter.
 
-Source: Zhang 2014, Table 2.1, in the frame of `corner_frame` with phi_p <= alpha.
+Source: Zhang 2014, Table 2.1, in the frame of `corner_game` with phi_p <= alpha.
 """
 
 import math

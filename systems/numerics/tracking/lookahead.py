@@ -1,9 +1,9 @@
 """A pursuer that looks a moment ahead: it goes where the least threat is least.
 
-What threatens are the signed margins of the corners (`edge_margins`). A pursuer tries a ring of
-steps and takes the one after which their soft minimum, -b log(sum exp(-M / b)), is greatest: over
-the corners that it shares with the evader it is assigned to, and with others that it sees, as far
-as no teammate has them better in hand.
+What threatens are the signed margins of the corners, with edges as long as they are. A pursuer
+tries a ring of steps and takes the one after which their soft minimum, -b log(sum exp(-M / b)), is
+greatest: over the corners that it shares with the evader it is assigned to, and with others that it
+sees, as far as no teammate has them better in hand.
 
 Source: ours, on the game of Zhang 2014, 2.2.2.
 """
