@@ -8,6 +8,7 @@ import numpy as np
 
 from ...compiled import compiled, kernel
 from ...errors import require
+from ...geometry.edge_index import EdgeIndex
 from .guaranteed_times import GuaranteedTimes
 from .sweeps import (
     COLUMN,
@@ -157,6 +158,7 @@ class Board(NamedTuple):
         distances: From each pursuer node, how far each evader node in sight is from the nearest
             one where it would be lost some day, at most 255, shape (k, TILE * TILE), as
             `Planes.tiles` [cells]; by the lower bound none, shape (0, TILE * TILE).
+        sight, pursuer_region: Edges that block sight, and edges of where the pursuer can be.
     """
 
     planes: Planes
@@ -167,6 +169,8 @@ class Board(NamedTuple):
     evader_frame: np.ndarray
     evader_nodes: np.ndarray
     distances: np.ndarray
+    sight: EdgeIndex
+    pursuer_region: EdgeIndex
 
 
 @lru_cache(maxsize=4)
@@ -197,6 +201,8 @@ def make_board(table: GuaranteedTimes) -> Board:
         np.array([fine.x, fine.y, fine.spacing]),
         table.evader_nodes,
         distances,
+        table.sight,
+        table.pursuer_region,
     )
 
 

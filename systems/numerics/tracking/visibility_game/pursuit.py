@@ -14,6 +14,7 @@ import math
 import numpy as np
 
 from ...compiled import compiled, kernel
+from ...geometry.segment_sight import segment_is_clear
 from .board import Board, distance_to_losing, nearest_evader_node, nearest_place, steps_from_now
 from .sweeps import FOR_EVER, worst_reply
 
@@ -155,7 +156,7 @@ def guarantee_velocities(
         px, py, vx, vy = pursuers[2 * i], pursuers[2 * i + 1], field[2 * i], field[2 * i + 1]
         j, chosen = int(assignment[i]), -1
         if minded[i].any():
-            _, _, chosen = _best_step(board, px, py, nodes, minded[i], vx, vy)
+            chosen = _where_to_go(board, px, py, evaders, nodes, minded[i], vx, vy)
         elif j >= 0:
             chosen = way_to_guard(board, px, py, evaders[2 * j], evaders[2 * j + 1])
         if chosen >= 0:
@@ -214,7 +215,7 @@ def velocity_after(
     """
     nodes, own = _nodes_of(board, evader), np.ones(1, dtype=np.bool_)
     px, py = pursuer
-    _, _, chosen = _best_step(board, px, py, nodes, own, field[0], field[1])
+    chosen = _where_to_go(board, px, py, evader, nodes, own, field[0], field[1])
     if chosen < 0:
         chosen = way_to_guard(board, px, py, evader[0], evader[1])
     if chosen < 0:
@@ -301,12 +302,117 @@ def _best_step(board, px, py, nodes, minded, vx, vy):
     most, longest, farthest, chosen = -np.inf, 0, 0, -1
     for k in range(board.rules.neighbour_starts[here], board.rules.neighbour_starts[here + 1]):
         q = board.rules.neighbours[k]
-        steps, distance = _least(board, q, nodes, minded)
-        dx, dy = board.places[q, 0] - px, board.places[q, 1] - py
-        worth = STEP * steps + distance + LIKENESS * (dx * vx + dy * vy)
+        worth, steps, distance = _worth(board, px, py, q, nodes, minded, vx, vy)
         if steps > 0 and worth > most:
             most, longest, farthest, chosen = worth, steps, distance, q
     return longest, farthest, chosen
+
+
+# Where to go, from anywhere between nodes.
+#
+# The table knows steps from node to node. A pursuer that is between nodes may have a corner before
+# it that the table's step does not pass, so steps that would hide an evader on the way are left out
+# where there are others. And from node to node it would zigzag, and go some 4% farther than it
+# has to. So it looks for straight ways over several steps too, as long as evaders can be kept for
+# ever. While it goes a cell an evader goes one of its own, smaller cells: at the end of a way of k
+# cells the evader is kept if, as it is now, it would be more than k cells from losing there. What
+# counts is that distance, less a PRICE for each cell of the way. A straight way is taken only if
+# it leads farther from losing than the best step: otherwise a price could keep the pursuer for
+# ever where it is.
+#
+# Source: ours.
+
+# How far straight ways lead, what each cell of them costs, and how far apart evaders are looked
+# for along a way [cells].
+FAR, PRICE, APART = 5.0, 0.5, 0.5
+
+
+@kernel
+def _where_to_go(board, px, py, evaders, nodes, minded, vx, vy):
+    """The node that a pursuer makes straight for with an eye on some evaders, -1 for none."""
+    longest, farthest, chosen = _best_step(board, px, py, nodes, minded, vx, vy)
+    if longest == FOR_EVER:
+        far = _straight_way(board, px, py, evaders, nodes, minded, farthest)
+        if far >= 0:
+            return far
+    if chosen < 0 or not _hides(board, px, py, chosen, evaders, minded):
+        return chosen
+    here = nearest_place(board, px, py)
+    most, in_sight = -np.inf, chosen
+    for k in range(board.rules.neighbour_starts[here], board.rules.neighbour_starts[here + 1]):
+        q = board.rules.neighbours[k]
+        worth, steps, _ = _worth(board, px, py, q, nodes, minded, vx, vy)
+        if steps > 0 and worth > most and not _hides(board, px, py, q, evaders, minded):
+            most, in_sight = worth, q
+    return in_sight
+
+
+@kernel
+def _straight_way(board, px, py, evaders, nodes, minded, farthest):
+    """The best node to go straight to, of those farther from losing than `farthest`, or -1."""
+    x, y, spacing = board.pursuer_frame
+    i, j, reach = int(np.round((px - x) / spacing)), int(np.round((py - y) / spacing)), int(FAR)
+    most, chosen = -np.inf, -1
+    for row in range(max(j - reach, 0), min(j + reach + 1, board.numbers.shape[0])):
+        for column in range(max(i - reach, 0), min(i + reach + 1, board.numbers.shape[1])):
+            q = board.numbers[row, column]
+            if q < 0:
+                continue
+            cells = math.hypot(board.places[q, 0] - px, board.places[q, 1] - py) / spacing
+            steps, distance = _least(board, q, nodes, minded)
+            worth = distance - PRICE * cells
+            if (
+                cells <= FAR
+                and steps == FOR_EVER
+                and distance > max(cells, farthest)
+                and worth > most
+                and _keeps_all_along(board, px, py, q, evaders, nodes, minded)
+            ):
+                most, chosen = worth, q
+    return chosen
+
+
+@kernel
+def _keeps_all_along(board, px, py, q, evaders, nodes, minded):
+    """Whether a way is free, hides nobody, and leads over nodes that keep evaders for ever."""
+    qx, qy = board.places[q]
+    if not segment_is_clear(board.pursuer_region, px, py, qx, qy):
+        return False
+    cells = math.hypot(qx - px, qy - py) / board.pursuer_frame[2]
+    pieces = math.ceil(cells)
+    for k in range(1, pieces):
+        x, y = px + (qx - px) * k / pieces, py + (qy - py) * k / pieces
+        between = nearest_place(board, x, y)
+        if between < 0:
+            return False
+        steps, distance = _least(board, between, nodes, minded)
+        # Distances are rounded down.
+        if steps < FOR_EVER or distance + 1 < cells * k / pieces:
+            return False
+    return not _hides(board, px, py, q, evaders, minded)
+
+
+@kernel
+def _hides(board, px, py, q, evaders, minded):
+    """Whether an evader that stands would be hidden from somewhere on the way to a node."""
+    qx, qy = board.places[q]
+    cells = math.hypot(qx - px, qy - py) / board.pursuer_frame[2]
+    pieces = max(math.ceil(cells / APART), 1)
+    for j in range(len(minded)):
+        if minded[j]:
+            for k in range(1, pieces + 1):
+                x, y = px + (qx - px) * k / pieces, py + (qy - py) * k / pieces
+                if not segment_is_clear(board.sight, x, y, evaders[2 * j], evaders[2 * j + 1]):
+                    return True
+    return False
+
+
+@kernel
+def _worth(board, px, py, q, nodes, minded, vx, vy):
+    """What a step to a node is worth, the least W it leaves, and the least way to losing."""
+    steps, distance = _least(board, q, nodes, minded)
+    dx, dy = board.places[q, 0] - px, board.places[q, 1] - py
+    return STEP * steps + distance + LIKENESS * (dx * vx + dy * vy), steps, distance
 
 
 @kernel
