@@ -56,7 +56,7 @@ SOLVED = {
     ),
 }
 
-# Which starts can be won is judged on the grid that is played by, and on one of half its spacing [m].
+# Which starts can be won is judged on the grid that is played by, and on a finer one [m].
 WINNABLE_BY = (0.1, 0.05)
 
 # Plans that an evader tries beside the straight runs, about: the corners that it sees, the game's
