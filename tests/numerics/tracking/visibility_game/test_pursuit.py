@@ -1,10 +1,14 @@
 """Pursuit by the solved visibility game."""
 
+import math
+
 import numpy as np
 import pytest
+import shapely
+from scipy.ndimage import distance_transform_edt
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.geometry.edge_index import build_edge_index
+from sightfield.systems.numerics.geometry.edge_index import build_edge_index, point_is_free
 from sightfield.systems.numerics.geometry.segment_sight import segment_is_clear
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking.visibility_game import board as boards
@@ -16,6 +20,7 @@ from sightfield.systems.numerics.tracking.visibility_game.pursuit import (
     guarantee_velocities,
     pair_worths,
     time_of_team,
+    velocity_after,
 )
 from sightfield.systems.numerics.tracking.visibility_game.sweeps import FOR_EVER, worst_reply
 
@@ -146,3 +151,95 @@ def test_a_team_lasts_as_long_as_its_weakest_pair_and_who_minds_two_for_less():
         if not visible[:, 1].any():
             assert time_of_team(*game, assignment) == 0
     assert less > 0
+
+
+# Round a box no side of which lies on nodes.
+BOX = make_world(
+    [(0, 0), (4, 0), (4, 4), (0, 4)], [[(1.53, 1.41), (2.71, 1.41), (2.71, 2.57), (1.53, 2.57)]]
+)
+OPEN = shapely.Polygon(BOX.rings[0], [BOX.rings[1]]).buffer(1e-9)
+
+
+@pytest.fixture(scope="module")
+def boxed():
+    return solve_visibility_game(BOX, pursuer_speed=1.0, evader_speed=0.3, grid=0.1)
+
+
+def draw_winnable(rng, table):
+    """A pursuer between nodes, and an evader on a node that it can keep in sight for ever."""
+    rows, columns = np.nonzero(table.evader_nodes)
+    while True:
+        p, n = rng.uniform(0.05, 3.95, 2), rng.integers(len(rows))
+        e = table.evader_grid.at(rows[n], columns[n])
+        free = bool(point_is_free(table.pursuer_region, *p))
+        seen = free and segment_is_clear(table.sight, *p, *e)
+        if seen and table.time(p, e) == np.inf:
+            return p, e, rows[n], columns[n]
+
+
+def node_made_for(board, p, e):
+    """Where a pursuer is after a second, if it goes no farther than the node that it makes for."""
+    vx, vy = velocity_after(board, p, e, np.zeros(2), 10.0, 1.0)
+    return p + np.array([vx, vy])
+
+
+def test_no_way_hides_an_evader_that_stands(boxed):
+    # Evaders are off their nodes too, where a corner may come between that the table knows not of.
+    board, rng, beside = make_board(boxed), np.random.default_rng(8), 0
+    box = shapely.Polygon(BOX.rings[1])
+    for _ in range(6000):
+        p, e, _, _ = draw_winnable(rng, boxed)
+        e = e + rng.uniform(-0.5, 0.5, 2) * boxed.evader_grid.spacing
+        if not OPEN.covers(shapely.LineString([p, e])):
+            continue
+        to = node_made_for(board, p, e)
+        pieces = 2 * math.ceil(math.hypot(*(to - p)) / boxed.pursuer_grid.spacing)
+        for k in range(1, pieces + 1):
+            assert OPEN.covers(shapely.LineString([p + (to - p) * k / pieces, e]))
+        beside += shapely.LineString([to, e]).distance(box) < 0.05
+    assert beside > 40
+
+
+def test_of_straight_ways_that_keep_the_evader_the_best_one_is_taken(boxed):
+    """Against every node within reach, with SciPy's distances and Shapely's lines of sight."""
+    board, rng = make_board(boxed), np.random.default_rng(9)
+    spacing, straight = boxed.pursuer_grid.spacing, 0
+    for _ in range(40):
+        p, e, row, column = draw_winnable(rng, boxed)
+
+        def distance(q, row=row, column=column):
+            """From where the evader would be lost some day [cells], -1 if it is lost."""
+            if worst_reply(boxed.planes, q, row, column) < FOR_EVER:
+                return -1
+            times = boxed.times_from(boxed.places[q])
+            return int(distance_transform_edt(np.isinf(times) | np.isnan(times))[row, column])
+
+        def keeps(q, p=p, e=e, distance=distance):
+            to = boxed.places[q]
+            cells = math.hypot(*(to - p)) / spacing
+            pieces = math.ceil(cells)
+            between = [p + (to - p) * k / pieces for k in range(1, pieces)]
+            nodes = [np.argmin(np.hypot(*(boxed.places - at).T)) for at in between]
+            kept = all(
+                distance(q) + 1 >= cells * k / pieces and distance(q) >= 0
+                for k, q in enumerate(nodes, 1)
+            )
+            return kept and OPEN.covers(shapely.MultiPoint([p, to, e]).convex_hull)
+
+        here = boxed.nearest_place(p)
+        first, last = boxed.rules.neighbour_starts[here : here + 2]
+        farthest = max(distance(int(q)) for q in boxed.rules.neighbours[first:last])
+        near = np.flatnonzero(np.hypot(*(boxed.places - p).T) <= 5.0 * spacing)
+        cells = np.hypot(*(boxed.places[near] - p).T) / spacing
+        worths = [
+            distance(int(q)) - 0.5 * way
+            for q, way in zip(near, cells, strict=True)
+            if distance(int(q)) > max(way, farthest) and keeps(int(q))
+        ]
+        to = node_made_for(board, p, e)
+        chosen = int(np.argmin(np.hypot(*(boxed.places - to).T)))
+        if worths:
+            worth = distance(chosen) - 0.5 * math.hypot(*(to - p)) / spacing
+            assert worth >= max(worths) - 1e-9
+            straight += 1
+    assert straight > 10
