@@ -4,6 +4,8 @@ Obstacles grow by mitred corners (the orange boxes of Zhang 2014, 2.2.8), which 
 rounded offset, so that a centre outside them keeps at least the radius from every obstacle.
 """
 
+from functools import lru_cache
+
 import shapely
 
 from ..errors import InvalidInput, require_non_negative
@@ -13,8 +15,11 @@ from .world import World, world_from_polygon
 MITRE_LIMIT = 2.0
 
 
+@lru_cache(maxsize=8)
 def shrink_world(world: World, radius: float) -> tuple[World, ...]:
     """Shrink a free region by a radius [m]; narrow passages may split it into several.
+
+    Games in one world are given the same parts, so that they share what is solved for them.
 
     Returns:
         The parts, largest first; the world itself for radius 0.

@@ -9,6 +9,7 @@ import shapely
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.tracking.game import set_up_game, with_random_starts
 from sightfield.diagrams.tracking.scenario import TrackingScenario
+from sightfield.diagrams.tracking.solved_game import solved_game
 from sightfield.systems.numerics.errors import InvalidInput
 
 
@@ -90,6 +91,17 @@ def test_random_starts_are_the_seeds():
     other = set_up_game(replace(scenario, seed=1))
     np.testing.assert_array_equal(first.evader_starts, again.evader_starts)
     assert not np.array_equal(first.evader_starts, other.evader_starts)
+
+
+def test_games_of_bodies_in_one_world_share_what_is_solved_for_it():
+    # A table of a large map takes hundreds of megabytes, and each game held its own.
+    scenario = load("thesis_3v4", "pursuers.grid=0.4")
+    world = scenario.world.load()
+    tables = [
+        solved_game(set_up_game(replace(with_random_starts(scenario), seed=seed), world))
+        for seed in (1, 2)
+    ]
+    assert tables[0] is tables[1]
 
 
 def test_waypoints_do_not_follow_into_another_world():
