@@ -318,20 +318,20 @@ def _best_step(board, px, py, nodes, minded, vx, vy):
 # cells the evader is kept if, as it is now, it would be more than k cells from losing there. What
 # counts is that distance, less a PRICE for each cell of the way. A straight way is taken only if
 # it leads farther from losing than the best step: otherwise a price could keep the pursuer for
-# ever where it is.
+# ever where it is. Where the best step leaves AMPLE distance nothing hangs on a few percent.
 #
 # Source: ours.
 
-# How far straight ways lead, what each cell of them costs, and how far apart evaders are looked
-# for along a way [cells].
-FAR, PRICE, APART = 5.0, 0.5, 0.5
+# How far straight ways lead, what each cell of them costs, from which distance on none is looked
+# for, and how far apart evaders are looked for along a way [cells].
+FAR, PRICE, AMPLE, APART = 5.0, 0.5, 15, 0.5
 
 
 @kernel
 def _where_to_go(board, px, py, evaders, nodes, minded, vx, vy):
     """The node that a pursuer makes straight for with an eye on some evaders, -1 for none."""
     longest, farthest, chosen = _best_step(board, px, py, nodes, minded, vx, vy)
-    if longest == FOR_EVER:
+    if longest == FOR_EVER and farthest < AMPLE:
         far = _straight_way(board, px, py, evaders, nodes, minded, farthest)
         if far >= 0:
             return far
@@ -350,46 +350,74 @@ def _where_to_go(board, px, py, evaders, nodes, minded, vx, vy):
 @kernel
 def _straight_way(board, px, py, evaders, nodes, minded, farthest):
     """The best node to go straight to, of those farther from losing than `farthest`, or -1."""
+    # Looking along a way costs more than looking up what its end is worth: best ends first.
+    most, before = np.inf, -1
+    while True:
+        worth, q = _best_end(board, px, py, nodes, minded, farthest, most, before)
+        if q < 0 or _keeps_all_along(board, px, py, q, evaders, nodes, minded):
+            return q
+        most, before = worth, q
+
+
+@kernel
+def _best_end(board, px, py, nodes, minded, farthest, most, before):
+    """Of ends of straight ways the best one that comes after another: worth less, or as much with
+    a higher number. Its worth and its number, -1 for none."""
     x, y, spacing = board.pursuer_frame
     i, j, reach = int(np.round((px - x) / spacing)), int(np.round((py - y) / spacing)), int(FAR)
-    most, chosen = -np.inf, -1
+    best, chosen = -np.inf, -1
     for row in range(max(j - reach, 0), min(j + reach + 1, board.numbers.shape[0])):
         for column in range(max(i - reach, 0), min(i + reach + 1, board.numbers.shape[1])):
             q = board.numbers[row, column]
             if q < 0:
                 continue
-            cells = math.hypot(board.places[q, 0] - px, board.places[q, 1] - py) / spacing
-            steps, distance = _least(board, q, nodes, minded)
+            cells = math.hypot(x + column * spacing - px, y + row * spacing - py) / spacing
+            if cells > FAR:
+                continue
+            distance = _nearest_to_losing(board, q, nodes, minded)
+            if distance <= max(cells, farthest):
+                continue
             worth = distance - PRICE * cells
             if (
-                cells <= FAR
-                and steps == FOR_EVER
-                and distance > max(cells, farthest)
-                and worth > most
-                and _keeps_all_along(board, px, py, q, evaders, nodes, minded)
+                worth > best
+                and (worth < most or (worth == most and q > before))
+                and _least(board, q, nodes, minded)[0] == FOR_EVER
             ):
-                most, chosen = worth, q
-    return chosen
+                best, chosen = worth, q
+    return best, chosen
 
 
 @kernel
 def _keeps_all_along(board, px, py, q, evaders, nodes, minded):
-    """Whether a way is free, hides nobody, and leads over nodes that keep evaders for ever."""
+    """Whether a way is free, hides nobody, and leads over cells that keep evaders for ever."""
     qx, qy = board.places[q]
     if not segment_is_clear(board.pursuer_region, px, py, qx, qy):
         return False
-    cells = math.hypot(qx - px, qy - py) / board.pursuer_frame[2]
+    x, y, spacing = board.pursuer_frame
+    cells = math.hypot(qx - px, qy - py) / spacing
     pieces = math.ceil(cells)
     for k in range(1, pieces):
-        x, y = px + (qx - px) * k / pieces, py + (qy - py) * k / pieces
-        between = nearest_place(board, x, y)
-        if between < 0:
-            return False
-        steps, distance = _least(board, between, nodes, minded)
-        # Distances are rounded down.
-        if steps < FOR_EVER or distance + 1 < cells * k / pieces:
+        i = math.floor((px + (qx - px) * k / pieces - x) / spacing)
+        j = math.floor((py + (qy - py) * k / pieces - y) / spacing)
+        if not _cell_keeps(board, i, j, cells * k / pieces, nodes, minded):
             return False
     return not _hides(board, px, py, q, evaders, minded)
+
+
+@kernel
+def _cell_keeps(board, i, j, cells, nodes, minded):
+    """Whether evaders are kept for ever from all corners of a cell, after a way so long [cells].
+
+    The nearest one alone says too much: beside it another may lose the evader.
+    """
+    for row in range(max(j, 0), min(j + 2, board.numbers.shape[0])):
+        for column in range(max(i, 0), min(i + 2, board.numbers.shape[1])):
+            q = board.numbers[row, column]
+            if q >= 0:
+                steps, distance = _least(board, q, nodes, minded)
+                if steps < FOR_EVER or distance < cells:
+                    return False
+    return True
 
 
 @kernel
@@ -413,6 +441,19 @@ def _worth(board, px, py, q, nodes, minded, vx, vy):
     steps, distance = _least(board, q, nodes, minded)
     dx, dy = board.places[q, 0] - px, board.places[q, 1] - py
     return STEP * steps + distance + LIKENESS * (dx * vx + dy * vy), steps, distance
+
+
+@kernel
+def _nearest_to_losing(board, q, nodes, minded):
+    """The least way of one of some evaders to where it would be lost, from a place [cells]."""
+    nearest = 255
+    for j in range(len(minded)):
+        if minded[j]:
+            row, column = nodes[j, 0], nodes[j, 1]
+            if row < 0:
+                return 0
+            nearest = min(nearest, distance_to_losing(board, q, row, column))
+    return nearest
 
 
 @kernel

@@ -204,7 +204,7 @@ def test_of_straight_ways_that_keep_the_evader_the_best_one_is_taken(boxed):
     """Against every node within reach, with SciPy's distances and Shapely's lines of sight."""
     board, rng = make_board(boxed), np.random.default_rng(9)
     spacing, straight = boxed.pursuer_grid.spacing, 0
-    for _ in range(40):
+    for _ in range(100):
         p, e, row, column = draw_winnable(rng, boxed)
 
         def distance(q, row=row, column=column):
@@ -218,17 +218,20 @@ def test_of_straight_ways_that_keep_the_evader_the_best_one_is_taken(boxed):
             to = boxed.places[q]
             cells = math.hypot(*(to - p)) / spacing
             pieces = math.ceil(cells)
-            between = [p + (to - p) * k / pieces for k in range(1, pieces)]
-            nodes = [np.argmin(np.hypot(*(boxed.places - at).T)) for at in between]
-            kept = all(
-                distance(q) + 1 >= cells * k / pieces and distance(q) >= 0
-                for k, q in enumerate(nodes, 1)
-            )
+            kept = True
+            for k in range(1, pieces):
+                # All corners of the cell, of those that there are.
+                apart = np.abs(boxed.places - (p + (to - p) * k / pieces)).max(axis=1)
+                corners = np.flatnonzero(apart < spacing)
+                kept &= all(distance(int(corner)) >= cells * k / pieces for corner in corners)
             return kept and OPEN.covers(shapely.MultiPoint([p, to, e]).convex_hull)
 
         here = boxed.nearest_place(p)
         first, last = boxed.rules.neighbour_starts[here : here + 2]
         farthest = max(distance(int(q)) for q in boxed.rules.neighbours[first:last])
+        if farthest >= 15:
+            # Nothing hangs on it.
+            continue
         near = np.flatnonzero(np.hypot(*(boxed.places - p).T) <= 5.0 * spacing)
         cells = np.hypot(*(boxed.places[near] - p).T) / spacing
         worths = [
