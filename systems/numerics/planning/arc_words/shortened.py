@@ -133,7 +133,7 @@ def _shortened(
         if key not in known:
             known.clear()
             gaps, slopes = np.empty(4), np.empty((4, len(held)))
-            _end_and_slopes(local, controls, np.maximum(held, 0.0), cart, gaps, slopes)
+            end_and_slopes(local, controls, np.maximum(held, 0.0), cart, gaps, slopes)
             gaps[2] -= turns
             gaps[3] = math.remainder(gaps[3] - goal.state[3], math.tau)
             known[key] = gaps, slopes
@@ -276,7 +276,7 @@ def normalised_in_radii(trailer: Trailer, state) -> tuple[Cart, np.ndarray]:
 
 
 @compiled
-def _end_and_slopes(start, controls, durations, cart, end, slopes):
+def end_and_slopes(start, controls, durations, cart, end, slopes):
     _end(start, controls, durations, cart, end)
     nudged = durations.copy()
     moved = np.empty(4)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...errors import require
 from ..arc_words.candidates import car_words, keeps_limit, quickest_words
+from ..arc_words.drawn_words import drawn_words
 from ..arc_words.quickest import LONGEST, ArcWord, quickest_word, word_path
 from ..arc_words.shortened import merged
 from ..dubins import dubins_paths
@@ -35,6 +36,9 @@ WAYS, SEEDS = 2, 5
 WORD_WAYS = 4
 # More for a cart that may reverse, which has more ways to choose from.
 _SEEDS_WITH_REVERSE = 14
+# Trailers of more turning radii swing in on ways like no car's: words are drawn for them, too, and
+# for carts that may reverse. Of the quickest words, so many are tried then.
+_LONG_TRAILER, _WORDS_IF_DRAWN = 1.5, 4
 # Fewer where the extremal solver has found a path.
 _WAYS_BESIDE, _SEEDS_BESIDE = 1, 4
 # A box is reached sooner than its middle, where car paths end: those that are so many turning radii
@@ -46,6 +50,8 @@ _COARSE_INTERVALS, _QUICK_ITERATIONS = 16, 25
 _INTERVALS, _MAX_ITERATIONS = 60, 200
 # How much less time counts as less.
 _LESS = 1e-9
+# Words whose times differ by less, relative to them, are taken for one.
+_ALIKE = 1e-5
 # A word that is quicker by more than this is taken instead of what the programme found.
 _WORTH = 1e-6
 
@@ -61,7 +67,8 @@ def plan_polished(
     """The quickest of the local optima near ways down a table and near car paths.
 
     Seeds are the best way down the table and those on other sides of barriers, the quickest word
-    of held controls near these, exact for any cart and distance, and Dubins words.
+    of held controls near these, exact for any cart and distance, and Dubins words. For a cart that
+    may reverse, or with a long trailer, words are drawn at random as well, the same every time.
     A small programme tells which leads to the quickest path; the switches of that one are then
     placed exactly. To a point, or a point with a tolerance in beta alone, the extremal solver is
     asked too. With reverse there are more optima than seeds, and the best may be missed.
@@ -109,6 +116,7 @@ def plan_polished(
     arcs = [] if exactly else _quickest(problem, [way.path for way in ways], promised)
     ways = ways[:WAYS]
     longest, most = math.inf, _SEEDS_WITH_REVERSE if trailer.reverse else SEEDS
+    most += max(len(arcs) - 1, 0)
     if word is not None and word.converged:
         longest, most = word.time, _SEEDS_BESIDE
         ways = ways[:_WAYS_BESIDE]
@@ -153,7 +161,7 @@ def plan_polished(
 
 
 def _quickest(problem: Problem, ways: list[TrailerPath], promised: float) -> list[ArcWord]:
-    """The quickest word near ways down the table and words of a car; none, or one."""
+    """The quickest words near ways down the table, words of a car and, perhaps, drawn ones."""
     trailer, start, goal = problem.trailer, problem.start, problem.goal
     words = [merged(ArcWord(way.controls, np.diff(way.times))) for way in ways]
     longest = min((word.time for word in words), default=math.inf) * trailer.turn_rate
@@ -163,13 +171,25 @@ def _quickest(problem: Problem, ways: list[TrailerPath], promised: float) -> lis
         entry = quickest_word(trailer, start, goal)
         words += [] if entry is None else [entry]
     words += car_words(trailer, start, goal, longest + _LONGER)
-    return quickest_words(
+    drawn = trailer.reverse or trailer.length * trailer.turn_rate > _LONG_TRAILER * trailer.speed
+    words += drawn_words(trailer, start, goal) if drawn else []
+    found = quickest_words(
         trailer,
         start,
         words,
         goal,
         lambda word: len(word.durations) > 0 and keeps_limit(trailer, start, word),
-    )[:1]
+    )
+    return _unlike(found)[: _WORDS_IF_DRAWN if drawn else 1]
+
+
+def _unlike(words: list[ArcWord]) -> list[ArcWord]:
+    """Words, the quickest first, without those that take as long as one before."""
+    found: list[ArcWord] = []
+    for word in words:
+        if not found or word.time > found[-1].time * (1 + _ALIKE):
+            found.append(word)
+    return found
 
 
 def _car_paths(problem: Problem, longest: float, most: int) -> list[TrailerPath]:
