@@ -36,6 +36,7 @@ from .systems.numerics.planning.value_function.files import (
 )
 from .systems.numerics.planning.value_function.grid import StateGrid as StateGrid
 from .systems.numerics.planning.value_function.grid import grid_around as grid_around
+from .systems.numerics.planning.value_function.policy import attained_times as attained_times
 from .systems.numerics.planning.value_function.solve import (
     solve_value_function as solve_value_function,
 )

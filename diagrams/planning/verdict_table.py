@@ -80,6 +80,7 @@ def _remarks(row: Row) -> list[str]:
 def _row_object(verdict: PlanningVerdict, row: Row) -> dict[str, object]:
     return {
         "time": _finite(row.plan.time),
+        "time_to_go": _promised(row),
         "beta_final": row.beta_final,
         "status": status_of(verdict, row),
         "converged": row.holds,
@@ -90,6 +91,12 @@ def _row_object(verdict: PlanningVerdict, row: Row) -> dict[str, object]:
         "miss": None if row.driven is None else list(row.driven.goal_miss),
         "wall_time": row.plan.wall_time,
     }
+
+
+def _promised(row: Row) -> float | None:
+    """What a table promises by interpolation, beside the time that its path attains [s]."""
+    promised = row.plan.notes.get("time_to_go")
+    return _finite(promised) if isinstance(promised, float) else None
 
 
 def _goal_words(verdict: PlanningVerdict) -> str:

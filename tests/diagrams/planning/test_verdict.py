@@ -48,6 +48,15 @@ def test_every_planner_answers_and_nothing_contradicts(verdict):
     assert contradictions(verdict) == []
 
 
+def test_what_a_table_promises_stands_beside_what_its_path_takes(verdict):
+    row = row_of(verdict, "casadi")
+    plan = replace(row.plan, notes={"time_to_go": 5.2})
+    told = as_object(replace(verdict, rows=(replace(row, plan=plan), *verdict.rows[1:])))
+    assert told["methods"]["casadi"]["time_to_go"] == 5.2
+    assert told["methods"]["casadi"]["time"] == plan.time
+    assert told["methods"]["extremal"]["time_to_go"] is None
+
+
 def test_gaps_are_relative_to_the_best_and_to_the_bound(verdict):
     best = row_of(verdict, "casadi")
     arcs = row_of(verdict, "primitive")
@@ -91,7 +100,15 @@ def test_the_object_is_json_without_infinities(verdict):
     said = json.loads(json.dumps(as_object(point), allow_nan=False))
     assert said["methods"]["primitive"]["time"] is None
     assert said["lower_bound"] == pytest.approx(4.46243, abs=1e-4)
-    keys = {"time", "beta_final", "status", "converged", "optimal_because", "gap_to_best"}
+    keys = {
+        "time",
+        "time_to_go",
+        "beta_final",
+        "status",
+        "converged",
+        "optimal_because",
+        "gap_to_best",
+    }
     keys |= {"gap_to_bound", "violation", "miss", "wall_time"}
     assert set(as_object(verdict)["methods"]["casadi"]) == keys
     said = as_object(verdict)["methods"]["primitive"]

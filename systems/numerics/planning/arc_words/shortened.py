@@ -277,6 +277,16 @@ def normalised_in_radii(trailer: Trailer, state) -> tuple[Cart, np.ndarray]:
 
 @compiled
 def end_and_slopes(start, controls, durations, cart, end, slopes):
+    """Where a word leads, in turning radii, and how its end changes with the durations.
+
+    Args:
+        start: x, y, theta, beta.
+        controls: v, omega, normalised, shape (k, 2).
+        durations: Shape (k,) [1 / turn rate].
+        cart: Its lengths.
+        end: To be filled, shape (4,); beta in (-pi, pi].
+        slopes: To be filled, shape (4, k).
+    """
     _end(start, controls, durations, cart, end)
     nudged = durations.copy()
     moved = np.empty(4)

@@ -60,7 +60,8 @@ class ValueFunction:
     def time_to_go(self, states) -> np.ndarray:
         """Interpolated time from states to the box, shape (..., 4) -> (...,) [s].
 
-        Where it jumps within a cell of an open field, it is looked up beyond the jump.
+        Where it jumps within a cell of an open field, it is looked up beyond the jump. It may be
+        too long or too short; what a path really takes is in `policy.attained_times`.
         Zero inside the box; infinite off the grid, beyond the jackknife limit, and where the goal
         is out of reach on this grid.
         """

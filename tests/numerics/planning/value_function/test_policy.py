@@ -15,7 +15,11 @@ from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.descents import descents
 from sightfield.systems.numerics.planning.value_function.following import AT_REST, follow
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
-from sightfield.systems.numerics.planning.value_function.policy import best_word, next_word
+from sightfield.systems.numerics.planning.value_function.policy import (
+    attained_times,
+    best_word,
+    next_word,
+)
 from sightfield.systems.numerics.planning.value_function.rollout import roll_out
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 
@@ -44,6 +48,26 @@ def test_it_arrives_as_soon_as_what_is_polished(solved):
         ]
         end = driven_path(Trailer(), start, pieces, 0.02).states[-1]
         assert max(goal.miss(end)) < 1e-6
+
+
+def test_attained_times_are_those_of_paths_and_not_errors_of_the_table(solved):
+    """Whatever the table promises, a path takes as long; and none is quicker, by polishing."""
+    value, starts = solved(polish=8), random_starts(12, 47)
+    times = attained_times(value, starts.reshape(3, 4, 4))
+    assert times.shape == (3, 4)
+    driven = [roll_out(value, each).path.times[-1] for each in starts]
+    assert times.ravel() == pytest.approx(driven, rel=1e-9)
+    best = np.array([plan_polished(Trailer(), each, GOAL, value=value).time for each in starts])
+    assert np.abs(times.ravel() / best - 1).max() < 1e-3
+    promised = value.time_to_go(starts)
+    assert np.median(np.abs(promised / best - 1)) > 1e-3
+
+
+def test_attained_times_are_zero_in_the_box_and_infinite_where_no_way_is_known(solved):
+    value = solved()
+    assert attained_times(value, (0.1, -0.1, 0.2, 0.0)) == 0
+    blank = replace(value, table=np.full_like(value.table, np.inf), trailer=Trailer(jackknife=0.1))
+    assert attained_times(blank, (0.0, 3.0, 0.0, 0.0)) == math.inf
 
 
 @pytest.mark.parametrize("planner", ["roll-out", "polished"])
