@@ -15,7 +15,6 @@ import pytest
 from sightfield.diagrams.harvest.job import prepare_harvest
 from sightfield.diagrams.harvest.run import run_harvest
 from sightfield.diagrams.harvest.scenario import (
-    STRATEGIES,
     Carts,
     Combines,
     Disturbances,
@@ -25,6 +24,7 @@ from sightfield.diagrams.harvest.scenario import (
 )
 from sightfield.diagrams.harvest.summary import summarise_harvest
 from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.harvest.carts.visit_choice import STRATEGIES
 from sightfield.systems.numerics.harvest.machines.combine import Combine
 
 from .drawn_fields import draw_crew, draw_field

@@ -6,6 +6,7 @@ Each plan goes through the audit, which shares no code with the planner.
 import os
 import runpy
 import time
+from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,9 +15,12 @@ import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
+from sightfield.systems.numerics.harvest.carts.visit_choice import STRATEGIES
+from sightfield.systems.numerics.harvest.carts.visits import VISITS
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines.cart import Cart
 from sightfield.systems.numerics.harvest.machines.combine import Combine
+from sightfield.systems.numerics.harvest.plan.combine_plan import plan_combines
 from sightfield.systems.numerics.harvest.plan.harvest_plan import plan_harvest
 
 from .drawn_fields import draw_crew, draw_field
@@ -61,6 +65,44 @@ def test_plans_on_drawn_fields():
         f"{stopped.max():.1%} at most; {np.median(took):.1f} s of CPU in the median, "
         f"{took.max():.1f} s at most"
     )
+
+
+def test_visits_of_both_kinds():
+    """How often combines stop for carts with greedy visits, and with revised ones."""
+    print()
+    stops = dict.fromkeys(VISITS, 0)
+    unloads = dict.fromkeys(VISITS, 0)
+    for seed, strategy in product(range(SEED, SEED + NUMBER), STRATEGIES):
+        family, field = draw_field(seed)
+        combines, carts = draw_crew(seed)
+        team = [Combine()] * combines
+        try:
+            paths = plan_combines(field, team)
+        except InvalidInput as fault:
+            print(f"{seed}, {family}: no plan: {fault}", flush=True)
+            continue
+        told = []
+        for visits in VISITS:
+            try:
+                service = plan_harvest(
+                    *(field, team, Cart()),
+                    carts=carts,
+                    density=0.8,
+                    strategy=strategy,
+                    visits=visits,
+                    team=paths,
+                ).service
+            except InvalidInput as fault:
+                told.append(f"{visits}: no plan: {fault}")
+                continue
+            stops[visits] += len(service.stops)
+            unloads[visits] += len(service.visits)
+            told.append(f"{visits}: {len(service.stops)} stops, {len(service.visits)} unloads")
+        crew = f"{combines} combines, {carts} carts"
+        print(f"{seed}, {family}, {strategy}, {crew}: {'; '.join(told)}", flush=True)
+    for visits in VISITS:
+        print(f"{visits}: {stops[visits]} stops for {unloads[visits]} unloads")
+    assert stops["revised"] <= stops["greedy"] / 2
 
 
 class Told(NamedTuple):

@@ -93,6 +93,7 @@ def prepare_harvest(
         trucks=scenario.trucks.fleet(scenario.carts.count),
         strategy=scenario.strategy,
         threshold=scenario.threshold,
+        visits=scenario.visits,
         pattern=scenario.pattern,
         seed=scenario.seed,
         failure=scenario.disturbance.failure,

@@ -16,6 +16,8 @@ from ...systems.numerics.errors import (
     require_one_of,
     require_positive,
 )
+from ...systems.numerics.harvest.carts.visit_choice import STRATEGIES
+from ...systems.numerics.harvest.carts.visits import VISITS
 from ...systems.numerics.harvest.coverage.plan_coverage import PATTERNS
 from ...systems.numerics.harvest.execution.disturbance import Disturbance
 from ...systems.numerics.harvest.field.field import MARGIN, Field
@@ -39,6 +41,7 @@ from ...systems.numerics.units import (
     area_text,
 )
 from ..scenario_files import NO_OTHER_KEYS
+from .makers import with_makers_figures
 
 # Larger fields are not planned in one [m], [m^2].
 LONGEST, LARGEST = 1e4, 1e7
@@ -46,7 +49,6 @@ LONGEST, LARGEST = 1e4, 1e7
 SLOWEST = {"speed": 0.1, "acceleration": 0.05}
 # No field has more combines or carts.
 MOST_MACHINES = 100
-STRATEGIES = ("sequential", "on-demand")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -211,6 +213,7 @@ class OneCombine:
         _require_quick(self)
 
 
+@with_makers_figures("combines")
 @dataclass(frozen=True, kw_only=True)
 class Combines(Combine):
     """The team that cuts.
@@ -221,6 +224,8 @@ class Combines(Combine):
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
+    # Of a maker, by its name in the catalogue; see `makers`. What is said besides holds.
+    machine: str = ""
     # Number of combines.
     count: int = 2
     # What single ones have otherwise, in their order; the others are as is said above.
@@ -244,6 +249,7 @@ class Combines(Combine):
         return tuple(team)
 
 
+@with_makers_figures("carts")
 @dataclass(frozen=True, kw_only=True)
 class Carts(Cart):
     """The carts that carry.
@@ -254,6 +260,8 @@ class Carts(Cart):
 
     __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
+    # Of a maker, by its name in the catalogue; see `makers`. What is said besides holds.
+    machine: str = ""
     # Number of carts.
     count: int = 1
     # At which a cart is emptied into its truck [kg/s].
@@ -342,6 +350,8 @@ class HarvestScenario:
     strategy: str = "sequential"
     # Part of a tank from which on a cart comes.
     threshold: float = 0.5
+    # "revised": visits are given up for others where a combine would have to wait; "greedy": never.
+    visits: str = "revised"
     # Of the combines' paths: "lands", rounds in arcs, then a land of swaths for each; or "thesis",
     # rows from the perimeter inwards, combines on adjacent ones.
     pattern: str = "lands"
@@ -363,6 +373,7 @@ class HarvestScenario:
         require(0 <= self.reserve <= 0.9, "reserve", "lie from 0 to 0.9", self.reserve)
         require_one_of("strategy", self.strategy, STRATEGIES)
         require_one_of("pattern", self.pattern, PATTERNS)
+        require_one_of("visits", self.visits, VISITS)
         require(0 < self.threshold <= 1, "threshold", "lie above 0 and up to 1", self.threshold)
         require(0 < self.fill <= 1, "fill", "lie above 0 and up to 1", self.fill)
         if self.travel_time is not None:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from ...harvest import scenarios
+from ...harvest.makers import settings_of_machines
 from ...harvest.scenario import HarvestScenario
 from ...scenario_files import find_scenario, load_scenario
 
@@ -64,7 +65,8 @@ def asked_scenario(
     Raises:
         InvalidInput: A file or a key is not there, or a value is out of its range.
     """
-    every = list(settings)
+    # Before what is set, so that a machine may be named and changed.
+    every = [*settings_of_machines(settings), *settings]
     options = {
         "combines.count": combines,
         "carts.count": carts,

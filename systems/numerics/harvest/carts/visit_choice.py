@@ -154,6 +154,7 @@ def choose_visits(outlook: Outlook) -> Iterator[Attempt | int]:
         come to it.
     """
     full = np.array([tank.full_at() for tank in outlook.tanks])
+    served = {number for cart in outlook.carts for number in cart.serves}
     targets = []
     for cart in outlook.carts:
         arrivals = outlook.arrivals(cart.node, cart.since)
@@ -163,7 +164,7 @@ def choose_visits(outlook: Outlook) -> Iterator[Attempt | int]:
                 targets.append(target)
     while targets:
         reached = {target.combine for target in targets}
-        missed = [n for n in range(len(full)) if n not in reached and full[n] < np.inf]
+        missed = [n for n in served - reached if full[n] < np.inf]
         target, due = _next_target(outlook, targets)
         tried = target.tried(due)
         first = min(missed, key=lambda n: full[n], default=-1)

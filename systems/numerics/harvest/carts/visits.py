@@ -50,6 +50,14 @@ PLACES_TRIED = 8
 TOGETHER = 12
 # What comes so long after a stop is of no account while a way to it is looked for [s].
 AHEAD = 1500.0
+# So many of the last visits are given up, one more each time, where nobody could come in time.
+MOST_BACK = 6
+# What takes their place has to let nobody wait for so long after that; or at least for so long [s].
+WELL_AFTER, SOON_AFTER = 400.0, 60.0
+# How many visits are planned in all in place of such ones.
+MOST_OTHER = 60
+# What is done where nobody can come in time.
+VISITS = ("revised", "greedy")
 
 # Times plans again when combines stop; a stop that lasts FOR_EVER ends what comes after it.
 Retime = Callable[[Sequence[Stop]], list[TimedPath]]
@@ -65,6 +73,7 @@ class _Plan(NamedTuple):
     world: CartSurroundings
     jobs: list[list[Job]]
     stops: list[Stop]
+    turns: list[int]
 
 
 def serve_combines(
@@ -79,6 +88,7 @@ def serve_combines(
     threshold: float = 0.5,
     failure: Failure | None = None,
     progress: Callable[[float], None] = lambda share: None,
+    visits: str = "revised",
 ) -> CartPlan:
     """Plan all visits, trips and routes.
 
@@ -95,12 +105,15 @@ def serve_combines(
         threshold: Part of a tank from which on carts come, unless that is too late.
         failure: Of a cart, which nobody knows of before it happens.
         progress: Told now and then which part of the grain is accounted for, in [0, 1].
+        visits: "revised": where nobody can come to a combine in time, some of the last visits are
+            given up for others that leave time for it; "greedy": it waits.
 
     Raises:
         InvalidInput: The only cart fails.
         NoPlan: A cart can never get to a combine or to its truck.
     """
     require(strategy in STRATEGIES, "strategy", f"be one of {', '.join(STRATEGIES)}", strategy)
+    require(visits in VISITS, "visits", f"be one of {', '.join(VISITS)}", visits)
     require(0.0 < threshold <= 1.0, "threshold", "be in (0, 1]", threshold)
     if failure is not None:
         count = len(supply.trucks)
@@ -113,8 +126,23 @@ def serve_combines(
         lateral_acceleration=PLANNED * cart.lateral_acceleration,
     )
     world = make_surroundings(ground, combines, careful, swaths, supply.trucks, list(plans))
-    service = _Service(ground, world, supply, again, strategy, threshold, progress)
-    service.run()
+    services: list[_Service] = []
+    faults: list[NoPlan] = []
+    # Greedy visits, too, where revised ones are not enough: the better plan is taken.
+    for most_other in (MOST_OTHER, 0) if visits == "revised" else (0,):
+        service = _Service(ground, world, supply, again, strategy, threshold, progress)
+        service.most_other = most_other
+        try:
+            service.run()
+        except NoPlan as fault:
+            faults.append(fault)
+        else:
+            services.append(service)
+            if not service.stops:
+                break
+    if not services:
+        raise faults[-1]
+    service = min(services, key=lambda each: sum(stop.duration for stop in each.stops))
     if failure is not None:
         service.fail(failure)
         service.run()
@@ -144,6 +172,9 @@ class _Service:
         self.stops: list[Stop] = []
         self.begins = [standing_motion(self.cart, pose, 0.0) for pose in supply.trucks]
         self.turns = [0] * len(supply.trucks)
+        # Before each of the visits since the last stop; how many were planned in place of others.
+        self.history: list[_Plan] = []
+        self.others, self.most_other = 0, MOST_OTHER
         # Nothing that begins before this is changed any more; a cart that has failed.
         self.settled, self.failed = -np.inf, -1
         self._fill_tanks()
@@ -172,9 +203,9 @@ class _Service:
             NoPlan: There is no end of it, or a cart finds no way.
         """
         seen: set[tuple[object, ...]] = set()
+        self.history, self.others = [], 0
         for _ in range(self._most_rounds()):
-            if any(self._room(cart) < LEAST * self.largest_tank for cart in self.carts):
-                self._empty_carts(self.cart.capacity - self.largest_tank)
+            self._make_room()
             if all(t.full_at() == np.inf and t.left <= EMPTY for t in self.tanks):
                 break
             self.progress(sum(visit.taken for visit in self.visits) / self._grain())
@@ -183,12 +214,15 @@ class _Service:
                 # What follows from it was given up again, and would be for ever.
                 raise self._endless()
             seen.add(now)
+            self.history.append(self._kept())
             missed = self._serve_in_windows()
             if missed is None:
                 continue
             full = self.tanks[missed].full_at()
             if full < np.inf:
-                self._stop(missed, full)
+                if not self._come_earlier(missed, full):
+                    self._stop(missed, full)
+                    self.history = []
             else:
                 self._collect()
         else:
@@ -253,14 +287,79 @@ class _Service:
 
     # Visits in windows.
 
-    def _serve_in_windows(self) -> int | None:
-        """Plan the visit that comes next; the number of a combine that has to wait if none can."""
+    def _make_room(self) -> None:
+        """Send carts to their trucks that are too full for another visit."""
+        if any(self._room(cart) < LEAST * self.largest_tank for cart in self.carts):
+            self._empty_carts(self.cart.capacity - self.largest_tank)
+
+    def _come_earlier(self, number: int, full: float) -> bool:
+        """Serve a combine, which nobody can come to in time any more, instead of others before.
+
+        The last visits are given up, one more each time; the combine is served first, then the
+        others as usual, until so long after its tank was full that the plan is a better one.
+
+        Args:
+            number: Of the combine.
+            full: When its tank is full [s].
+
+        Returns:
+            Whether there is such a plan now.
+        """
+        kept, history = self._kept(), self.history
+        furthest, found = full + SOON_AFTER, None
+        for back in range(2, min(MOST_BACK + 1, len(history)) + 1):
+            first = [number]
+            while self.others < self.most_other and furthest < np.inf:
+                self._restore(history[-back])
+                self.history = history[: 1 - back]
+                reached, missed = self._reach(first, full + WELL_AFTER)
+                if reached > furthest:
+                    furthest, found = reached, (self._kept(), self.history)
+                if missed in first or reached > full + SOON_AFTER:
+                    break
+                # Now another one waits: both come before the rest.
+                first = [*first, missed]
+        plan, self.history = found or (kept, history)
+        self._restore(plan)
+        return found is not None
+
+    def _reach(self, first: list[int], until: float) -> tuple[float, int]:
+        """Plan visits, one to some combines each first, until all tanks have room at a time.
+
+        Args:
+            first: Numbers of the combines.
+            until: The time [s].
+
+        Returns:
+            When a combine has to wait before that, and which; infinite if none has to [s].
+        """
+        coming = list(first)
+        while coming or min(tank.full_at() for tank in self.tanks) <= until:
+            self.others += 1
+            missed = self._serve_in_windows(coming[0] if coming else None)
+            if missed is not None:
+                return (-np.inf if coming else self.tanks[missed].full_at()), missed
+            coming = coming[1:]
+            try:
+                self._make_room()
+            except NoPlan:
+                return -np.inf, first[0]
+            self.history.append(self._kept())
+        return np.inf, first[0]
+
+    def _serve_in_windows(self, only: int | None = None) -> int | None:
+        """Plan the visit that comes next; the number of a combine that has to wait if none can.
+
+        Args:
+            only: The only combine that is served; None: any.
+        """
         free = []
         for cart in self.carts:
             if cart != self.failed:
                 stands = self._standing(cart)
                 node = int(self.world.nodes_near(stands.pose[None])[0])
                 room, serves = self._room(cart), self._served_by(cart)
+                serves = [n for n in serves if only is None or n == only]
                 free.append(FreeCart(cart, node, stands.since, room, serves, self.turns[cart]))
         outlook = Outlook(
             self.world.team,
@@ -447,11 +546,12 @@ class _Service:
 
     def _kept(self) -> _Plan:
         """What is planned, to come back to."""
-        return _Plan(self.world, [[*jobs] for jobs in self.jobs], [*self.stops])
+        jobs = [[*jobs] for jobs in self.jobs]
+        return _Plan(self.world, jobs, [*self.stops], [*self.turns])
 
     def _restore(self, kept: _Plan) -> None:
         """Come back to what was planned."""
-        self.world, self.stops = kept.world, [*kept.stops]
+        self.world, self.stops, self.turns = kept.world, [*kept.stops], [*kept.turns]
         self.jobs = [[*jobs] for jobs in kept.jobs]
         self._fill_tanks()
 

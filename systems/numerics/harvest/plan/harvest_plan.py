@@ -74,6 +74,7 @@ def plan_harvest(
     trucks: TruckFleet | None = None,
     strategy: str = "sequential",
     threshold: float = 0.5,
+    visits: str = "revised",
     pattern: str = "lands",
     seed: int = 0,
     failure: Failure | None = None,
@@ -96,6 +97,8 @@ def plan_harvest(
         strategy: Order in which combines are served, "sequential" or "on-demand"; see
             `serve_combines`.
         threshold: Part of a tank from which on carts come.
+        visits: Whether visits are given up for others where a combine would have to wait,
+            "revised" or "greedy"; see `serve_combines`.
         pattern: Of the combines' paths; see `plan_coverage`.
         seed: Of the orders that are tried.
         failure: Of a cart: what comes after it is planned as if nobody had known of it before. So
@@ -136,6 +139,7 @@ def plan_harvest(
             threshold,
             failure,
             lambda share: progress(stage, share),
+            visits,
         )
         return HarvestPlan(team, cart, supply, service)
 

@@ -99,3 +99,37 @@ def test_what_is_surely_in_reach_of_a_standing_combine_is_alongside(bent):
         if sure:
             assert is_alongside(pose, nudged, cart.length, cart.hitch_offset, reach, True)
     assert 20 < sum(found) < 380
+
+
+def served_both_ways(made, density, strategy):
+    """What carts do where nothing is given up for others, and where it is."""
+    supply = Supply(density=density, trucks=TRUCKS[:1])
+    pair = [made.combine] * len(made.plans)
+    return [
+        serve_combines(
+            *(made.field, pair, Cart(), made.plans, made.swaths, supply),
+            strategy=strategy,
+            visits=visits,
+        )
+        for visits in ("greedy", "revised")
+    ]
+
+
+def test_visits_are_given_up_for_others_where_somebody_would_have_to_wait(hand_made, audit):
+    made = hand_made(162.0, 120.0, 2)
+    greedy, revised = served_both_ways(made, 1.7, "on-demand")
+    assert len(greedy.stops) == 1
+    assert revised.stops == []
+    assert max(plan.end for plan in revised.plans) < max(plan.end for plan in greedy.plans) - 60.0
+    taken = [sum(visit.taken for visit in plan.visits) for plan in (greedy, revised)]
+    assert taken[1] == pytest.approx(taken[0], abs=2.0)
+    found = audit(made.field, made.combine, Cart(), revised.plans, revised.motions)
+    assert min(found.combine_gap, found.cart_gap) >= 0.5
+    assert found.crop < 0.05
+
+
+def test_who_has_to_wait_anyway_waits_no_longer(hand_made):
+    greedy, revised = served_both_ways(hand_made(198.0, 140.0, 2), 1.9, "sequential")
+    assert greedy.stops
+    waits = [sum(stop.duration for stop in plan.stops) for plan in (greedy, revised)]
+    assert waits[1] <= waits[0]

@@ -1,0 +1,1 @@
+"""Machines of makers, as YAML: see `makers`."""
