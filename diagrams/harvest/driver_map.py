@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch, Patch, PathPatch, Polygon
 from matplotlib.path import Path as Outline
 
+from ...systems.numerics.harvest.carts.cart_plan import CartVisit
 from ...systems.numerics.harvest.paths.machine_path import MachinePath
 from ...systems.numerics.harvest.plan_files.plan_lines import Swath, path_points, swaths_of
 from ...systems.numerics.units import area_text
@@ -58,6 +59,8 @@ def draw_map(job: HarvestJob) -> Figure:
         start, end = timed.path.poses[0], timed.path.poses[-1]
         _arrow_into(axes, start, colour, 0.05 * size, f"start {n}")
         axes.plot(*end[:2], "s", color=colour, markersize=9, markeredgecolor="black", zorder=6)
+    for visit in plan.service.visits:
+        _draw_visit(axes, plan.service.plans[visit.combine].pose_at(visit.begin), visit, job.reach)
     for k, truck in enumerate(plan.supply.trucks):
         axes.plot(*truck[:2], "P", color="black", markersize=12, markeredgecolor="white", zorder=7)
         _name(axes, (truck[0], truck[1]), f"truck, cart {k}")
@@ -99,6 +102,20 @@ def _draw_swath(axes: Axes, swath: Swath, size: float, numbers: list[tuple[float
         here, there, arrowstyle="-|>", mutation_scale=16, color=colour, linewidth=0, zorder=4
     )
     axes.add_patch(head)
+
+
+def _draw_visit(axes: Axes, pose: np.ndarray, visit: CartVisit, reach: float) -> None:
+    """Mark where a cart comes beside a combine, with its number and the minute."""
+    x, y = pose[:2] + reach * np.array([-math.sin(pose[2]), math.cos(pose[2])])
+    axes.plot(
+        x, y, "^", color="white", markersize=7, zorder=6,
+        markeredgecolor=combine_colour(visit.combine), markeredgewidth=1.4,
+    )  # fmt: skip
+    axes.annotate(
+        f"{visit.cart}: {visit.begin / 60:.0f}'", (x, y), xytext=(5, -3), fontsize=6, zorder=6,
+        textcoords="offset points", bbox={"boxstyle": "round,pad=0.1", "fc": "white", "ec": "none",
+        "alpha": 0.75},
+    )  # fmt: skip
 
 
 def _point(line: shapely.LineString, along: float) -> tuple[float, float]:
@@ -171,6 +188,14 @@ def _write_legend(figure: Figure, job: HarvestJob) -> None:
         Line2D([], [], color=WAY, linewidth=0.8, linestyle=":", label="turn, header up"),
         Line2D([], [], color=WAY, marker="s", linestyle="", label="end"),
         Line2D([], [], color="black", marker="P", linestyle="", label="truck"),
+        Line2D(
+            *([], []),
+            color="white",
+            marker="^",
+            linestyle="",
+            markeredgecolor=WAY,
+            label="cart comes: its number and the minute",
+        ),
     ]
     if len(field.gates):
         handles.append(

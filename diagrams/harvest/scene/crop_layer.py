@@ -11,7 +11,7 @@ from ...visuals.meshes import extruded_mesh, flat_mesh
 from ...visuals.stage import Stage
 from ..job import HarvestJob
 from .crop_patches import CropPatch, crop_patches, polygons_of
-from .palette import CROP, CROP_ROWS, MARGIN_GROUND, OBSTACLE, STUBBLE
+from .palette import CROP, CROP_ROWS, MARGIN_GROUND, OBSTACLE, STUBBLE, crop_paint
 
 # Heights of crop, which is seen a little from the south, and of obstacles, in view heights.
 _CROP_HEIGHT, _OBSTACLE_HEIGHT = 0.004, 0.006
@@ -21,7 +21,7 @@ _ROW_LINE = 0.0022
 
 
 class CropLayer:
-    """Patches of crop at `crop/K/patch`, stubble below them at `stubble`."""
+    """Patches of crop at `crop/K/patch`, a little in the colour of who cuts them; stubble below."""
 
     def __init__(self, stage: Stage, layout: Layout, job: HarvestJob) -> None:
         """Draw the field before the harvest."""
@@ -62,7 +62,9 @@ class CropLayer:
         lines = polygons_of(shapely.intersection(crop, edges))
         shrink = [1.0 / (patch.end - patch.begin), 1.0]
         unit = shapely.transform(crop, lambda points: points * shrink)
-        self._stage.mesh(f"{path}/patch", extruded_mesh(unit, 0.0, height), CROP)
+        self._stage.mesh(
+            f"{path}/patch", extruded_mesh(unit, 0.0, height), crop_paint(patch.combine)
+        )
         if lines.area > 0:
             unit = shapely.transform(lines, lambda points: points * shrink)
             self._stage.mesh(f"{path}/patch/rows", flat_mesh(unit, 1.1 * height), CROP_ROWS)

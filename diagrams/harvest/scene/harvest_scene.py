@@ -15,6 +15,7 @@ from ..job import HarvestJob
 from .crop_layer import CropLayer
 from .machine_shapes import machine_sizes
 from .machines import CartShapes, CombineShapes, draw_trucks
+from .next_visits import NextVisits
 from .panel import HarvestMoment, Panel
 
 # Where everything is, in Meshcat's tree.
@@ -26,7 +27,7 @@ _TOLERANCE = 2e-4
 
 
 class HarvestScene(LeafSystem):
-    """Draws crop and stubble, combines with their tanks, carts with their loads, and a panel.
+    """Draws crop, combines with tanks, carts with loads and next visits, and a panel.
 
     .. pydrake_system::
 
@@ -138,6 +139,7 @@ class HarvestScene(LeafSystem):
         sizes = machine_sizes(scenario.combines, scenario.carts, job.reach, layout.span)
         self._crop = CropLayer(stage, layout, job)
         draw_trucks(stage, sizes, scenario.carts, job.trucks)
+        self._visits = NextVisits(stage, layout.span, job)
         self._combines = CombineShapes(stage, sizes, job.scenario.combines.count)
         self._carts = CartShapes(stage, sizes, scenario.carts, scenario.carts.count)
         self._panel = Panel(
@@ -165,6 +167,8 @@ class HarvestScene(LeafSystem):
             lost=float(account[:, LOST].sum()),
         )
         self._crop.update(value("station"))
+        # As late as a cart is, so much later all that is planned for it begins.
+        self._visits.update(time - value("late")[len(tanks) :])
         pouring = value("alongside") >= 0
         self._combines.move(value("pose").reshape(-1, 3), moment.tank_fills, pouring)
         self._carts.move(value("state").reshape(-1, 4), moment.load_fills)

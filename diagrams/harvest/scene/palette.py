@@ -10,6 +10,8 @@ MARGIN_GROUND = paint(0.80, 0.86, 0.73)
 OBSTACLE = paint(0.55, 0.58, 0.55)
 CROP = paint(0.93, 0.75, 0.27)
 CROP_ROWS = paint(0.86, 0.66, 0.20)
+# How much of its combine's colour standing crop has, by which lands are told apart.
+LAND = 0.22
 # Of combines with even and with odd numbers, so that rows can be told apart.
 STUBBLE = (paint(0.95, 0.91, 0.79), paint(0.91, 0.86, 0.72))
 HEADER = paint(0.28, 0.30, 0.34)
@@ -25,3 +27,13 @@ TRUCK_CAB = paint(0.16, 0.26, 0.40)
 def combine_paint(combine: int) -> Rgba:
     """The paint that shows as a combine's colour in the plots."""
     return paint(*to_rgb(combine_colour(combine)))
+
+
+def crop_paint(combine: int) -> Rgba:
+    """The paint of standing crop in the land of a combine."""
+    crop, own = CROP, combine_paint(combine)
+    mixed = [
+        (1 - LAND) * a + LAND * b
+        for a, b in zip((crop.r(), crop.g(), crop.b()), (own.r(), own.g(), own.b()), strict=True)
+    ]
+    return Rgba(*mixed, crop.a())

@@ -199,6 +199,15 @@ def test_the_map_numbers_every_swath_once_at_its_place_and_names_starts_and_truc
     said = {each.get_text() for each in axes.texts}
     assert {"start 0", "start 1", "truck, cart 0", "y (north unknown)"} <= said
     assert "1.08 ha" in figure.get_suptitle()
+    # Where carts come, and when.
+    visits = small_job.plan.service.visits
+    assert len(visits) >= 2
+    for visit in visits:
+        name = f"{visit.cart}: {visit.begin / 60:.0f}'"
+        places = [each.xy for each in axes.texts if each.get_text() == name]
+        x, y, _ = small_job.plan.service.plans[visit.combine].pose_at(visit.begin)
+        away = [np.hypot(a - x, b - y) for a, b in places]
+        assert min(away) == pytest.approx(small_job.reach)
 
 
 def command(*words):

@@ -144,6 +144,23 @@ def test_an_auger_is_out_while_it_pours(watched, moment):
         assert shown(watched, f"combines/{n}/auger/folded") == (cart < 0)
 
 
+def test_of_each_cart_the_next_visit_is_marked_where_it_begins(replay, watched, moment):
+    job = replay[0].job
+    visits = job.plan.service.visits
+    assert len(visits) >= 2
+    count = job.scenario.combines.count
+    for k in range(job.scenario.carts.count):
+        clock = moment["time"] - moment["late"][count + k]
+        mine = [v for v, visit in enumerate(visits) if visit.cart == k]
+        coming = [v for v in mine if visits[v].end > clock][:1]
+        assert [v for v in mine if shown(watched, f"visits/{v}")] == coming
+        for v in coming:
+            plan = job.plan.service.plans[visits[v].combine]
+            place = vector(watched, f"visits/{v}", "position")
+            off = place - plan.pose_at(visits[v].begin)[:2]
+            assert np.hypot(*off) == pytest.approx(job.reach, abs=1e-6)
+
+
 def test_the_page_is_whole_and_asks_for_nothing(watched):
     assert watched.complaints == []
     outside = [
