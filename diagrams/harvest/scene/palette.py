@@ -32,8 +32,10 @@ def combine_paint(combine: int) -> Rgba:
 def crop_paint(combine: int) -> Rgba:
     """The paint of standing crop in the land of a combine."""
     crop, own = CROP, combine_paint(combine)
-    mixed = [
-        (1 - LAND) * a + LAND * b
-        for a, b in zip((crop.r(), crop.g(), crop.b()), (own.r(), own.g(), own.b()), strict=True)
-    ]
-    return Rgba(*mixed, crop.a())
+
+    def mixed(standing: float, owned: float) -> float:
+        return (1 - LAND) * standing + LAND * owned
+
+    return Rgba(
+        mixed(crop.r(), own.r()), mixed(crop.g(), own.g()), mixed(crop.b(), own.b()), crop.a()
+    )

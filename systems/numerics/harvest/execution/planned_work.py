@@ -23,8 +23,9 @@ from ..timing.sweep import Sweep, cart_sweep, grid_stations, sweep_of
 # Distance of stations between which crop comes in evenly [m].
 PIECE = 0.5
 # Longest cell on which machines wait for one another. A machine may be late by so much against one
-# that the plan has near it at the same time, and comes nearer to it by no more than that [m].
-LONGEST_CELL = 0.5
+# that the plan has near it at the same time, and comes nearer to it by no more than that: of the
+# half metre that plans keep 0.3 m are left [m].
+LONGEST_CELL = 0.2
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

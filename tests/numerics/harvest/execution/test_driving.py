@@ -4,9 +4,15 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.harvest.execution.disturbance import Disturbance
+from sightfield.systems.numerics.harvest.execution.planned_work import LONGEST_CELL
+from sightfield.systems.numerics.harvest.timing.conflicts import GAP
 
 # What the audit of a run asks for [m].
 LEAST = 0.3
+
+
+def test_what_a_late_machine_may_slip_leaves_the_distance_that_is_asked_for():
+    assert GAP - LONGEST_CELL >= LEAST - 1e-12
 
 
 @pytest.mark.parametrize("kind", range(4))
