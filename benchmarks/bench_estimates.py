@@ -39,6 +39,7 @@ from sightfield.systems.numerics.vision.surroundings import Surroundings
 pytestmark = pytest.mark.benchmarks
 
 SCENES = int(os.environ.get("SIGHTFIELD_SCENES", "300"))
+SEED = int(os.environ.get("SIGHTFIELD_SEED", "0"))
 CAMERA, SENSOR, SHELL, RED = OmniCamera(), Sensor(), Shell(), chosen_colours(["red"])
 ROOM = Surroundings(world=make_world([[-3, -3], [3, -3], [3, 3], [-3, 3]], []))
 # Distances from the camera to the shell's axis [m].
@@ -138,7 +139,7 @@ def scenes(count: int) -> Iterator[tuple[int, np.ndarray, np.ndarray, np.ndarray
     """Number, pose of the camera, place of the shell, and light of random scenes."""
     rays = make_ray_table(CAMERA)
     for frame in range(count):
-        random = np.random.default_rng([0, frame])
+        random = np.random.default_rng([SEED, frame])
         pose = random.uniform([-1, -1, -math.pi], [1, 1, math.pi])
         reach, way = random.uniform(NEAREST, FARTHEST), random.uniform(-math.pi, math.pi)
         spot = pose[:2] + reach * np.array([math.cos(way), math.sin(way)])

@@ -12,7 +12,7 @@ from rich.table import Table
 from ....systems.numerics.errors import InvalidInput, require
 from ....systems.numerics.vision.boards.board import Checkerboard, find_corners
 from ....systems.numerics.vision.boards.calibrate import calibrate_on_board, fixed_names
-from ....systems.numerics.vision.boards.fit import fit_aspect, held_out_residuals
+from ....systems.numerics.vision.boards.fit import fit_aspect, fit_intervals, held_out_residuals
 from ....systems.numerics.vision.camera_models.camera_files import forms_of, save_camera_model
 from ....systems.numerics.vision.estimation.pictures import load_picture
 from ...outputs import output_folder
@@ -60,8 +60,9 @@ def calibrate_board(
         if len(seen) >= 5:
             held = held_out_residuals(fit.camera, board.points, seen, folds=folds, fixed=fixed)
         free = fit_aspect(fit, board.points, seen, fixed=fixed)
+        ends = fit_intervals(fit, board.points, seen, fixed=fixed)
         forms = forms_of(fit.camera)
-        summary = summarise_board(fit, model, list(found), skipped, held, free)
+        summary = summarise_board(fit, model, list(found), skipped, held, free, ends)
         text = json.dumps(summary, indent=2)
         if folder is not None:
             for form in forms:
@@ -74,12 +75,13 @@ def calibrate_board(
     plain = Console()
     for name in skipped:
         plain.print(f"Skipped {name}: the whole board was not found", markup=False)
-    table = Table("parameter", "value", "standard deviation")
-    for name, value, spread in zip(
-        fit.camera.names, fit.camera.vector, fit.deviations, strict=True
+    table = Table("parameter", "value", "standard deviation", "95% from", "to")
+    for name, value, spread, end in zip(
+        fit.camera.names, fit.camera.vector, fit.deviations, ends, strict=True
     ):
         kept = f"{spread:.2g}" if spread > 0 else "kept"
-        table.add_row(name.replace("[", r"\["), f"{value:.8g}", kept)
+        between = [f"{each:.6g}" if spread > 0 else "" for each in end]
+        table.add_row(name.replace("[", r"\["), f"{value:.8g}", kept, *between)
     plain.print(table)
     outside = "" if held is None else f", {summary['left_out_rms']:.3f} px on pictures left out"
     plain.print(f"{len(seen)} pictures: {fit.rms:.3f} px rms{outside}", markup=False)

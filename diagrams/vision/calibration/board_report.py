@@ -1,5 +1,6 @@
 """What a calibration on a board found, as one JSON object and as a picture of its residuals."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -20,6 +21,7 @@ def summarise_board(
     skipped: Sequence[str],
     held: np.ndarray | None,
     free: BoardFit,
+    ends: np.ndarray,
 ) -> dict[str, object]:
     """The entries of a calibration's summary.
 
@@ -30,15 +32,15 @@ def summarise_board(
         held: Residuals of pictures left out, shape (pictures, corners, 2) [px], None if they were
             too few.
         free: The fit with the proportions of the squares free.
+        ends: Of the parameters' intervals of 95%, shape (p, 2).
 
     Returns:
         model, pictures, skipped, converged, rms [px], left_out_rms [px] or null, rms_by_picture
-        [px], parameters (value, deviation, interval of 95%, each in the unit of its name),
-        aspect (value, deviation), and in words what is known of the ruler.
+        [px], parameters (value, deviation, interval of 95%, null where it has no end, each in the
+        unit of its name), aspect (value, deviation), and in words what is known of the ruler.
     """
-    ends = fit.intervals(0.95)
     parameters = {
-        name: {"value": value, "deviation": spread, "interval": end}
+        name: {"value": value, "deviation": spread, "interval": _known(end)}
         for name, value, spread, end in zip(
             fit.camera.names,
             fit.camera.vector.tolist(),
@@ -59,6 +61,11 @@ def summarise_board(
         "aspect": {"value": free.aspect, "deviation": free.aspect_deviation},
         "ruler": _ruler(free),
     }
+
+
+def _known(ends: list[float]) -> list[float | None]:
+    """Ends without those that are infinite, which JSON has no number for."""
+    return [end if math.isfinite(end) else None for end in ends]
 
 
 def save_residuals(path: Path, fit: BoardFit, pictures: Sequence[np.ndarray]) -> None:

@@ -7,16 +7,18 @@ at the minimum, m residuals and p numbers,
     covariance = s^2 (J^T J)^-1,   s^2 = (sum of squares) / (m - p)
 
 which supposes that corners err independently, alike and little. Where few corners leave Mei's xi
-open by some hundredths, the model bends within that range, and intervals of xi, focal length and
-k_1 are too short.
+open by some hundredths, the model bends within that range, and v +- t s would be too short for xi,
+focal length and k_1. Intervals therefore are those of the profile likelihood: an end of v's is
+where the best fit with v held there, all other numbers free, leaves t^2 s^2 more than the minimum.
 
 What a board cannot tell is its own size: with squares twice as large all boards lie twice as far
 off, and the pictures are the same. Its proportions it tells: see `fit_aspect`.
 
 Source: Triggs et al., "Bundle adjustment - a modern synthesis", 1999; for the covariance Seber and
-Wild, "Nonlinear Regression", 2.1.
+Wild, "Nonlinear Regression", 2.1, and 5.4 for the intervals.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -33,8 +35,13 @@ from .board import Pose, board_pose
 _LOST = 1e3
 # By how much a step of a difference quotient moves a corner [px].
 _NUDGE = 1e-2
-# Rounds over all numbers; a fit from a fair guess takes ten.
-_ROUNDS = 60
+# Rounds over all numbers; a fit from a fair guess takes ten, one along a flat valley many more.
+_ROUNDS = 300
+# Fits on the way to an end of an interval at most, rounds of each, and how near in deviations the
+# last is to come to the end.
+_POINTS, _POINT_ROUNDS, _NEAR_END = 15, 40, 0.02
+# Least gain of a round on the way that is worth another, in squared deviations.
+_SETTLED = 0.005
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,20 +84,6 @@ class BoardFit:
         """Residuals less fitted numbers."""
         fitted = int(np.count_nonzero(np.diag(self.covariance))) + (self.aspect_deviation > 0)
         return self.residuals.size - fitted - 6 * len(self.poses)
-
-    def intervals(self, confidence: float = 0.95) -> np.ndarray:
-        """Intervals that cover each true parameter with a probability, by Student's t.
-
-        They are those of the linear problem, too short where the model bends: see the module.
-
-        Args:
-            confidence: The probability.
-
-        Returns:
-            Lower and upper ends, shape (p, 2), in the units of `names`.
-        """
-        half = student.ppf(0.5 + 0.5 * confidence, self.freedom) * self.deviations
-        return self.camera.vector[:, None] + half[:, None] * [-1.0, 1.0]
 
 
 def rms_of(residuals: np.ndarray) -> float:
@@ -136,12 +129,7 @@ def fit_camera(
         max_nfev=_ROUNDS,
     )
     free = pixels.size - problem.size
-    # Columns of one length first: units differ by many orders.
-    jacobian = problem.derivative(found.x)
-    lengths = np.linalg.norm(jacobian, axis=0)
-    lengths[lengths == 0] = 1.0
-    inverse = np.linalg.pinv((jacobian / lengths).T @ (jacobian / lengths), hermitian=True)
-    covariance = 2 * found.cost / free * inverse / np.outer(lengths, lengths)
+    covariance = 2 * found.cost / free * _inverse(problem.derivative(found.x))
     inner = len(problem.free)
     aspect = float(found.x[inner]) if with_aspect else 1.0
     spread = float(np.sqrt(covariance[inner, inner])) if with_aspect else 0.0
@@ -157,6 +145,139 @@ def fit_camera(
         int(found.nfev),
         bool(found.success),
     )
+
+
+def fit_intervals(
+    fit: BoardFit,
+    points: np.ndarray,
+    pictures: Sequence[np.ndarray],
+    *,
+    fixed: Sequence[str] = (),
+    confidence: float = 0.95,
+) -> np.ndarray:
+    """Intervals that cover each true parameter with a probability, by the profile likelihood.
+
+    Args:
+        fit: Of `fit_camera`.
+        points: Corners on the board, shape (n, 2) [m].
+        pictures: Pixels of the corners in each picture, shapes (n, 2).
+        fixed: As of `fit_camera`; these have intervals without length.
+        confidence: The probability, in (0, 1).
+
+    Returns:
+        Lower and upper ends, shape (p, 2), in the units of `names`; infinite where the pictures
+        leave a parameter open on that side.
+
+    Raises:
+        InvalidInput: No such probability.
+    """
+    require(0 < confidence < 1, "confidence", "lie in (0, 1)", confidence)
+    free = free_indices(fit.camera, fixed)
+    with_aspect = fit.aspect_deviation > 0
+    problem = _Problem(fit.camera, points, np.stack(pictures), with_aspect, free, fit.poses)
+    best = problem.start
+    if with_aspect:
+        best[len(free)] = fit.aspect
+    inverse = _inverse(problem.derivative(best))
+    bound = float(student.ppf(0.5 + 0.5 * confidence, fit.freedom))
+    ends = np.repeat(fit.camera.vector[:, None], 2, axis=1)
+    for column, index in enumerate(free.tolist()):
+        valley = inverse[:, column] / inverse[column, column]
+        reach = bound * float(fit.deviations[index])
+        for side, way in enumerate((-1.0, 1.0)):
+            ends[index, side] = _profile_end(
+                problem, best, column, valley, way * reach, bound, fit.freedom
+            )
+    return ends
+
+
+def _profile_end(
+    problem: "_Problem",
+    best: np.ndarray,
+    column: int,
+    valley: np.ndarray,
+    reach: float,
+    bound: float,
+    freedom: int,
+) -> float:
+    """Where the best fit with a number held is `bound` deviations worse, or infinity.
+
+    Args:
+        problem: What is fitted.
+        best: The minimum, shape (p,).
+        column: Of the number.
+        valley: By how much the others go with it, near the minimum, shape (p,).
+        reach: Where the end is in the linear problem, from the minimum on.
+        bound: Of the root of the excess.
+        freedom: Residuals less numbers.
+    """
+    least = float(np.sum(problem.residuals(best) ** 2))
+    if least == 0 or reach == 0:
+        return float(best[column])
+    # Numbers of the best fits so far, by how far the held one is from the minimum.
+    path = {0.0: best}
+
+    def best_from(start: np.ndarray, way: float) -> tuple[float, np.ndarray]:
+        """How much worse the fit from a start is with the number held there, and its numbers."""
+        start[column] = best[column] + way
+
+        def whole(rest: np.ndarray) -> np.ndarray:
+            return np.insert(rest, column, start[column])
+
+        def slopes(rest: np.ndarray) -> np.ndarray:
+            return np.delete(problem.derivative(whole(rest)), column, axis=1)
+
+        found = least_squares(
+            lambda rest: problem.residuals(whole(rest)),
+            np.delete(start, column),
+            jac=slopes,  # type: ignore[arg-type]  # a function of the numbers, as SciPy says
+            method="lm",
+            x_scale="jac",
+            ftol=_SETTLED / freedom,
+            max_nfev=_POINT_ROUNDS,
+        )
+        worse = math.sqrt(max(2 * float(found.cost) / least - 1, 0.0) * freedom)
+        return worse, whole(found.x)
+
+    def deviations_at(way: float) -> float:
+        """How much worse the best fit is there."""
+        nearest, *others = sorted(path, key=lambda other: abs(other - way))
+        slope = valley
+        if others:
+            slope = (path[nearest] - path[others[0]]) / (nearest - others[0])
+        worse, numbers = best_from(path[nearest] + slope * (way - nearest), way)
+        if others and worse > bound - _NEAR_END:
+            # Before that counts as beyond: not only because it was lost on the way?
+            again = best_from(best + valley * way, way)
+            worse, numbers = min((worse, numbers), again, key=lambda each: each[0])
+        path[way] = numbers
+        return worse
+
+    inside, beyond = (0.0, 0.0), None
+    for _ in range(_POINTS):
+        there = deviations_at(reach)
+        if abs(there - bound) < _NEAR_END:
+            return float(best[column] + reach)
+        if there < bound:
+            inside = (reach, there)
+        else:
+            beyond = (reach, there)
+        if beyond is None:
+            # The excess grows ever more slowly along a valley: not too far at once.
+            reach *= min(max(bound / max(there, 1e-3), 1.1), 2.0)
+            continue
+        # Between the two, nearly straight.
+        share = (bound - inside[1]) / (beyond[1] - inside[1])
+        reach = inside[0] + min(max(share, 0.1), 0.9) * (beyond[0] - inside[0])
+    return float(best[column] + reach) if beyond is not None else math.copysign(math.inf, reach)
+
+
+def _inverse(jacobian: np.ndarray) -> np.ndarray:
+    """Of J^T J, with columns of one length first: units differ by many orders."""
+    lengths = np.linalg.norm(jacobian, axis=0)
+    lengths[lengths == 0] = 1.0
+    inverse = np.linalg.pinv((jacobian / lengths).T @ (jacobian / lengths), hermitian=True)
+    return inverse / np.outer(lengths, lengths)
 
 
 def fit_aspect(
@@ -245,14 +366,15 @@ class _Problem:
         pixels: np.ndarray,
         with_aspect: bool,
         free: np.ndarray,
+        poses: Sequence[Pose] = (),
     ) -> None:
         self._camera, self._points, self._pixels = camera, points, pixels
         self.free, self._inner = free, len(free)
         self._head = self._inner + with_aspect
-        self._first = [board_pose(camera, points, each) for each in pixels]
-        poses = [np.append(np.zeros(3), each.translation) for each in self._first]
+        self._first = list(poses) or [board_pose(camera, points, each) for each in pixels]
+        rows = [np.append(np.zeros(3), each.translation) for each in self._first]
         head = np.append(camera.vector[free], [1.0] * with_aspect)
-        self.start = np.concatenate([head, *poses])
+        self.start = np.concatenate([head, *rows])
         self.size = len(self.start)
         self._steps: np.ndarray | None = None
 
@@ -276,15 +398,23 @@ class _Problem:
 
     def residuals(self, numbers: np.ndarray) -> np.ndarray:
         """Model less found, shape (2 n pictures,) [px]."""
+        return self._away(numbers, self._places(numbers)[None])[0]
+
+    def _places(self, numbers: np.ndarray) -> np.ndarray:
+        """Corners in the camera frame, shape (n pictures, 3) [m]."""
         points = self._points
         if self._head > self._inner:
             points = points * [1.0, numbers[self._inner]]
+        return np.concatenate([pose.place(points) for pose in self.poses(numbers)])
+
+    def _away(self, numbers: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Residuals of corners at places, shape (m, n pictures, 3) -> (m, 2 n pictures) [px]."""
         try:
             camera = self.camera(numbers)
         except InvalidInput:
-            return np.full(self._pixels.size, _LOST)
-        places = np.concatenate([pose.place(points) for pose in self.poses(numbers)])
-        away = camera.project(places).ravel() - self._pixels.ravel()
+            return np.full((len(places), self._pixels.size), _LOST)
+        shown = camera.project(places.reshape(-1, 3)).reshape(len(places), -1)
+        away = shown - self._pixels.ravel()
         return np.where(np.isfinite(away), away, _LOST)
 
     def derivative(self, numbers: np.ndarray) -> np.ndarray:
@@ -299,15 +429,26 @@ class _Problem:
         if self._steps is None:
             self._steps = self._chosen_steps(numbers, groups)
         jacobian = np.zeros((self._pixels.size, self.size))
-        for step, group in zip(self._steps, groups, strict=True):
+        here, placed = self._places(numbers), []
+        for k, (step, group) in enumerate(zip(self._steps, groups, strict=True)):
             nudge = np.zeros(self.size)
             nudge[group] = step
-            slope = (self.residuals(numbers + nudge) - self.residuals(numbers - nudge)) / (2 * step)
-            if len(group) == 1 and group[0] < self._head:
-                jacobian[:, group[0]] = slope
+            if k < self._inner:
+                # The camera moves no corner.
+                ahead, behind = (self._away(numbers + n, here[None])[0] for n in (nudge, -nudge))
+                jacobian[:, k] = (ahead - behind) / (2 * step)
+            else:
+                placed += [self._places(numbers + nudge), self._places(numbers - nudge)]
+        away = self._away(numbers, np.array(placed))
+        for k in range(self._inner, len(groups)):
+            ahead, behind = away[2 * (k - self._inner) :][:2]
+            slope = (ahead - behind) / (2 * self._steps[k])
+            if k < self._head:
+                jacobian[:, k] = slope
                 continue
-            for k, column in enumerate(group):
-                jacobian[k * each : (k + 1) * each, column] = slope[k * each : (k + 1) * each]
+            for picture, column in enumerate(groups[k]):
+                rows = slice(picture * each, (picture + 1) * each)
+                jacobian[rows, column] = slope[rows]
         return jacobian
 
     def _chosen_steps(self, numbers: np.ndarray, groups: list[np.ndarray]) -> np.ndarray:

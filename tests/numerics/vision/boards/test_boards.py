@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from scipy.optimize._numdiff import approx_derivative
+from scipy.stats import t as student
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.vision.boards.board import Checkerboard, board_pose, find_corners
@@ -18,12 +20,14 @@ from sightfield.systems.numerics.vision.boards.fit import (
     _Problem,
     fit_aspect,
     fit_camera,
+    fit_intervals,
     held_out_residuals,
     rms_of,
 )
 from sightfield.systems.numerics.vision.camera_models.camera_model import angle_between
 
 FIXED = ("k3", "p1", "p2")
+TILTS = [(0.3, 0.1, 0.0), (-0.3, 0.2, 0.2), (0.1, -0.4, 0.0), (0.2, 0.3, -0.3)]
 
 
 def fitted(scene, pictures=None, model="mei"):
@@ -81,9 +85,51 @@ def test_errors_of_the_fit_are_as_large_as_it_says(mirror):
         fit = fit_camera(mirror.camera, mirror.board.points, mirror.noisy(0.3, seed), fixed=FIXED)
         free = fit.deviations > 0
         normal.append((fit.camera.vector - mirror.camera.vector)[free] / fit.deviations[free])
-        assert np.array_equal(fit.intervals()[~free], np.zeros((3, 2)))
     # Chi squared of 6 x 7 numbers, correlated among the 7, has a mean of 1.
     assert 0.4 < np.mean(np.square(normal)) < 2.0
+
+
+def test_intervals_end_where_the_best_fit_is_so_much_worse(mirror):
+    pictures, points = mirror.noisy(0.3, 4)[:6], mirror.board.points
+    fit = fit_camera(mirror.camera, points, pictures, fixed=FIXED)
+    ends = fit_intervals(fit, points, pictures, fixed=FIXED)
+    assert np.array_equal(ends[fit.deviations == 0], np.zeros((3, 2)))
+    squares = np.sum(fit.residuals**2)
+    linear = student.ppf(0.975, fit.freedom) * fit.deviations
+    for name in ("xi", "k1", "centre_x"):
+        index = next(k for k, each in enumerate(fit.camera.names) if each.startswith(f"{name} "))
+        for end in ends[index]:
+            # The slow way: a whole fit from the start, with the parameter held.
+            vector = fit.camera.vector
+            vector[index] = end
+            held = fit_camera(
+                fit.camera.with_vector(vector), points, pictures, fixed=(*FIXED, name)
+            )
+            excess = (np.sum(held.residuals**2) / squares - 1) * fit.freedom
+            assert excess == pytest.approx(student.ppf(0.975, fit.freedom) ** 2, rel=0.03)
+        longer = np.diff(ends[index])[0] / (2 * linear[index])
+        # The centre is a linear problem; xi and k1 lie along a valley that bends.
+        assert longer > 1.1 if name != "centre_x" else longer == pytest.approx(1, abs=0.03)
+    half = fit_intervals(fit, points, pictures, fixed=FIXED, confidence=0.5)
+    free = fit.deviations > 0
+    assert np.all((ends[free, 0] < half[free, 0]) & (half[free, 1] < ends[free, 1]))
+
+
+def test_where_pictures_leave_a_parameter_open_its_interval_has_no_end(mirror):
+    # Boards near the axis alone tell xi and focal length together, neither of the two.
+    points = mirror.board.points
+    place = np.array([0.0, 0.0, 0.6]) - [*points.mean(axis=0), 0.0]
+    pictures = [
+        mirror.camera.project(points @ turn[:, :2].T + place)
+        for turn in (cv2.Rodrigues(np.array(tilt))[0] for tilt in TILTS)
+    ]
+    rng = np.random.default_rng(0)
+    pictures = [each + 0.3 * rng.standard_normal(each.shape) for each in pictures]
+    fixed = (*FIXED, "k1", "k2")
+    fit = fit_camera(mirror.camera, points, pictures, fixed=fixed)
+    ends = fit_intervals(fit, points, pictures, fixed=fixed)
+    assert np.isinf(ends[0, 1])
+    assert ends[0, 0] < mirror.camera.xi
 
 
 def test_the_size_of_a_board_cannot_be_told_and_changes_no_camera(mirror):
@@ -153,6 +199,9 @@ def test_what_is_no_board_and_no_calibration_is_refused(mirror):
         fitted(mirror, model="pinhole")
     with pytest.raises(InvalidInput, match="`folds` must be from 2 to 10; got 1"):
         held_out_residuals(mirror.camera, mirror.board.points, mirror.pictures, folds=1)
+    fit = fitted(mirror)
+    with pytest.raises(InvalidInput, match=r"`confidence` must lie in \(0, 1\); got 95"):
+        fit_intervals(fit, mirror.board.points, mirror.pictures, confidence=95)
     with pytest.raises(InvalidInput, match="`fixed` must be one of xi, focal_x"):
         fit_camera(mirror.camera, mirror.board.points, mirror.pictures, fixed=("k9",))
 
