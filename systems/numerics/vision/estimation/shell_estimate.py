@@ -28,8 +28,6 @@ _SHIFTED, _SHIFTED_WHITE = 0.8, 2.5
 _MISFIT, _DENT, _ROUGHNESS = 1.0, 0.24, 0.07
 # More smoothing than this leaves no outline [px].
 _BLURRED = 4.0
-# Variance of a bearing by the raster, times p^2 [px^2].
-_RASTER = 0.02**2
 # Estimates go on to this share of the nearest calibrated distance and of the farthest.
 _NEAREST, _FARTHEST = 0.5, 1.25
 # Standard deviation per distance outside the calibrated range.
@@ -154,7 +152,7 @@ def _read(
     edges = exact_pixel_radius([fit.range, 1.001 * fit.range], camera=camera, base=base)
     p = float(edges[0])
     by_optics, turned = calibration.optics_doubt(fit.range, p)
-    covariance = fit.covariance + np.diag([by_optics, turned + _RASTER / p**2])
+    covariance = fit.covariance + np.diag([by_optics, turned])
     # One side farther in than the other: something may hide a pixel of it.
     off = 0.5 * fit.lopsided
     covariance += np.diag([(off * 0.001 * fit.range / (edges[1] - p)) ** 2, (off / p) ** 2])
