@@ -46,14 +46,14 @@ from .systems.numerics.social.network.friendship_chain import (
 from .systems.numerics.social.network.friendship_chain import friendship_chain as friendship_chain
 from .systems.numerics.social.network.interface import SocialNetwork as SocialNetwork
 from .systems.numerics.social.network.memory_network import MemoryNetwork as MemoryNetwork
-from .systems.numerics.social.recognition.detections import LandmarkDetection as LandmarkDetection
+from .systems.numerics.social.recognition.recognition import LandmarkDetection as LandmarkDetection
 from .systems.numerics.social.recognition.recognition import Recognition as Recognition
 from .systems.numerics.social.recognition.recognition import recognise as recognise
 from .systems.numerics.social.recognition.references import References as References
 from .systems.numerics.social.recognition.references import maze_references as maze_references
-from .systems.numerics.social.routes.route_graph import RouteGraph as RouteGraph
-from .systems.numerics.social.routes.route_graph import build_route_graph as build_route_graph
 from .systems.numerics.social.routes.shortest_route import Route as Route
+from .systems.numerics.social.routes.shortest_route import RouteGraph as RouteGraph
+from .systems.numerics.social.routes.shortest_route import build_route_graph as build_route_graph
 from .systems.numerics.social.routes.shortest_route import shortest_route as shortest_route
 from .systems.social import AgentInterest as AgentInterest
 from .systems.social import CrowdGuard as CrowdGuard

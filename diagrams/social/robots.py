@@ -9,9 +9,8 @@ from pydrake.systems.primitives import (
     Multiplexer,
 )
 
-from ...systems.numerics.social.routes.following import FollowingLaw
-from ...systems.numerics.social.routes.route_graph import build_route_graph
-from ...systems.numerics.social.routes.wandering import WanderingLaw
+from ...systems.numerics.social.routes.motion import FollowingLaw, WanderingLaw
+from ...systems.numerics.social.routes.shortest_route import build_route_graph
 from ...systems.social.crowd_guard import CrowdGuard
 from ...systems.social.infrared_sensors import InfraredSensors
 from ...systems.social.route_pursuer import RoutePursuer

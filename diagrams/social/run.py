@@ -10,7 +10,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
-from ...systems.numerics.social.localisation.reading import Reading
+from ...systems.numerics.social.localisation.location import Reading
 from ...systems.numerics.social.network.interface import SocialNetwork
 from ...systems.social.forward_cameras import ForwardCameras
 from .make_social_search import VECTORS, MakeSocialSearch

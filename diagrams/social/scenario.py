@@ -14,7 +14,7 @@ from ...systems.numerics.errors import (
     require_positive,
 )
 from ...systems.numerics.social.localisation.relative import METHODS as LOCALISATIONS
-from ...systems.numerics.social.recognition.features import METHODS as FEATURES
+from ...systems.numerics.social.recognition.references import METHODS as FEATURES
 from ..scenario_files import NO_OTHER_KEYS
 from ..world_source import WorldSource
 

@@ -9,9 +9,8 @@ import shapely
 from ...systems.numerics.errors import InvalidInput, require
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.social.landmarks.forward_camera import ForwardCamera
-from ...systems.numerics.social.landmarks.hanging import hang_landmarks
 from ...systems.numerics.social.landmarks.maze import Maze
-from ...systems.numerics.social.landmarks.thesis_maze import thesis_maze
+from ...systems.numerics.social.landmarks.thesis_maze import hang_landmarks, thesis_maze
 from ...systems.numerics.social.network.acceptance import (
     MutualFriendsAcceptance,
     OwnAcceptance,
@@ -19,7 +18,7 @@ from ...systems.numerics.social.network.acceptance import (
 )
 from ...systems.numerics.social.network.evolution import EvolutionLimits
 from ...systems.numerics.social.routes.infrared import InfraredRing
-from ...systems.numerics.social.routes.rounded_regions import rounded_regions
+from ...systems.numerics.social.routes.shortest_route import rounded_regions
 from .scenario import MazeSource, SocialScenario
 
 # What is left between a robot and a wall, and what routes keep beyond that [m].

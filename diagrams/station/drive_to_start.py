@@ -13,14 +13,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...systems.numerics.errors import SightfieldError
-from ...systems.numerics.social.routes.following import (
+from ...systems.numerics.social.routes.motion import (
     FollowingLaw,
     drive_towards,
     progress_along,
 )
-from ...systems.numerics.social.routes.rounded_regions import rounded_regions
-from ...systems.numerics.social.routes.route_graph import build_route_graph
-from ...systems.numerics.social.routes.shortest_route import Route, shortest_route
+from ...systems.numerics.social.routes.shortest_route import (
+    Route,
+    build_route_graph,
+    rounded_regions,
+    shortest_route,
+)
 from ...systems.numerics.station.freshness import freshness
 from ..tracking.game import TrackingGame
 from .hardware import Devices

@@ -4,10 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...systems.numerics.errors import require
-from ...systems.numerics.social.network.acceptance import Temperaments
-from ...systems.numerics.social.network.checks import require_whole
-from ...systems.numerics.social.network.draws import draw_responses
+from ...systems.numerics.errors import require, require_whole
+from ...systems.numerics.social.network.acceptance import Temperaments, draw_responses
 from ...systems.numerics.social.network.interface import Answer, Picture
 from .accounts import SocialDirectory
 from .album_keeper import AlbumKeeper

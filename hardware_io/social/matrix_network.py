@@ -16,9 +16,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from ...systems.numerics.errors import require
+from ...systems.numerics.errors import require, require_whole
 from ...systems.numerics.social.network.acceptance import Temperaments
-from ...systems.numerics.social.network.checks import require_whole
 from ...systems.numerics.social.network.interface import NotFriends, Picture, Response
 from .accounts import SocialDirectory
 from .album_mirror import Run

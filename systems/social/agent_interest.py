@@ -8,7 +8,7 @@ from pydrake.systems.framework import LeafSystem
 from ..drake_types import AbstractValue, read, state_vector
 from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_non_negative, require_positive
-from ..numerics.social.localisation.reading import Reading
+from ..numerics.social.localisation.location import Reading
 from ..numerics.social.network.information import estimated_acceptance, interest
 from ..numerics.social.routes.outlook import Outlook, belief, expected_view
 

@@ -6,8 +6,8 @@ from pydrake.systems.framework import LeafSystem
 from ..drake_types import read
 from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_non_negative, require_positive
-from ..numerics.social.routes.crowd_guard import guarded_commands
 from ..numerics.social.routes.infrared import InfraredRing
+from ..numerics.social.routes.motion import guarded_commands
 
 
 class CrowdGuard(LeafSystem):

@@ -10,8 +10,7 @@ from pydrake.systems.framework import LeafSystem
 from ..drake_types import AbstractValue
 from ..numerics.errors import require_non_negative, require_one_of, require_positive
 from ..numerics.social.landmarks.maze import Maze
-from ..numerics.social.localisation.location import nearest_free
-from ..numerics.social.localisation.reading import Reading, read_picture
+from ..numerics.social.localisation.location import Reading, nearest_free, read_picture
 from ..numerics.social.localisation.relative import METHODS
 from ..numerics.social.recognition.references import maze_references
 

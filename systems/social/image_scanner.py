@@ -4,10 +4,8 @@ import numpy as np
 from pydrake.systems.framework import EventStatus, LeafSystem
 
 from ..drake_types import AbstractValue, read
-from ..numerics.errors import require_positive
-from ..numerics.social.network.checks import require_whole
-from ..numerics.social.network.interface import SocialNetwork
-from ..numerics.social.network.scanning import Scan, scan
+from ..numerics.errors import require_positive, require_whole
+from ..numerics.social.network.interface import Scan, SocialNetwork, scan
 
 
 class ImageScanner(LeafSystem):

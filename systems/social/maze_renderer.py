@@ -37,8 +37,7 @@ from pydrake.systems.sensors import CameraInfo, RgbdSensor
 from ..drake_types import AbstractValue
 from ..numerics.errors import SightfieldError, require
 from ..numerics.social.landmarks.landmark_pictures import landmark_picture, marker_picture
-from ..numerics.social.landmarks.maze import Maze
-from ..numerics.social.landmarks.surfaces import picture_mtl, picture_obj, walls_obj
+from ..numerics.social.landmarks.maze import Maze, picture_mtl, picture_obj, walls_obj
 
 # Colours of things without a picture.
 _WALL, _BODY, _MAST = Rgba(0.72, 0.7, 0.66), Rgba(0.2, 0.22, 0.26), Rgba(0.1, 0.1, 0.1)

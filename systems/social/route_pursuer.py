@@ -10,15 +10,14 @@ from ..drake_types import read, state_vector
 from ..numerics.errors import require_positive
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.world import World
-from ..numerics.social.routes.following import (
+from ..numerics.social.routes.infrared import InfraredRing, infrared_ranges
+from ..numerics.social.routes.motion import (
     FollowingLaw,
     deviation,
     drive_towards,
     progress_along,
 )
-from ..numerics.social.routes.infrared import InfraredRing, infrared_ranges
-from ..numerics.social.routes.route_graph import RouteGraph
-from ..numerics.social.routes.shortest_route import shortest_route
+from ..numerics.social.routes.shortest_route import RouteGraph, shortest_route
 
 # Entries of the state before the route's points: which location it leads to, where on it the robot
 # is, on which side it passes others, for how long it has not come forward, who stood in the way and

@@ -6,7 +6,7 @@ from pydrake.systems.framework import LeafSystem
 from ..drake_types import read, state_vector
 from ..numerics.errors import require, require_positive
 from ..numerics.social.routes.infrared import InfraredRing
-from ..numerics.social.routes.wandering import WanderingLaw, wander
+from ..numerics.social.routes.motion import WanderingLaw, wander
 
 
 class Wanderers(LeafSystem):

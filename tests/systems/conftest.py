@@ -51,11 +51,10 @@ from sightfield.systems.numerics.planning.value_function.solve import solve_valu
 from sightfield.systems.numerics.social.landmarks.thesis_maze import thesis_maze
 from sightfield.systems.numerics.social.network.acceptance import thesis_temperaments
 from sightfield.systems.numerics.social.network.memory_network import MemoryNetwork
-from sightfield.systems.numerics.social.routes.following import FollowingLaw
 from sightfield.systems.numerics.social.routes.infrared import InfraredRing
+from sightfield.systems.numerics.social.routes.motion import FollowingLaw, WanderingLaw
 from sightfield.systems.numerics.social.routes.outlook import make_outlook
-from sightfield.systems.numerics.social.routes.route_graph import build_route_graph
-from sightfield.systems.numerics.social.routes.wandering import WanderingLaw
+from sightfield.systems.numerics.social.routes.shortest_route import build_route_graph
 from sightfield.systems.numerics.standoff.loop import THESIS_ERROR, StandoffLoop
 from sightfield.systems.numerics.standoff.sampled_loop import SampledPid
 from sightfield.systems.numerics.station.channel import Channel

@@ -11,10 +11,9 @@ from ....systems.numerics.social.landmarks.landmark_pictures import (
     marker_picture,
 )
 from ....systems.numerics.social.landmarks.maze import Maze
-from ....systems.numerics.social.localisation.location import Location
-from ....systems.numerics.social.localisation.reading import Reading
-from ....systems.numerics.social.recognition.detections import LandmarkDetection, Stance
+from ....systems.numerics.social.localisation.location import Location, Reading
 from ....systems.numerics.social.recognition.picture_files import decode_picture
+from ....systems.numerics.social.recognition.recognition import LandmarkDetection, Stance
 from ....systems.numerics.social.recognition.references import MARKER
 
 # Red, green, blue of landmarks, of those that are not trusted, and of the evader.

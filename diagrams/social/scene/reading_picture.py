@@ -5,7 +5,7 @@ import numpy as np
 
 from ....systems.numerics.errors import InvalidInput
 from ....systems.numerics.social.landmarks.forward_camera import ForwardCamera
-from ....systems.numerics.social.localisation.reading import Reading
+from ....systems.numerics.social.localisation.location import Reading
 from ....systems.numerics.social.network.interface import Picture
 from ....systems.numerics.social.recognition.picture_files import decode_picture
 from ....systems.numerics.social.recognition.references import MARKER

@@ -8,9 +8,7 @@ from pydrake.common.value import AbstractValue
 
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.social.localisation.camera_pose import CameraPose
-from sightfield.systems.numerics.social.localisation.location import no_location
-from sightfield.systems.numerics.social.localisation.outcomes import Outcome
-from sightfield.systems.numerics.social.localisation.reading import Reading
+from sightfield.systems.numerics.social.localisation.location import Outcome, Reading, no_location
 from sightfield.systems.numerics.social.network.interface import Picture
 from sightfield.systems.numerics.social.recognition.recognition import NOTHING
 from sightfield.systems.numerics.social.routes.outlook import make_outlook

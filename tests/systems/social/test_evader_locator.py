@@ -13,7 +13,7 @@ from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.social.landmarks.landmark_pictures import landmark_picture
 from sightfield.systems.numerics.social.landmarks.maze import Maze
 from sightfield.systems.numerics.social.landmarks.thesis_maze import thesis_maze
-from sightfield.systems.numerics.social.localisation.outcomes import Outcome
+from sightfield.systems.numerics.social.localisation.location import Outcome
 from sightfield.systems.numerics.social.network.interface import Picture
 from sightfield.systems.numerics.social.recognition.picture_files import encode_picture
 from sightfield.systems.numerics.vision.sensor import Sensor, expose

@@ -13,10 +13,12 @@ from pydrake.systems.primitives import (
 )
 
 from sightfield.systems.numerics.geometry.world import World, make_world
-from sightfield.systems.numerics.social.routes.following import FollowingLaw
 from sightfield.systems.numerics.social.routes.infrared import InfraredRing
-from sightfield.systems.numerics.social.routes.rounded_regions import rounded_regions
-from sightfield.systems.numerics.social.routes.route_graph import build_route_graph
+from sightfield.systems.numerics.social.routes.motion import FollowingLaw
+from sightfield.systems.numerics.social.routes.shortest_route import (
+    build_route_graph,
+    rounded_regions,
+)
 from sightfield.systems.social.crowd_guard import CrowdGuard
 from sightfield.systems.social.infrared_sensors import InfraredSensors
 from sightfield.systems.social.route_pursuer import RoutePursuer

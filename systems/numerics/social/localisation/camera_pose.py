@@ -9,7 +9,7 @@ import shapely
 
 from ..landmarks.forward_camera import project_forward
 from ..landmarks.maze import Landmark, Maze
-from ..recognition.detections import LandmarkDetection
+from ..recognition.recognition import LandmarkDetection
 from .perspective import slopes
 from .relative import Relative, relative_poses
 

@@ -1,22 +1,55 @@
-"""From what a picture shows to where the evader was, with an honest covariance."""
+"""From a picture of a friend's album to where the evader was, with an honest covariance."""
 
 import math
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 import shapely
 
-from ...errors import require_one_of
+from ...errors import InvalidInput, require_one_of
 from ...geometry.edge_index import build_edge_index
 from ...geometry.segment_sight import are_clear
 from ..landmarks.maze import Maze
-from ..recognition.detections import Stance
-from ..recognition.recognition import Recognition
+from ..network.interface import Picture
+from ..recognition.picture_files import decode_picture
+from ..recognition.recognition import NOTHING, Recognition, Stance, recognise
+from ..recognition.references import References
 from .camera_pose import CameraPose, camera_poses
-from .evader_place import EvaderPlace, evader_place
-from .outcomes import Outcome
 from .perspective import slopes
-from .relative import METHODS
+from .relative import METHODS, EvaderPlace, evader_place
+
+
+class Outcome(IntEnum):
+    """Whether there is a location, and why not. The first two come with one."""
+
+    LOCATED = 0
+    # It seemed to be a little inside a wall, and is given at the nearest place where it can be.
+    AT_A_WALL = 1
+    # Not bytes of a picture of the camera's size.
+    NO_PICTURE = 2
+    NO_EVADER = 3
+    NO_LANDMARK = 4
+    # Landmarks, but none that hangs as the map says.
+    NOT_UPRIGHT = 5
+    # No place in the maze explains the landmarks.
+    CAMERA_OUTSIDE = 6
+    EVADER_OUTSIDE = 7
+    # A wall of the map stands between.
+    BEHIND_A_WALL = 8
+    # The evader could be almost anywhere.
+    TOO_UNSURE = 9
+
+    @property
+    def has_location(self) -> bool:
+        """Whether a location comes with it."""
+        return self <= Outcome.AT_A_WALL
+
+    @property
+    def words(self) -> str:
+        """For people: as "no evader"."""
+        return self.name.lower().replace("_", " ")
+
 
 # How far a location may lie inside a wall, in deviations, and never more than this [m].
 _DEVIATIONS, _FARTHEST = 3.0, 0.3
@@ -150,3 +183,40 @@ def nearest_free(maze: Maze, position: np.ndarray) -> np.ndarray:
         return position
     point = shapely.Point(*position)
     return shapely.get_coordinates(shapely.shortest_line(free, point))[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """What the pursuer makes of a picture.
+
+    Attributes:
+        picture: As it was posted.
+        recognition: What it shows; nothing if it is no picture.
+        location: Where the evader was when it was taken, or why there is no telling.
+    """
+
+    picture: Picture
+    recognition: Recognition
+    location: Location
+
+
+def read_picture(
+    picture: Picture, maze: Maze, references: References, method: str = "level"
+) -> Reading:
+    """Read a picture, whatever it holds.
+
+    Args:
+        picture: Of the network.
+        maze: The map.
+        references: Of the maze.
+        method: Of localisation.
+
+    Raises:
+        InvalidInput: No such method. Never because of the picture.
+    """
+    try:
+        pixels = decode_picture(picture.data, maze.camera.width, maze.camera.height)
+    except InvalidInput:
+        return Reading(picture, NOTHING, no_location(Outcome.NO_PICTURE))
+    recognition = recognise(pixels, references)
+    return Reading(picture, recognition, locate_evader(recognition, maze, method))

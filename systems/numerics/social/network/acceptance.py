@@ -1,15 +1,18 @@
-"""How likely an agent is to accept a request.
+"""How agents answer: how likely each is to accept a request, and what it does in an iteration.
 
-Two models: a probability of its own for each agent, as in Table 2.4, and one that grows with the
-friends that the agent has in common with the pursuer (the future work of Zhang 2014, 4.4).
+Two models of acceptance: a probability of its own for each agent, as in Table 2.4, and one that
+grows with the friends that the agent has in common with the pursuer (the future work of Zhang 2014,
+4.4).
 """
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from ...errors import require
-from .checks import require_chance, require_chances
+import numpy as np
+
+from ...errors import require, require_chance, require_chances
+from .interface import Answer, Response
 
 
 class Acceptance(Protocol):
@@ -130,3 +133,34 @@ def thesis_temperaments(rejection: Sequence[float] = (0.2, 0.2, 0.2)) -> Tempera
         unfriending=(0.05, 0.02, 0.04),
         rejection=tuple(rejection),
     )
+
+
+def draw_responses(
+    temperaments: Temperaments,
+    asked: Collection[int],
+    friends: Collection[int],
+    generator: np.random.Generator,
+) -> list[Response]:
+    """One iteration's responses, rising by agent.
+
+    Two numbers are drawn for each agent whatever it does, so that one agent's luck does not hang
+    on another's.
+
+    Args:
+        temperaments: Of all agents.
+        asked: Agents with an open request.
+        friends: The pursuer's friends at the beginning of the iteration.
+        generator: Source of luck.
+    """
+    first, second = generator.random((2, temperaments.count))
+    found = []
+    for agent in range(temperaments.count):
+        if agent in friends:
+            if first[agent] < temperaments.unfriending[agent]:
+                found.append(Response(agent=agent, answer=Answer.UNFRIENDED))
+        elif agent in asked:
+            if first[agent] < temperaments.acceptance.probability(agent, friends):
+                found.append(Response(agent=agent, answer=Answer.ACCEPTED))
+            elif second[agent] < temperaments.rejection[agent]:
+                found.append(Response(agent=agent, answer=Answer.REJECTED))
+    return found

@@ -20,8 +20,7 @@ Source: Zhang 2014, Algorithm 2.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ...errors import require
-from .checks import require_whole
+from ...errors import require, require_whole
 from .interface import Answer, Response, SocialNetwork
 
 STRANGER, FRIEND = -2, -1

@@ -1,11 +1,14 @@
 """What a social network is to the pursuer: requests, answers, and the pictures of friends.
 
 Agents are integers from 0. No call waits for a server: what a call sets going is carried out when
-it can be, and its outcome is found among later `responses`.
+it can be, and its outcome is found among later `responses`. `scan` looks at the newest pictures of
+every friend, at none of them twice; Algorithm 3 would look at the same picture again and again
+while nothing newer is posted.
 
-Source: Zhang 2014, 2.3.2; the interface is ours.
+Source: Zhang 2014, 2.3.2 and Algorithm 3; the interface is ours.
 """
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
@@ -97,3 +100,43 @@ class SocialNetwork(Protocol):
             NotFriends: The agent is not a friend.
         """
         ...
+
+
+@dataclass(frozen=True)
+class Scan:
+    """One look at the friends' albums.
+
+    Attributes:
+        pictures: Those not looked at before; by friend, then the oldest first.
+        seen: Ids of each friend's newest pictures at its last look, for the next scan.
+    """
+
+    pictures: tuple[Picture, ...]
+    seen: Mapping[int, frozenset[str]]
+
+
+def scan(
+    network: SocialNetwork, friends: Collection[int], count: int, last: Scan | None = None
+) -> Scan:
+    """Look at the most recent pictures of every friend.
+
+    Albums only grow at their end, so a picture that is no longer among an album's newest never
+    comes back to them: it is enough to remember what was among them at the last look.
+
+    Args:
+        network: Whose albums.
+        friends: Whose albums are to be read; one that is no friend any more is passed over.
+        count: N_img, pictures of each friend.
+        last: The scan before; by default none.
+    """
+    seen = dict(last.seen) if last is not None else {}
+    found: list[Picture] = []
+    for friend in sorted(friends):
+        try:
+            newest = network.latest(friend, count)
+        except NotFriends:
+            continue
+        known = seen.get(friend, frozenset())
+        found += [picture for picture in reversed(newest) if picture.id not in known]
+        seen[friend] = frozenset(picture.id for picture in newest)
+    return Scan(tuple(found), seen)

@@ -4,10 +4,8 @@ from collections import deque
 
 import numpy as np
 
-from ...errors import require
-from .acceptance import Temperaments
-from .checks import require_whole
-from .draws import draw_responses
+from ...errors import require, require_whole
+from .acceptance import Temperaments, draw_responses
 from .interface import Answer, NotFriends, Picture, Response
 
 # Pictures of each album that are held.

@@ -12,8 +12,7 @@ import cv2
 import numpy as np
 from scipy.spatial import KDTree
 
-from .matching import Matches
-from .verification import homography_of, is_sane, map_square
+from .matching import Matches, homography_of, is_sane, map_square
 
 # Side of the compared pictures: the square's own in the picture, between these [px].
 _FINEST, _COARSEST = 72, 20

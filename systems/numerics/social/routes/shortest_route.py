@@ -1,19 +1,103 @@
-"""Shortest routes by Dijkstra's algorithm, between end points that the graph does not keep.
+"""Shortest routes among grown obstacles: the regions, their visibility graph, Dijkstra's algorithm.
 
-An end point costs one sight test per corner; no test between corners is ever repeated.
+Robots' centres may be where grown obstacles with round corners leave them: mitred corners would
+close the maze's passages. An arc is a polygon round the true circle, so that no centre comes nearer
+to a wall than it may. The nodes of the graph are the corners round which a way can bend: the reflex
+vertices of the free region. (Zhang 2014, 2.3.4.3, takes all vertices; no shortest way touches the
+others.) The graph stays while end points come and go: an end point costs one sight test per corner,
+and no test between corners is ever repeated.
 
 Source: Zhang 2014, Algorithm 4; Dijkstra, Numerische Mathematik 1 (1959), 269-271.
 """
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+import shapely
+import shapely.ops
 
 from ...compiled import compiled, kernel
-from ...errors import require, require_non_negative
-from ...geometry.edge_index import EdgeIndex
-from ...geometry.segment_sight import segment_is_clear
-from .route_graph import RouteGraph
+from ...errors import InvalidInput, require, require_non_negative, require_positive
+from ...geometry.edge_index import EdgeIndex, build_edge_index, point_is_free
+from ...geometry.segment_sight import are_clear, segment_is_clear
+from ...geometry.world import World, world_from_polygon
+
+# Sides of a quarter of a circle.
+_SIDES = 4
+# The polygon of an arc goes round the circle; GEOS simplifies a little before it offsets.
+_OUTER = 1.01 / math.cos(math.pi / (4 * _SIDES))
+
+
+def rounded_regions(world: World, distance: float) -> tuple[World, ...]:
+    """The free region without what is nearer to a wall than a distance [m].
+
+    Returns:
+        Its parts, largest first.
+
+    Raises:
+        InvalidInput: The distance is not positive, or leaves no free space.
+    """
+    require_positive("distance", distance)
+    free = world.polygon.buffer(-_OUTER * distance, quad_segs=_SIDES)
+    parts = [part for part in shapely.get_parts(free) if part.area > world.tolerance**2]
+    if not parts:
+        raise InvalidInput(f"`distance` must leave free space in the world; got {distance}")
+    parts.sort(key=lambda part: -part.area)
+    return tuple(world_from_polygon(part) for part in parts)
+
+
+@dataclass(frozen=True, eq=False)
+class RouteGraph:
+    """The static part of the graph; make one with `build_route_graph`.
+
+    Attributes:
+        regions: Where centres may be, from `shrink_world`.
+        index: Their edges.
+        nodes: Corners, shape (k, 2) [m].
+        lengths: Between corners in sight of each other, infinite elsewhere, shape (k, k) [m].
+    """
+
+    regions: tuple[World, ...]
+    index: EdgeIndex
+    nodes: np.ndarray
+    lengths: np.ndarray
+
+    @cached_property
+    def free(self) -> shapely.MultiPolygon:
+        """The regions as one geometry."""
+        return shapely.MultiPolygon([region.polygon for region in self.regions])
+
+    def nearest_free(self, point: np.ndarray) -> np.ndarray:
+        """The point of the regions that is nearest to a point, shape (2,) [m]."""
+        x, y = float(point[0]), float(point[1])
+        if point_is_free(self.index, x, y):
+            return np.array([x, y])
+        found = shapely.ops.nearest_points(self.free, shapely.Point(x, y))[0]
+        return np.array([found.x, found.y])
+
+
+def build_route_graph(regions: Sequence[World]) -> RouteGraph:
+    """Connect all corners of regions that see each other.
+
+    Args:
+        regions: Free regions for robots' centres, no two of them overlapping.
+
+    Raises:
+        InvalidInput: There is no region.
+    """
+    require(len(regions) > 0, "regions", "hold a region at least", "none")
+    index = build_edge_index(*regions)
+    nodes = np.concatenate([region.corners.points for region in regions]).reshape(-1, 2)
+    lengths = np.full((len(nodes), len(nodes)), np.inf)
+    i, j = np.triu_indices(len(nodes), 1)
+    clear = are_clear(index, nodes[i], nodes[j])
+    distances = np.hypot(*(nodes[i] - nodes[j]).T)
+    lengths[i[clear], j[clear]] = lengths[j[clear], i[clear]] = distances[clear]
+    np.fill_diagonal(lengths, 0.0)
+    return RouteGraph(tuple(regions), index, nodes, lengths)
 
 
 @dataclass(frozen=True, eq=False)

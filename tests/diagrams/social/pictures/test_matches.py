@@ -5,8 +5,7 @@ import pytest
 
 from sightfield.diagrams.social.pictures.matches import draw_detections, draw_reading
 from sightfield.systems.numerics.social.landmarks.thesis_maze import thesis_maze
-from sightfield.systems.numerics.social.localisation.outcomes import Outcome
-from sightfield.systems.numerics.social.localisation.reading import read_picture
+from sightfield.systems.numerics.social.localisation.location import Outcome, read_picture
 from sightfield.systems.numerics.social.network.interface import Picture
 from sightfield.systems.numerics.social.recognition.picture_files import encode_picture
 from sightfield.systems.numerics.social.recognition.references import maze_references

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from sightfield.diagrams.social.pictures.trials import make_trials
-from sightfield.systems.numerics.social.landmarks.hanging import hang_landmarks
 from sightfield.systems.numerics.social.landmarks.landmark_pictures import landmark_picture
-from sightfield.systems.numerics.social.landmarks.thesis_maze import thesis_maze
+from sightfield.systems.numerics.social.landmarks.thesis_maze import hang_landmarks, thesis_maze
 from sightfield.systems.numerics.social.localisation.location import locate_evader
 from sightfield.systems.numerics.social.recognition.recognition import recognise
 from sightfield.systems.numerics.social.recognition.references import MARKER, maze_references

@@ -5,13 +5,12 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.social.landmarks.glyphs import draw_glyph
 from sightfield.systems.numerics.social.landmarks.landmark_pictures import (
+    draw_glyph,
     landmark_picture,
     marker_picture,
 )
-from sightfield.systems.numerics.social.landmarks.maze import Landmark
-from sightfield.systems.numerics.social.landmarks.surfaces import picture_obj
+from sightfield.systems.numerics.social.landmarks.maze import Landmark, picture_obj
 
 
 def correlation(a: np.ndarray, b: np.ndarray) -> float:

@@ -9,9 +9,8 @@ import shapely
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.grown_obstacles import shrink_world
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.social.landmarks.hanging import hang_landmarks
 from sightfield.systems.numerics.social.landmarks.maze import Landmark, MarkerBlock, Maze
-from sightfield.systems.numerics.social.landmarks.thesis_maze import thesis_maze
+from sightfield.systems.numerics.social.landmarks.thesis_maze import hang_landmarks, thesis_maze
 
 ROOM = make_world([[0, 0], [2, 0], [2, 2], [0, 2]])
 

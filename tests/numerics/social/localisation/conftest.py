@@ -8,13 +8,13 @@ import pytest
 from sightfield.systems.numerics.social.landmarks.forward_camera import project_forward
 from sightfield.systems.numerics.social.landmarks.maze import Maze
 from sightfield.systems.numerics.social.landmarks.thesis_maze import thesis_maze
-from sightfield.systems.numerics.social.recognition.detections import (
+from sightfield.systems.numerics.social.recognition.matching import Matches
+from sightfield.systems.numerics.social.recognition.recognition import (
     LandmarkDetection,
+    Recognition,
     Stance,
     stance_of,
 )
-from sightfield.systems.numerics.social.recognition.matching import Matches
-from sightfield.systems.numerics.social.recognition.recognition import Recognition
 from sightfield.systems.numerics.social.recognition.references import MARKER
 
 NOTHING = Matches(np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2)))

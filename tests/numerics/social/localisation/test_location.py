@@ -11,11 +11,9 @@ from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.social.landmarks.forward_camera import project_forward
-from sightfield.systems.numerics.social.localisation.location import locate_evader
-from sightfield.systems.numerics.social.localisation.outcomes import Outcome
+from sightfield.systems.numerics.social.localisation.location import Outcome, locate_evader
 from sightfield.systems.numerics.social.localisation.relative import METHODS
-from sightfield.systems.numerics.social.recognition.detections import Stance
-from sightfield.systems.numerics.social.recognition.recognition import NOTHING, Recognition
+from sightfield.systems.numerics.social.recognition.recognition import NOTHING, Recognition, Stance
 from sightfield.systems.numerics.social.recognition.references import MARKER
 
 # In the south-west corner, looking north-east: the wedge's landmark hangs to the right of the way.

@@ -4,9 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.social.network.acceptance import OwnAcceptance, Temperaments
-from sightfield.systems.numerics.social.network.interface import Picture
+from sightfield.systems.numerics.social.network.interface import Picture, scan
 from sightfield.systems.numerics.social.network.memory_network import MemoryNetwork
-from sightfield.systems.numerics.social.network.scanning import scan
 
 
 def friendly_network(count):

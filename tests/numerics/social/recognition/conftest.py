@@ -11,12 +11,12 @@ from sightfield.systems.numerics.social.landmarks.landmark_pictures import (
     marker_picture,
 )
 from sightfield.systems.numerics.social.landmarks.thesis_maze import thesis_maze
+from sightfield.systems.numerics.social.recognition.matching import homography_of
 from sightfield.systems.numerics.social.recognition.references import (
     MARKER,
     References,
     maze_references,
 )
-from sightfield.systems.numerics.social.recognition.verification import homography_of
 
 
 @pytest.fixture(scope="session")

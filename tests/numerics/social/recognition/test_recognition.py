@@ -6,10 +6,12 @@ import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.social.landmarks.thesis_maze import thesis_maze
-from sightfield.systems.numerics.social.recognition.detections import Stance, stance_of
-from sightfield.systems.numerics.social.recognition.features import FeatureFinder
-from sightfield.systems.numerics.social.recognition.recognition import recognise
-from sightfield.systems.numerics.social.recognition.references import MARKER, maze_references
+from sightfield.systems.numerics.social.recognition.recognition import Stance, recognise, stance_of
+from sightfield.systems.numerics.social.recognition.references import (
+    MARKER,
+    FeatureFinder,
+    maze_references,
+)
 
 SQUARE = np.array([[200.0, 150.0], [320.3, 170.2], [320.1, 280.4], [199.8, 300.6]])
 RIGHT = np.array([[420.5, 190.0], [500.2, 175.0], [500.0, 275.0], [420.6, 260.0]])

@@ -8,16 +8,17 @@ import pytest
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.social.routes.crowd_guard import guarded_commands
-from sightfield.systems.numerics.social.routes.following import (
+from sightfield.systems.numerics.social.routes.infrared import InfraredRing, infrared_ranges
+from sightfield.systems.numerics.social.routes.motion import (
     FollowingLaw,
+    WanderingLaw,
     deviation,
     drive_towards,
+    guarded_commands,
     point_at,
     progress_along,
+    wander,
 )
-from sightfield.systems.numerics.social.routes.infrared import InfraredRing, infrared_ranges
-from sightfield.systems.numerics.social.routes.wandering import WanderingLaw, wander
 from sightfield.systems.numerics.tracking.mobile_agents import drive_step
 
 RING, RADIUS, PERIOD = InfraredRing(), 0.1, 0.05

@@ -13,9 +13,11 @@ from sightfield.systems.numerics.geometry.edge_index import build_edge_index
 from sightfield.systems.numerics.geometry.segment_sight import are_clear
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.social.landmarks.thesis_maze import thesis_maze
-from sightfield.systems.numerics.social.routes.rounded_regions import rounded_regions
-from sightfield.systems.numerics.social.routes.route_graph import build_route_graph
-from sightfield.systems.numerics.social.routes.shortest_route import shortest_route
+from sightfield.systems.numerics.social.routes.shortest_route import (
+    build_route_graph,
+    rounded_regions,
+    shortest_route,
+)
 
 SQUARE = [[0, 0], [4, 0], [4, 4], [0, 4]]
 BLOCK = [[1, 1], [3, 1], [3, 3], [1, 3]]

@@ -1,11 +1,20 @@
-"""Following a route, and leaving it for a while where a robot is in the way.
+"""How robots in the maze drive by their infrared sensors: wandering, following, keeping apart.
 
-The pursuer knows its pose and the map, so it knows what its infrared sensors ought to say of the
-walls. A range that is shorter than that is another robot: the pursuer takes the direction nearest
-to its own that avoids it and stays in the free region, and comes back to the route behind it.
+Common agents wander: straight on until something is near, then turn, and on. "we let them move
+forward in every time instant till obstacle is met", "estimate the relative location of the obstacle
+... and let common agent turn before collision" (Zhang 2014, 2.3.4.3). How far they turn is ours: by
+a random angle, and farther until the way is free.
 
-Source: Zhang 2014, 2.3.4.3 ("deviate from original path based on the measurements of sensors");
-the law is ours.
+The pursuer follows a route, and leaves it for a while where a robot is in the way. It knows its
+pose and the map, so it knows what its sensors ought to say of the walls. A range that is shorter
+than that is another robot: the pursuer takes the direction nearest to its own that avoids it and
+stays in the free region, and comes back to the route behind it ("deviate from original path based
+on the measurements of sensors"; the law is ours).
+
+Robots that feel each other never touch. One that drives a distance s at an angle a from the way to
+another closes the gap between them by at most s cos(a). So it may drive half of the gap: the other
+one does no more, and half and half is a whole. Who drives forwards only and feels its whole front
+closes no gap that it does not feel. This guard is ours too.
 """
 
 import math
@@ -13,10 +22,89 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import require_non_negative, require_positive
+from ...compiled import compiled
+from ...errors import require, require_non_negative, require_positive
 from ...geometry.edge_index import EdgeIndex, point_is_free
 from ...geometry.segment_sight import segment_is_clear
 from .infrared import InfraredRing
+
+
+@dataclass(frozen=True, kw_only=True)
+class WanderingLaw:
+    """What an agent does about what it feels.
+
+    Attributes:
+        speed: Straight on [m/s].
+        turn_rate: On the spot [rad/s].
+        turn_range: A range ahead at which it stops and turns [m].
+        least_turn, greatest_turn: Between which the angle of a turn is drawn [rad].
+        centring: Curvature of its way per difference of the outer ranges [rad/m^2].
+
+    Raises:
+        InvalidInput: A number is out of its range.
+    """
+
+    speed: float = 0.1
+    turn_rate: float = 1.0
+    turn_range: float = 0.1
+    least_turn: float = math.radians(40)
+    greatest_turn: float = math.radians(150)
+    centring: float = 20.0
+
+    def __post_init__(self) -> None:
+        for name in ("speed", "turn_rate", "turn_range", "least_turn", "centring"):
+            require_positive(name, getattr(self, name))
+        require(
+            self.greatest_turn >= self.least_turn,
+            "greatest_turn",
+            f"be at least least_turn, {self.least_turn:g} rad",
+            self.greatest_turn,
+        )
+
+
+def wander(
+    law: WanderingLaw,
+    ring: InfraredRing,
+    turns: np.ndarray,
+    ranges: np.ndarray,
+    draws: np.ndarray,
+    period: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """One period of every agent.
+
+    Args:
+        law: Parameters.
+        ring: The sensors.
+        turns: How far each still has to turn, left positive, shape (n,) [rad]; 0: straight on.
+        ranges: Shape (n, sensors) [m].
+        draws: A random number from [0, 1) for each, shape (n,).
+        period: For how long commands are held [s].
+
+    Returns:
+        What is left to turn after the period, shape (n,) [rad], and speed and turn rate for the
+        period, shape (n, 2) [m/s], [rad/s].
+    """
+    bearings = np.array(ring.bearings)
+    ahead = ranges[:, np.abs(bearings) < math.radians(45)].min(axis=1, initial=ring.reach)
+    left = ranges[:, bearings > 0].sum(axis=1)
+    right = ranges[:, bearings < 0].sum(axis=1)
+    blocked = ahead < law.turn_range
+    # Where both sides are alike the draw decides, too.
+    side = np.where(
+        left > right, 1.0, np.where(left < right, -1.0, np.where(draws < 0.5, -1.0, 1.0))
+    )
+    drawn = law.least_turn + draws * (law.greatest_turn - law.least_turn)
+    # A turn that has begun goes on the same way; one that ends at a wall is prolonged.
+    turns = np.where(blocked & (turns == 0.0), side * drawn, turns)
+    step = law.turn_rate * period
+    rates = np.clip(turns, -step, step) / period
+    rest = turns - rates * period
+    rest = np.where((rest == 0.0) & (turns != 0.0) & blocked, np.sign(turns) * step, rest)
+    moving = turns == 0.0
+    outer = law.speed * law.centring * (ranges[:, 0] - ranges[:, -1])
+    rates = np.where(moving, np.clip(outer, -law.turn_rate, law.turn_rate), rates)
+    return rest, np.column_stack([np.where(moving, law.speed, 0.0), rates])
+
 
 # Directions that are tried round the robot, and how far one has to be free [m].
 _DIRECTIONS, _PROBE = 72, 0.12
@@ -176,3 +264,41 @@ def drive_towards(law: FollowingLaw, heading: float, direction: float | None) ->
     error = math.remainder(direction - heading, 2 * math.pi)
     rate = min(max(law.gain * error, -law.turn_rate), law.turn_rate)
     return np.array([law.speed * max(math.cos(error), 0.0) ** 2, rate])
+
+
+@compiled
+def guarded_commands(
+    commands: np.ndarray,
+    ranges: np.ndarray,
+    bearings: np.ndarray,
+    half: float,
+    margin: float,
+    period: float,
+) -> np.ndarray:
+    """Commands whose speeds are cut so far that no two robots touch within a period.
+
+    Args:
+        commands: Speed and turn rate of each robot, shape (n, 2) [m/s], [rad/s]; speeds below
+            zero become zero.
+        ranges: Of each robot's sensors, from the rim, shape (n, sensors) [m].
+        bearings: Of the sensors, shape (sensors,) [rad].
+        half: Half of a cone's angle [rad].
+        margin: Gap that is left between robots [m].
+        period: For how long a command is held, along a straight chord [s].
+
+    Returns:
+        Shape (n, 2); turn rates are kept.
+    """
+    safe = commands.copy()
+    for i in range(len(commands)):
+        speed = max(commands[i, 0], 0.0)
+        # The chord of a period lies half of its turn beside the heading.
+        turned = abs(0.5 * period * commands[i, 1])
+        for k in range(len(bearings)):
+            beside = max(abs(bearings[k]) - half - turned, 0.0)
+            closing = np.cos(min(beside, np.pi))
+            if closing > 0.0:
+                room = max(0.5 * (ranges[i, k] - margin), 0.0)
+                speed = min(speed, room / (closing * period))
+        safe[i, 0] = speed
+    return safe
