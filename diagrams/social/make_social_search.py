@@ -7,9 +7,8 @@ from ...systems.numerics.social.network.interface import SocialNetwork
 from ...systems.numerics.social.network.memory_network import MemoryNetwork
 from ...systems.numerics.social.routes.outlook import make_outlook
 from ...systems.social.agent_interest import AgentInterest
-from ...systems.social.image_scanner import ImageScanner
-from ...systems.social.network_evolution import NetworkEvolution
-from ...systems.social.picture_poster import PicturePoster
+from ...systems.social.forward_cameras import PicturePoster
+from ...systems.social.network_evolution import ImageScanner, NetworkEvolution
 from .eyes import AddCameras, AddLocator
 from .robots import AddRobots
 from .scenario import SocialScenario

@@ -11,10 +11,8 @@ from pydrake.systems.primitives import (
 
 from ...systems.numerics.social.routes.motion import FollowingLaw, WanderingLaw
 from ...systems.numerics.social.routes.shortest_route import build_route_graph
-from ...systems.social.crowd_guard import CrowdGuard
-from ...systems.social.infrared_sensors import InfraredSensors
+from ...systems.social.common_robots import CrowdGuard, InfraredSensors, Wanderers
 from ...systems.social.route_pursuer import RoutePursuer
-from ...systems.social.wanderers import Wanderers
 from ...systems.tracking.agent_team import DifferentialDriveTeam
 from ...systems.tracking.collision_avoidance import CollisionStop
 from .social_game import TOP_TURN_RATE, SocialGame

@@ -9,7 +9,7 @@ from ...systems.numerics.vision.omni_optics import OmniCamera
 from ...systems.numerics.vision.sensor import Sensor
 from ...systems.numerics.vision.shells import SHELL_COLOURS, shell_of
 from ...systems.numerics.vision.surroundings import Surroundings
-from ...systems.social.infrared_sensors import InfraredSensors
+from ...systems.social.common_robots import InfraredSensors
 from ...systems.station.command_timeout import CommandTimeout
 from ...systems.station.imperfect_channel import ImperfectChannel
 from ...systems.station.picture_player import PicturePlayer

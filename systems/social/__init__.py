@@ -1,15 +1,11 @@
 """LeafSystems of the social story: making friends, reading their pictures, finding the evader."""
 
 from .agent_interest import AgentInterest
-from .crowd_guard import CrowdGuard
+from .common_robots import CrowdGuard, InfraredSensors, Wanderers
 from .evader_locator import EvaderLocator
-from .forward_cameras import ForwardCameras
-from .image_scanner import ImageScanner
-from .infrared_sensors import InfraredSensors
-from .network_evolution import NetworkEvolution
-from .picture_poster import PicturePoster
+from .forward_cameras import ForwardCameras, PicturePoster
+from .network_evolution import ImageScanner, NetworkEvolution
 from .route_pursuer import RoutePursuer
-from .wanderers import Wanderers
 
 __all__ = [
     "AgentInterest",

@@ -1,14 +1,15 @@
-"""The common agents' cameras, as sources of pictures for their albums."""
+"""The common agents' cameras, as sources of pictures for their albums, and how they share them."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import EventStatus, LeafSystem
 
 from ..drake_types import AbstractValue, read
-from ..numerics.errors import require_positive
+from ..numerics.errors import require_non_negative, require_positive
 from ..numerics.social.landmarks.maze import Maze
-from ..numerics.social.network.interface import Picture
+from ..numerics.social.network.interface import Picture, SocialNetwork
 from ..numerics.social.recognition.picture_files import encode_picture
 from ..numerics.vision.sensor import Sensor, expose, is_dropped
 from .maze_renderer import MazeRenderer
@@ -134,3 +135,51 @@ class ForwardCameras(LeafSystem):
         pixels = expose(self._sensor, seen / np.float32(255), frame)
         name = f"agent-{agent}-picture-{moment.number}"
         return Picture(id=name, agent=agent, time=moment.time, data=encode_picture(pixels))
+
+
+class PicturePoster(LeafSystem):
+    """Posts each common agent's newest picture to its album, once each period.
+
+    .. pydrake_system::
+
+        name: PicturePoster
+        input_ports:
+        - pictures
+        output_ports: []
+
+    ========  ==========================  ====  =====
+    port      size                        unit  frame
+    ========  ==========================  ====  =====
+    pictures  abstract: tuple of Picture  -     -
+    ========  ==========================  ====  =====
+
+    The network is outside the simulation, as Meshcat is.
+
+    Source: Zhang 2014, 2.3.1 ("common agents will post the pictures on the social website").
+
+    Args:
+        network: Where to.
+        period: Between pictures [s].
+        offset: Of the first post: not before the first picture is taken [s].
+
+    Raises:
+        InvalidInput: A number is out of its range.
+    """
+
+    def __init__(self, network: SocialNetwork, *, period: float, offset: float):
+        super().__init__()
+        require_positive("period", period)
+        require_non_negative("offset", offset)
+        self._network = network
+        self._pictures = self.DeclareAbstractInputPort("pictures", AbstractValue.Make(()))
+        self.DeclarePeriodicPublishEvent(period, offset, self._post)
+
+    def get_pictures_input_port(self):
+        """The newest picture of each agent."""
+        return self._pictures
+
+    def _post(self, context) -> EventStatus:
+        pictures: Any = self._pictures.Eval(context)
+        for picture in pictures:
+            self._network.post(picture.agent, picture)
+        return EventStatus.Succeeded()

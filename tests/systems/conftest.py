@@ -76,15 +76,11 @@ from sightfield.systems.planning.path_follower import PathFollower
 from sightfield.systems.planning.tractor_trailer import TractorTrailer
 from sightfield.systems.planning.value_function_feedback import ValueFunctionFeedback
 from sightfield.systems.social.agent_interest import AgentInterest
-from sightfield.systems.social.crowd_guard import CrowdGuard
+from sightfield.systems.social.common_robots import CrowdGuard, InfraredSensors, Wanderers
 from sightfield.systems.social.evader_locator import EvaderLocator
-from sightfield.systems.social.forward_cameras import ForwardCameras
-from sightfield.systems.social.image_scanner import ImageScanner
-from sightfield.systems.social.infrared_sensors import InfraredSensors
-from sightfield.systems.social.network_evolution import NetworkEvolution
-from sightfield.systems.social.picture_poster import PicturePoster
+from sightfield.systems.social.forward_cameras import ForwardCameras, PicturePoster
+from sightfield.systems.social.network_evolution import ImageScanner, NetworkEvolution
 from sightfield.systems.social.route_pursuer import RoutePursuer
-from sightfield.systems.social.wanderers import Wanderers
 from sightfield.systems.standoff import BiasedRangeEstimator, StandoffClosedLoop, StandoffPid
 from sightfield.systems.station.age_limit import AgeLimit
 from sightfield.systems.station.command_gate import CommandGate

@@ -7,8 +7,7 @@ from pydrake.systems.framework import DiagramBuilder
 from sightfield.hardware_io.social.matrix_network import MatrixNetwork
 from sightfield.systems.numerics.social.network.evolution import EvolutionLimits
 from sightfield.systems.numerics.social.network.interface import Answer
-from sightfield.systems.social.image_scanner import ImageScanner
-from sightfield.systems.social.network_evolution import NetworkEvolution
+from sightfield.systems.social.network_evolution import ImageScanner, NetworkEvolution
 
 PERIOD = 0.2
 

@@ -8,7 +8,7 @@ from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.social.network.acceptance import OwnAcceptance, Temperaments
 from sightfield.systems.numerics.social.network.interface import Picture
 from sightfield.systems.numerics.social.network.memory_network import MemoryNetwork
-from sightfield.systems.social.image_scanner import ImageScanner
+from sightfield.systems.social.network_evolution import ImageScanner
 
 
 class Bench:

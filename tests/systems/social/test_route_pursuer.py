@@ -19,8 +19,7 @@ from sightfield.systems.numerics.social.routes.shortest_route import (
     build_route_graph,
     rounded_regions,
 )
-from sightfield.systems.social.crowd_guard import CrowdGuard
-from sightfield.systems.social.infrared_sensors import InfraredSensors
+from sightfield.systems.social.common_robots import CrowdGuard, InfraredSensors
 from sightfield.systems.social.route_pursuer import RoutePursuer
 from sightfield.systems.tracking.agent_team import DifferentialDriveTeam
 
