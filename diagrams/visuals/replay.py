@@ -16,6 +16,24 @@ _FETCH = re.compile(
     r"\.then\(res => res\.arrayBuffer\(\)\)\s*"
     r"\.then\(buffer => viewer\.handle_command_bytearray\(new Uint8Array\(buffer\)\)\);"
 )
+# Meshcat keeps the height and the left edge of what an orthographic camera sees, so that a narrow
+# page cuts its right edge off. Here such a page shows the whole width, at its bottom: what is left
+# free above is where the controls unfold. Wider pages have more room on the right, as before.
+_FIT = """
+    const resize = viewer.set_3d_pane_size.bind(viewer);
+    viewer.set_3d_pane_size = (width, height) => {
+      const camera = viewer.camera;
+      if (camera.type === "OrthographicCamera") {
+        camera.asked = camera.asked || {right: camera.right, top: camera.top};
+        const across = camera.asked.right - camera.left;
+        const up = camera.asked.top - camera.bottom;
+        const w = width === undefined ? viewer.dom_element.offsetWidth : width;
+        const h = height === undefined ? viewer.dom_element.offsetHeight : height;
+        camera.top = camera.bottom + Math.max(up, across * h / w);
+      }
+      resize(width, height);
+    };
+"""
 _OBEY = """
     function obey(command) {
       const text = atob(command);
@@ -82,9 +100,12 @@ def write_replay(
 
 
 def _in_order(page: str) -> str:
-    """Let a static page of Meshcat obey its commands one after the other, without fetching."""
+    """Let a static page of Meshcat obey its commands one after the other, without fetching.
+
+    Before, it learns to show all that an orthographic camera is to show, however narrow it is.
+    """
     first = _FETCH.search(page)
     if first is None:
         return page
     head, commands = page[: first.start()], page[first.start() :]
-    return head + _OBEY + _FETCH.sub(r'obey("\1");', commands)
+    return head + _FIT + _OBEY + _FETCH.sub(r'obey("\1");', commands)

@@ -1,0 +1,100 @@
+"""A replay shows all that its camera was asked to show, whatever the shape of the page."""
+
+import numpy as np
+import pytest
+from pydrake.geometry import Meshcat, MeshcatParams
+
+from sightfield.diagrams.visuals.lighting import paint
+from sightfield.diagrams.visuals.meshes import disc_mesh
+from sightfield.diagrams.visuals.replay import write_replay
+from sightfield.diagrams.visuals.stage import Stage
+
+pytestmark = pytest.mark.browser
+
+SIZES = [(1024, 768), (1280, 720), (1920, 1080), (400, 800)]
+# What the camera is asked to show, 16 by 9 [m], not about the middle of its picture.
+LEFT, RIGHT, BOTTOM, TOP = -2.0, 14.0, -3.0, 6.0
+
+
+class CornersScene:
+    """Four discs at the corners of what is to be seen, and one in the middle."""
+
+    def __init__(self) -> None:
+        self.meshcat = Meshcat(MeshcatParams(port=0, show_stats_plot=False))
+        self._stage = Stage(self.meshcat, "/corners", recording=True, period=0.1, tolerance=1e-3)
+        self.meshcat.SetCamera(
+            Meshcat.OrthographicCamera(
+                left=LEFT, right=RIGHT, bottom=BOTTOM, top=TOP, near=0.1, far=20.0
+            )
+        )
+        self.meshcat.SetCameraPose(np.array([0.0, -0.01, 10.0]), np.zeros(3))
+        for k, (x, y) in enumerate(((LEFT, BOTTOM), (RIGHT, TOP), (6.0, 1.5))):
+            self._stage.mesh(f"{k}", disc_mesh(0.2), paint(0.1, 0.1, 0.1))
+            for time in (0.0, 1.0):
+                self._stage.begin(time)
+                self._stage.place(f"{k}", x, y + 0.01 * time)
+
+    def finish_recording(self) -> None:
+        self._stage.finish_recording()
+
+
+@pytest.fixture(scope="module")
+def watched(new_page, tmp_path_factory):
+    """The replay, open on a page."""
+    path = tmp_path_factory.mktemp("replay") / "replay.html"
+    write_replay(CornersScene(), path)
+    watched = new_page()
+    watched.open_replay(path)
+    watched.page.wait_for_function("viewer.camera.type === 'OrthographicCamera'")
+    return watched
+
+
+def pixels(watched, size) -> np.ndarray:
+    """Where points of the floor are on a page of a size: corners, middle, 1 m east and 1 m north.
+
+    Shape (7, 2), from the page's upper left corner [px].
+    """
+    watched.page.set_viewport_size({"width": size[0], "height": size[1]})
+    # What asks where the camera looks waits until the page has been drawn.
+    watched.page.wait_for_function(
+        "size => window.innerWidth === size[0] && window.innerHeight === size[1]"
+        " && viewer.renderer.domElement.clientWidth === size[0] && !viewer.needs_render",
+        arg=list(size),
+    )
+    corners = [(x, y) for x in (LEFT, RIGHT) for y in (BOTTOM, TOP)]
+    points = [*corners, (6.0, 1.5), (7.0, 1.5), (6.0, 2.5)]
+    found = watched.page.evaluate(
+        """points => points.map(([x, y]) => {
+            viewer.camera.updateWorldMatrix(true, false);
+            viewer.scene.updateWorldMatrix(true, false);
+            const at = new MeshCat.THREE.Vector3(x, y, 0);
+            const seen = at.applyMatrix4(viewer.scene.matrixWorld).project(viewer.camera);
+            return [(seen.x + 1) / 2 * window.innerWidth, (1 - seen.y) / 2 * window.innerHeight];
+        })""",
+        [list(point) for point in points],
+    )
+    return np.array(found)
+
+
+@pytest.mark.parametrize("size", SIZES, ids=str)
+def test_all_that_was_asked_for_is_on_the_page_and_nothing_is_stretched(watched, size):
+    seen = pixels(watched, size)
+    assert (seen[:4] >= -0.5).all()
+    assert (seen[:4] <= np.array(size) + 0.5).all()
+    middle, east, north = seen[4:]
+    # As large as the page lets it be, and as wide as high.
+    scale = min(size[0] / (RIGHT - LEFT), size[1] / (TOP - BOTTOM))
+    np.testing.assert_allclose(east - middle, [scale, 0.0], atol=1e-3 * scale)
+    np.testing.assert_allclose(north - middle, [0.0, -scale], atol=1e-3 * scale)
+
+
+def test_a_page_that_was_narrow_and_is_wide_again_is_as_it_was(watched):
+    before = pixels(watched, (1280, 720))
+    pixels(watched, (400, 800))
+    np.testing.assert_allclose(pixels(watched, (1280, 720)), before, atol=1e-6)
+
+
+def test_what_is_left_of_a_narrow_page_is_above(watched):
+    seen = pixels(watched, (400, 800))
+    assert seen[0, 1] == pytest.approx(800, abs=1)
+    assert watched.complaints == []
