@@ -179,6 +179,10 @@ def test_a_second_run_starts_from_a_clean_sheet(live):
 
 def on_screen(page, points: np.ndarray) -> np.ndarray:
     """Where points on the floor are on the page, shape (n, 2) [pixels]."""
+    # A camera is made some time after the page heard of it, and looks anywhere until then.
+    page.page.wait_for_function(
+        "viewer.camera.type === 'OrthographicCamera' && !viewer.needs_render"
+    )
     pixels = page.page.evaluate(
         """points => points.map(p => {
             // With all above them, which a page that has not drawn since would leave as they were.
