@@ -8,10 +8,10 @@ import pytest
 
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.social import scenarios
+from sightfield.diagrams.social.report import summarise_search
 from sightfield.diagrams.social.run import run_social_search
 from sightfield.diagrams.social.scenario import SocialScenario
 from sightfield.diagrams.social.social_game import set_up_social_game
-from sightfield.diagrams.social.summary import summarise_search
 from sightfield.systems.numerics.social.network.memory_network import MemoryNetwork
 
 pytestmark = pytest.mark.benchmarks

@@ -1,8 +1,9 @@
-from .diagrams.social.connectivity_picture import draw_connectivity as draw_connectivity
 from .diagrams.social.make_social_search import AddSocialSearch as AddSocialSearch
 from .diagrams.social.make_social_search import MakeSocialSearch as MakeSocialSearch
 from .diagrams.social.pictures.matches import draw_detections as draw_detections
+from .diagrams.social.report import draw_connectivity as draw_connectivity
 from .diagrams.social.report import draw_search as draw_search
+from .diagrams.social.report import summarise_search as summarise_search
 from .diagrams.social.report import write_search_report as write_search_report
 from .diagrams.social.run import SocialRun as SocialRun
 from .diagrams.social.run import run_social_search as run_social_search
@@ -15,10 +16,9 @@ from .diagrams.social.scenario import SocialScenario as SocialScenario
 from .diagrams.social.scenario import SoughtEvader as SoughtEvader
 from .diagrams.social.social_game import SocialGame as SocialGame
 from .diagrams.social.social_game import set_up_social_game as set_up_social_game
-from .diagrams.social.summary import summarise_search as summarise_search
 from .hardware_io.social.accounts import load_directory as load_directory
+from .hardware_io.social.accounts import make_directory as make_directory
 from .hardware_io.social.accounts import save_directory as save_directory
-from .hardware_io.social.provisioning import make_directory as make_directory
 from .systems.numerics.social.landmarks.forward_camera import ForwardCamera as ForwardCamera
 from .systems.numerics.social.landmarks.forward_camera import project_forward as project_forward
 from .systems.numerics.social.landmarks.maze import Landmark as Landmark

@@ -24,7 +24,6 @@ CIRCLES = {
     ("diagrams.planning", "diagrams.planning.pictures"),
     ("diagrams.reproduction", "diagrams.reproduction.beyond"),
     ("diagrams.reproduction", "diagrams.reproduction.exhibits"),
-    ("diagrams.social", "diagrams.social.scene"),
     ("systems.numerics.geometry", "systems.numerics.geometry.maps"),
 }
 

@@ -17,11 +17,10 @@ from ..outputs import output_folder
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
 from ..social import scenarios
 from ..social.networks import NetworkChoice, open_network
-from ..social.report import write_search_report
+from ..social.report import summarise_search, write_search_report
 from ..social.run import run_social_search
 from ..social.scenario import SocialScenario
 from ..social.social_game import set_up_social_game
-from ..social.summary import summarise_search
 from ..tracking.live_page import open_live_page
 from .run_by_default import RunByDefault
 from .social_server import server

@@ -9,11 +9,10 @@ from ...systems.numerics.social.routes.outlook import make_outlook
 from ...systems.social.agent_interest import AgentInterest
 from ...systems.social.forward_cameras import PicturePoster
 from ...systems.social.network_evolution import ImageScanner, NetworkEvolution
-from .eyes import AddCameras, AddLocator
-from .robots import AddRobots
+from .robots import AddCameras, AddLocator, AddRobots
 from .scenario import SocialScenario
-from .scene.social_scene import SocialScene
 from .social_game import SocialGame, set_up_social_game
+from .social_scene import SocialScene
 
 # About how long a picture of the scene lasts [s].
 PICTURE_PERIOD = 1 / 20

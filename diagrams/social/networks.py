@@ -64,9 +64,8 @@ def open_network(game: SocialGame, choice: NetworkChoice) -> Iterator[SocialNetw
         yield MemoryNetwork(game.temperaments, game.scenario.seed)
         return
     try:
-        from ...hardware_io.social.accounts import load_directory
+        from ...hardware_io.social.accounts import check_accounts, load_directory
         from ...hardware_io.social.matrix_network import MatrixNetwork
-        from ...hardware_io.social.provisioning import check_accounts
     except ModuleNotFoundError as error:
         raise InvalidInput(
             f"`--network` must be memory without the extra [social]; got matrix ({error})"

@@ -1,20 +1,169 @@
-"""What a search leaves in its folder: numbers, log, plots and replay."""
+"""What a search leaves in its folder: a few numbers, log, plots and replay.
 
+Among the plots is who was the pursuer's friend when, Figure 2.34.
+"""
+
+import itertools
 import json
 from pathlib import Path
 
 import cv2
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ...systems.numerics.geometry.clearance import clearances
+from ...systems.numerics.geometry.edge_index import build_edge_index
 from ...systems.numerics.vision.estimation.pictures import save_picture
 from ..visuals.replay import write_replay
 from ..world_picture import draw_world
-from .connectivity_picture import draw_connectivity
+from .crowd_layer import agent_rgb
 from .pictures.matches import draw_reading
 from .run import SocialRun
-from .scene.palette import agent_rgb
-from .summary import UNITS, log_arrays
+
+# Units of the arrays in the log; "1" for numbers without one.
+UNITS = {
+    "time": "s",
+    "pose": "m, m, rad",
+    "connected": "1",
+    "waiting": "1",
+    "requests_sent": "1",
+    "pictures_scanned": "1",
+    "locations": "1",
+    "evader_position": "m",
+    "evader_covariance": "m^2",
+    "located_at": "s",
+    "route": "m",
+}
+
+
+def summarise_search(run: SocialRun, scenario: str, network: str = "memory") -> dict[str, object]:
+    """The search in numbers, ready for JSON.
+
+    Args:
+        run: A finished one.
+        scenario: What to call it.
+        network: Which network it used.
+
+    Returns:
+        scenario, network, seed, agents (their number), seconds (horizon) [s];
+        time_to_first_location (until the pursuer knew where the evader was, None if it never did)
+        [s]; locations (how often the evader was located anew); location_error (of each location,
+        from where the evader was in that picture: median and 90 % quantile, None without any) [m];
+        tracking_error (of the estimate held, from where the evader was at the same time: median and
+        90 % quantile from the first location on) [m]; pursuer_distance (from the evader, median
+        from the first location on) [m]; connected_fraction (of the time, for each agent),
+        all_connected_fraction; requests_sent, pictures_scanned; collisions (of robots with walls or
+        each other: occasions, not samples), min_wall_gap and min_robot_gap (from rim to wall, from
+        rim to rim) [m]; wall_time [s], realtime_factor.
+    """
+    game, log, times = run.game, run.log, run.times
+    located = run.located
+    known = log["located_at"] >= 0
+    evader, pursuer = log["pose"][known, 1, :2], log["pose"][known, 0, :2]
+    wall_gaps, robot_gaps = gaps(run)
+    return {
+        "scenario": scenario,
+        "network": network,
+        "seed": game.scenario.seed,
+        "agents": game.scenario.agents.size,
+        "seconds": game.scenario.seconds,
+        "time_to_first_location": float(times[located[0]]) if len(located) else None,
+        "locations": int(log["locations"][-1]),
+        "location_error": _quantiles(run.location_errors),
+        "tracking_error": _quantiles(np.hypot(*(log["evader_position"][known] - evader).T)),
+        "pursuer_distance": float(np.median(np.hypot(*(pursuer - evader).T)))
+        if known.any()
+        else None,
+        "connected_fraction": log["connected"].mean(axis=0).tolist(),
+        "all_connected_fraction": float(log["connected"].all(axis=1).mean()),
+        "requests_sent": int(log["requests_sent"][-1]),
+        "pictures_scanned": int(log["pictures_scanned"][-1]),
+        "collisions": _occasions(wall_gaps < 0) + _occasions(robot_gaps < 0),
+        "min_wall_gap": float(wall_gaps.min()),
+        "min_robot_gap": float(robot_gaps.min()),
+        "wall_time": run.wall_time,
+        "realtime_factor": float(times[-1]) / run.wall_time,
+    }
+
+
+def gaps(run: SocialRun) -> tuple[np.ndarray, np.ndarray]:
+    """How near robots were: from each robot's rim to the walls, shape (T, N), and from rim to rim
+    of each pair, shape (T, N (N - 1) / 2) [m]."""
+    positions, radius = run.log["pose"][:, :, :2], run.game.maze.robot_radius
+    index = build_edge_index(run.game.maze.world)
+    walls = clearances(index, positions.reshape(-1, 2)).reshape(positions.shape[:2]) - radius
+    pairs = itertools.combinations(range(positions.shape[1]), 2)
+    between = [np.hypot(*(positions[:, i] - positions[:, j]).T) - 2 * radius for i, j in pairs]
+    return walls, np.stack(between, axis=1)
+
+
+def log_arrays(run: SocialRun) -> dict[str, np.ndarray]:
+    """The run's samples by the names in UNITS, time along every array's first axis."""
+    return {"time": run.times, **run.log}
+
+
+def _quantiles(errors: np.ndarray) -> dict[str, float] | None:
+    if errors.size == 0:
+        return None
+    return {"median": float(np.median(errors)), "p90": float(np.quantile(errors, 0.9))}
+
+
+def _occasions(touching: np.ndarray) -> int:
+    """How often a touch begins, over all columns of samples, shape (T, n) bool."""
+    return int((touching & ~np.vstack([np.zeros_like(touching[:1]), touching[:-1]])).sum())
+
+
+_WAITING = "#b9bdc2"
+
+
+def draw_connectivity(
+    axes: Axes, times: np.ndarray, connected: np.ndarray, waiting: np.ndarray | None = None
+) -> None:
+    """Draw one band for each agent, filled while it is a friend, gray while it is asked.
+
+    Args:
+        axes: Where to; limits and labels are set.
+        times: Samples, shape (T,) [s].
+        connected: Shape (T, agents), bool.
+        waiting: Same shape, bool; None draws friendships only.
+
+    Source: Zhang 2014, Figure 2.34.
+    """
+    agents = connected.shape[1]
+    for k in range(agents):
+        bottom = agents - 1 - k
+        for state, colour, height in (
+            (None if waiting is None else waiting[:, k] & ~connected[:, k], _WAITING, 0.22),
+            (connected[:, k], agent_rgb(k), 0.7),
+        ):
+            if state is None:
+                continue
+            spans = runs(times, state)
+            axes.broken_barh(spans, (bottom + 0.5 - 0.5 * height, height), facecolors=colour)
+        share = float(connected[:, k].mean())
+        axes.text(1.01, bottom + 0.5, f"{100 * share:.0f} %", va="center",
+                  transform=axes.get_yaxis_transform())  # fmt: skip
+    axes.set_yticks(np.arange(agents) + 0.5, [f"agent {agents - k}" for k in range(agents)])
+    axes.set_ylim(0, agents)
+    axes.set_xlim(float(times[0]), float(times[-1]) if times[-1] > times[0] else times[0] + 1.0)
+    axes.set_xlabel("time [s]")
+    everyone = float(connected.all(axis=1).mean())
+    axes.set_title(f"connectivity (Figure 2.34); all at once {100 * everyone:.0f} % of the time")
+    axes.grid(axis="x", alpha=0.3)
+
+
+def runs(times: np.ndarray, state: np.ndarray) -> list[tuple[float, float]]:
+    """Start and duration of every stretch in which a state holds, sample by sample [s].
+
+    Args:
+        times: Of the samples, shape (n,) [s].
+        state: Whether it holds, shape (n,).
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], state.astype(int), [0]])))
+    ends = np.append(times, times[-1])
+    return [(float(times[a]), float(ends[b] - times[a])) for a, b in edges.reshape(-1, 2).tolist()]
+
 
 _PURSUER, _EVADER = "#215fcc", "#d92e33"
 # Pictures shown with their matches.

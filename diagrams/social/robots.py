@@ -1,17 +1,16 @@
-"""The robots of a search: what moves them, and what keeps them apart."""
+"""The robots of a search: what moves them, what keeps them apart, and what their cameras see."""
 
 from dataclasses import dataclass
 
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
-from pydrake.systems.primitives import (
-    ConstantVectorSource,
-    Demultiplexer,
-    Multiplexer,
-)
+from pydrake.systems.primitives import ConstantVectorSource, Demultiplexer, Multiplexer
 
 from ...systems.numerics.social.routes.motion import FollowingLaw, WanderingLaw
 from ...systems.numerics.social.routes.shortest_route import build_route_graph
+from ...systems.numerics.vision.sensor import Sensor
 from ...systems.social.common_robots import CrowdGuard, InfraredSensors, Wanderers
+from ...systems.social.evader_locator import EvaderLocator
+from ...systems.social.forward_cameras import ForwardCameras
 from ...systems.social.route_pursuer import RoutePursuer
 from ...systems.tracking.agent_team import DifferentialDriveTeam
 from ...systems.tracking.collision_avoidance import CollisionStop
@@ -121,3 +120,49 @@ def AddRobots(builder: DiagramBuilder, game: SocialGame) -> RobotPorts:
         infrared=infrared,
         route=pursuer.GetOutputPort("route"),
     )
+
+
+# What the locator tells beside where the evader is.
+FOUND = ("readings", "locations", "evader_position", "evader_covariance", "located_at")
+
+
+def AddCameras(builder: DiagramBuilder, game: SocialGame, robots: RobotPorts) -> OutputPort:
+    """Add the cameras; return the output with each agent's newest picture."""
+    scenario = game.scenario
+    camera = scenario.camera
+    cameras = ForwardCameras(
+        game.maze,
+        scenario.agents.size,
+        sensor=Sensor(noise=camera.noise, blur=camera.blur, seed=scenario.seed),
+        period=camera.period,
+    )
+    builder.AddNamedSystem("cameras", cameras)
+    builder.Connect(robots.agent_pose, cameras.GetInputPort("agent_pose"))
+    builder.Connect(robots.evader_pose, cameras.GetInputPort("evader_pose"))
+    builder.Connect(robots.pursuer_pose, cameras.GetInputPort("pursuer_pose"))
+    return cameras.GetOutputPort("pictures")
+
+
+def AddLocator(
+    builder: DiagramBuilder, game: SocialGame, pictures: OutputPort, *, offset: float
+) -> dict[str, OutputPort]:
+    """Add what finds the evader in pictures that were read; return its outputs, see FOUND.
+
+    Args:
+        builder: Of the diagram.
+        game: Whose maze and evader.
+        pictures: New ones after each look at the albums.
+        offset: Of the first look at them [s].
+    """
+    scenario = game.scenario
+    locator = EvaderLocator(
+        game.maze,
+        speed=scenario.evader.speed,
+        period=scenario.search.period,
+        offset=offset,
+        features=scenario.search.method,
+        method=scenario.search.localisation,
+    )
+    builder.AddNamedSystem("evader_locator", locator)
+    builder.Connect(pictures, locator.GetInputPort("pictures"))
+    return {name: locator.GetOutputPort(name) for name in FOUND}

@@ -14,8 +14,8 @@ from ...systems.numerics.social.localisation.location import Reading
 from ...systems.numerics.social.network.interface import SocialNetwork
 from ...systems.social.forward_cameras import ForwardCameras
 from .make_social_search import VECTORS, MakeSocialSearch
-from .scene.social_scene import SocialScene
 from .social_game import SocialGame
+from .social_scene import SocialScene
 
 
 @dataclass(frozen=True, eq=False)

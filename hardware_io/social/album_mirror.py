@@ -9,9 +9,9 @@ from typing import Any
 import nio
 
 from ...systems.numerics.social.network.interface import Picture
+from .accounts import ServerRefusal
 from .persistence import persist
 from .picture_events import PostedPicture, posted_picture
-from .provisioning import ServerRefusal
 
 _LOG = logging.getLogger(__name__)
 

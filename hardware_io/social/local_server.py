@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from ...systems.numerics.errors import InvalidInput, SightfieldError, require
-from .accounts import save_directory
-from .provisioning import make_directory
+from .accounts import make_directory, save_directory
 
 # How long a server may take to come up, and to end [s].
 _PATIENCE = 60.0

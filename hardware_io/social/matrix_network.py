@@ -21,8 +21,8 @@ from ...systems.numerics.social.network.acceptance import Temperaments
 from ...systems.numerics.social.network.interface import NotFriends, Picture, Response
 from .accounts import SocialDirectory
 from .album_mirror import Run
-from .background import Background
 from .common_agents import CommonAgents
+from .persistence import Background
 from .pursuer_account import PursuerAccount
 
 # Pictures of each album whose files are held.

@@ -1,14 +1,110 @@
-"""Trying again: what a homeserver does not do now is done later, unless it says no for good."""
+"""Trying again, and following the news: how one talks to a homeserver that may be slow or away.
+
+What a homeserver does not do now is done later, unless it says no for good. Its slowness is waited
+for in a thread, so that nobody else has to, and errands are carried out in their order, each until
+it is done.
+"""
 
 import asyncio
 import logging
-from collections.abc import Awaitable, Callable
+import threading
+import time
+from collections.abc import Awaitable, Callable, Coroutine
+from dataclasses import dataclass
 from typing import Any
 
 import aiohttp
 import nio
 
-from .provisioning import ServerRefusal
+from .accounts import ServerRefusal
+
+
+class Background:
+    """An event loop in a thread of its own.
+
+    What goes wrong in it is kept, and raised in the caller's thread by `check`.
+
+    Args:
+        name: Of the thread.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.loop = asyncio.new_event_loop()
+        self._failure: BaseException | None = None
+        self._tasks: set[asyncio.Task] = set()
+        self._thread = threading.Thread(target=self.loop.run_forever, name=name, daemon=True)
+        self._thread.start()
+
+    def spawn(self, work: Callable[[], Coroutine[Any, Any, None]]) -> None:
+        """Start work in the loop; from any thread."""
+
+        def start() -> None:
+            task = self.loop.create_task(work())
+            self._tasks.add(task)
+            task.add_done_callback(self._ended)
+
+        self.loop.call_soon_threadsafe(start)
+
+    def _ended(self, task: asyncio.Task) -> None:
+        self._tasks.discard(task)
+        if not task.cancelled() and self._failure is None:
+            self._failure = task.exception()
+
+    def check(self) -> None:
+        """Raise what ended a piece of work, if anything did."""
+        if self._failure is not None:
+            raise self._failure
+
+    def close(self, finish: Callable[[], Coroutine[Any, Any, None]]) -> None:
+        """Cancel all work, run the finish, and end the thread."""
+        if not self._thread.is_alive():
+            return
+
+        async def end() -> None:
+            # Libraries may take a cancellation for one of their own: then it takes another.
+            while self._tasks:
+                for task in list(self._tasks):
+                    task.cancel()
+                await asyncio.wait(list(self._tasks), timeout=0.2)
+            await finish()
+
+        asyncio.run_coroutine_threadsafe(end(), self.loop).result(60)
+        self.loop.call_soon_threadsafe(self.loop.stop)
+        self._thread.join()
+        self.loop.close()
+
+
+class Mailbox:
+    """Holds errands until the homeserver has taken them.
+
+    Args:
+        background: Where they are carried out.
+    """
+
+    def __init__(self, background: Background) -> None:
+        self._background = background
+        self._errands: asyncio.Queue[Callable[[], Awaitable[object]]] = asyncio.Queue()
+        self._waiting, self._lock = 0, threading.Lock()
+        background.spawn(self._work)
+
+    @property
+    def waiting(self) -> int:
+        """How many are not done; a moment later it may be fewer."""
+        return self._waiting
+
+    def put(self, errand: Callable[[], Awaitable[object]]) -> None:
+        """Put an errand behind the others; from any thread."""
+        with self._lock:
+            self._waiting += 1
+        self._background.loop.call_soon_threadsafe(self._errands.put_nowait, errand)
+
+    async def _work(self) -> None:
+        while True:
+            errand = await self._errands.get()
+            await errand()
+            with self._lock:
+                self._waiting -= 1
+
 
 _LOG = logging.getLogger(__name__)
 
@@ -78,3 +174,57 @@ def _is_final(response: nio.ErrorResponse) -> bool:
     if response.status_code == "M_LIMIT_EXCEEDED" or transport is None:
         return False
     return 400 <= transport.status < 500 and transport.status not in _PASSING
+
+
+# How long the server may wait for news before it answers that there is none [ms].
+_PATIENCE = 10_000
+
+_FILTER = {
+    "presence": {"types": []},
+    "account_data": {"types": []},
+    "room": {"timeline": {"limit": 50}, "ephemeral": {"types": []}},
+}
+
+
+@dataclass(frozen=True)
+class Membership:
+    """A change of what somebody is to a room.
+
+    Attributes:
+        user: Whose.
+        sender: Who changed it.
+        state: "knock", "invite", "join", "leave" or "ban".
+    """
+
+    user: str
+    sender: str
+    state: str
+
+
+async def follow(
+    client: nio.AsyncClient, handle: Callable[[nio.SyncResponse], Coroutine[Any, Any, None]]
+) -> None:
+    """Hand on all news for ever, in order; the first has everything that there is.
+
+    What is missed while the server is away comes when it is back.
+    """
+    # Synapse keeps first answers for two minutes, and gives an old one to whoever asks with the
+    # same words; the first call does not wait, so it can name a patience that nobody else names.
+    patience = _PATIENCE + time.time_ns() // 1_000_000 % 1_000_000
+    while True:
+        news = await persist(
+            lambda: client.sync(timeout=patience, sync_filter=_FILTER),  # noqa: B023, it is for now
+            f"tell {client.user_id} the news",
+        )
+        patience = _PATIENCE
+        await handle(news)
+
+
+def memberships(room: nio.RoomInfo) -> list[Membership]:
+    """Changes of memberships in a room's news, in order."""
+    events = [*room.state, *room.timeline.events]
+    return [
+        Membership(event.state_key, event.sender, event.membership)
+        for event in events
+        if isinstance(event, nio.RoomMemberEvent)
+    ]

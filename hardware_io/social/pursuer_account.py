@@ -12,13 +12,9 @@ from collections.abc import Awaitable, Callable, Sequence
 import nio
 
 from ...systems.numerics.social.network.interface import Answer, Picture, Response
-from .accounts import Account
+from .accounts import Account, ServerRefusal
 from .album_mirror import AlbumMirror, Run
-from .background import Background
-from .following import follow, memberships
-from .mailbox import Mailbox
-from .persistence import make_client, persist
-from .provisioning import ServerRefusal
+from .persistence import Background, Mailbox, follow, make_client, memberships, persist
 
 _LOG = logging.getLogger(__name__)
 

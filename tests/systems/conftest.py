@@ -13,8 +13,8 @@ from sightfield.diagrams.harvest.scene.harvest_scene import HarvestScene
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.social import scenarios as searches
 from sightfield.diagrams.social.scenario import SocialScenario
-from sightfield.diagrams.social.scene.social_scene import SocialScene
 from sightfield.diagrams.social.social_game import set_up_social_game
+from sightfield.diagrams.social.social_scene import SocialScene
 from sightfield.diagrams.tracking.controls import MeshcatVelocity
 from sightfield.diagrams.tracking.scene import TrackingScene
 from sightfield.diagrams.vision import scenarios

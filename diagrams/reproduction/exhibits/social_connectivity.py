@@ -9,8 +9,8 @@ from ....systems.numerics.social.network.evolution import EvolutionLimits
 from ....systems.numerics.social.network.friendship_chain import friendship_chain
 from ...scenario_files import find_scenario, load_scenario
 from ...social import scenarios
-from ...social.connectivity_picture import draw_connectivity
 from ...social.networks import NetworkChoice, open_network
+from ...social.report import draw_connectivity
 from ...social.run import run_social_search
 from ...social.scenario import SocialScenario
 from ...social.social_game import set_up_social_game

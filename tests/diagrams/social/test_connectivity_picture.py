@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from sightfield.diagrams.social.connectivity_picture import draw_connectivity, runs
-from sightfield.diagrams.social.scene.palette import agent_rgb
+from sightfield.diagrams.social.crowd_layer import agent_rgb
+from sightfield.diagrams.social.report import draw_connectivity, runs
 
 TIMES = np.arange(6.0)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sightfield.diagrams.social.scene.reading_picture import draw_reading, picture_pixels
+from sightfield.diagrams.social.gallery import draw_reading, picture_pixels
 from sightfield.systems.numerics.social.localisation.location import Outcome, Reading, no_location
 from sightfield.systems.numerics.social.network.interface import Picture
 from sightfield.systems.numerics.social.recognition.recognition import NOTHING

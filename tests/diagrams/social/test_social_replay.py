@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
-from sightfield.diagrams.social.report import write_search_report
-from sightfield.diagrams.social.summary import summarise_search
+from sightfield.diagrams.social.report import summarise_search, write_search_report
 
 pytestmark = pytest.mark.browser
 

@@ -14,10 +14,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sightfield.hardware_io.social.accounts import SocialDirectory
+from sightfield.hardware_io.social.accounts import SocialDirectory, make_directory
 from sightfield.hardware_io.social.local_server import LocalServer
 from sightfield.hardware_io.social.matrix_network import MatrixNetwork
-from sightfield.hardware_io.social.provisioning import make_directory
 from sightfield.systems.numerics.social.network.acceptance import OwnAcceptance, Temperaments
 from sightfield.systems.numerics.social.network.interface import Answer, Picture
 

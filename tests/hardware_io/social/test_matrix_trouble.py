@@ -5,9 +5,13 @@ from dataclasses import replace
 
 import pytest
 
-from sightfield.hardware_io.social.accounts import Account
+from sightfield.hardware_io.social.accounts import (
+    Account,
+    ServerRefusal,
+    open_album,
+    register_account,
+)
 from sightfield.hardware_io.social.matrix_network import MatrixNetwork
-from sightfield.hardware_io.social.provisioning import ServerRefusal, open_album, register_account
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.social.network.interface import Answer
 

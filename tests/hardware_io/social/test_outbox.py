@@ -1,6 +1,6 @@
 """Pictures wait in the outbox in their order, whole, until they are done."""
 
-from sightfield.hardware_io.social.outbox import Outbox
+from sightfield.hardware_io.social.common_agents import Outbox
 from sightfield.systems.numerics.social.network.interface import Picture
 
 

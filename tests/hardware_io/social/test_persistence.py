@@ -8,10 +8,8 @@ import aiohttp
 import nio
 import pytest
 
-from sightfield.hardware_io.social.background import Background
-from sightfield.hardware_io.social.mailbox import Mailbox
-from sightfield.hardware_io.social.persistence import persist
-from sightfield.hardware_io.social.provisioning import ServerRefusal
+from sightfield.hardware_io.social.accounts import ServerRefusal
+from sightfield.hardware_io.social.persistence import Background, Mailbox, persist
 
 
 def error(status, code, retry_after_ms=None):

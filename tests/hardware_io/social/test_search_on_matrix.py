@@ -9,10 +9,10 @@ import numpy as np
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.social import scenarios
 from sightfield.diagrams.social.networks import NetworkChoice, open_network
+from sightfield.diagrams.social.report import summarise_search
 from sightfield.diagrams.social.run import run_social_search
 from sightfield.diagrams.social.scenario import SocialScenario
 from sightfield.diagrams.social.social_game import set_up_social_game
-from sightfield.diagrams.social.summary import summarise_search
 from sightfield.hardware_io.social.accounts import save_directory
 
 # Three agents that hardly move and see the evader, which rests, and landmarks behind it. The first

@@ -14,9 +14,8 @@ import pytest
 import yaml
 
 from sightfield.diagrams.commands.app import main
-from sightfield.hardware_io.social.accounts import load_directory, save_directory
+from sightfield.hardware_io.social.accounts import check_accounts, load_directory, save_directory
 from sightfield.hardware_io.social.local_server import LocalServer
-from sightfield.hardware_io.social.provisioning import check_accounts
 from sightfield.systems.numerics.errors import InvalidInput
 
 SIGHTFIELD = Path(sys.executable).with_name("sightfield")

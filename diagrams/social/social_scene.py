@@ -6,19 +6,16 @@ import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
-from ....systems.drake_types import AbstractValue, read
-from ....systems.numerics.social.network.interface import Picture
-from ...tracking.scene.layout import Layout, make_layout, set_camera
-from ...tracking.scene.static_scene import draw_world
-from ...visuals.meshes import extruded_mesh
-from ...visuals.stage import Stage
-from ..social_game import SocialGame
-from .crowd import Crowd, landmark_bar
-from .gallery import Gallery
-from .palette import LANDMARK
+from ...systems.drake_types import AbstractValue, read
+from ...systems.numerics.social.network.interface import Picture
+from ..tracking.scene.layout import Layout, make_layout, set_camera
+from ..tracking.scene.static_scene import draw_world
+from ..visuals.meshes import extruded_mesh
+from ..visuals.stage import Stage
+from .crowd_layer import LANDMARK, Crowd, SearchLayer, landmark_bar
+from .gallery import Gallery, draw_reading, picture_pixels
 from .panel import Panel
-from .reading_picture import draw_reading, picture_pixels
-from .search_layer import SearchLayer
+from .social_game import SocialGame
 
 # Where everything is, in Meshcat's tree.
 ROOT = "/social"
