@@ -1,5 +1,7 @@
 """Borda, Dowdall, Copeland and Kemeny, minimised and maximised."""
 
+from collections.abc import Sequence
+
 from ....systems.numerics.statistics import holm, paired_difference
 from ....systems.numerics.tracking.assignment.voting import AGGREGATIONS
 from ...studies.assignment_study import PURSUERS, assignment_study
@@ -12,21 +14,22 @@ from ..played import played
 
 RUNS = {"adversarial": 500, "best_response": 60}
 QUICK_RUNS = {"adversarial": 6, "best_response": 2}
-SIZES = (2, 3, 4)
+SIZES, QUICK_SIZES = (2, 3, 4), (2, 4)
 SENSES = ("min", "max")
 RULES = tuple(f"{name}_{sense}" for sense in SENSES for name in AGGREGATIONS)
 
 
 def _make(workshop: Workshop) -> Evidence:
     runs = workshop.runs_against(RUNS, QUICK_RUNS)
-    study = assignment_study(rules=RULES, sizes=SIZES, opponents=tuple(runs), opponent_runs=runs)
+    sizes = QUICK_SIZES if workshop.quick else SIZES
+    study = assignment_study(rules=RULES, sizes=sizes, opponents=tuple(runs), opponent_runs=runs)
     result = played(workshop, study)
     files = [workshop.pictures / f"beyond_aggregations{name}.png" for name in ("", "_matrix")]
     panels = tuple(
         StudyPanel(
             title=f"{said} total score, against {opponent}",
             series={
-                name: {m: cell_name(PURSUERS, m, f"{name}_{sense}", opponent) for m in SIZES}
+                name: {m: cell_name(PURSUERS, m, f"{name}_{sense}", opponent) for m in sizes}
                 for name in AGGREGATIONS
             },
         )
@@ -42,23 +45,23 @@ def _make(workshop: Workshop) -> Evidence:
     )
     return Evidence(
         tuple(map(Picture, files, captions)),
-        tuple(finding for opponent in runs for finding in _findings(result, opponent)),
+        tuple(finding for opponent in runs for finding in _findings(result, opponent, sizes)),
     )
 
 
-def _findings(result: StudyResult, opponent: str) -> tuple[Finding, ...]:
+def _findings(result: StudyResult, opponent: str, sizes: Sequence[int]) -> tuple[Finding, ...]:
     """What the senses and the aggregations make of it against an opponent."""
 
     def times(rule: str, evaders: int):
         return result.times(cell_name(PURSUERS, evaders, rule, opponent))
 
-    senses = [(m, paired_difference(times("borda_max", m), times("borda_min", m))) for m in SIZES]
+    senses = [(m, paired_difference(times("borda_max", m), times("borda_min", m))) for m in sizes]
     adjusted = holm([d.p_value for _, d in senses])
     others = [
         (rule, m, paired_difference(times(rule, m), times("borda_max", m)))
         for rule in RULES
         if rule.endswith("_max") and rule != "borda_max"
-        for m in SIZES
+        for m in sizes
     ]
     _, where = max((abs(d.mean), f"{d.mean:+.1f} s, {r}, 3v{m}") for r, m, d in others)
     apart = holm([d.p_value for _, _, d in others]) < 0.05

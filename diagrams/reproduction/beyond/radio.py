@@ -1,7 +1,7 @@
 """Teams without a centre: what the range of the radio is worth."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from ....systems.numerics.geometry.arenas.random_arena import Arena
 from ....systems.numerics.statistics import paired_difference
@@ -16,15 +16,16 @@ from ..played import played
 
 RUNS = {"adversarial": 500, "best_response": 100}
 QUICK_RUNS = {"adversarial": 8, "best_response": 2}
-RANGES, SIZES = (0.0, 1.0, 2.0, math.inf), (2, 3, 4)
+RANGES, SIZES, QUICK_SIZES = (0.0, 1.0, 2.0, math.inf), (2, 3, 4), (2, 4)
 PURSUERS, RULE = 3, "borda_max"
 
 
-def radio_study(runs: Mapping[str, int]) -> Study:
+def radio_study(runs: Mapping[str, int], sizes: Sequence[int] = SIZES) -> Study:
     """Three pursuers with three risk functions, and radios of several ranges.
 
     Args:
         runs: Of each cell, by opponent.
+        sizes: Of the evaders' team.
     """
     numbers = runs_against(tuple(runs), max(runs.values()), runs)
     return Study(
@@ -45,7 +46,7 @@ def radio_study(runs: Mapping[str, int]) -> Study:
             )
             for opponent in numbers
             for reach in RANGES
-            for m in SIZES
+            for m in sizes
         ),
     )
 
@@ -56,7 +57,8 @@ def _name(reach: float) -> str:
 
 def _make(workshop: Workshop) -> Evidence:
     runs = workshop.runs_against(RUNS, QUICK_RUNS)
-    result = played(workshop, radio_study(runs))
+    sizes = QUICK_SIZES if workshop.quick else SIZES
+    result = played(workshop, radio_study(runs, sizes))
 
     def cell(evaders: int, reach: float, opponent: str) -> str:
         return cell_name(PURSUERS, evaders, _name(reach), opponent)
@@ -64,7 +66,7 @@ def _make(workshop: Workshop) -> Evidence:
     panels = tuple(
         StudyPanel(
             title=f"range of the radio, against {opponent}",
-            series={_name(reach): {m: cell(m, reach, opponent) for m in SIZES} for reach in RANGES},
+            series={_name(reach): {m: cell(m, reach, opponent) for m in sizes} for reach in RANGES},
         )
         for opponent in runs
     )
@@ -80,10 +82,10 @@ def _make(workshop: Workshop) -> Evidence:
     for opponent in runs:
         times = {
             (m, reach): result.times(cell(m, reach, opponent))
-            for m in SIZES
+            for m in sizes
             for reach in (0.0, math.inf)
         }
-        found = [(m, paired_difference(times[m, math.inf], times[m, 0.0])) for m in SIZES]
+        found = [(m, paired_difference(times[m, math.inf], times[m, 0.0])) for m in sizes]
         said = "; ".join(
             f"{PURSUERS}v{m}: {d.mean:+.1f} s [{d.low:+.1f}, {d.high:+.1f}]" for m, d in found
         )

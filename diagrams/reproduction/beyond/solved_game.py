@@ -35,7 +35,8 @@ SIZES, QUICK_SIZES = (1, 2, 3, 4), (1, 2)
 # Each arena has two starts, or more where there are more arenas than this.
 STARTS, MOST_ARENAS = 2, 50
 
-# Between the pursuers' nodes [m], and the horizon [s], where it has to be quick.
+# Between the pursuers' nodes [m], and the horizon [s], where it has to be quick; all runs share an
+# arena there, whose game is then solved once.
 QUICK_GRID, QUICK_SECONDS = 0.25, 10.0
 
 # How many pursuers Figure 2.19 has.
@@ -43,7 +44,11 @@ ALLOCATED = 3
 
 
 def solved_game_study(
-    runs: Mapping[str, int], sizes: Sequence[int], grid: float = 0.1, seconds: float = SECONDS
+    runs: Mapping[str, int],
+    sizes: Sequence[int],
+    grid: float = 0.1,
+    seconds: float = SECONDS,
+    arenas: int = MOST_ARENAS,
 ) -> Study:
     """Four kinds of pursuers against evaders of four kinds, teams of all sizes.
 
@@ -52,6 +57,7 @@ def solved_game_study(
         sizes: Of both teams.
         grid: Between the pursuers' nodes of the solved game [m].
         seconds: Horizon [s].
+        arenas: At most so many.
     """
     base = thesis_base(seconds)
     most = max(runs.values())
@@ -62,7 +68,7 @@ def solved_game_study(
         sizes=tuple(f"{n}v{m}" for n in sizes for m in sizes),
         opponents=tuple(runs),
         opponent_runs=runs,
-        starts=max(STARTS, most // MOST_ARENAS),
+        starts=max(STARTS, most // arenas),
         pursuers=PURSUERS,
     )
 
@@ -163,7 +169,7 @@ class WorstGames:
 def _make(workshop: Workshop) -> Evidence:
     runs = workshop.runs_against(RUNS, QUICK_RUNS)
     sizes = QUICK_SIZES if workshop.quick else SIZES
-    options = {"grid": QUICK_GRID, "seconds": QUICK_SECONDS} if workshop.quick else {}
+    options = {"grid": QUICK_GRID, "seconds": QUICK_SECONDS, "arenas": 1} if workshop.quick else {}
     result = played(workshop, solved_game_study(runs, sizes, **options))
     grid = solved_game_grid(result.study)
     games = WorstGames(result, grid, guarantees_of_study(result.study, min(runs.values())))

@@ -18,7 +18,8 @@ def _make(workshop: Workshop) -> Evidence:
     runs = workshop.runs_against(RUNS, QUICK_RUNS)
     sizes = QUICK_SIZES if workshop.quick else SIZES
     main = played(
-        workshop, assignment_study(rules=TEAMS, opponents=tuple(runs), opponent_runs=runs)
+        workshop,
+        assignment_study(sizes=sizes, rules=TEAMS, opponents=tuple(runs), opponent_runs=runs),
     )
     grid = assignment_grid(main.study)
     means, matrix = (workshop.pictures / f"figure_2_19{name}.png" for name in ("", "_matrix"))
@@ -26,7 +27,7 @@ def _make(workshop: Workshop) -> Evidence:
     draw_matrix(main, grid).savefig(matrix, dpi=110)
     results = {f"{main.study.base.seconds:g} s": main}
     fewer = fewest(runs, QUICK_VARIED if workshop.quick else VARIED)
-    for each in variants(workshop.world):
+    for each in variants(workshop.world, few=workshop.quick):
         study = varied(assignment_study, each, opponent_runs=fewer, sizes=sizes, rules=TEAMS)
         results[each.name] = played(workshop, study)
     everywhere = judge_everywhere(judge_allocations, results)

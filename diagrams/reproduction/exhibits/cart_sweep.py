@@ -26,7 +26,7 @@ def _make(workshop: Workshop) -> Evidence:
         if workshop.quick
         else [name for name in METHODS if name not in VARIANTS]
     )
-    sweep = sweep_ratios(methods, THESIS_TOLERANCE, 11 if workshop.quick else 51)
+    sweep = sweep_ratios(methods, THESIS_TOLERANCE, 5 if workshop.quick else 51)
     if not workshop.quick:
         # The table of the thesis takes minutes.
         sweep = replace(sweep, times={**sweep.times, AVERAGING: _averaged(sweep.ratios)})

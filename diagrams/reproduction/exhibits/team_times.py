@@ -7,11 +7,13 @@ from ...studies.tracking_study import tracking_grid, tracking_study
 from ..evidence import Evidence, Exhibit, Picture, Workshop
 from ..played import fewest, findings_of, played, verdicts_by_assumption
 
-# Runs of each cell, runs of each cell of each variant, and sizes of the teams there.
+# Runs of each cell, runs of each cell of each variant, and sizes of the teams there; where it has
+# to be quick the study itself has the corners of the figures alone.
 RUNS = {"adversarial": 1000, "best_response": 100, "optimal": 100, "optimal_distance": 100}
 VARIED, SIZES = {"adversarial": 60, "best_response": 20, "random_walk": 60}, (1, 2, 3, 4)
 QUICK_RUNS = {"adversarial": 8, "best_response": 3, "optimal": 2, "optimal_distance": 2}
 QUICK_VARIED, QUICK_SIZES = {"adversarial": 4, "best_response": 2, "random_walk": 4}, (1, 3)
+CORNERS = (1, 4)
 
 
 def _make(workshop: Workshop) -> Evidence:
@@ -19,7 +21,12 @@ def _make(workshop: Workshop) -> Evidence:
     sizes = QUICK_SIZES if workshop.quick else SIZES
     main = played(
         workshop,
-        tracking_study(vectors=tuple(VECTORS), opponents=tuple(runs), opponent_runs=runs),
+        tracking_study(
+            sizes=CORNERS if workshop.quick else SIZES,
+            vectors=tuple(VECTORS),
+            opponents=tuple(runs),
+            opponent_runs=runs,
+        ),
     )
     grid = tracking_grid(main.study)
     files = []

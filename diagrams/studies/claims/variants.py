@@ -39,8 +39,13 @@ class Variant:
     opponents: tuple[str, ...] = OPPONENTS
 
 
-def variants(world: Path | None = None) -> tuple[Variant, ...]:
-    """The variants, and the map of your own if you give one (WKT, GeoJSON or ROS map)."""
+def variants(world: Path | None = None, *, few: bool = False) -> tuple[Variant, ...]:
+    """The variants, and the map of your own if you give one.
+
+    Args:
+        world: WKT, GeoJSON or ROS map; None: none.
+        few: The first alone, other evaders, without other arenas and robots, whose games take long.
+    """
     base = thesis_base()
     body = {"model": "differential_drive", "radius": RADIUS}
     robots = replace(
@@ -54,6 +59,7 @@ def variants(world: Path | None = None) -> tuple[Variant, ...]:
         Variant("8 obstacles", base, Arena(obstacles=8, longest=0.6)),
         Variant("robots of the testbed", robots, Arena(gap=2.5 * RADIUS)),
     ]
+    found = found[:1] if few else found
     if world is not None:
         found.append(Variant(world.stem, thesis_base(world=WorldSource(file=str(world))), None))
     return tuple(found)
