@@ -18,6 +18,7 @@ from ...hardware_io.cameras.camera_port import CameraPort
 from ...hardware_io.cameras.frame_source import FrameSource, NoCamera
 from ...hardware_io.cameras.opencv_capture import OpenCvCapture
 from ...hardware_io.cameras.picture_folder import PictureFolder
+from ...hardware_io.device_process.process_link import ProcessLink
 from ...hardware_io.emulation.air import AirSettings, Flight
 from ...hardware_io.kinds.find_kind import KINDS, find_kind
 from ...hardware_io.kinds.robot_kind import (
@@ -178,7 +179,7 @@ def open_camera(device: OmniCameraDevice) -> FrameSource:
 
 
 def open_radio(scenario: StationScenario) -> RobotLink:
-    """Make the link to the robots, a context manager that connects.
+    """Make the link to the robots, a context manager that connects, in a process of its own.
 
     Args:
         scenario: The laboratory.
@@ -187,7 +188,7 @@ def open_radio(scenario: StationScenario) -> RobotLink:
         InvalidInput: There is no such kind, its extra is not installed, or it needs to be told
             more.
     """
-    return find_kind(scenario.radio.kind).open_link(_fleet(scenario))
+    return ProcessLink(scenario.radio.kind, _fleet(scenario))
 
 
 def _fleet(scenario: StationScenario) -> RobotFleet:
@@ -271,7 +272,7 @@ def _emulated(
     )
     with (
         kind.open_stand_in(_fleet(scenario), around) as (laboratory, fleet),
-        kind.open_link(fleet) as link,
+        ProcessLink(scenario.radio.kind, fleet) as link,
     ):
         yield laboratory, link
 

@@ -14,7 +14,7 @@ from ..links.odometry_counts import OdometryCounts
 from ..links.reporting_link import Order, ReportingLink, What
 from ..links.robot_link import LinkError, RobotReport, RobotState
 from .messages import Header, Odometry, Time, Twist, TwistStamped, Vector3, planar
-from .node import Node
+from .node import Node, open_on_loopback
 
 # How often the receiving thread looks whether the link was closed [s].
 _LOOK = 0.1
@@ -58,6 +58,7 @@ class DdsLink(ReportingLink):
         domain: Number (ROS_DOMAIN_ID).
         stamped: Send TwistStamped.
         command, odometry: Names of the topics below the namespaces.
+        loopback: Stay on this machine, as robots do that stand in.
 
     Raises:
         InvalidInput: Names are too few or come twice, or the domain is none.
@@ -73,6 +74,7 @@ class DdsLink(ReportingLink):
         stamped: bool = False,
         command: str = "cmd_vel",
         odometry: str = "odom",
+        loopback: bool = False,
     ) -> None:
         super().__init__(robots)
         names = [each.strip("/") for each in names] or [f"robot{each}" for each in self.robots]
@@ -81,6 +83,7 @@ class DdsLink(ReportingLink):
         require(0 <= domain <= 232, "radio.options.domain", "be 0 to 232", domain)
         self._names, self._chassis, self._domain = names, chassis, domain
         self._stamped, self._command, self._odometry = stamped, command, odometry
+        self._loopback, self._kept_open = loopback, None
         self._node: Node | None = None
         self._driven: dict[int, _Driven] = {}
         self._closing = threading.Event()
@@ -92,6 +95,8 @@ class DdsLink(ReportingLink):
         Raises:
             LinkError: There is no network for it.
         """
+        if self._loopback:
+            self._kept_open = open_on_loopback(self._domain)
         node = self._node = Node(self._domain)
         kind = TwistStamped if self._stamped else Twist
         for robot, name in zip(self.robots, self._names, strict=True):
@@ -114,6 +119,7 @@ class DdsLink(ReportingLink):
         if self._node is not None:
             self._node.close()
             self._node = None
+        self._kept_open = None
 
     def transmit(self, robot: int, order: Order) -> None:
         """See `ReportingLink`."""

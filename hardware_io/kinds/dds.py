@@ -23,6 +23,7 @@ def _link(fleet: RobotFleet) -> RobotLink:
         stamped=fleet.option("stamped", False),
         command=fleet.option("command", "cmd_vel"),
         odometry=fleet.option("odometry", "odom"),
+        loopback=fleet.option("loopback", False),
     )
 
 
@@ -43,7 +44,11 @@ def _stand_in(fleet: RobotFleet, around: Surroundings) -> Iterator[tuple[Laborat
     with around.laboratory(fleet.robots, make_driver, wire) as laboratory:
         yield (
             laboratory,
-            replace(fleet, addresses=tuple(names), options={"domain": domain, "stamped": stamped}),
+            replace(
+                fleet,
+                addresses=tuple(names),
+                options={"domain": domain, "stamped": stamped, "loopback": True},
+            ),
         )
 
 

@@ -114,6 +114,7 @@ class ReportingLink(RobotLink):
                 known.answers = progress.last_sequence if ours else -math.inf
                 self._record.note_progress(progress, known.came)
             self._changed.notify_all()
+            self.on_report()
 
     def heard_nothing_of_use(self) -> None:
         """Take note of a message that was none, came twice, or was overtaken by newer ones."""

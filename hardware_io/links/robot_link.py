@@ -5,7 +5,7 @@ import sys
 import threading
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
@@ -120,6 +120,8 @@ class RobotLink(ABC):
 
     Attributes:
         robots: The same, as a tuple.
+        on_report: Called after each report, in whatever thread took it; for who cannot wait until
+            it looks for one. It must not wait itself.
 
     Raises:
         InvalidInput: A robot's number is not one, or comes twice.
@@ -127,6 +129,7 @@ class RobotLink(ABC):
 
     def __init__(self, robots: Sequence[int]) -> None:
         self.robots = require_robots(robots)
+        self.on_report: Callable[[], object] = lambda: None
         self._counting = threading.Lock()
         self._sequence = 0
 

@@ -239,6 +239,7 @@ class RadioLink(RobotLink):
                 self._addresses[frame.robot] = address
                 late = self._record.note_progress(_progress(frame), now)
                 self._latest[frame.robot] = _report(now - late, frame)
+                self.on_report()
             elif isinstance(frame, Acknowledgement):
                 what = (frame.kind, frame.session, frame.acknowledged, frame.robot)
                 self._acknowledged.add(what)
