@@ -196,6 +196,7 @@ def test_faults(kind, laboratory, tmp_path):
     for fault in FAULTS:
         found = [moment for moment in moments if moment.fault == fault]
         rest = np.array([moment.rest for moment in found])
+        noticed = np.array([moment.noticed for moment in found])
         said = Counter(
             reason.name for moment in found for robot in moment.reasons for reason in robot
         )
@@ -203,6 +204,7 @@ def test_faults(kind, laboratory, tmp_path):
         silent = sum(not all(moment.reasons) for moment in found)
         print(
             f"{kind}, {fault}: {len(found)} moments, robots stand after {np.median(rest):.2f} s "
-            f"(median), {rest.max():.2f} s (most), {(rest > LIMIT).sum()} over {LIMIT} s; nothing "
-            f"said of a robot in {silent}, others held in {others}; {dict(said)}"
+            f"(median), {rest.max():.2f} s (most), {noticed.max():.2f} s after it shows, "
+            f"{(noticed > LIMIT).sum()} of these over {LIMIT} s; nothing said of a robot in "
+            f"{silent}, others held in {others}; {dict(said)}"
         )

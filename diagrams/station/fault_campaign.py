@@ -38,8 +38,12 @@ _UNTIL_IT_MOVES, _UNTIL_IT_STANDS = 6.0, 2.0
 # How long a fault is left once robots stand, so that it is told [s]: a robot reports five times a
 # second, and a tenth of the reports is lost.
 _LEFT = 1.0
-# How long robots stand while they are carried back, before and after [s].
-_CARRIED = 0.25
+# A fault that shows in the way of a wheel alone shows when that has turned so far since [m]: a
+# robot that stands shows none, and less drowns in slip and in how exactly moments are known.
+VISIBLE_WAY = 0.02
+# How long robots stand while they are carried back, before and after [s], and where they are then
+# [m].
+_CARRIED, _AT_START = 0.25, 0.01
 
 
 @dataclass(frozen=True)
@@ -50,11 +54,13 @@ class Fault:
         robots: How many robots it is about; 0: all.
         do: Makes it happen, given the poses, the EmulatedLaboratory and the robots.
         undo: Mends it.
+        wheels: Of the first robot, in whose way it shows, 0 for the left; none: it shows at once.
     """
 
     robots: int
     do: Callable[[FaultyPoses, Any, Sequence[int]], None]
     undo: Callable[[FaultyPoses, Any, Sequence[int]], None]
+    wheels: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -66,6 +72,8 @@ class Moment:
         robots: Which are affected.
         time: Of the run, when it happened [s].
         rest: From then until all of them stood still [s]; infinite: they did not.
+        visible: From then until it showed in the data [s]: when one of the wheels in whose way it
+            shows had turned 2 cm. Infinite: robots stood before.
         reasons: What was said of each of them until the fault was mended.
         others: What was said of any other robot meanwhile.
     """
@@ -74,15 +82,26 @@ class Moment:
     robots: tuple[int, ...]
     time: float
     rest: float
+    visible: float = 0.0
     reasons: tuple[tuple[Reason, ...], ...] = ()
     others: tuple[Reason, ...] = ()
 
+    @property
+    def noticed(self) -> float:
+        """From when it showed until all of them stood still [s]."""
+        return max(self.rest - self.visible, 0.0)
 
-def _of_poses(robots: int, make: Callable[[PoseReading, Sequence[int]], PoseFault]) -> Fault:
+
+def _of_poses(
+    robots: int,
+    make: Callable[[PoseReading, Sequence[int]], PoseFault],
+    wheels: tuple[int, ...] = (),
+) -> Fault:
     return Fault(
         robots,
         lambda poses, laboratory, who: poses.spoil(make(poses.read(), who)),
         lambda poses, laboratory, who: poses.mend(),
+        wheels,
     )
 
 
@@ -91,6 +110,7 @@ def _of_an_encoder(sense: int) -> Fault:
         1,
         lambda poses, laboratory, who: laboratory.set_encoder(who[0], 0, sense),
         lambda poses, laboratory, who: laboratory.set_encoder(who[0], 0, 1),
+        (0,),
     )
 
 
@@ -100,7 +120,9 @@ FAULTS = {
     "heading turned by pi": _of_poses(1, lambda _, who: displaced(who[0], (0.0, 0.0, math.pi))),
     "pose jumps by 1 m": _of_poses(1, lambda _, who: displaced(who[0], (0.6, 0.8, 0.0))),
     "pose outside the world": _of_poses(1, lambda _, who: displaced(who[0], (50.0, 0.0, 0.0))),
-    "pose stuck": _of_poses(1, lambda last, who: stuck(who[0], last.poses[who[0]].copy())),
+    "pose stuck": _of_poses(
+        1, lambda last, who: stuck(who[0], last.poses[who[0]].copy()), wheels=(0, 1)
+    ),
     "motion capture frozen": _of_poses(0, lambda last, _: frozen(last)),
     "robot reset": Fault(
         1,
@@ -210,8 +232,16 @@ class _Campaign:
         time.sleep(_CARRIED)
         for robot, start in enumerate(self._starts):
             self._laboratory.place(robot, start)
+        # However late a busy machine does it: who is carried after the start has jumped.
+        _wait(self._are_seen_at_their_starts, _UNTIL_IT_MOVES)
+        seen = self._now
         time.sleep(_CARRIED)
+        _wait(lambda: self._now >= seen + _CARRIED, _UNTIL_IT_MOVES)
         self._operator.say("start")
+
+    def _are_seen_at_their_starts(self) -> bool:
+        off = self._poses.read().poses[:, :2] - self._starts[:, :2]
+        return bool((np.abs(off) < _AT_START).all())
 
     def _let_happen(self, name: str, fault: Fault) -> None:
         laboratory, count = self._laboratory, len(self._starts)
@@ -222,12 +252,18 @@ class _Campaign:
             chosen = np.argsort(-np.abs(laboratory.wheel_speeds()).max(axis=1))[: len(chosen)]
         began, now = laboratory.time(), self._now
         robots = tuple(int(robot) for robot in chosen)
+        way = _Way(laboratory, robots[0], fault.wheels)
         fault.do(self._poses, laboratory, robots)
-        # What stands already stood before.
-        stands = _wait(lambda: self._still_since(chosen) < math.inf, _UNTIL_IT_STANDS)
+
+        def stand() -> bool:
+            # What stands already stood before.
+            way.look()
+            return self._still_since(chosen) < math.inf
+
+        stands = _wait(stand, _UNTIL_IT_STANDS)
         rest = max(self._still_since(chosen) - began, 0.0) if stands else math.inf
         time.sleep(_LEFT)
-        self.moments.append(Moment(name, robots, now, rest))
+        self.moments.append(Moment(name, robots, now, rest, way.visible))
         fault.undo(self._poses, laboratory, robots)
 
     def _fastest(self, robots: np.ndarray) -> float:
@@ -235,6 +271,37 @@ class _Campaign:
 
     def _still_since(self, robots: np.ndarray) -> float:
         return float(self._laboratory.snapshot().still_since[robots].max())
+
+
+class _Way:
+    """What some wheels of a robot have turned from now on, and when that is seen.
+
+    Attributes:
+        visible: From now until one of them had turned far enough [s]; 0 without wheels.
+
+    Args:
+        laboratory: Where the robot is.
+        robot: Its number, from 0.
+        wheels: 0 for the left, 1 for the right.
+    """
+
+    def __init__(self, laboratory: Any, robot: int, wheels: tuple[int, ...]) -> None:
+        self._laboratory, self._robot, self._wheels = laboratory, robot, list(wheels)
+        self._began, self._speeds = self._now()
+        self._time, self._ways = self._began, np.zeros(len(wheels))
+        self.visible = math.inf if wheels else 0.0
+
+    def look(self) -> None:
+        """Count what has been turned since it was last looked."""
+        time, speeds = self._now()
+        self._ways += 0.5 * (time - self._time) * (speeds + self._speeds)
+        self._time, self._speeds = time, speeds
+        if math.isinf(self.visible) and self._ways.max() >= VISIBLE_WAY:
+            self.visible = time - self._began
+
+    def _now(self) -> tuple[float, np.ndarray]:
+        snapshot = self._laboratory.snapshot()
+        return snapshot.time, np.abs(snapshot.wheel_speeds[self._robot][self._wheels])
 
 
 def _wait(until: Callable[[], bool], patience: float) -> bool:

@@ -18,6 +18,7 @@ from ...systems.numerics.errors import require, require_positive
 from ...systems.numerics.station.motion_checks import Chassis
 from ..links.odometry_counts import OdometryCounts
 from ..links.reporting_link import Order, ReportingLink, What
+from ..links.robot_clock import RobotClock
 from ..links.robot_link import LinkError, RobotReport, RobotState
 from .protocol import (
     ARM,
@@ -67,6 +68,8 @@ class _Vehicle:
         came: When its last report came [s].
         stamp: That of the report, modulo 2^24 [ms].
         place: x, y [m] there.
+        elapsed: Time of its clock since the first report [s].
+        clock: The same, compared with ours.
     """
 
     driver: Any
@@ -79,6 +82,8 @@ class _Vehicle:
     came: float = -math.inf
     stamp: int = -1
     place: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    elapsed: float = 0.0
+    clock: RobotClock = field(default_factory=RobotClock)
 
     @property
     def platform(self) -> "_Vehicle":
@@ -267,17 +272,21 @@ class CrtpLink(ReportingLink):
             return False
         x, y, yaw, battery, info = VALUES.unpack_from(data, 4)
         stamp = int.from_bytes(data[1:4], "little")
-        newer = now > vehicle.came + _SILENT or 0 < (stamp - vehicle.stamp) % (1 << 24) < 1 << 23
+        came_anew = now > vehicle.came + _SILENT
+        newer = came_anew or 0 < (stamp - vehicle.stamp) % (1 << 24) < 1 << 23
         if not (newer and all(map(math.isfinite, (x, y, yaw, battery)))):
             return False
         place, since = np.array([x, y]), ((stamp - vehicle.stamp) % (1 << 24)) / 1000
         drives = float(np.hypot(*(place - vehicle.place))) > _STANDS * since
         vehicle.stamp, vehicle.came, vehicle.place = stamp, now, place
         state = RobotState.DRIVING if drives else RobotState.IDLE
+        if came_anew:
+            vehicle.clock = RobotClock()
+        vehicle.elapsed += since
         self.heard(
             robot,
             RobotReport(
-                time=now,
+                time=now - vehicle.clock.late(now, vehicle.elapsed),
                 state=state if info & IS_ARMED else RobotState.DISARMED,
                 counts=vehicle.counts.after(np.array([x, y, math.radians(yaw)])),
                 battery=battery,

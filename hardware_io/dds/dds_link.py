@@ -3,7 +3,7 @@
 import threading
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from ...systems.numerics.errors import require
 from ...systems.numerics.station.motion_checks import Chassis
 from ..links.odometry_counts import OdometryCounts
 from ..links.reporting_link import Order, ReportingLink, What
+from ..links.robot_clock import RobotClock
 from ..links.robot_link import LinkError, RobotReport, RobotState
 from .messages import Header, Odometry, Time, Twist, TwistStamped, Vector3, planar
 from .node import Node, open_on_loopback
@@ -29,8 +30,8 @@ _JUMP = 0.1
 class _Driven:
     """What is known of a robot: counts of its way, its last order, and its last odometry.
 
-    Of that who sent it, its stamp and its pose. The order is None before the first arm, and again
-    after a reset.
+    Of that who sent it, its stamp by the robot's clock, and its pose. The order is None before the
+    first arm, and again after a reset.
     """
 
     writer: Any
@@ -40,6 +41,7 @@ class _Driven:
     source: int | None = None
     stamp: tuple[int, int] = (-1, 0)
     pose: np.ndarray | None = None
+    clock: RobotClock = field(default_factory=lambda: RobotClock(settable=True))
 
 
 class DdsLink(ReportingLink):
@@ -165,12 +167,16 @@ class DdsLink(ReportingLink):
         if driven.pose is not None and (not known or self._jumps(driven, stamp, pose)):
             driven.last = None
             driven.counts.begin_anew()
+        if not known:
+            driven.clock = RobotClock(settable=True)
         driven.source, driven.stamp, driven.pose = source, stamp, pose
+        now = time.monotonic()
+        late = driven.clock.late(now, stamp[0] + 1e-9 * stamp[1])
         counts = driven.counts.after(pose)
         moves = max(abs(speed), abs(rate)) > _STANDS
         self.heard(
             robot,
-            RobotReport(time=time.monotonic(), state=_state(driven.last, moves), counts=counts),
+            RobotReport(time=now - late, state=_state(driven.last, moves), counts=counts),
         )
 
     def _jumps(self, driven: _Driven, stamp: tuple[int, int], pose: np.ndarray) -> bool:

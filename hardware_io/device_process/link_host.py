@@ -138,7 +138,6 @@ def main() -> None:
     for number in (signal.SIGINT, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
-    go_first()
     # Threads that receive do not wait for the others of this process.
     sys.setswitchinterval(1e-4)
     channel = Channel(socket.socket(fileno=int(sys.argv[1])))
@@ -149,10 +148,14 @@ def main() -> None:
     os._exit(0)
 
 
-def go_first() -> bool:
-    """Let this thread, and those that it begins, run before other programs; whether it may."""
+def go_first(process: int = 0) -> bool:
+    """Let a process, and the threads that it begins, run before others; whether it may.
+
+    Args:
+        process: Its number; 0: this one.
+    """
     try:
-        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
+        os.sched_setscheduler(process, os.SCHED_RR, os.sched_param(1))
     except (OSError, AttributeError):
         # No permission, or another system than Linux.
         return False

@@ -16,6 +16,7 @@ from ...systems.numerics.errors import InvalidInput, require_non_negative
 from ..kinds.robot_kind import RobotFleet
 from ..links.robot_link import LinkError, LinkHealth, RobotLink, RobotReport
 from .channel import Channel, Ended
+from .link_host import go_first
 from .notice_board import NoticeBoard
 from .words import Answer, ArmAgain, Ask, Close, Drive, Hail, Notice, Open
 
@@ -78,6 +79,7 @@ class ProcessLink(RobotLink):
             start_new_session=True,
         )
         theirs.close()
+        go_first(self._process.pid)
         channel = self._channel = Channel(ours)
         self._ended, self._last, self._silent = False, (None, None), 0.0
         self._answers.clear()
@@ -217,8 +219,8 @@ class ProcessLink(RobotLink):
             ended = self._ended
         if answer is None:
             if ended or number == 0:
-                how = "ended" if ended else f"did not {what} within {patience:g} s"
-                raise LinkError(f"the process that drives the robots has {how}")
+                how = "has ended" if ended else f"did not {what} within {patience:g} s"
+                raise LinkError(f"the process that drives the robots {how}")
             return ()
         if answer.failure:
             raise (InvalidInput if answer.misused else LinkError)(answer.failure)

@@ -30,6 +30,7 @@ class LaboratorySnapshot:
 
     Attributes:
         time: Since it was entered [s].
+        moment: The same by time.monotonic [s]; a busy machine is beyond it.
         poses: Shape (n, 3) [m], [m], [rad]; headings count turns.
         wheel_speeds: Left and right, shape (n, 2) [m/s].
         still_since: When the wheels of each robot came to rest, shape (n,) [s]; infinite while one
@@ -39,6 +40,7 @@ class LaboratorySnapshot:
     """
 
     time: float
+    moment: float
     poses: np.ndarray
     wheel_speeds: np.ndarray
     still_since: np.ndarray
@@ -142,6 +144,7 @@ class EmulatedLaboratory:
             raise SightfieldError("the laboratory is closed: use it in a `with` statement")
         return LaboratorySnapshot(
             time=report.time,
+            moment=self._began + report.time,
             poses=report.poses,
             wheel_speeds=report.wheel_speeds,
             still_since=report.still_since,

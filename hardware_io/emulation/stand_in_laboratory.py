@@ -225,6 +225,7 @@ class StandInLaboratory:
             self._feel()
         self._wire.__enter__()
         self._began = time.monotonic()
+        self._snapshot = self._look(0.0)
         self._thread.start()
         return self
 
@@ -345,6 +346,7 @@ class StandInLaboratory:
     def _look(self, lag: float) -> LaboratorySnapshot:
         return LaboratorySnapshot(
             time=self._time,
+            moment=self._began + self._time,
             poses=self._wheels.poses.copy(),
             wheel_speeds=self._wheels.speeds,
             still_since=self._still_since.copy(),

@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -11,6 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from ...systems.numerics.errors import require
 from ..links.datagram_link import DatagramLink, NoMessage
 from ..links.reporting_link import Order, What
+from ..links.robot_clock import RobotClock
 from ..links.robot_link import RobotReport, RobotState
 from .packets import (
     AUTOPILOT,
@@ -52,6 +53,7 @@ class _Vehicle:
         measured: When its wheels were where the counts say [s].
         drives: Whether one turned between the last two reports of them.
         battery: [V].
+        clock: By which it measured; it may be set to the time of a GPS.
     """
 
     packer: Packer
@@ -63,6 +65,7 @@ class _Vehicle:
     measured: float = -math.inf
     drives: bool = False
     battery: float = 0.0
+    clock: RobotClock = field(default_factory=lambda: RobotClock(settable=True))
 
 
 class MavlinkLink(DatagramLink):
@@ -152,6 +155,8 @@ class MavlinkLink(DatagramLink):
         newer = vehicle.number < 0 or 0 < (number - vehicle.number) % 256 < 128
         if not newer and now < vehicle.came + _ANEW:
             return False
+        if not newer:
+            vehicle.clock = RobotClock(settable=True)
         vehicle.number, vehicle.came = number, now
         return True
 
@@ -173,7 +178,10 @@ class MavlinkLink(DatagramLink):
                 gone = max(abs(left - vehicle.counts[0]), abs(right - vehicle.counts[1]))
                 least = _SLOWEST * (now - vehicle.measured) * self._counts_per_metre
                 vehicle.drives = math.isfinite(least) and gone > least
-                vehicle.counts, vehicle.measured = (left, right), now
+                # Without a clock none is late.
+                stamp = 1e-6 * message.time_usec or now
+                vehicle.counts = (left, right)
+                vehicle.measured = now - vehicle.clock.late(now, stamp)
         elif kind == "SYS_STATUS" and message.voltage_battery != 0xFFFF:
             vehicle.battery = message.voltage_battery / 1000
 

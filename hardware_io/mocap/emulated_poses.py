@@ -1,72 +1,83 @@
 """The motion capture of an emulated laboratory."""
 
-import threading
 import time
 from typing import Protocol
 
 import numpy as np
 
-from ...systems.numerics.errors import SightfieldError
 from .pose_source import PoseReading
+
+# A laboratory that is behind the wall clock by more is given time to catch up, so long at most [s].
+_BEHIND, _PATIENCE = 0.02, 0.1
+
+
+class Seen(Protocol):
+    """What a camera sees.
+
+    Attributes:
+        moment: When, by time.monotonic [s].
+        poses: Shape (N, 3) [m], [m], [rad].
+    """
+
+    @property
+    def moment(self) -> float: ...
+
+    @property
+    def poses(self) -> np.ndarray: ...
 
 
 class Laboratory(Protocol):
     """Something that knows where its robots really are."""
 
-    def poses(self) -> np.ndarray:
-        """Poses, shape (N, 3) [m], [m], [rad]."""
+    def snapshot(self) -> Seen:
+        """The newest that it knows."""
         ...
 
 
 class EmulatedPoses:
     """A camera system over an emulated laboratory, with a rate of its own.
 
+    A pose has the stamp of the moment at which the robot was there. Real robots do not wait for a
+    busy machine: a laboratory that is behind is waited for, some ticks at most.
+
     Args:
         laboratory: Which.
-        rate: Frames a second [1/s].
+        rate: Frames a second at most [1/s].
     """
 
     def __init__(self, laboratory: Laboratory, *, rate: float = 100.0) -> None:
-        self._laboratory = laboratory
+        self._laboratory, self._period = laboratory, 1.0 / rate
+        self._frozen = False
         self._frame = self._look()
-        self._failure: SightfieldError | None = None
-        self._frozen = threading.Event()
-        self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._run, args=(1.0 / rate,), daemon=True)
-        self._thread.start()
 
     def _look(self) -> PoseReading:
-        poses = np.array(self._laboratory.poses(), dtype=float)
-        return PoseReading(poses, np.full(len(poses), time.monotonic()))
-
-    def _run(self, period: float) -> None:
-        while not self._ended.wait(period):
-            if not self._frozen.is_set():
-                try:
-                    self._frame = self._look()
-                except SightfieldError as error:
-                    self._failure = error
-                    return
+        end = time.monotonic() + _PATIENCE
+        while True:
+            seen, now = self._laboratory.snapshot(), time.monotonic()
+            if now - seen.moment < _BEHIND or now > end:
+                poses = np.array(seen.poses, dtype=float)
+                return PoseReading(poses, np.full(len(poses), seen.moment))
+            time.sleep(0.001)
 
     def freeze(self) -> None:
         """Send no more frames, as a system does whose cable is pulled."""
-        self._frozen.set()
+        self._frozen = True
 
     def thaw(self) -> None:
         """Send frames again."""
-        self._frozen.clear()
+        self._frozen = False
 
     def read(self) -> PoseReading:
         """See `PoseSource`.
 
         Raises:
-            SightfieldError: The laboratory has failed, at this moment or before.
+            SightfieldError: The laboratory has failed.
         """
-        if self._failure is not None:
-            raise self._failure
+        if not self._frozen:
+            frame = self._look()
+            if frame.stamps.max() >= self._frame.stamps.max() + self._period:
+                self._frame = frame
         return self._frame
 
     def close(self) -> None:
-        """End the thread that looks."""
-        self._ended.set()
-        self._thread.join()
+        """Nothing is held."""

@@ -2,7 +2,6 @@
 
 import os
 import time
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -11,6 +10,7 @@ import numpy as np
 from ..links.datagram_link import DatagramLink, NoMessage
 from ..links.link_record import Progress
 from ..links.reporting_link import Order, What
+from ..links.robot_clock import RobotClock
 from ..links.robot_link import LinkError, RobotReport
 from .datagrams import (
     MODULUS,
@@ -25,8 +25,6 @@ from .datagrams import (
 
 # After which silence boards stop by themselves [s]; one that says it takes longer is not armed.
 SILENCE = 0.2
-# Over which the fastest report is sought, so that crystals may differ [s].
-_WINDOW = 10.0
 _KINDS = {
     What.HAIL: OrderKind.HAIL,
     What.COMMAND: OrderKind.COMMAND,
@@ -37,30 +35,22 @@ _KINDS = {
 
 @dataclass
 class _Clock:
-    """What is known of a robot's clock since it was started.
-
-    The fastest report of the last seconds says by how much the clock is behind ours, and the others
-    by how much they were late.
-    """
+    """What is known of a robot's clock since it was started."""
 
     boot: int
     sequence: int
     # Of its clock, unwrapped [ms].
     latest: int
-    # When reports came, and their time on the way plus what the clock is behind [s].
-    behind: deque[tuple[float, float]] = field(default_factory=deque)
+    ours: RobotClock = field(default_factory=RobotClock)
 
     def note(self, came: float, clock: int) -> float:
         """Take note of a report; returns by how much it was later than the fastest [s]."""
         self.latest += _signed(clock - self.latest)
-        self.behind.append((came, came - 1e-3 * self.latest))
-        while self.behind[0][0] < came - _WINDOW:
-            self.behind.popleft()
-        return self.behind[-1][1] - min(each for _, each in self.behind)
+        return self.ours.late(came, 1e-3 * self.latest)
 
     def at(self, time: float) -> int:
         """What the clock shows at a time, or less: by the fastest report's way [ms]."""
-        return round(1000 * (time - min(each for _, each in self.behind))) % MODULUS
+        return round(1000 * (time - self.ours.behind)) % MODULUS
 
 
 class UdpLink(DatagramLink):

@@ -2,12 +2,13 @@
 
 Both are compared as ways of the wheels. The motion that a command leads to is predicted by a delay
 of two ticks and a first-order lag; a robot whose pose stands still while it should have gone some
-centimetres does not follow. The ways by encoders and by motion capture between two reports are
-compared, at the moments at which both were measured, however late ticks are. What the one has gone
-beyond the other and beyond slip is added up, for either sense (a two-sided CUSUM test, Page,
-Biometrika 41, 1954). Slip grows with the way, and what delay explains does not: a moment that is
-off adds to one difference what it takes from the next, up to what the wheel turns meanwhile at its
-fastest. So a dead encoder is noticed after some centimetres of way, however slow the robot is.
+centimetres does not follow. After a tick that comes late robots begin at rest: they stop by
+themselves where they are told nothing. The ways by encoders and by motion capture between two
+reports are compared, at the moments at which both were measured, however late ticks are. What the
+one has gone beyond the other and beyond slip is added up, for either sense (a two-sided CUSUM test,
+Page, Biometrika 41, 1954). Slip grows with the way, and what delay explains does not: a moment that
+is off adds to one difference what it takes from the next, up to what the wheel turns meanwhile at
+its fastest. So a dead encoder is noticed after some centimetres of way, however slow the robot is.
 """
 
 from dataclasses import dataclass
@@ -27,13 +28,15 @@ _SLOWEST = 0.03
 _MOVED = 0.005
 # Way that may be blind [m], and time at the present speed on top of it [s].
 _BLIND_WAY, _BLIND_TIME = 0.012, 0.12
+# Where ticks are further apart robots have stopped by themselves meanwhile [s].
+_LAPSE = 0.14
 # A robot that does not follow stands for so long before it is tried again [s], so often.
 _PAUSE, _TRIES = 0.5, 3
 # Part of a way that slip and wrong dimensions explain [-].
 _SLIP = 0.25
 # What the rest adds up to when encoders and motion capture disagree: a length [m], and what a wheel
 # that reverses turns in the time by which moments are off [s] at the fastest of the last seconds.
-_DISAGREEMENT, _MOMENTS_OFF, _LATELY = 0.018, 0.04, 2.0
+_DISAGREEMENT, _MOMENTS_OFF, _LATELY = 0.012, 0.04, 2.0
 # Poses that are remembered: a report tells how things stood some ticks ago. The newest may be older
 # than the report, by so much at most [s].
 _KEPT, _AHEAD = 4, 0.06
@@ -75,6 +78,8 @@ class MotionMemory(NamedTuple):
             last was not.
         ways: Of the wheels by motion capture, at the last poses, newest first, shape (4, N, 2) [m].
         stamps: Of these poses, shape (4, N) [s]; minus infinity if there was none.
+        looked: When it was last looked, by the clock of the motion capture, shape (N,) [s]; minus
+            infinity before.
         sent: Wheel speeds sent at the last tick, shape (N, 2) [m/s].
         predicted: Wheel speeds that earlier commands lead to, shape (N, 2) [m/s].
         anchors: Poses from which motion is counted, shape (N, 3) [m], [m], [rad].
@@ -92,6 +97,7 @@ class MotionMemory(NamedTuple):
     since: np.ndarray
     ways: np.ndarray
     stamps: np.ndarray
+    looked: np.ndarray
     sent: np.ndarray
     predicted: np.ndarray
     anchors: np.ndarray
@@ -118,6 +124,7 @@ def no_motion(count: int) -> MotionMemory:
         since=-never,
         ways=np.zeros((_KEPT, count, 2)),
         stamps=np.full((_KEPT, count), -np.inf),
+        looked=never,
         sent=pairs,
         predicted=pairs,
         anchors=poses,
@@ -199,9 +206,15 @@ def check_motion(
         ways=np.where(newer[:, np.newaxis], latest, memory.ways),
         stamps=np.where(newer, moments, memory.stamps),
     )
-    memory = _follow(chassis, memory, time, period, good)
     with np.errstate(invalid="ignore"):
         now = stamps + pose_ages
+        late = now - memory.looked > _LAPSE
+    # What a robot was told before a tick that came late it has not gone on with: it begins again.
+    rested = np.where(late[:, np.newaxis], 0.0, memory.predicted)
+    memory = memory._replace(
+        predicted=rested, looked=np.where(np.isfinite(now), now, memory.looked)
+    )
+    memory = _follow(chassis, memory, time, period, good)
     memory = _compare(chassis, memory, now, counts, ages)
     explained = _DISAGREEMENT + 2 * _MOMENTS_OFF * memory.fastest
     disagree = (memory.differences > explained).any(axis=(0, 2))

@@ -21,7 +21,7 @@ ROBOTS = (1, 2)
 STARTS = np.array([[0.0, 0.0, 0.0], [0.0, 2.0, 1.0]])
 DRIVE = np.array([[0.3, 0.0], [0.2, 1.0]])
 # Patience with a busy machine [s].
-PATIENCE = 10.0
+PATIENCE = 60.0
 
 # Drives robots until it is stopped from outside.
 CONTROLLER = """

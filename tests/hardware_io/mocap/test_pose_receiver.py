@@ -1,6 +1,7 @@
 """Poses in a diagram: held, aged, and invalid when they are stale."""
 
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -112,8 +113,9 @@ def test_an_emulated_camera_system_can_be_unplugged():
     class Laboratory:
         """Robots that are where the clock says."""
 
-        def poses(self):
-            return np.full((2, 3), time.monotonic())
+        def snapshot(self):
+            now = time.monotonic()
+            return SimpleNamespace(moment=now, poses=np.full((2, 3), now))
 
     source = EmulatedPoses(Laboratory(), rate=500.0)
 

@@ -279,6 +279,33 @@ def test_ticks_that_come_late_are_no_fault_of_a_robots():
         assert faults[0] == Reason.NONE
 
 
+@pytest.mark.parametrize("speed", [0.1, 0.3])
+def test_robots_that_stopped_by_themselves_since_a_tick_was_late_are_not_blamed(speed):
+    """After each second a tick comes 0.4 s late; robots stand by then, and take 0.2 s to start."""
+    memory, moment, way, began = no_motion(1), 10.0, 0.0, 10.0
+    for tick in range(400):
+        late = tick % 20 == 0
+        step = 0.4 if late else PERIOD
+        # They go on by the last command for 0.14 s, and after the pause start late.
+        driven = 0.14 if late else min(PERIOD, max(moment + PERIOD - began, 0.0))
+        moment, way = moment + step, way + speed * driven
+        began = moment + 0.2 if late else began
+        memory, faults = check_motion(
+            CHASSIS,
+            memory,
+            time=tick * PERIOD,
+            period=PERIOD,
+            poses=np.array([[way, 0.0, 0.0]]),
+            good=np.ones(1, bool),
+            stamps=np.array([moment - 0.01]),
+            pose_ages=np.array([0.01]),
+            counts=np.zeros((1, 2)),
+            ages=np.full(1, np.inf),
+        )
+        memory = with_sent(CHASSIS, memory, np.array([[speed, 0.0]]))
+        assert faults[0] == Reason.NONE
+
+
 @pytest.mark.parametrize("fault", ["dead encoder", "reversed encoder"])
 @pytest.mark.parametrize("speed", [0.02, 0.05, 0.09, 0.2, 0.3])
 def test_encoders_that_tell_another_motion_are_noticed_however_slow_the_robot_is(fault, speed):
