@@ -70,7 +70,7 @@ class Moment:
     Attributes:
         fault: Its name.
         robots: Which are affected.
-        time: Of the run, when it happened [s].
+        time, until: Of the run, when it happened and when it was mended [s].
         rest: From then until all of them stood still [s]; infinite: they did not.
         visible: From then until it showed in the data [s]: when one of the wheels in whose way it
             shows had turned 2 cm. Infinite: robots stood before.
@@ -81,6 +81,7 @@ class Moment:
     fault: str
     robots: tuple[int, ...]
     time: float
+    until: float
     rest: float
     visible: float = 0.0
     reasons: tuple[tuple[Reason, ...], ...] = ()
@@ -263,7 +264,7 @@ class _Campaign:
         stands = _wait(stand, _UNTIL_IT_STANDS)
         rest = max(self._still_since(chosen) - began, 0.0) if stands else math.inf
         time.sleep(_LEFT)
-        self.moments.append(Moment(name, robots, now, rest, way.visible))
+        self.moments.append(Moment(name, robots, now, self._now, rest, way.visible))
         fault.undo(self._poses, laboratory, robots)
 
     def _fastest(self, robots: np.ndarray) -> float:
@@ -320,8 +321,9 @@ def _told(moments: Sequence[Moment], log: Path, scenario: StationScenario) -> li
     reasons = np.rint(run.samples[REASON]).astype(int)
     found = []
     for moment in moments:
-        end = moment.time + min(moment.rest, _UNTIL_IT_STANDS) + _LEFT
-        rows = (run.times > moment.time + 0.5 * scenario.period) & (run.times <= end)
+        # By the run's own time, which a busy machine holds up: afterwards robots are carried.
+        since, until = moment.time + 0.5 * scenario.period, moment.until + 0.5 * scenario.period
+        rows = (run.times > since) & (run.times < until)
         said = [_said(reasons[rows][:, [robot]]) for robot in moment.robots]
         rest = [robot for robot in range(scenario.size) if robot not in moment.robots]
         others = _said(reasons[rows][:, rest])

@@ -37,6 +37,9 @@ _SLIP = 0.25
 # What the rest adds up to when encoders and motion capture disagree: a length [m], and what a wheel
 # that reverses turns in the time by which moments are off [s] at the fastest of the last seconds.
 _DISAGREEMENT, _MOMENTS_OFF, _LATELY = 0.012, 0.04, 2.0
+# Between two poses a wheel may have turned at any speed: part of the time between them by which a
+# moment there is off [-].
+_BETWEEN_POSES = 0.25
 # Poses that are remembered: a report tells how things stood some ticks ago. The newest may be older
 # than the report, by so much at most [s].
 _KEPT, _AHEAD = 4, 0.06
@@ -216,7 +219,8 @@ def check_motion(
     )
     memory = _follow(chassis, memory, time, period, good)
     memory = _compare(chassis, memory, now, counts, ages)
-    explained = _DISAGREEMENT + 2 * _MOMENTS_OFF * memory.fastest
+    off = np.maximum(_MOMENTS_OFF, _BETWEEN_POSES * _spacing(memory.stamps))
+    explained = _DISAGREEMENT + 2 * off[:, np.newaxis] * memory.fastest
     disagree = (memory.differences > explained).any(axis=(0, 2))
     faults = np.where(
         disagree, Reason.ODOMETRY, np.where(time < memory.until, Reason.NOT_FOLLOWING, Reason.NONE)
@@ -315,6 +319,17 @@ def _compare(
         differences=np.where(whole[:, np.newaxis], sums, memory.differences),
         fastest=np.where(whole[:, np.newaxis], np.maximum(speed, slower), memory.fastest),
     )
+
+
+def _spacing(stamps: np.ndarray) -> np.ndarray:
+    """The longest time between two of the remembered poses, shape (N,) [s].
+
+    Args:
+        stamps: Newest first, shape (k, N) [s].
+    """
+    with np.errstate(invalid="ignore"):
+        between = stamps[:-1] - stamps[1:]
+    return np.where(np.isfinite(between), between, 0.0).max(axis=0)
 
 
 def _ways_at(

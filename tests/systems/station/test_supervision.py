@@ -306,6 +306,39 @@ def test_robots_that_stopped_by_themselves_since_a_tick_was_late_are_not_blamed(
         assert faults[0] == Reason.NONE
 
 
+def check_rarely(dead, seconds):
+    """Reasons of a robot that goes to and fro twice a second, and is looked at every 0.3 s."""
+    random, memory, reasons = np.random.default_rng(8), no_motion(1), []
+
+    def way(time):
+        return 0.03 * time + 0.3 * np.sin(4 * np.pi * time) / (4 * np.pi)
+
+    moment = 0.0
+    for tick in range(round(seconds / 0.3)):
+        moment += random.uniform(0.2, 0.4)
+        measured = 0.05 * np.floor((moment - CHASSIS.report_delay) / 0.05)
+        counted = way(measured) * CHASSIS.counts_per_metre
+        memory, faults = check_motion(
+            CHASSIS,
+            memory,
+            time=tick * PERIOD,
+            period=PERIOD,
+            poses=np.array([[way(moment - 0.01), 0.0, 0.0]]),
+            good=np.ones(1, bool),
+            stamps=np.array([moment - 0.01]),
+            pose_ages=np.array([0.01]),
+            counts=np.array([[0.0 if dead else round(counted), round(counted)]]),
+            ages=np.array([moment - measured - CHASSIS.report_delay]),
+        )
+        reasons.append(int(faults[0]))
+    return reasons
+
+
+def test_encoders_of_robots_that_a_busy_machine_sees_rarely_are_compared_with_care():
+    assert set(check_rarely(dead=False, seconds=60)) == {Reason.NONE}
+    assert check_rarely(dead=True, seconds=3)[-1] == Reason.ODOMETRY
+
+
 @pytest.mark.parametrize("fault", ["dead encoder", "reversed encoder"])
 @pytest.mark.parametrize("speed", [0.02, 0.05, 0.09, 0.2, 0.3])
 def test_encoders_that_tell_another_motion_are_noticed_however_slow_the_robot_is(fault, speed):
