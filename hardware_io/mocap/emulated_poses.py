@@ -12,18 +12,17 @@ _BEHIND, _PATIENCE = 0.02, 0.1
 
 
 class Seen(Protocol):
-    """What a camera sees.
-
-    Attributes:
-        moment: When, by time.monotonic [s].
-        poses: Shape (N, 3) [m], [m], [rad].
-    """
+    """What a camera sees."""
 
     @property
-    def moment(self) -> float: ...
+    def moment(self) -> float:
+        """When, by time.monotonic [s]."""
+        ...
 
     @property
-    def poses(self) -> np.ndarray: ...
+    def poses(self) -> np.ndarray:
+        """Where robots are then, shape (N, 3) [m], [m], [rad]."""
+        ...
 
 
 class Laboratory(Protocol):
