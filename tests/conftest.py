@@ -211,6 +211,10 @@ window.matrix = path => {
 """
 
 
+# For how long tests wait for a page [ms].
+PATIENCE = 120_000
+
+
 class WatchedPage:
     """A page with a list of what went wrong on it and of what it fetched.
 
@@ -222,6 +226,8 @@ class WatchedPage:
 
     def __init__(self, page: Page) -> None:
         self.page = page
+        # Pages draw with the processor, which others may keep busy; no wait is a test of speed.
+        page.set_default_timeout(PATIENCE)
         self.complaints: list[str] = []
         self.requests: list[str] = []
         page.on("console", self._note)
