@@ -27,7 +27,6 @@ from ..numerics.tracking.best_response.rollouts import (
     Rollout,
     choose_plan,
     follow_plan,
-    play_plan,
 )
 from ..numerics.tracking.corner_fields import FIELDS
 from ..numerics.tracking.corner_game import corner_table
@@ -242,12 +241,9 @@ class BestResponseEvaders(LeafSystem):
         boards = self._board, self._team, responsible
         beyond = self._beyond if self._is_long(context) else None
         for j in range(self._count):
-            plans[j] = choose_plan(self._rules, self._rollout, j, *game, plans[j], *boards)
-            if beyond is None:
-                continue
-            takes = play_plan(self._rules, self._rollout, j, *game, plans[j], np.inf, *boards)
-            if takes > self._rollout.horizon:
-                plans[j] = choose_plan(self._rules, beyond, j, *game, plans[j], *boards)
+            plans[j], takes = choose_plan(self._rules, self._rollout, j, *game, plans[j], *boards)
+            if beyond is not None and takes > self._rollout.horizon:
+                plans[j], _ = choose_plan(self._rules, beyond, j, *game, plans[j], *boards)
         discrete_state.set_value(self._plans, plans.ravel())
 
     def _is_long(self, context) -> bool:

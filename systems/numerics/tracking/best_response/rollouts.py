@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled, kernel
-from ...geometry.corner_sight import CornerIndex, see_corners
+from ...geometry.corner_sight import CornerIndex
 from ...geometry.edge_index import EdgeIndex
 from ...geometry.segment_sight import segment_is_clear
 from ...geometry.sight_loss import Motion, loss_of_target
@@ -30,7 +30,7 @@ from ..sight_state import split_sight
 from ..team_pursuit import team_pursuit
 from ..visibility_game.board import Board
 from ..visibility_game.bottleneck import COMMITMENT, committed_velocities
-from ..visibility_game.pursuit import guarantee_velocities
+from ..visibility_game.pursuit import nodes_of, velocity_minding, who_minds_whom
 from ..visibility_game.responsibilities import (
     TeamBoard,
     hardest,
@@ -38,6 +38,14 @@ from ..visibility_game.responsibilities import (
     responsibilities,
     team_velocities,
     watchers,
+)
+from .common_play import (
+    CommonPlay,
+    answers_as_before,
+    no_common_play,
+    remember_answers,
+    see_which_corners,
+    see_whom,
 )
 
 # Plans: by the corner game, along a direction, to a point. A row is kind, x, y.
@@ -142,8 +150,8 @@ def choose_plan(
     board: Board | None = None,
     team: TeamBoard | None = None,
     responsible: np.ndarray | None = None,
-) -> np.ndarray:
-    """The best plan of one evader.
+) -> tuple[np.ndarray, float]:
+    """The best plan of one evader, and what it comes to.
 
     Args:
         rules: Of the game.
@@ -161,14 +169,15 @@ def choose_plan(
             not asked for then.
 
     Returns:
-        Shape (3,).
+        The plan, shape (3,), and how long until nobody sees the evader, as of `play_plan` [s].
     """
     x, y = evaders[2 * j], evaders[2 * j + 1]
     forward = _away_from_viewer(rules, j, pursuers, evaders)
     if forward == np.inf:
-        return np.array([BY_THE_GAME, 0.0, 0.0])
+        return np.array([BY_THE_GAME, 0.0, 0.0]), 0.0
     game = rules, rollout, j, pursuers, evaders, velocities, assignment
-    best, least = plan.copy(), play_plan(*game, plan, np.inf, board, team, responsible)
+    common = _common_play(rules, rollout, pursuers, evaders)
+    best, least = plan.copy(), _play(*game, plan, np.inf, common, board, team, responsible)
     trial = np.zeros(3)
     corners = rules.corners
     for number in range(-1, rollout.headings + len(corners)):
@@ -190,11 +199,11 @@ def choose_plan(
                 continue
             ox, oy = corner_stance(cx, cy, corners[c, 2], corners[c, 3], rules.standoff)
             trial[0], trial[1], trial[2] = TO_POINT, cx + ox, cy + oy
-        value = play_plan(*game, trial, least, board, team, responsible)
+        value = _play(*game, trial, least, common, board, team, responsible)
         if value < least - 1e-9:
             least = value
             best[:] = trial
-    return best
+    return best, least
 
 
 @compiled
@@ -223,6 +232,40 @@ def play_plan(
         The time of loss; where there is none within the horizon, more than that, and the more
         the greater the margin is that is left.
     """
+    game = rules, rollout, j, pursuers, evaders, velocities, assignment
+    common = _common_play(rules, rollout, pursuers, evaders)
+    return _play(*game, plan, least, common, board, team, responsible)
+
+
+@kernel
+def _turns(rollout: Rollout) -> int:
+    return math.ceil(rollout.horizon / rollout.step - 1e-9)
+
+
+@compiled
+def _common_play(rules, rollout, pursuers, evaders):
+    """Room for what the games of one evader's plans have in common."""
+    turns = _turns(rollout) + 1
+    return no_common_play(turns, len(pursuers) // 2, len(evaders) // 2, len(rules.corners))
+
+
+@compiled
+def _play(
+    rules,
+    rollout,
+    j,
+    pursuers,
+    evaders,
+    velocities,
+    assignment,
+    plan,
+    least,
+    common,
+    board,
+    team,
+    responsible,
+):
+    """`play_plan`, with what the games of several plans have in common."""
     n, m, k = len(pursuers) // 2, len(evaders) // 2, len(rules.corners)
     at, others = pursuers.copy(), evaders.copy()
     sight = np.zeros(n * m + (n + m) * k)
@@ -231,16 +274,9 @@ def play_plan(
     index, step = rules.world, rollout.step
     assigned, owners, commitments = assignment, responsible, np.zeros((n, COMMITMENT))
     at_before, others_before = at, others
-    steps = math.ceil(rollout.horizon / step - 1e-9)
+    steps = _turns(rollout)
     for turn in range(steps + 1):
-        seen = False
-        for i in range(n):
-            for e in range(m):
-                visibility[i, e] = segment_is_clear(
-                    index, at[2 * i], at[2 * i + 1], others[2 * e], others[2 * e + 1]
-                )
-            seen = seen or visibility[i, j] > 0.5
-        if not seen:
+        if not see_whom(common, turn, j, index, at, others, visibility):
             if turn == 0:
                 return 0.0
             # To the moment: plans whose losses were counted in steps would tie.
@@ -248,8 +284,7 @@ def play_plan(
             return (turn - 1 + min(loss_of_target(index, motion, None, 2 * j), 1.0)) * step
         if turn * step > least:
             return np.inf
-        see_corners(index, rules.corner_index, at, own, pursuer_corners)
-        see_corners(index, rules.corner_index, others, own, evader_corners)
+        see_which_corners(common, turn, j, index, rules.corner_index, at, others, own, sight)
         if turn == steps:
             break
         seen_by = visibility > 0.5
@@ -261,30 +296,12 @@ def play_plan(
             assigned = hardest(one, watching)
         elif rules.matching != FIXED and turn > 0:
             assigned = _assign(rules, assigned, at, others, sight)
-        if rules.field == LOOKAHEAD_PURSUIT:
-            wished = lookahead_velocities(
-                rules.pursuer_region,
-                at,
-                others,
-                sight,
-                assigned,
-                rules.corners,
-                rules.ratio,
-                rules.pursuer_speed,
+        if board is not None and rules.committed == 0:
+            wished = _guarantee_velocities(
+                rules, common, turn, j, board, at, others, sight, assigned, step
             )
         else:
-            wished = team_pursuit(
-                rules.field,
-                rules.weightings,
-                at,
-                others,
-                sight,
-                assigned,
-                rules.corners,
-                rules.ratio,
-                rules.pursuer_speed,
-                step,
-            )
+            wished = _field_velocities(rules, at, others, sight, assigned, step)
         if team is not None:
             wished = team_velocities(
                 team,
@@ -296,15 +313,10 @@ def play_plan(
                 rules.pursuer_speed,
                 step,
             )
-        if board is not None:
-            if rules.committed > 0:
-                wished = committed_velocities(
-                    board, at, others, seen_by, assigned, wished, commitments, rules.committed, step
-                )
-            else:
-                wished = guarantee_velocities(
-                    board, at, others, seen_by, assigned, wished, rules.pursuer_speed, step
-                )
+        if board is not None and rules.committed > 0:
+            wished = committed_velocities(
+                board, at, others, seen_by, assigned, wished, commitments, rules.committed, step
+            )
         if plan[0] == BY_THE_GAME or turn * step >= rollout.leg:
             vx, vy = escape_velocity(
                 j,
@@ -334,7 +346,11 @@ def play_plan(
             dx, dy = step * wished[2 * i], step * wished[2 * i + 1]
             dx, dy = slide(rules.pursuer_region, x, y, dx, dy)
             at[2 * i], at[2 * i + 1] = x + dx, y + dy
+        known = turn + 1 < common.turns[0]
         for e in range(m):
+            if known and e != j:
+                others[2 * e : 2 * e + 2] = common.evaders[turn + 1, 2 * e : 2 * e + 2]
+                continue
             x, y = others[2 * e], others[2 * e + 1]
             ux, uy = (vx, vy) if e == j else (velocities[2 * e], velocities[2 * e + 1])
             dx, dy = slide(rules.evader_region, x, y, step * ux, step * uy)
@@ -351,6 +367,67 @@ def play_plan(
     )
     # A margin below zero is an escape that the horizon cuts off.
     return rollout.horizon + math.exp(min(margin / (rules.evader_speed * rollout.horizon), 50.0))
+
+
+@compiled
+def _field_velocities(rules, pursuers, evaders, sight, assigned, step):
+    """Velocities of a team by its pursuit field, shape (2 n,) [m/s]."""
+    if rules.field == LOOKAHEAD_PURSUIT:
+        return lookahead_velocities(
+            rules.pursuer_region,
+            pursuers,
+            evaders,
+            sight,
+            assigned,
+            rules.corners,
+            rules.ratio,
+            rules.pursuer_speed,
+        )
+    return team_pursuit(
+        rules.field,
+        rules.weightings,
+        pursuers,
+        evaders,
+        sight,
+        assigned,
+        rules.corners,
+        rules.ratio,
+        rules.pursuer_speed,
+        step,
+    )
+
+
+@compiled
+def _guarantee_velocities(rules, common, turn, j, board, pursuers, evaders, sight, assigned, step):
+    """`guarantee_velocities`, of which those that no plan of evader j changes are found once."""
+    n, m = len(assigned), len(evaders) // 2
+    nodes = nodes_of(board, evaders)
+    minded = who_minds_whom(board, pursuers, nodes, sight[: n * m].reshape((n, m)) > 0.5, assigned)
+    same, asked = np.zeros(n, dtype=np.bool_), assigned.copy()
+    for i in range(n):
+        if answers_as_before(common, turn, pursuers, assigned, minded, i, j):
+            same[i], asked[i] = True, UNASSIGNED
+    velocities = _field_velocities(rules, pursuers, evaders, sight, asked, step)
+    for i in range(n):
+        x, y = 2 * i, 2 * i + 1
+        if same[i]:
+            velocities[x], velocities[y] = common.velocities[turn, x], common.velocities[turn, y]
+        else:
+            velocities[x], velocities[y] = velocity_minding(
+                board,
+                pursuers[x],
+                pursuers[y],
+                evaders,
+                nodes,
+                minded[i],
+                int(assigned[i]),
+                velocities[x],
+                velocities[y],
+                rules.pursuer_speed,
+                step,
+            )
+    remember_answers(common, turn, assigned, minded, velocities)
+    return velocities
 
 
 @compiled

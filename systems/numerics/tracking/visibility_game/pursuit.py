@@ -149,20 +149,52 @@ def guarantee_velocities(
     Returns:
         Shape (2 n,) [m/s].
     """
-    nodes = _nodes_of(board, evaders)
-    minded = _who_minds_whom(board, pursuers, nodes, visible, assignment)
+    nodes = nodes_of(board, evaders)
+    minded = who_minds_whom(board, pursuers, nodes, visible, assignment)
     velocities = field.copy()
     for i in range(len(assignment)):
         px, py, vx, vy = pursuers[2 * i], pursuers[2 * i + 1], field[2 * i], field[2 * i + 1]
-        j, chosen = int(assignment[i]), -1
-        if minded[i].any():
-            chosen = _where_to_go(board, px, py, evaders, nodes, minded[i], vx, vy)
-        elif j >= 0:
-            chosen = way_to_guard(board, px, py, evaders[2 * j], evaders[2 * j + 1])
-        if chosen >= 0:
-            to = board.places[chosen]
-            velocities[2 * i], velocities[2 * i + 1] = _straight(px, py, to, speed, period)
+        j = int(assignment[i])
+        velocities[2 * i], velocities[2 * i + 1] = velocity_minding(
+            board, px, py, evaders, nodes, minded[i], j, vx, vy, speed, period
+        )
     return velocities
+
+
+@compiled
+def velocity_minding(
+    board: Board,
+    px: float,
+    py: float,
+    evaders: np.ndarray,
+    nodes: np.ndarray,
+    minded: np.ndarray,
+    j: int,
+    vx: float,
+    vy: float,
+    speed: float,
+    period: float,
+) -> tuple[float, float]:
+    """One pursuer's velocity with an eye on some evaders, or to where it could guard its own.
+
+    Args:
+        board: The solved game.
+        px, py: The pursuer [m].
+        evaders: Positions, shape (2 m,) [m].
+        nodes: Of the evaders, from `nodes_of`.
+        minded: Which evaders it minds, from `who_minds_whom`, shape (m,), bool.
+        j: Its own evader, -1 for none.
+        vx, vy: Velocity by a pursuit field, where the table knows nothing [m/s].
+        speed, period: As of `guarantee_velocities`.
+    """
+    chosen = -1
+    if minded.any():
+        chosen = _where_to_go(board, px, py, evaders, nodes, minded, vx, vy)
+    elif j >= 0:
+        chosen = way_to_guard(board, px, py, evaders[2 * j], evaders[2 * j + 1])
+    if chosen < 0:
+        return vx, vy
+    return _straight(px, py, board.places[chosen], speed, period)
 
 
 @compiled
@@ -183,8 +215,8 @@ def time_of_team(
         Steps from now, infinite for ever, 0 where one is lost at once. Who minds two keeps them for
         the less of both times, which is too much.
     """
-    nodes = _nodes_of(board, evaders)
-    minded = _who_minds_whom(board, pursuers, nodes, visible, assignment)
+    nodes = nodes_of(board, evaders)
+    minded = who_minds_whom(board, pursuers, nodes, visible, assignment)
     longest = np.zeros(len(nodes))
     for i in range(len(minded)):
         if minded[i].any():
@@ -213,7 +245,7 @@ def velocity_after(
         field: Velocity by a pursuit field, where the table knows nothing, shape (2,) [m/s].
         speed, period: As of `guarantee_velocities`.
     """
-    nodes, own = _nodes_of(board, evader), np.ones(1, dtype=np.bool_)
+    nodes, own = nodes_of(board, evader), np.ones(1, dtype=np.bool_)
     px, py = pursuer
     chosen = _where_to_go(board, px, py, evader, nodes, own, field[0], field[1])
     if chosen < 0:
@@ -224,8 +256,19 @@ def velocity_after(
 
 
 @compiled
-def _who_minds_whom(board, pursuers, nodes, visible, assignment):
-    """Which evaders each pursuer keeps an eye on, shape (n, m), bool."""
+def who_minds_whom(
+    board: Board,
+    pursuers: np.ndarray,
+    nodes: np.ndarray,
+    visible: np.ndarray,
+    assignment: np.ndarray,
+) -> np.ndarray:
+    """Which evaders each pursuer keeps an eye on, shape (n, m), bool.
+
+    Args:
+        board, pursuers, visible, assignment: As of `guarantee_velocities`.
+        nodes: Of the evaders, from `nodes_of`.
+    """
     n, m = visible.shape
     minded = np.zeros((n, m), dtype=np.bool_)
     for i in range(n):
@@ -278,7 +321,7 @@ def pair_worths(
     """
     n, m = visible.shape
     times, worths = np.zeros((n, m)), np.zeros((n, m))
-    nodes, alone = _nodes_of(board, evaders), np.zeros(m, dtype=np.bool_)
+    nodes, alone = nodes_of(board, evaders), np.zeros(m, dtype=np.bool_)
     for i in range(n):
         for j in range(m):
             if not visible[i, j]:
@@ -473,7 +516,7 @@ def _least(board, q, nodes, minded):
 
 
 @compiled
-def _nodes_of(board, evaders):
+def nodes_of(board: Board, evaders: np.ndarray) -> np.ndarray:
     """Row and column of each evader's nearest node, -1 where there is none, shape (m, 2)."""
     nodes = np.empty((len(evaders) // 2, 2), dtype=np.int64)
     for j in range(len(nodes)):

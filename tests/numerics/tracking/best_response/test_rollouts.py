@@ -104,8 +104,7 @@ def plan_of(rules, rollout, pursuer, evader):
     """What a single evader decides to do against a single pursuer, and what that comes to."""
     places = flat(pursuer), flat(evader)
     still, mine, nothing = np.zeros(2), np.zeros(1, dtype=int), np.array([BY_THE_GAME, 0.0, 0.0])
-    plan = choose_plan(rules, rollout, 0, *places, still, mine, nothing)
-    return plan, play_plan(rules, rollout, 0, *places, still, mine, plan, math.inf)
+    return choose_plan(rules, rollout, 0, *places, still, mine, nothing)
 
 
 class TestOneCorner:
@@ -143,7 +142,7 @@ class TestOneCorner:
 
     def test_an_evader_that_nobody_sees_plays_by_the_game(self):
         rules, rollout = rules_of(ONE_CORNER), rollout_of(2.0, 0.2)
-        plan = choose_plan(
+        plan, value = choose_plan(
             rules,
             rollout,
             0,
@@ -154,6 +153,7 @@ class TestOneCorner:
             np.array([ALONG, 1.0, 0.0]),
         )
         assert plan[0] == BY_THE_GAME
+        assert value == 0.0
 
 
 def test_a_run_to_a_point_ends_there():

@@ -1,0 +1,195 @@
+"""What the games have in common in which one evader tries its plans.
+
+Only that evader does otherwise from game to game. The other evaders go on as they do, and pursuers
+that do not mind it answer them as before, as long as they stand where they stood. So what each of
+them sees and does is found once for all plans.
+
+Source: ours.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...compiled import compiled, kernel
+from ...geometry.corner_sight import CornerIndex, see_corners
+from ...geometry.edge_index import EdgeIndex
+from ...geometry.segment_sight import segment_is_clear
+from ..sight_state import split_sight
+
+
+class CommonPlay(NamedTuple):
+    """What was found in the first game that got so far, turn by turn; `turns` of them so far.
+
+    Attributes:
+        turns: For how many who stood where and saw what is known, and for how many the answers,
+            shape (2,), int.
+        pursuers, evaders: Where they stood, shapes (t, 2 n), (t, 2 m) [m].
+        sight: Who saw what, shape (t, n m + n k + m k), as from `observe`.
+        assigned: Each pursuer's evader, -1 for none, shape (t, n), int.
+        minded: Which evaders each pursuer minded, shape (t, n, m), bool.
+        velocities: Of pursuers by the solved game, shape (t, 2 n) [m/s].
+    """
+
+    turns: np.ndarray
+    pursuers: np.ndarray
+    evaders: np.ndarray
+    sight: np.ndarray
+    assigned: np.ndarray
+    minded: np.ndarray
+    velocities: np.ndarray
+
+
+@compiled
+def no_common_play(turns: int, pursuers: int, evaders: int, corners: int) -> CommonPlay:
+    """Room for games of so many turns, agents and corners, of which nothing is known yet."""
+    size = pursuers * evaders + (pursuers + evaders) * corners
+    return CommonPlay(
+        np.zeros(2, dtype=np.int64),
+        np.zeros((turns, 2 * pursuers)),
+        np.zeros((turns, 2 * evaders)),
+        np.zeros((turns, size)),
+        np.zeros((turns, pursuers), dtype=np.int64),
+        np.zeros((turns, pursuers, evaders), dtype=np.bool_),
+        np.zeros((turns, 2 * pursuers)),
+    )
+
+
+@kernel
+def stands_as_before(common: CommonPlay, turn: int, pursuers: np.ndarray, i: int) -> bool:
+    """Whether pursuer i stands where it stood at this turn in the first game (kernel)."""
+    return (
+        turn < common.turns[0]
+        and common.pursuers[turn, 2 * i] == pursuers[2 * i]
+        and common.pursuers[turn, 2 * i + 1] == pursuers[2 * i + 1]
+    )
+
+
+@compiled
+def see_whom(
+    common: CommonPlay,
+    turn: int,
+    j: int,
+    index: EdgeIndex,
+    pursuers: np.ndarray,
+    evaders: np.ndarray,
+    visibility: np.ndarray,
+) -> bool:
+    """Fill in which evader each pursuer sees; whether somebody sees the one that tries its plans.
+
+    Args:
+        common, turn: Of the games.
+        j: The evader that tries its plans.
+        index: The world's edges.
+        pursuers, evaders: Where they stand, shapes (2 n,), (2 m,) [m].
+        visibility: Filled with 1.0 and 0.0, shape (n, m).
+    """
+    n, m = visibility.shape
+    seen = False
+    for i in range(n):
+        same = stands_as_before(common, turn, pursuers, i)
+        for e in range(m):
+            if same and e != j:
+                visibility[i, e] = common.sight[turn, i * m + e]
+            else:
+                visibility[i, e] = segment_is_clear(
+                    index,
+                    pursuers[2 * i],
+                    pursuers[2 * i + 1],
+                    evaders[2 * e],
+                    evaders[2 * e + 1],
+                )
+        seen = seen or visibility[i, j] > 0.5
+    return seen
+
+
+@compiled
+def see_which_corners(
+    common: CommonPlay,
+    turn: int,
+    j: int,
+    index: EdgeIndex,
+    corners: CornerIndex,
+    pursuers: np.ndarray,
+    evaders: np.ndarray,
+    own: np.ndarray,
+    sight: np.ndarray,
+) -> None:
+    """Fill in which corners each agent sees, and remember a turn that no game got to before.
+
+    Args:
+        common, turn, j, index, pursuers, evaders: As of `see_whom`.
+        corners: The world's corners.
+        own: Scratch, as of `see_corners`.
+        sight: Whose visibility of evaders is filled in, shape (n m + n k + m k,).
+    """
+    n, m, k = len(pursuers) // 2, len(evaders) // 2, len(corners.points)
+    _, pursuer_corners, evader_corners = split_sight(sight, n, m, k)
+    before = common.sight[turn]
+    for i in range(n):
+        if stands_as_before(common, turn, pursuers, i):
+            first = n * m + i * k
+            pursuer_corners[i] = before[first : first + k]
+        else:
+            viewer = pursuers[2 * i : 2 * i + 2]
+            see_corners(index, corners, viewer, own, pursuer_corners[i : i + 1])
+    for e in range(m):
+        if turn < common.turns[0] and e != j:
+            first = n * m + n * k + e * k
+            evader_corners[e] = before[first : first + k]
+        else:
+            viewer = evaders[2 * e : 2 * e + 2]
+            see_corners(index, corners, viewer, own, evader_corners[e : e + 1])
+    if turn == common.turns[0]:
+        common.turns[0] += 1
+        common.pursuers[turn], common.evaders[turn], common.sight[turn] = pursuers, evaders, sight
+
+
+@kernel
+def answers_as_before(
+    common: CommonPlay,
+    turn: int,
+    pursuers: np.ndarray,
+    assigned: np.ndarray,
+    minded: np.ndarray,
+    i: int,
+    j: int,
+) -> bool:
+    """Whether pursuer i goes as it went at this turn in the first game (kernel).
+
+    Args:
+        common, turn: Of the games.
+        pursuers: Where they stand, shape (2 n,) [m].
+        assigned: Each one's evader, -1 for none, shape (n,).
+        minded: Which evaders each minds, shape (n, m), bool.
+        i: The pursuer.
+        j: The evader that tries its plans.
+    """
+    if turn >= common.turns[1] or not stands_as_before(common, turn, pursuers, i):
+        return False
+    if assigned[i] == j or assigned[i] != common.assigned[turn, i] or minded[i, j]:
+        return False
+    for e in range(minded.shape[1]):
+        if minded[i, e] != common.minded[turn, i, e]:
+            return False
+    return True
+
+
+@compiled
+def remember_answers(
+    common: CommonPlay,
+    turn: int,
+    assigned: np.ndarray,
+    minded: np.ndarray,
+    velocities: np.ndarray,
+) -> None:
+    """Remember what pursuers do at a turn that no game got to before.
+
+    Args:
+        common, turn, assigned, minded: As of `answers_as_before`.
+        velocities: Of pursuers, shape (2 n,) [m/s].
+    """
+    if turn == common.turns[1]:
+        common.turns[1] += 1
+        common.assigned[turn], common.minded[turn] = assigned, minded
+        common.velocities[turn] = velocities
