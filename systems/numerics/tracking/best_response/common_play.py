@@ -169,10 +169,10 @@ def answers_as_before(
         return False
     if assigned[i] == j or assigned[i] != common.assigned[turn, i] or minded[i, j]:
         return False
+    same = True
     for e in range(minded.shape[1]):
-        if minded[i, e] != common.minded[turn, i, e]:
-            return False
-    return True
+        same = same and minded[i, e] == common.minded[turn, i, e]
+    return same
 
 
 @compiled

@@ -40,7 +40,6 @@ from ..visibility_game.responsibilities import (
     watchers,
 )
 from .common_play import (
-    CommonPlay,
     answers_as_before,
     no_common_play,
     remember_answers,

@@ -1,4 +1,4 @@
-"""What the games of one evader's plans have in common, against games that are each played afresh."""
+"""What the games of one evader's plans have in common, against each game played afresh."""
 
 import math
 
@@ -86,7 +86,7 @@ def test_plans_come_to_what_they_come_to_alone(table, matching, solved):
         np.random.default_rng(4),
     )
     hidden = 0
-    for _ in range(150):
+    for _ in range(40):
         pursuers, evaders, velocities, assignment = drawn(table, rng)
         seen = [p for p in pursuers.reshape(-1, 2) if segment_is_clear(INDEX, *p, *evaders[:2])]
         if not seen:
@@ -101,7 +101,7 @@ def test_plans_come_to_what_they_come_to_alone(table, matching, solved):
             along = np.array([ALONG, math.cos(angle), math.sin(angle)])
             assert value <= play_plan(*game, along, math.inf, board) + 1e-9
         hidden += value < ROLLOUT.horizon
-    assert 10 < hidden < 140
+    assert 3 < hidden < 30
 
 
 def test_only_who_stands_and_minds_as_before_answers_as_before():
@@ -123,7 +123,7 @@ def test_only_who_stands_and_minds_as_before_answers_as_before():
     assert not same(0, 1, mine=np.array([1, 1]))
     assert not same(0, 1, minded=np.array([[True, True], [False, True]]))
     # It stands elsewhere, has another evader, minds another, or nobody got so far.
-    assert not same(0, 1, places=places + [0.0, 1e-12, 0.0, 0.0])
+    assert not same(0, 1, places=np.array([1.0, 2.0 + 1e-12, 3.0, 4.0]))
     assert not same(1, 0, mine=np.array([0, -1]))
     assert not same(1, 0, minded=np.zeros((2, 2), dtype=bool))
     assert not same(0, 1, turn=1)
