@@ -19,7 +19,7 @@ _FETCH = re.compile(
 # Meshcat keeps the height and the left edge of what an orthographic camera sees, so that a narrow
 # page cuts its right edge off. Here such a page shows the whole width, at its bottom: what is left
 # free above is where the controls unfold. Wider pages have more room on the right, as before.
-_FIT = """
+SHOW_WHOLE_WORLD = """
     const resize = viewer.set_3d_pane_size.bind(viewer);
     viewer.set_3d_pane_size = (width, height) => {
       const camera = viewer.camera;
@@ -108,4 +108,4 @@ def _in_order(page: str) -> str:
     if first is None:
         return page
     head, commands = page[: first.start()], page[first.start() :]
-    return head + _FIT + _OBEY + _FETCH.sub(r'obey("\1");', commands)
+    return head + SHOW_WHOLE_WORLD + _OBEY + _FETCH.sub(r'obey("\1");', commands)

@@ -1,9 +1,10 @@
-"""A replay shows all that its camera was asked to show, whatever the shape of the page."""
+"""A page shows all that its camera was asked to show, whatever its shape: replays and live ones."""
 
 import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
+from sightfield.diagrams.tracking.live_page import open_live_page
 from sightfield.diagrams.visuals.lighting import paint
 from sightfield.diagrams.visuals.meshes import disc_mesh
 from sightfield.diagrams.visuals.replay import write_replay
@@ -19,9 +20,9 @@ LEFT, RIGHT, BOTTOM, TOP = -2.0, 14.0, -3.0, 6.0
 class CornersScene:
     """Four discs at the corners of what is to be seen, and one in the middle."""
 
-    def __init__(self) -> None:
-        self.meshcat = Meshcat(MeshcatParams(port=0, show_stats_plot=False))
-        self._stage = Stage(self.meshcat, "/corners", recording=True, period=0.1, tolerance=1e-3)
+    def __init__(self, meshcat: Meshcat, *, recording: bool) -> None:
+        self.meshcat = meshcat
+        self._stage = Stage(meshcat, "/corners", recording=recording, period=0.1, tolerance=1e-3)
         self.meshcat.SetCamera(
             Meshcat.OrthographicCamera(
                 left=LEFT, right=RIGHT, bottom=BOTTOM, top=TOP, near=0.1, far=20.0
@@ -38,13 +39,27 @@ class CornersScene:
         self._stage.finish_recording()
 
 
-@pytest.fixture(scope="module")
-def watched(new_page, tmp_path_factory):
-    """The replay, open on a page."""
+@pytest.fixture(scope="module", params=["replay", "live"])
+def shown(request, tmp_path_factory):
+    """The replay's file, or the live page."""
+    if request.param == "live":
+        meshcat = open_live_page(port=0)
+        CornersScene(meshcat, recording=False)
+        return meshcat
     path = tmp_path_factory.mktemp("replay") / "replay.html"
-    write_replay(CornersScene(), path)
+    meshcat = Meshcat(MeshcatParams(port=0, show_stats_plot=False))
+    write_replay(CornersScene(meshcat, recording=True), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def watched(shown, new_page):
+    """The same, open in a browser."""
     watched = new_page()
-    watched.open_replay(path)
+    if isinstance(shown, Meshcat):
+        watched.page.goto(shown.web_url())
+    else:
+        watched.open_replay(shown)
     watched.page.wait_for_function("viewer.camera.type === 'OrthographicCamera'")
     return watched
 
