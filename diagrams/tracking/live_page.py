@@ -13,6 +13,7 @@ import urllib.request
 import weakref
 from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import cast
 
 from pydrake.geometry import Meshcat, MeshcatParams
 
@@ -92,26 +93,24 @@ class _Front(ThreadingHTTPServer):
         for each in _PORTS if port is None else (port,):
             try:
                 super().__init__(("" if host == "*" else host, each), _Answer)
-            except OSError as error:
-                taken = error
-            else:
-                return
+            except OSError:
+                continue
+            return
         asked = "from 7000 to 7099" if port is None else f"{port}"
-        raise RuntimeError(f"no live page at port {asked}: {taken.strerror}")
+        raise RuntimeError(f"no live page at port {asked}: it is taken, or the host is not ours")
 
 
 class _Answer(BaseHTTPRequestHandler):
     """One request of a browser."""
 
-    server: _Front
-
     def do_GET(self) -> None:
+        front = cast("_Front", self.server)
         if self.headers.get("Upgrade", "").lower() == "websocket":
-            self._connect()
+            self._connect(front.behind)
         elif self.path.partition("?")[0] in ("/", "/index.html", "/meshcat.html"):
-            self._send(200, "text/html", self.server.page)
+            self._send(200, "text/html", front.page)
         else:
-            behind = http.client.HTTPConnection("localhost", self.server.behind, timeout=10.0)
+            behind = http.client.HTTPConnection("localhost", front.behind, timeout=10.0)
             try:
                 behind.request("GET", self.path)
                 answer = behind.getresponse()
@@ -127,21 +126,21 @@ class _Answer(BaseHTTPRequestHandler):
         self.end_headers()
         self.wfile.write(body)
 
-    def _connect(self) -> None:
+    def _connect(self, port: int) -> None:
         """Join a web socket to Drake's until either side ends it."""
         head = f"{self.requestline}\r\n" + "".join(
             f"{name}: {value}\r\n" for name, value in self.headers.items()
         )
-        with socket.create_connection(("localhost", self.server.behind)) as behind:
+        with socket.create_connection(("localhost", port)) as behind:
             behind.sendall(f"{head}\r\n".encode("latin-1"))
             back = threading.Thread(
                 target=_pass_on, args=(behind.recv, self.connection), daemon=True
             )
             back.start()
-            _pass_on(self.rfile.read1, behind)  # pyright: ignore[reportAttributeAccessIssue]  # a buffered reader
+            _pass_on(self.rfile.read1, behind)
             back.join()
 
-    def log_message(self, *_: object) -> None:
+    def log_message(self, format: str, *args: object) -> None:
         """Say nothing on the terminal."""
 
 

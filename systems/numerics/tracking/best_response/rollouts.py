@@ -290,7 +290,7 @@ def _play(
         # Compiled for each case: with None the branch is not there at all.
         if team is not None:
             one, two = prospects(team, at, others, seen_by)
-            owners = responsibilities(one, two, seen_by, owners, team.steps[1])  # pyright: ignore[reportArgumentType]  # comes with a team
+            owners = responsibilities(one, two, seen_by, owners, team.steps[1])
             watching = watchers(one, two, seen_by, owners)
             assigned = hardest(one, watching)
         elif rules.matching != FIXED and turn > 0:
@@ -306,7 +306,7 @@ def _play(
                 team,
                 at,
                 others,
-                owners,  # pyright: ignore[reportArgumentType]  # comes with a team
+                owners,
                 watching,  # pyright: ignore[reportPossiblyUnboundVariable]  # comes with a team
                 wished,
                 rules.pursuer_speed,
