@@ -29,7 +29,14 @@ _PIECE = 65536
 
 
 class LivePage(Meshcat):
-    """Meshcat, behind a page that shows the whole world however narrow it is."""
+    """Meshcat, behind a page that shows the whole world however narrow it is.
+
+    Args:
+        host, port: As of `open_live_page`.
+
+    Raises:
+        RuntimeError: The port is taken.
+    """
 
     def __init__(self, *, host: str = "localhost", port: int | None = None):
         # Drake tells an address that nobody needs.

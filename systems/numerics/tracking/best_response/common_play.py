@@ -42,7 +42,11 @@ class CommonPlay(NamedTuple):
 
 @compiled
 def no_common_play(turns: int, pursuers: int, evaders: int, corners: int) -> CommonPlay:
-    """Room for games of so many turns, agents and corners, of which nothing is known yet."""
+    """Room for games of which nothing is known yet.
+
+    Args:
+        turns, pursuers, evaders, corners: How many.
+    """
     size = pursuers * evaders + (pursuers + evaders) * corners
     return CommonPlay(
         np.zeros(2, dtype=np.int64),
@@ -57,7 +61,13 @@ def no_common_play(turns: int, pursuers: int, evaders: int, corners: int) -> Com
 
 @kernel
 def stands_as_before(common: CommonPlay, turn: int, pursuers: np.ndarray, i: int) -> bool:
-    """Whether pursuer i stands where it stood at this turn in the first game (kernel)."""
+    """Whether a pursuer stands where it stood at this turn in the first game (kernel).
+
+    Args:
+        common, turn: Of the games.
+        pursuers: Where they stand, shape (2 n,) [m].
+        i: The pursuer.
+    """
     return (
         turn < common.turns[0]
         and common.pursuers[turn, 2 * i] == pursuers[2 * i]
