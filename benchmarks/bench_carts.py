@@ -9,11 +9,11 @@ import pytest
 
 from sightfield.diagrams.planning.evidence import DRIVEN_TOLERANCE
 from sightfield.diagrams.planning.resimulation import resimulate
-from sightfield.systems.numerics.planning.arc_words.held_controls import control_set
 from sightfield.systems.numerics.planning.arc_words.quickest import ArcWord, word_path
+from sightfield.systems.numerics.planning.arc_words.words import control_set
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
-from sightfield.systems.numerics.planning.polished.planner import plan_polished
+from sightfield.systems.numerics.planning.planners.polished import plan_polished
 from sightfield.systems.numerics.planning.trailer import Trailer
 
 pytestmark = pytest.mark.benchmarks

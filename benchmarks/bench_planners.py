@@ -10,7 +10,7 @@ from sightfield.diagrams.planning.sweep import RATIOS, RISE
 from sightfield.systems.numerics.planning.extremals.planner import plan_by_extremals
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
-from sightfield.systems.numerics.planning.polished.planner import plan_polished
+from sightfield.systems.numerics.planning.planners.polished import plan_polished
 from sightfield.systems.numerics.planning.trailer import Trailer
 
 pytestmark = pytest.mark.benchmarks

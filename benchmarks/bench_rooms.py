@@ -9,14 +9,13 @@ import pytest
 import shapely
 
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.planning.arc_words.held_controls import control_set
 from sightfield.systems.numerics.planning.arc_words.quickest import ArcWord, word_path
-from sightfield.systems.numerics.planning.from_table.planner import plan_by_value_function
+from sightfield.systems.numerics.planning.arc_words.words import control_set
+from sightfield.systems.numerics.planning.footprint import covering_discs, deepest_overlap
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
+from sightfield.systems.numerics.planning.planners.from_table import plan_by_value_function
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.vehicle.footprint import covering_discs
-from sightfield.systems.numerics.planning.vehicle.overlap import deepest_overlap
 
 pytestmark = pytest.mark.benchmarks
 

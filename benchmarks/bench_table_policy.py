@@ -10,17 +10,18 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.planning.among_walls.planner import grid_within
+from sightfield.systems.numerics.planning.footprint import covering_discs, deepest_overlap
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
-from sightfield.systems.numerics.planning.polished.planner import plan_polished
+from sightfield.systems.numerics.planning.planners.from_table import grid_within
+from sightfield.systems.numerics.planning.planners.polished import plan_polished
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.value_function.rollout import inside, roll_out
-from sightfield.systems.numerics.planning.value_function.room import room_of
-from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
-from sightfield.systems.numerics.planning.value_function.tables import open_field_table
-from sightfield.systems.numerics.planning.vehicle.footprint import covering_discs
-from sightfield.systems.numerics.planning.vehicle.overlap import deepest_overlap
+from sightfield.systems.numerics.planning.value_function.obstacles import room_of
+from sightfield.systems.numerics.planning.value_function.policy import inside, roll_out
+from sightfield.systems.numerics.planning.value_function.solve import (
+    open_field_table,
+    solve_value_function,
+)
 from sightfield.systems.planning import TractorTrailer, ValueFunctionFeedback
 
 pytestmark = pytest.mark.benchmarks

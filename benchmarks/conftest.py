@@ -16,7 +16,7 @@ import shapely
 from sightfield.systems.numerics.geometry.world import World, make_world
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
-from sightfield.systems.numerics.planning.polished.planner import plan_polished
+from sightfield.systems.numerics.planning.planners.polished import plan_polished
 from sightfield.systems.numerics.planning.trailer import Trailer
 
 # Answers that take long and do not depend on what is timed.

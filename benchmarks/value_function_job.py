@@ -17,12 +17,12 @@ import numpy as np
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
-from sightfield.systems.numerics.planning.value_function.motions import make_motions
 from sightfield.systems.numerics.planning.value_function.solve import (
     POLISH,
     is_mirrored,
     solve_value_function,
 )
+from sightfield.systems.numerics.planning.value_function.sweeps import make_motions
 
 
 def peak() -> float:

@@ -9,13 +9,9 @@ from .diagrams.planning.sweep import sweep_ratios as sweep_ratios
 from .diagrams.planning.verdict import PlanningVerdict as PlanningVerdict
 from .diagrams.planning.verdict import ask_methods as ask_methods
 from .diagrams.planning.verdict_table import as_table as as_table
-from .systems.numerics.planning.among_walls.planner import plan_from_table as plan_from_table
-from .systems.numerics.planning.dubins import dubins_between as dubins_between
+from .systems.numerics.planning.car_paths import dubins_between as dubins_between
 from .systems.numerics.planning.extremals.planner import plan_by_extremals as plan_by_extremals
 from .systems.numerics.planning.extremals.primitives import plan_by_primitives as plan_by_primitives
-from .systems.numerics.planning.from_table.planner import (
-    plan_by_value_function as plan_by_value_function,
-)
 from .systems.numerics.planning.goal import THESIS_TOLERANCE as THESIS_TOLERANCE
 from .systems.numerics.planning.goal import Goal as Goal
 from .systems.numerics.planning.lower_bound import lower_bound as lower_bound
@@ -24,8 +20,12 @@ from .systems.numerics.planning.path_tracking import PathTracker as PathTracker
 from .systems.numerics.planning.path_tracking import make_path_tracker as make_path_tracker
 from .systems.numerics.planning.plan import Plan as Plan
 from .systems.numerics.planning.plan import TrailerPath as TrailerPath
-from .systems.numerics.planning.polished.planner import plan_polished as plan_polished
-from .systems.numerics.planning.thesis_scheme.planner import plan_by_averaging as plan_by_averaging
+from .systems.numerics.planning.planners.from_table import (
+    plan_by_value_function as plan_by_value_function,
+)
+from .systems.numerics.planning.planners.from_table import plan_from_table as plan_from_table
+from .systems.numerics.planning.planners.polished import plan_polished as plan_polished
+from .systems.numerics.planning.planners.thesis_scheme import plan_by_averaging as plan_by_averaging
 from .systems.numerics.planning.trailer import Trailer as Trailer
 from .systems.numerics.planning.trailer import trailer_rates as trailer_rates
 from .systems.numerics.planning.value_function.files import (

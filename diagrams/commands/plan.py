@@ -15,10 +15,10 @@ from rich.table import Table
 
 from ...systems.numerics.errors import InvalidInput, require
 from ...systems.numerics.geometry.world_files import load_world
+from ...systems.numerics.planning.footprint import discs_from_text
 from ...systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from ...systems.numerics.planning.trailer import Trailer
 from ...systems.numerics.planning.value_function.grid import THESIS_STEP
-from ...systems.numerics.planning.vehicle.footprint import discs_from_text
 from ..outputs import output_folder
 from ..planning.cross_check import contradictions
 from ..planning.memory import quarter_of_memory

@@ -4,17 +4,16 @@ import math
 from collections.abc import Callable
 
 from ...systems.numerics.errors import require_one_of
-from ...systems.numerics.planning.among_walls.planner import grid_within
 from ...systems.numerics.planning.extremals.planner import plan_by_extremals
 from ...systems.numerics.planning.extremals.primitives import plan_by_primitives
-from ...systems.numerics.planning.from_table.planner import plan_by_value_function
 from ...systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from ...systems.numerics.planning.plan import Plan
-from ...systems.numerics.planning.polished.planner import plan_polished
-from ...systems.numerics.planning.thesis_scheme.planner import METHOD as AVERAGING
-from ...systems.numerics.planning.thesis_scheme.planner import plan_by_averaging
+from ...systems.numerics.planning.planners.from_table import grid_within, plan_by_value_function
+from ...systems.numerics.planning.planners.polished import plan_polished
+from ...systems.numerics.planning.planners.thesis_scheme import METHOD as AVERAGING
+from ...systems.numerics.planning.planners.thesis_scheme import plan_by_averaging
 from ...systems.numerics.planning.value_function.grid import StateGrid, grid_around
-from ...systems.numerics.planning.value_function.tables import open_field_table
+from ...systems.numerics.planning.value_function.solve import open_field_table
 from ...systems.numerics.planning.value_function.value_function import ValueFunction
 from .memory import memory_of
 from .question import PlanningQuestion

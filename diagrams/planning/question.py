@@ -5,13 +5,12 @@ from dataclasses import dataclass, field
 
 from ...systems.numerics.errors import require, require_finite, require_positive
 from ...systems.numerics.geometry.world import World
-from ...systems.numerics.planning.goal import Goal
-from ...systems.numerics.planning.ranges import require_plannable
+from ...systems.numerics.planning.footprint import Discs, covering_discs
+from ...systems.numerics.planning.goal import Goal, require_plannable
 from ...systems.numerics.planning.trailer import Trailer
 from ...systems.numerics.planning.value_function.grid import THESIS_STEP
 from ...systems.numerics.planning.value_function.solve import Progress
 from ...systems.numerics.planning.value_function.value_function import ValueFunction
-from ...systems.numerics.planning.vehicle.footprint import Discs, covering_discs
 from .memory import quarter_of_memory
 
 

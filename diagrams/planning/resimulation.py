@@ -5,11 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 
-from ...systems.numerics.planning.control_bounds import control_excess
-from ...systems.numerics.planning.driven_path import require_path
 from ...systems.numerics.planning.goal import Goal
-from ...systems.numerics.planning.plan import TrailerPath
-from ...systems.numerics.planning.trailer import Trailer
+from ...systems.numerics.planning.plan import TrailerPath, require_path
+from ...systems.numerics.planning.trailer import Trailer, control_excess
 from ...systems.planning.tractor_trailer import TractorTrailer
 
 ACCURACY = 1e-11

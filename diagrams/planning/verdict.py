@@ -4,10 +4,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ...systems.numerics.planning.footprint import require_clear_ends
 from ...systems.numerics.planning.lower_bound import lower_bound
 from ...systems.numerics.planning.plan import Plan
 from ...systems.numerics.planning.value_function.value_function import ValueFunction
-from ...systems.numerics.planning.vehicle.clear import require_clear_ends
 from .evidence import DRIVEN_TOLERANCE
 from .methods import METHODS
 from .question import PlanningQuestion

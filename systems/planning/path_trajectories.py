@@ -3,8 +3,7 @@
 import numpy as np
 from pydrake.trajectories import PiecewisePolynomial
 
-from ..numerics.planning.driven_path import require_path
-from ..numerics.planning.plan import TrailerPath
+from ..numerics.planning.plan import TrailerPath, require_path
 from ..numerics.planning.trailer import Trailer, trailer_rates
 
 

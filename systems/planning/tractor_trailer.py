@@ -11,9 +11,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 from ..drake_types import BasicVector_, LeafSystem_, any_scalar, default_instance
 from ..numeric_parameters import NumericParameters, with_scalars
 from ..numerics.errors import require, require_finite
-from ..numerics.planning.control_bounds import clip_control
-from ..numerics.planning.trailer import Trailer, trailer_rates
-from ..numerics.planning.trailer_pose import trailer_pose
+from ..numerics.planning.trailer import Trailer, clip_control, trailer_pose, trailer_rates
 
 TrailerState = namedview("TrailerState", ["x", "y", "theta", "beta"])
 TrailerControl = namedview("TrailerControl", ["v", "omega"])

@@ -5,7 +5,7 @@ from pydrake.systems.framework import LeafSystem
 from ..drake_types import AbstractValue, read
 from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_non_negative, require_positive
-from ..numerics.planning.value_function.following import AT_REST, Following, follow
+from ..numerics.planning.value_function.policy import AT_REST, Following, follow
 from ..numerics.planning.value_function.value_function import ValueFunction
 
 

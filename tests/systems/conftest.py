@@ -43,8 +43,8 @@ from sightfield.systems.numerics.harvest.machines.cart import Cart
 from sightfield.systems.numerics.harvest.machines.combine import Combine
 from sightfield.systems.numerics.harvest.paths.machine_path import MachinePath
 from sightfield.systems.numerics.harvest.paths.speed_profile import fastest_profile
-from sightfield.systems.numerics.planning.driven_path import driven_path
 from sightfield.systems.numerics.planning.goal import Goal
+from sightfield.systems.numerics.planning.plan import driven_path
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function

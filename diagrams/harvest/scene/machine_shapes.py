@@ -8,8 +8,7 @@ import shapely
 
 from ....systems.numerics.harvest.machines.cart import Cart
 from ....systems.numerics.harvest.machines.combine import CombineSize
-from ....systems.numerics.planning.trailer import Trailer
-from ....systems.numerics.planning.trailer_pose import trailer_pose
+from ....systems.numerics.planning.trailer import Trailer, trailer_pose
 
 # Of a combine, in view heights, so that it can be seen; and how much larger than they are machines
 # may be drawn before a cart would cover too much of the header beside it.

@@ -6,8 +6,7 @@ import numpy as np
 import shapely
 
 from ....systems.numerics.planning.plan import TrailerPath
-from ....systems.numerics.planning.trailer import Trailer
-from ....systems.numerics.planning.trailer_pose import trailer_pose
+from ....systems.numerics.planning.trailer import Trailer, trailer_pose
 
 # Width of both bodies, in trailer lengths.
 _WIDTH = 0.42

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from ....systems.numerics.planning.trailer_pose import trailer_pose
+from ....systems.numerics.planning.trailer import trailer_pose
 from ...world_picture import draw_world
 from ..sweep import DirectionSweep
 from ..verdict import PlanningVerdict

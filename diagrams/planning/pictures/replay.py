@@ -8,8 +8,7 @@ import shapely
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from ....systems.numerics.planning.plan import TrailerPath
-from ....systems.numerics.planning.trailer import Trailer
-from ....systems.numerics.planning.trailer_pose import trailer_pose
+from ....systems.numerics.planning.trailer import Trailer, trailer_pose
 from ...visuals.lighting import paint, set_lights
 from ...visuals.meshes import bar_mesh, extruded_mesh, flat_mesh, line_mesh
 from ...visuals.replay import write_replay

@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from ....systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
-from ....systems.numerics.planning.thesis_scheme.averaging import solve_by_averaging
-from ....systems.numerics.planning.thesis_scheme.planner import METHOD as AVERAGING
-from ....systems.numerics.planning.thesis_scheme.planner import plan_by_averaging
+from ....systems.numerics.planning.planners.thesis_scheme import METHOD as AVERAGING
+from ....systems.numerics.planning.planners.thesis_scheme import (
+    plan_by_averaging,
+    solve_by_averaging,
+)
 from ....systems.numerics.planning.trailer import Trailer
 from ....systems.numerics.planning.value_function.grid import THESIS_STEP, grid_around
 from ...planning.methods import METHODS, VARIANTS

@@ -1,11 +1,17 @@
-"""What a plan is to reach: a configuration, and how near is near enough."""
+"""What a plan is to reach and from where, and which carts and distances planners can compute with.
+
+Beyond their ranges a time step that follows the trailer is lost in rounding, or there are more of
+them than fit into memory.
+"""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..errors import require, require_finite
+from ..errors import InvalidInput, require, require_finite
+from .trailer import Trailer
 
 # Half-widths of one cell of the thesis's grid, in the normalised model (3.5.1).
 THESIS_TOLERANCE = (0.2, 0.2, 0.251, 0.251)
@@ -106,3 +112,73 @@ class Goal:
         local = np.zeros((4, 4))
         local[:, 0], local[:, 1] = [wide, wide, -wide, -wide], [-high, high, high, -high]
         return self.from_frame(local)[:, :2]
+
+
+# Of the length of the trailer in turning radii, and of the hitch offset in lengths.
+SHORTEST, LONGEST = 1e-3, 1e3
+MOST_OFFSET = 100.0
+# Turning radii from start to goal, and from either to the origin; turns of a heading [rad].
+FARTHEST, FARTHEST_OUT = 1e5, 1e7
+MOST_TURNED = 1e6
+
+
+def require_plannable_cart(trailer: Trailer) -> None:
+    """Refuse a cart whose trailer is much shorter or longer than it can turn.
+
+    Args:
+        trailer: The cart.
+
+    Raises:
+        InvalidInput: In one line that says what is out of range.
+    """
+    radius = trailer.speed / trailer.turn_rate
+    require(0 < radius < math.inf, "speed / turn_rate", "be a turning radius", radius)
+    least, most = SHORTEST * radius, LONGEST * radius
+    words = f"be {SHORTEST:g} to {LONGEST:g} turning radii, {least:g} to {most:g} m"
+    require(least <= trailer.length <= most, "length", words, trailer.length)
+    offset = abs(trailer.hitch_offset)
+    words = f"be at most {MOST_OFFSET:g} lengths of the trailer"
+    require(offset <= MOST_OFFSET * trailer.length, "hitch_offset", words, trailer.hitch_offset)
+
+
+def require_plannable(trailer: Trailer, start: Sequence[float], goal: Goal) -> None:
+    """Refuse a question that is too far, or too far out, for rounding to leave an answer.
+
+    Args:
+        trailer: The cart.
+        start: x, y, theta, beta [m], [m], [rad], [rad].
+        goal: What is to be reached.
+
+    Raises:
+        InvalidInput: In one line that says what is out of range.
+    """
+    require_plannable_cart(trailer)
+    radius = trailer.speed / trailer.turn_rate
+    for name, state in (("start", start), ("goal", goal.state)):
+        words = f"be within {FARTHEST_OUT:g} turning radii of the origin"
+        require(max(map(abs, state[:2])) <= FARTHEST_OUT * radius, name, words, list(state[:2]))
+        words = f"have angles of at most {MOST_TURNED:g} rad"
+        require(max(map(abs, state[2:])) <= MOST_TURNED, name, words, list(state[2:]))
+    away = math.dist(start[:2], goal.state[:2])
+    words = f"be within {FARTHEST:g} turning radii of the goal"
+    require(away <= FARTHEST * radius, "start", words, f"{away:g} m")
+
+
+def checked_start(trailer: Trailer, start: Sequence[float]) -> np.ndarray:
+    """The start as an array, shape (4,), after refusing what cannot be one.
+
+    Raises:
+        InvalidInput: It is not x, y, theta and beta, finite, with beta within the jackknife limit,
+            or the cart is none that planners can compute with.
+    """
+    try:
+        entries = [float(value) for value in start]
+    except (TypeError, ValueError):
+        raise InvalidInput(f"`start` must be four numbers; got {start}") from None
+    require(len(entries) == 4, "start", "be (x, y, theta, beta)", start)
+    for value in entries:
+        require_finite("start", value)
+    require_plannable_cart(trailer)
+    bent = abs(math.remainder(start[3], math.tau))
+    require(bent <= trailer.jackknife, "start", "have |beta| within jackknife", start[3])
+    return np.array(start, dtype=float)

@@ -20,8 +20,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from ..errors import require
-from .driven_path import motion_step, refined_path
-from .plan import TrailerPath
+from .plan import TrailerPath, motion_step, refined_path
 from .trailer import Trailer, trailer_rates
 
 # How much the errors at the path's end weigh, against a second of them on the way.

@@ -1,10 +1,13 @@
-"""What a planner returns: a path with its controls, and what the planner says of it."""
+"""What a planner returns: a path with its controls, from which the path follows."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..errors import require, require_positive
 from .goal import Goal
+from .trailer import Trailer, trailer_rates
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,3 +53,92 @@ class Plan:
     residual: float = 0.0
     wall_time: float = 0.0
     notes: dict[str, object] = field(default_factory=dict)
+
+
+def motion_step(state: np.ndarray, control: np.ndarray, duration: float, trailer: Trailer):
+    """State after a control held for a short while, by one Runge-Kutta step of order 4.
+
+    Args:
+        state: x, y, theta, beta, shape (4,) [m], [m], [rad], [rad].
+        control: v, omega, shape (2,) [m/s], [rad/s].
+        duration: [s].
+        trailer: Parameters.
+
+    Returns:
+        Shape (4,); angles are not wrapped.
+    """
+
+    def rates(at):
+        return np.array(trailer_rates(at[2], at[3], control[0], control[1], trailer))
+
+    first = rates(state)
+    second = rates(state + duration / 2 * first)
+    third = rates(state + duration / 2 * second)
+    fourth = rates(state + duration * third)
+    return state + duration / 6 * (first + 2 * second + 2 * third + fourth)
+
+
+def driven_path(
+    trailer: Trailer,
+    start: Sequence[float],
+    pieces: Sequence[tuple[float, float, float]],
+    step: float = 0.05,
+) -> TrailerPath:
+    """The path of pieces of constant control.
+
+    Args:
+        trailer: Parameters; the bounds of the controls are not looked at.
+        start: x, y, theta, beta [m], [m], [rad], [rad].
+        pieces: v, omega and how long they are held [m/s], [rad/s], [s]; at least one, and all
+            durations positive.
+        step: Longest time between two samples [s].
+
+    Raises:
+        InvalidInput: There are no pieces, a duration or the step is not positive.
+    """
+    require(len(pieces) > 0, "pieces", "not be empty", pieces)
+    require_positive("step", step)
+    times, states, controls = [0.0], [np.array(start, dtype=float)], []
+    for v, omega, duration in pieces:
+        require_positive("duration", float(duration))
+        control, begin = np.array([v, omega], dtype=float), times[-1]
+        count = max(1, int(np.ceil(duration / step - 1e-9)))
+        for k in range(1, count + 1):
+            states.append(motion_step(states[-1], control, duration / count, trailer))
+            times.append(begin + duration * k / count)
+            controls.append(control)
+    return TrailerPath(np.array(times), np.array(states), np.array(controls))
+
+
+def refined_path(path: TrailerPath, trailer: Trailer, step: float) -> TrailerPath:
+    """The same path with samples at most a step apart; its own samples stay.
+
+    Args:
+        path: At least two samples at increasing times.
+        trailer: Parameters.
+        step: [s].
+
+    Raises:
+        InvalidInput: The path is not such a path or the step is not positive.
+    """
+    require_path(path)
+    require_positive("step", step)
+    times, states, controls = [path.times[:1]], [path.states[:1]], []
+    for k, control in enumerate(path.controls):
+        duration = float(path.times[k + 1] - path.times[k])
+        piece = driven_path(trailer, path.states[k], [(control[0], control[1], duration)], step)
+        times += [path.times[k] + piece.times[1:-1], path.times[k + 1 : k + 2]]
+        states += [piece.states[1:-1], path.states[k + 1 : k + 2]]
+        controls.append(piece.controls)
+    return TrailerPath(np.concatenate(times), np.concatenate(states), np.concatenate(controls))
+
+
+def require_path(path: TrailerPath) -> None:
+    """Refuse a path of other shapes than it should have, or whose numbers are not finite."""
+    count = len(path.times)
+    shapes = (np.shape(path.times), np.shape(path.states), np.shape(path.controls))
+    wanted = ((count,), (count, 4), (count - 1, 2))
+    require(count >= 2 and shapes == wanted, "path", "have shapes (n,), (n, 4), (n - 1, 2)", shapes)
+    for values in (path.times, path.states, path.controls):
+        require(bool(np.isfinite(values).all()), "path", "be finite", values)
+    require(bool((np.diff(path.times) > 0).all()), "path", "have increasing times", path.times)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import require, require_finite, require_positive
+from ..tracking.mobile_agents import clip_symmetric
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,3 +63,46 @@ def trailer_rates(
     """
     pull = (v * np.sin(beta) - trailer.hitch_offset * omega * np.cos(beta)) / trailer.length
     return v * np.cos(theta), v * np.sin(theta), omega, omega - pull
+
+
+def trailer_pose(x, y, theta, beta, trailer: Trailer):
+    """The trailer's axle and heading: x, y [m], [m] and theta - beta [rad].
+
+    Scalars or arrays of any kind that NumPy's sine takes.
+    """
+    heading = theta - beta
+    behind, length = trailer.hitch_offset, trailer.length
+    axle_x = x - behind * np.cos(theta) - length * np.cos(heading)
+    axle_y = y - behind * np.sin(theta) - length * np.sin(heading)
+    return axle_x, axle_y, heading
+
+
+def clip_control(v, omega, trailer: Trailer):
+    """The nearest allowed speed and turn rate; without branches, for scalars of any kind.
+
+    The speed lies in [0, speed], or in [-speed, speed] for a tractor that may reverse; the turn
+    rate in [-turn_rate, turn_rate]. Beyond a bound, and on it to one side, the slope is zero.
+
+    Args:
+        v: Speed wished for [m/s].
+        omega: Turn rate wished for [rad/s].
+        trailer: Whose bounds.
+    """
+    if trailer.reverse:
+        allowed_v = clip_symmetric(v, trailer.speed)
+    else:
+        half = trailer.speed / 2
+        allowed_v = half + clip_symmetric(v - half, half)
+    return allowed_v, clip_symmetric(omega, trailer.turn_rate)
+
+
+def control_excess(controls: np.ndarray, trailer: Trailer) -> float:
+    """By how much controls leave the bounds at most [m/s or rad/s]; 0 if they do not.
+
+    Args:
+        controls: v, omega, shape (n, 2) [m/s], [rad/s].
+        trailer: Whose bounds.
+    """
+    v, omega = clip_control(controls[:, 0], controls[:, 1], trailer)
+    gaps = np.abs(controls - np.stack([v, omega], axis=1))
+    return float(np.max(gaps, initial=0.0))

@@ -9,7 +9,7 @@ from sightfield.diagrams.planning.verdict import ask_methods
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.value_function.tables import open_field_table
+from sightfield.systems.numerics.planning.value_function.solve import open_field_table
 
 GOAL = Goal(state=(4.0, 4.0, 0.0, 0.0), tolerance=THESIS_TOLERANCE)
 START = (1.0, 1.0, 0.0, 0.0)

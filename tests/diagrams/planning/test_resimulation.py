@@ -7,9 +7,8 @@ import pytest
 
 from sightfield.diagrams.planning.resimulation import resimulate
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.planning.driven_path import driven_path
 from sightfield.systems.numerics.planning.goal import Goal
-from sightfield.systems.numerics.planning.plan import TrailerPath
+from sightfield.systems.numerics.planning.plan import TrailerPath, driven_path
 from sightfield.systems.numerics.planning.trailer import Trailer
 
 CART = Trailer()

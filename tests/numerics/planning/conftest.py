@@ -1,16 +1,21 @@
-"""Fields with walls that several tests drive in."""
+"""Fields with walls that several tests drive in, and value functions, solved once."""
 
 import math
+from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 import pytest
 import shapely
 
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.planning.driven_path import refined_path
+from sightfield.systems.numerics.planning.footprint import covering_discs
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
+from sightfield.systems.numerics.planning.plan import refined_path
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.vehicle.footprint import covering_discs
+from sightfield.systems.numerics.planning.value_function.grid import StateGrid
+from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
+from sightfield.systems.numerics.planning.value_function.value_function import ValueFunction
 
 
 @pytest.fixture(scope="session")
@@ -60,3 +65,22 @@ def depth_in_walls():
         return deepest
 
     return depth
+
+
+@pytest.fixture(scope="session")
+def solved() -> Callable[..., ValueFunction]:
+    """Solve for a box of one thesis cell around a state, in the middle of a square grid."""
+
+    @lru_cache
+    def solve(
+        state=(0.0, 0.0, 0.0, 0.0),
+        step: float = 0.2,
+        beta_width: float = THESIS_TOLERANCE[3],
+        reverse: bool = False,
+        polish: int = 24,
+    ) -> ValueFunction:
+        goal = Goal(state=state, tolerance=(*THESIS_TOLERANCE[:3], beta_width))
+        grid = StateGrid.of_step(step, state[:2])
+        return solve_value_function(Trailer(reverse=reverse), goal, grid, polish=polish)
+
+    return solve

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.planning.car_path import CarPath, advance
-from sightfield.systems.numerics.planning.dubins import dubins_lengths, dubins_paths
-from sightfield.systems.numerics.planning.reeds_shepp import (
+from sightfield.systems.numerics.planning.car_paths import (
+    CarPath,
+    advance,
+    dubins_lengths,
+    dubins_paths,
     reeds_shepp_lengths,
     reeds_shepp_paths,
 )

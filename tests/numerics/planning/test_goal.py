@@ -7,17 +7,16 @@ import pytest
 import shapely
 
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.planning.among_walls.planner import grid_within
 from sightfield.systems.numerics.planning.arc_words.quickest import quickest_word, word_path
+from sightfield.systems.numerics.planning.footprint import covering_discs, walls_part
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.lower_bound import lower_bound
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
-from sightfield.systems.numerics.planning.thesis_scheme.averaging import solve_by_averaging
+from sightfield.systems.numerics.planning.planners.from_table import grid_within
+from sightfield.systems.numerics.planning.planners.thesis_scheme import solve_by_averaging
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
-from sightfield.systems.numerics.planning.vehicle.clear import walls_part
-from sightfield.systems.numerics.planning.vehicle.footprint import covering_discs
 
 # Longer than wide, so that it matters how it lies.
 WIDTHS = (0.9, 0.25, 0.6, 0.6)

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.planning.car_path import advance
-from sightfield.systems.numerics.planning.dubins import dubins_lengths
+from sightfield.systems.numerics.planning.car_paths import (
+    advance,
+    dubins_lengths,
+    reeds_shepp_lengths,
+)
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
-from sightfield.systems.numerics.planning.lower_bound import _gaps, lower_bound
-from sightfield.systems.numerics.planning.reeds_shepp import reeds_shepp_lengths
+from sightfield.systems.numerics.planning.lower_bound import _gaps, lower_bound, word_families
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.word_families import word_families
 
 START = (1.0, 1.0, 0.0, 0.0)
 GOAL = (4.0, 4.0, 0.0, 0.0)

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.planning.driven_path import (
-    driven_path,
-    motion_step,
-    refined_path,
-)
 from sightfield.systems.numerics.planning.path_tracking import (
     make_path_tracker,
     tracking_control,
     tracking_error,
 )
-from sightfield.systems.numerics.planning.plan import TrailerPath
+from sightfield.systems.numerics.planning.plan import (
+    TrailerPath,
+    driven_path,
+    motion_step,
+    refined_path,
+)
 from sightfield.systems.numerics.planning.trailer import Trailer
 
 CART = Trailer(reverse=True)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.planning.driven_path import driven_path
-from sightfield.systems.numerics.planning.plan import TrailerPath
+from sightfield.systems.numerics.planning.plan import TrailerPath, driven_path
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.planning.path_trajectories import control_trajectory, state_trajectory
 

@@ -6,8 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ...planning.arc_words.held_controls import half_angle_map, half_angles
-from ...planning.trailer_pose import trailer_pose
+from ...planning.arc_words.words import half_angle_map, half_angles
+from ...planning.trailer import trailer_pose
 from ..machines.cart import Cart
 from ..paths.machine_path import MachinePath, join_paths
 from ..paths.timed_path import TimedPath

@@ -18,8 +18,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from ...compiled import compiled
-from ...planning.arc_words.held_controls import half_angle_map, half_angles
-from ...planning.dubins import dubins_between
+from ...planning.arc_words.words import half_angle_map, half_angles
+from ...planning.car_paths import dubins_between
 from ..field.field import Field
 from ..machines.cart import Cart
 from ..machines.combine import CombineSize

@@ -6,8 +6,7 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from ...planning.car_path import CarPath
-from ...planning.dubins import dubins_paths
+from ...planning.car_paths import CarPath, dubins_paths
 from ..machines.combine import Combine
 from ..paths.machine_path import TRANSIT, MachinePath, join_paths
 from .cut_ground import CutGround

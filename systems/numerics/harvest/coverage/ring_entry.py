@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from ...planning.dubins import dubins_lengths, dubins_paths
+from ...planning.car_paths import dubins_lengths, dubins_paths
 from ..paths.machine_path import MachinePath
 from .driver import Driver, NoWay, curve_path
 from .header_curves import cutting_radius, drive_line

@@ -10,12 +10,198 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...compiled import compiled, kernel
 from ..goal import Goal
 from ..plan import TrailerPath
 from ..trailer import Trailer
-from .box_entries import enter_box
-from .held_controls import control_set, half_angles, hold_beta, normalised, shift_of
-from .words import Endings, Words, endings_of, within_jackknife, words_of
+from .words import (
+    Endings,
+    Words,
+    control_set,
+    endings_of,
+    half_angles,
+    hold_beta,
+    normalised,
+    shift_of,
+    within_jackknife,
+    words_of,
+)
+
+TURN = 2.0 * math.pi
+
+
+@kernel
+def _excess(gap, width):
+    """How far an angle is outside a box."""
+    return abs(gap - TURN * np.rint(gap / TURN)) - width
+
+
+@kernel
+def _later(part, before, after):
+    """The later of a moment and that at which an excess falls to zero, by interpolation."""
+    if before > 0.0 and after <= 0.0:
+        return max(part, before / (before - after))
+    return part
+
+
+@kernel
+def _half_angle(matrix, s, c):
+    return matrix[0, 0] * s + matrix[0, 1] * c, matrix[1, 0] * s + matrix[1, 1] * c
+
+
+@kernel
+def _first_sample(gap, omega_step, width):
+    """First sample of a turn at which theta is inside the box; -1: a straight never is.
+
+    Args:
+        gap: Heading minus that of the box, at sample 0 [rad].
+        omega_step: Change of the heading from sample to sample [rad].
+        width: Half-width of the box [rad].
+    """
+    gap -= TURN * np.rint(gap / TURN)
+    if abs(gap) <= width:
+        return 0
+    if omega_step == 0.0:
+        return -1
+    way = -gap if omega_step > 0.0 else gap
+    way += TURN if way < 0.0 else 0.0
+    return math.ceil((way - width) / abs(omega_step))
+
+
+@kernel
+def _comes_round(start, soon, after):
+    """Whether beta passes pi on an arc: then it ends on the other side than it sets out for."""
+    s, c = _half_angle(soon, math.sin(start / 2), math.cos(start / 2))
+    way = 2.0 * math.atan2(s, c) - start
+    way -= TURN * np.rint(way / TURN)
+    gap = after - TURN * np.rint(after / TURN) - (start - TURN * np.rint(start / TURN))
+    return way * gap < 0.0
+
+
+@compiled
+def enter_box(
+    table,
+    found,
+    thetas,
+    halves,
+    ends,
+    maps,
+    allowed,
+    lengths,
+    lasts,
+    last_maps,
+    box,
+    widths,
+    sample,
+    limited,
+):
+    """Lower a table by the words that end with one control. Places are in cells.
+
+    A word is displaced alike from every node of one theta: so the nodes from which it ends in the
+    box are those in a rectangle, and their beta is tested through one matrix. The rectangle is
+    turned by the heading of the box.
+
+    Args:
+        table: Times so far, shape (n_theta, n_beta, n_y, n_x).
+        found: Where the numbers of the words go, of the same shape; or of no elements.
+        thetas: Of the rows to lower, shape (m,) [rad].
+        halves: (sin, cos) of half of beta, shape (n_beta, 2).
+        ends, maps: Of the words without their last arcs, see `Words`.
+        allowed: Whether beta keeps within jackknife along each word, shape (n, n_beta).
+        lengths: Largest number of a sample on the last arc, shape (n,).
+        lasts: dx, dy, dtheta at the samples of the last arc, shape (n_samples, 3).
+        last_maps: The same for the trailer, shape (n_samples, 2, 2).
+        box: Middle of the goal: x, y, theta, beta.
+        widths: Its half-widths, along its heading first; those of angles may be infinite: free.
+        sample: Time from sample to sample.
+        limited: Whether beta must not pass pi.
+    """
+    _, beta_count, y_count, x_count = table.shape
+    goal_s, goal_c = math.sin(box[3] / 2), math.cos(box[3] / 2)
+    bound = math.sin(min(widths[3], math.pi) / 2) ** 2
+    turn = lasts[1, 2]
+    single = x_count * y_count == 1
+    pace = math.hypot(lasts[1, 0], lasts[1, 1]) * 1.01
+    box_c, box_s = math.cos(box[2]), math.sin(box[2])
+    # Half of what the turned box covers along the grid.
+    wide = abs(box_c) * widths[0] + abs(box_s) * widths[1]
+    tall = abs(box_s) * widths[0] + abs(box_c) * widths[1]
+    for t in range(len(thetas)):
+        cos, sin = math.cos(thetas[t]), math.sin(thetas[t])
+        for w in range(len(ends)):
+            theta = thetas[t] + ends[w, 2]
+            first = _first_sample(theta - box[2], turn, widths[2])
+            if first < 0:
+                continue
+            # Of the box, back along the word.
+            x0 = box[0] - (cos * ends[w, 0] - sin * ends[w, 1])
+            y0 = box[1] - (sin * ends[w, 0] + cos * ends[w, 1])
+            longest = min(lengths[w], len(lasts) - 1)
+            reach = longest * pace
+            if first > longest or (single and max(abs(x0) - wide, abs(y0) - tall) > reach):
+                continue
+            c, s = math.cos(theta), math.sin(theta)
+            for k in range(first, longest + 1):
+                if _excess(theta + lasts[k, 2] - box[2], widths[2]) > 0.0:
+                    break
+                x = x0 - (c * lasts[k, 0] - s * lasts[k, 1])
+                y = y0 - (s * lasts[k, 0] + c * lasts[k, 1])
+                left = max(0, math.ceil(x - wide))
+                right = min(x_count - 1, math.floor(x + wide))
+                low = max(0, math.ceil(y - tall))
+                high = min(y_count - 1, math.floor(y + tall))
+                if left > right or low > high:
+                    continue
+                # Where the box was at the sample before, and how far outside theta was.
+                p = max(k - 1, 0)
+                x_before = x0 - (c * lasts[p, 0] - s * lasts[p, 1])
+                y_before = y0 - (s * lasts[p, 0] + c * lasts[p, 1])
+                turned = _later(
+                    0.0,
+                    _excess(theta + lasts[p, 2] - box[2], widths[2]),
+                    _excess(theta + lasts[k, 2] - box[2], widths[2]),
+                )
+                time = ends[w, 3] + p * sample
+                for b in range(beta_count):
+                    if not allowed[w, b]:
+                        continue
+                    start_s, start_c = _half_angle(maps[w], halves[b, 0], halves[b, 1])
+                    end_s, end_c = _half_angle(last_maps[k], start_s, start_c)
+                    cross = end_s * goal_c - end_c * goal_s
+                    if cross * cross > bound * (end_s * end_s + end_c * end_c):
+                        continue
+                    folded = -1.0  # not known yet
+                    for j in range(low, high + 1):
+                        for i in range(left, right + 1):
+                            if table[t, b, j, i] <= time:
+                                continue
+                            ahead = abs(box_c * (i - x) + box_s * (j - y)) - widths[0]
+                            aside = abs(box_c * (j - y) - box_s * (i - x)) - widths[1]
+                            if max(ahead, aside) > 1e-9:
+                                continue
+                            if folded < 0.0:
+                                start = 2.0 * math.atan2(start_s, start_c)
+                                after = 2.0 * math.atan2(end_s, end_c)
+                                if limited and _comes_round(start, last_maps[1], after):
+                                    break
+                                s_before, c_before = _half_angle(last_maps[p], start_s, start_c)
+                                before = 2.0 * math.atan2(s_before, c_before)
+                                folded = _later(
+                                    turned,
+                                    _excess(before - box[3], widths[3]),
+                                    _excess(after - box[3], widths[3]),
+                                )
+                            dx, dy = i - x_before, j - y_before
+                            before_ahead = abs(box_c * dx + box_s * dy) - widths[0]
+                            before_aside = abs(box_c * dy - box_s * dx) - widths[1]
+                            part = _later(folded, before_ahead, min(ahead, 0.0))
+                            part = _later(part, before_aside, min(aside, 0.0))
+                            value = np.float32(time + part * (k - p) * sample)
+                            if value < table[t, b, j, i]:
+                                table[t, b, j, i] = value
+                                if found.size:
+                                    found[t, b, j, i] = w
+
 
 # Arcs before the last, the lattice of their durations, and the longest word [1 / turn rate].
 BEFORE_LAST = 2

@@ -15,8 +15,8 @@ from scipy.optimize import minimize
 from ...compiled import compiled, kernel
 from ..goal import Goal
 from ..trailer import Trailer
-from .held_controls import control_set
 from .quickest import ArcWord
+from .words import control_set
 
 # Of a start, a word and whether to look finely: a function from durations [s] to what must not be
 # negative at places along the word, shape (m,) [m], and its slopes, shape (m, n) [m/s].

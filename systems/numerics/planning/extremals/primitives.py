@@ -20,9 +20,7 @@ from ...compiled import compiled
 from ..goal import Goal
 from ..plan import Plan
 from ..trailer import Trailer
-from .arc_path import SHORTEST, Arc, arc_path, arc_word
-from .arcs import turned_beta
-from .frame import NOT_SCALABLE, goal_frame
+from .arcs import NOT_SCALABLE, SHORTEST, Arc, arc_path, arc_word, goal_frame, turned_beta
 
 _METHOD = "primitive"
 _ANGLES = np.linspace(0.0, math.tau, 1441)

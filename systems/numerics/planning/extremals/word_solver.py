@@ -1,14 +1,189 @@
 """Words of arcs that lead to a goal: Levenberg-Marquardt on the misses, from many seeds.
 
-Source: Marquardt 1963, with the damping lowered after a step that helps and raised after one that
-does not.
+A word is a sequence of bang arcs (1 left, -1 right) with at most one singular arc (0) among them.
+On the singular arc the costate follows from the state and the turn rate (with lambda_0 = 1):
+
+    lambda_theta = omega, lambda_beta = -omega,
+    (lambda_x, lambda_y) = (1 - omega sin(beta)) (cos, sin)(theta) + omega cos(beta) (sin, -cos),
+
+and from there along the bangs: lambda_theta changes by lambda_x dy - lambda_y dx, and lambda_beta
+by the factor by which the flow of beta contracts. Between two bangs the switching function
+lambda_theta + lambda_beta (3.24) has to vanish; next to the singular arc it does so by itself.
+With the four coordinates of the goal that makes as many equations as unknowns: durations, and the
+turn rate at which the singular arc begins.
+
+An extremal that brings beta to the goal turns once more at the end, against the turn before. Drive
+the goal back along such a turn, the start forward along a first one, or neither, and join the two
+by Dubins words: x, y and theta are met, and beta is left to the solver. Rarer kinds are
+added: a whole circle before or after, which may be what brings beta about; a singular arc that
+turns between the second and third of four bangs; a short first turn the other way.
+
+Source: Zhang 2014, (3.22)-(3.24); Chitsaz 2013; Marquardt 1963, with the damping lowered after a
+step that helps and raised after one that does not.
 """
+
+import math
 
 import numpy as np
 
 from ...compiled import compiled, kernel
-from .shooting import ARCS, word_misses
-from .singular import TERMS
+from ..car_paths import dubins_paths
+from .arcs import TERMS, singular_arc, turned_beta, turning_arc
+
+# Most arcs in a word; unknowns: their durations, then the turn rate.
+ARCS = 5
+_TURN = 2.0 * math.pi
+
+
+@kernel
+def word_misses(word, unknowns, start, goal, first, states, series, misses):
+    """States at the ends of the arcs, and the misses: of the goal, then of the switches.
+
+    Args:
+        word: Of each arc 1, -1, or 0 where it is singular, shape (n,).
+        unknowns: Durations and the turn rate, shape (n + 1,).
+        start: x, y, theta, beta, shape (4,).
+        goal: The same.
+        first: Arc from which on the states are computed; those before it are taken as they are.
+        states: Filled, shape (n + 1, 4).
+        series: Scratch, shape (7, TERMS + 1).
+        misses: Filled, shape (n + 1,).
+
+    Returns:
+        How many misses there are.
+    """
+    n = word.size
+    singular = -1
+    for j in range(4):
+        states[0, j] = start[j]
+    for i in range(n):
+        if word[i] == 0:
+            singular = i
+        if i < first:
+            continue
+        x, y, theta, beta = states[i, 0], states[i, 1], states[i, 2], states[i, 3]
+        if word[i] == 0:
+            x, y, theta, beta, _ = singular_arc(
+                x, y, theta, beta, unknowns[n], 1.0, unknowns[i], series
+            )
+        else:
+            x, y, theta, beta = turning_arc(x, y, theta, beta, 1.0, word[i], unknowns[i])
+        states[i + 1, 0], states[i + 1, 1], states[i + 1, 2], states[i + 1, 3] = x, y, theta, beta
+    misses[0] = states[n, 0] - goal[0]
+    misses[1] = states[n, 1] - goal[1]
+    for j in range(2, 4):
+        gap = states[n, j] - goal[j]
+        misses[j] = gap - _TURN * math.floor(gap / _TURN + 0.5)
+    count = 4
+    if singular < 0:
+        return count
+    theta, beta, omega = states[singular, 2], states[singular, 3], unknowns[n]
+    forward, sideways = 1.0 - omega * math.sin(beta), omega * math.cos(beta)
+    east = forward * math.cos(theta) + sideways * math.sin(theta)
+    north = forward * math.sin(theta) - sideways * math.cos(theta)
+    # Backwards from the singular arc; there lambda_beta = -lambda_theta.
+    costate_theta, costate_beta = omega, -omega
+    for i in range(singular - 1, 0, -1):
+        dx, dy = states[i + 1, 0] - states[i, 0], states[i + 1, 1] - states[i, 1]
+        costate_theta -= east * dy - north * dx
+        costate_beta /= turned_beta(states[i, 3], 1.0, word[i], unknowns[i])[1]
+        misses[count] = costate_theta + costate_beta
+        count += 1
+    # Forwards from its end, where the turn rate has the rate of theta, by the same integral.
+    dx = states[singular + 1, 0] - states[singular, 0]
+    dy = states[singular + 1, 1] - states[singular, 1]
+    costate_theta = omega + east * dy - north * dx
+    costate_beta = -costate_theta
+    for i in range(singular + 1, n - 1):
+        dx, dy = states[i + 1, 0] - states[i, 0], states[i + 1, 1] - states[i, 1]
+        costate_theta += east * dy - north * dx
+        costate_beta *= turned_beta(states[i, 3], 1.0, word[i], unknowns[i])[1]
+        misses[count] = costate_theta + costate_beta
+        count += 1
+    return count
+
+
+# Durations of the last turn, and of a first one, in the normalised model.
+_LAST_TURNS = (0.15, 0.5, 1.0, 1.6)
+_FIRST_TURNS = (0.4, 1.0)
+# A first turn of its own is rare: it is tried with these last turns only.
+_LAST_TURNS_AFTER_FIRST = (0.5, 1.6)
+# An arc shorter than this is tried with a circle more [rad].
+_SHORT_ARC = 0.6
+# The singular arc between bangs: its turn rate, towards the next bang, and its duration.
+_TURNING_RATE = 0.5
+_TURNING_TIME = 0.4
+# A short first arc is also tried as one the other way, of this duration.
+_OTHER_WAY_TIME = 0.15
+
+
+def word_seeds(start, goal) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Seeds for `solve_words`.
+
+    Args:
+        start: x, y, theta, beta in the normalised model, shape (4,).
+        goal: The same.
+
+    Returns:
+        Words, shape (m, ARCS), their lengths, shape (m,), and the unknowns, shape (m, ARCS + 1).
+    """
+    found = [(path.turns, path.lengths) for path in dubins_paths(start[:3], goal[:3], 1.0)]
+    found = [(turns, lengths) for turns, lengths in found if turns[1] == 0]
+    for last in (1, -1):
+        for end in _LAST_TURNS:
+            before = turning_arc(goal[0], goal[1], goal[2], 0.0, -1.0, -float(last), end)[:3]
+            for path in dubins_paths(start[:3], before, 1.0):
+                if path.turns[2] == -last:
+                    found.append(((*path.turns, last), (*path.lengths, end)))
+            if end not in _LAST_TURNS_AFTER_FIRST:
+                continue
+            for first in (1, -1):
+                for begin in _FIRST_TURNS:
+                    after = turning_arc(
+                        start[0], start[1], start[2], 0.0, 1.0, float(first), begin
+                    )[:3]
+                    for path in dubins_paths(after, before, 1.0):
+                        if path.turns == (-first, 0, -last):
+                            word = (first, *path.turns, last)
+                            found.append((word, (begin, *path.lengths, end)))
+    found.extend(list(_with_circles(found)))
+    found = [(turns, lengths, 0.0) for turns, lengths in found]
+    found.extend([*_with_singular_arc(found), *_turned_the_other_way(found)])
+    words = np.zeros((len(found), ARCS))
+    unknowns = np.zeros((len(found), ARCS + 1))
+    for i, (turns, lengths, omega) in enumerate(found):
+        words[i, : len(turns)] = turns
+        unknowns[i, : len(lengths)] = lengths
+        unknowns[i, len(lengths)] = omega
+    return words, np.array([len(turns) for turns, _, _ in found]), unknowns
+
+
+def _with_circles(found):
+    # Of words around one singular arc, whose first or third arc is short.
+    for turns, lengths in found:
+        for i in (0, 2):
+            if len(turns) < ARCS and turns[1] == 0 and lengths[i] < _SHORT_ARC:
+                longer = list(lengths)
+                longer[i] += math.tau
+                yield turns, tuple(longer)
+
+
+def _with_singular_arc(found):
+    # Of words of four bangs.
+    for turns, lengths, _ in found:
+        if len(turns) == 4 and 0 not in turns:
+            word = (*turns[:2], 0, *turns[2:])
+            times = (*lengths[:2], _TURNING_TIME, *lengths[2:])
+            yield word, times, _TURNING_RATE * turns[2]
+
+
+def _turned_the_other_way(found):
+    # Of words around one singular arc, whose first arc is short.
+    for turns, lengths, _ in found:
+        if len(turns) < ARCS and turns[1] == 0 and lengths[0] < _SHORT_ARC:
+            times = (_OTHER_WAY_TIME, *lengths[1:])
+            yield (-turns[0], *turns[1:]), times, _TURNING_RATE * turns[2]
+
 
 # Of any arc, in the normalised model.
 _LONGEST = 1e4

@@ -10,16 +10,20 @@ from ...errors import require
 from ...geometry.world import World
 from ..arc_words.candidates import car_words, keeps_limit, quickest_words
 from ..arc_words.quickest import word_path
-from ..goal import Goal
+from ..footprint import Discs, covering_discs, require_clear_ends, walls_part
+from ..goal import Goal, checked_start
 from ..plan import Plan, TrailerPath
 from ..trailer import Trailer
-from ..vehicle.clear import require_clear_ends, walls_part
-from ..vehicle.footprint import Discs, covering_discs
-from ..vehicle.start import checked_start
-from .arcs import split_into_arcs
-from .guess import resampled
-from .problem import Attempt, Problem
-from .refinement import ACCEPTED_OVERLAP, INTERVALS_PER_ARC, kept_clear, with_placed_switches
+from .problem import (
+    ACCEPTED_OVERLAP,
+    INTERVALS_PER_ARC,
+    Attempt,
+    Problem,
+    kept_clear,
+    resampled,
+    split_into_arcs,
+    with_placed_switches,
+)
 from .seeds import default_seeds
 
 METHOD = "casadi"

@@ -1,4 +1,9 @@
-"""One question to the solver, and one run of the solver on it."""
+"""One question to the solver, runs of the solver on it, and what makes a good solution better.
+
+Intervals of equal duration cannot switch where the optimum does; that costs up to a thousandth of
+the time. Optimal paths are bang arcs and few singular ones: once their order is known, a programme
+with one duration per arc puts every switch in its place.
+"""
 
 import math
 from dataclasses import dataclass, replace
@@ -6,16 +11,62 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...geometry.world import World
-from ..arc_words.held_controls import normalised
 from ..arc_words.quickest import ArcWord
 from ..arc_words.shortened import end_of, is_steady
+from ..arc_words.words import normalised
+from ..footprint import Discs, deepest_overlap
 from ..goal import Goal
 from ..plan import TrailerPath
 from ..trailer import Trailer
-from ..vehicle.footprint import Discs
-from .clearance import clearance_field
-from .guess import FREE, Guess, nearest_goal_state
-from .programme import Programme, minimum_time_programme
+from .programme import Programme, clearance_field, minimum_time_programme
+
+# The sign of a control that is not held at a bound.
+FREE = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """A path whose intervals are grouped into arcs.
+
+    Attributes:
+        states: At the nodes, shape (n + 1, 4) [m], [m], [rad], [rad].
+        controls: In the intervals, shape (n, 2) [m/s], [rad/s].
+        durations: Of the arcs, each with equally many intervals, shape (k,) [s].
+        signs: 1 or -1 for a control that is held at a bound, or FREE, shape (n, 2).
+    """
+
+    states: np.ndarray
+    controls: np.ndarray
+    durations: np.ndarray
+    signs: np.ndarray
+
+
+def resampled(path: TrailerPath, intervals: int) -> Guess:
+    """One arc of intervals of equal duration: states interpolated, controls averaged."""
+    times = np.linspace(path.times[0], path.times[-1], intervals + 1)
+    # Averages are differences of the integral, which is piecewise linear.
+    steps = np.diff(path.times)[:, None]
+    integral = np.vstack([np.zeros((1, 2)), np.cumsum(path.controls * steps, axis=0)])
+    duration = float(times[-1] - times[0])
+    return Guess(
+        columns_at(times, path.times, path.states),
+        np.diff(columns_at(times, path.times, integral), axis=0) / max(duration / intervals, 1e-12),
+        np.array([duration]),
+        np.full((intervals, 2), FREE),
+    )
+
+
+def columns_at(times: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Interpolate each column of values, shape (m, k), known at some times, at others."""
+    return np.column_stack([np.interp(times, known, column) for column in values.T])
+
+
+def nearest_goal_state(goal: Goal, state: np.ndarray) -> np.ndarray:
+    """The goal's state, its angles turned fully until they are nearest to a state's, shape (4,)."""
+    target = np.array(goal.state, dtype=float)
+    target[2:] += 2 * np.pi * np.round((state[2:] - target[2:]) / (2 * np.pi))
+    return target
+
 
 # IPOPT's words for what happened, in ours.
 _STATUSES = {
@@ -175,3 +226,99 @@ class Problem:
             np.where(guess.signs > FREE, high, low),
             np.where(guess.signs < FREE, low, high),
         )
+
+
+# Relative distance from a bound within which a control is at it.
+_AT_BOUND = 1e-3
+
+
+def split_into_arcs(path: TrailerPath, trailer: Trailer, intervals_per_arc: int) -> Guess:
+    """Group a solution of the programme of one arc by the bounds that its controls are at.
+
+    A single free interval between two arcs is where a switch falls: it is shared between them.
+
+    Args:
+        path: The solution.
+        trailer: Whose bounds.
+        intervals_per_arc: How finely each arc is divided anew.
+    """
+    bounds = np.array([trailer.speed, trailer.turn_rate])
+    at_bound = np.abs(path.controls) >= (1 - _AT_BOUND) * bounds
+    signs = np.where(at_bound, np.sign(path.controls), FREE).astype(int)
+    ends = np.flatnonzero((signs[1:] != signs[:-1]).any(axis=1)) + 1
+    starts = np.concatenate([[0], ends])
+    ends = np.concatenate([ends, [len(signs)]])
+    switches = path.times[starts].copy()
+    kept = np.ones(len(starts), dtype=bool)
+    for k in range(1, len(starts) - 1):
+        if ends[k] - starts[k] == 1 and not at_bound[starts[k]].all():
+            kept[k] = False
+            switches[k + 1] = path.times[starts[k] : ends[k] + 1].mean()
+    kinds, switches = signs[starts[kept]], np.append(switches[kept], path.times[-1])
+    # Two arcs of one kind on both sides of a switch that was none are one.
+    same = np.concatenate([[False], (kinds[1:] == kinds[:-1]).all(axis=1)])
+    kinds, switches = kinds[~same], switches[np.append(~same, True)]
+    durations = np.diff(switches)
+    m = intervals_per_arc
+    times = np.append(
+        (switches[:-1, None] + durations[:, None] * np.arange(m) / m).ravel(), switches[-1]
+    )
+    middles = 0.5 * (times[1:] + times[:-1])
+    held = path.controls[np.searchsorted(path.times, middles, side="right") - 1]
+    signs = np.repeat(kinds, m, axis=0)
+    controls = np.where(signs == FREE, held, signs * bounds)
+    return Guess(columns_at(times, path.times, path.states), controls, durations, signs)
+
+
+# Of each arc, when switches are put in their places; paths of more arcs are left as they are.
+INTERVALS_PER_ARC = 15
+MOST_ARCS = 10
+# Solutions that take at most this many times the least time get their switches placed: equal
+# intervals cost up to a hundredth of the time, so that the second best may be the best.
+NEAR_BEST = 1.01
+# Deepest overlap with a wall that still counts as none [m], relative to the trailer's length, and
+# how often a path that reaches deeper is pushed away.
+ACCEPTED_OVERLAP = 1e-3
+_MOST_PUSHES = 4
+
+
+def with_placed_switches(problem: Problem, found: list[Attempt]) -> list[Attempt]:
+    """Solve again from the best attempts, with one duration for each of their arcs."""
+    least = min(each.time for each in found)
+    seen: set[float] = set()
+    better = []
+    for each in found:
+        # The same time to five decimals means the same path.
+        key = round(each.time / least, 5)
+        if key <= NEAR_BEST and key not in seen:
+            seen.add(key)
+            guess = split_into_arcs(each.path, problem.trailer, INTERVALS_PER_ARC)
+            freedom = len(guess.durations) + int((guess.signs == FREE).sum())
+            exact_goals = problem.goal.tolerance.count(0)
+            # Few arcs may leave nothing to choose: then every switch is where it must be.
+            if len(guess.durations) <= MOST_ARCS and freedom >= exact_goals:
+                better.append(problem.solve(guess))
+    return better
+
+
+def kept_clear(problem: Problem, best: Attempt) -> tuple[list[Attempt], float]:
+    """Solve again with twice as many nodes, and margins as large as the overlaps between them.
+
+    Returns:
+        What was found on the way, the last one being the clearest, and its overlap [m].
+    """
+    assert problem.obstacles is not None
+    assert problem.discs is not None
+    intervals = 2 * len(best.path.controls)
+    found, margin = [best], 0.0
+    overlap = deepest_overlap(problem.obstacles, problem.discs, best.path.states)
+    for _ in range(_MOST_PUSHES):
+        if overlap <= ACCEPTED_OVERLAP * problem.trailer.length:
+            break
+        pushed = problem.solve(resampled(found[-1].path, intervals), margin)
+        if not pushed.is_path:
+            break
+        found.append(pushed)
+        overlap = deepest_overlap(problem.obstacles, problem.discs, pushed.path.states)
+        margin += max(overlap, 0.0)
+    return found, max(overlap, 0.0)

@@ -11,7 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arc_words.held_controls import control_set, hold_beta, shift_of
+from ..arc_words.words import (
+    control_set,
+    hold_beta,
+    shift_of,
+)
 from ..goal import Goal
 from ..plan import TrailerPath
 from .value_function import ValueFunction

@@ -9,7 +9,7 @@ Source: Zhang 2014, 3.5.1; semi-Lagrangian steps that end on theta nodes are our
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from time import perf_counter
 
@@ -17,19 +17,71 @@ import numpy as np
 
 from ...errors import require
 from ...geometry.world import World
-from ..arc_words.held_controls import normalised
-from ..goal import Goal
-from ..ranges import require_plannable_cart
+from ..arc_words.words import normalised
+from ..footprint import Discs, covering_discs
+from ..goal import Goal, require_plannable_cart
 from ..trailer import Trailer
-from ..vehicle.footprint import Discs, covering_discs
-from .grid import StateGrid
-from .motions import Motions, make_motions
+from .grid import StateGrid, grid_around
 from .near_field import first_hits
 from .obstacles import FINENESS, FINER, make_walls, shut_ways
-from .sweeps import FAR, LIMIT, settle_row, sweep_row
+from .sweeps import FAR, LIMIT, Motions, make_motions, settle_row, sweep_row, sweep_walled_row
 from .value_function import ValueFunction
-from .walled_sweeps import sweep_walled_row
-from .warm_start import carried_over
+
+
+def carried_over(value: ValueFunction, grid: StateGrid) -> np.ndarray:
+    """A table interpolated linearly at the nodes of another grid, one direction after the other.
+
+    Args:
+        value: A table in the frame of the grid.
+        grid: Where it is wanted; larger or smaller, coarser or finer.
+
+    Returns:
+        Shape of the grid, float32 [s]; FAR off the first grid, and beside unreachable nodes.
+    """
+    table = np.where(np.isfinite(value.table), value.table, FAR)
+    places = [
+        _places(axis, first, step)
+        for axis, first, step in zip(
+            (grid.axes()[2], grid.axes()[3], grid.axes()[1], grid.axes()[0]),
+            (0.0, 0.0, value.grid.y_min, value.grid.x_min),
+            (value.grid.theta_step, value.grid.beta_step, value.grid.step, value.grid.step),
+            strict=True,
+        )
+    ]
+    # The planes first: there are fewer of them before the angles are refined.
+    for direction in (3, 2, 1, 0):
+        table = _along(table, direction, *places[direction], periodic=direction < 2)
+    return np.where(table < LIMIT, table, FAR)
+
+
+def _places(axis: np.ndarray, first: float, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes below coordinates, and how far past them they are, in [0, 1)."""
+    cells = (axis - first) / step
+    cells = np.where(np.abs(cells - np.round(cells)) < 1e-6, np.round(cells), cells)
+    nodes = np.floor(cells).astype(int)
+    return nodes, (cells - nodes).astype(np.float32)
+
+
+def _along(
+    table: np.ndarray, direction: int, nodes: np.ndarray, parts: np.ndarray, *, periodic: bool
+) -> np.ndarray:
+    """Linear interpolation in one direction."""
+    count = table.shape[direction]
+    if periodic:
+        low, high = nodes % count, (nodes + 1) % count
+        off = np.zeros(len(nodes), dtype=bool)
+    else:
+        low, high = nodes.clip(0, count - 1), (nodes + (parts > 0)).clip(0, count - 1)
+        off = (nodes < 0) | (nodes + (parts > 0) > count - 1)
+    shape = [1] * table.ndim
+    shape[direction] = -1
+    part = parts.reshape(shape)
+    mixed = table.take(low, direction)
+    mixed *= np.float32(1.0) - part
+    mixed += part * table.take(high, direction)
+    mixed[(slice(None),) * direction + (off,)] = FAR
+    return mixed
+
 
 # Passes with cubic interpolation, in the open.
 POLISH = 8
@@ -223,3 +275,62 @@ class _Sweep:
         grid = self._grid
         table = self._table.reshape(*grid.shape[:3], self._width)[..., : grid.x_count]
         return np.where(table < LIMIT, table, np.float32(np.inf))
+
+
+# How far a start may be from the goal, along each axis of the goal, in turning radii: a table is
+# as wide as the least of these that is enough, so that neighbouring starts share one.
+# The least makes the thesis's grid.
+REACHES = (3.0, 4.5, 6.75, 10.0, 15.0)
+# Tables that are kept, the last used ones.
+_KEPT = 8
+
+Solver = Callable[..., ValueFunction]
+
+_tables: dict[tuple[Solver, Trailer, Goal, StateGrid], ValueFunction] = {}
+
+
+def open_field_table(
+    trailer: Trailer,
+    start: Sequence[float],
+    goal: Goal,
+    step: float,
+    progress: Progress | None = None,
+    solve: Solver = solve_value_function,
+) -> ValueFunction | None:
+    """A table around a goal that holds a start, from those of this process if one fits.
+
+    Args:
+        trailer: The cart.
+        start: x, y, theta, beta [m], [m], [rad], [rad].
+        goal: The box; a tolerance below a cell is widened, with a warning. It turns with its
+            heading.
+        step: Distance of nodes in turning radii.
+        progress: See `solve_value_function`; not called for a table of before.
+        solve: What solves for a table.
+
+    Returns:
+        The table, placed at the goal; None for a start farther away than any of `REACHES`, or a
+        goal that is free in x or y.
+
+    Raises:
+        InvalidInput: The step is out of range.
+    """
+    radius = trailer.speed / trailer.turn_rate
+    x, y, heading, beta = goal.state
+    dx, dy = start[0] - x, start[1] - y
+    c, s = math.cos(heading), math.sin(heading)
+    away = abs(c * dx + s * dy) / radius, abs(c * dy - s * dx) / radius
+    if max(away) > REACHES[-1] or any(map(math.isinf, goal.tolerance[:2])):
+        return None
+    width, height = (next(reach for reach in REACHES if reach >= each) for each in away)
+    centred = Goal(state=(0.0, 0.0, 0.0, beta), tolerance=goal.tolerance)
+    far = (width * radius, height * radius, 0.0, 0.0)
+    grid = grid_around(trailer, far, centred, step)
+    key = solve, trailer, centred, grid
+    table = _tables.pop(key, None)
+    if table is None:
+        table = solve(trailer, centred, grid, progress=progress)
+    _tables[key] = table
+    for oldest in list(_tables)[:-_KEPT]:
+        del _tables[oldest]
+    return table.moved(x, y, heading)

@@ -1,15 +1,120 @@
-"""Sweeps over the grid: every node takes the best of its long steps.
+"""Sweeps over the grid: every node takes the best of its long steps, among walls of those in reach.
+
+Inside the solver lengths are in turning radii and times in 1 / turn rate, so that the tractor has
+speed one and turn rate one. A step lasts a multiple of the angle between theta nodes, so that it
+ends on a theta node exactly, and its shift in x and y is the same over the whole plane.
 
 For one pair of angles and one control the foot points of all (x, y) nodes are shifted alike, so
 an update is a stencil over a plane: first the planes of neighbouring beta nodes are combined,
 then rows, then columns. A plane is one long line, its rows parted by unreachable columns, so that
 a shift beyond an edge finds what it should. Inside, times are in 1 / turn rate and unreachable is
 FAR, because infinity times zero is not a number.
+
+In the open a value that is mixed from an unreachable node is unreachable itself. Beside walls, and
+on the narrow way into a goal close behind one, that would shut passages of several cells. Whether
+the way is free is known exactly, so here the nodes in reach speak for the cell, once they have
+half of its weight: that puts the edge of what is in reach between the nodes, to neither side.
 """
+
+import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...compiled import compiled, kernel
+from ..arc_words.words import control_set, hold_beta, shift_of
+from ..trailer import Trailer
+from .grid import THESIS_ANGLES, StateGrid
+
+# Durations of the steps on the thesis's grid, in angles between theta nodes.
+MULTIPLES = (1, 2, 4)
+# With which power of the distance of nodes they get shorter. Each step adds an error of
+# interpolation: were they shortened in proportion, halving the grid would gain little.
+SHORTENING = 0.75
+# A foot point this near to a node, in cells, is on it.
+SNAP = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Motions:
+    """C controls, held for a while, from every node.
+
+    Attributes:
+        controls: v, omega in {-1, 0, 1}, shape (C, 2).
+        multiples: Duration of each, in angles between theta nodes, shape (C,).
+        durations: The same in 1 / turn rate, shape (C,).
+        turns: By how many theta nodes each turns, shape (C,).
+        x_cells, y_cells: Whole cells of the shift, by control and theta, shape (C, n_theta).
+        x_parts, y_parts: What is left of it, in [0, 1), shape (C, n_theta).
+        beta_cells: Beta node below the foot point, by control and beta, shape (C, n_beta);
+            -1: the control is not allowed there (jackknife).
+        beta_parts: Where between it and the next, in [0, 1), shape (C, n_beta).
+    """
+
+    controls: np.ndarray
+    multiples: np.ndarray
+    durations: np.ndarray
+    turns: np.ndarray
+    x_cells: np.ndarray
+    x_parts: np.ndarray
+    y_cells: np.ndarray
+    y_parts: np.ndarray
+    beta_cells: np.ndarray
+    beta_parts: np.ndarray
+
+
+def step_multiples(grid: StateGrid) -> tuple[int, ...]:
+    """Durations of steps, in angles between theta nodes."""
+    finer = (grid.theta_count / THESIS_ANGLES) ** SHORTENING
+    # In doubt rather longer: at a step of 0.125, shorter ones had twice the median error.
+    unit = max(1, math.floor(finer + 0.6))
+    return tuple(multiple * unit for multiple in MULTIPLES)
+
+
+def make_motions(grid: StateGrid, trailer: Trailer, scale: float) -> Motions:
+    """Tabulate the steps of a normalised trailer; `scale` is a turning radius [m]."""
+    pairs = [(v, omega, k) for v, omega in control_set(trailer) for k in step_multiples(grid)]
+    v, omega, multiples = (np.array(column) for column in zip(*pairs, strict=True))
+    durations = multiples * grid.theta_step
+    _, _, thetas, betas = grid.axes()
+    dx, dy = shift_of(thetas, v[:, None], omega[:, None], durations[:, None])
+    x_cells, x_parts = _split(dx * scale / grid.step)
+    y_cells, y_parts = _split(dy * scale / grid.step)
+    starts = np.remainder(betas + math.pi, math.tau) - math.pi
+    ends = np.array(
+        [
+            hold_beta(starts, vi, wi, ki * grid.theta_step, 8 * ki, trailer)[-1]
+            for vi, wi, ki in pairs
+        ]
+    )
+    beta_cells, beta_parts = _split(ends / grid.beta_step)
+    beta_cells %= grid.beta_count
+    # Nodes just beyond the limit are kept, for interpolation; they may only fold back.
+    limit = np.maximum(trailer.jackknife, np.abs(starts))
+    beyond = np.abs(starts) > trailer.jackknife + 2 * grid.beta_step
+    if trailer.jackknife < math.pi:
+        beta_cells[(np.abs(ends) > limit) | beyond] = -1
+    return Motions(
+        np.column_stack([v, omega]),
+        multiples,
+        durations.astype(np.float32),
+        multiples * omega,
+        x_cells,
+        x_parts,
+        y_cells,
+        y_parts,
+        beta_cells,
+        beta_parts,
+    )
+
+
+def _split(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Whole cells and what is left, in [0, 1)."""
+    near = np.round(cells)
+    cells = np.where(np.abs(cells - near) < SNAP, near, cells)
+    whole = np.floor(cells)
+    return whole.astype(np.int64), (cells - whole).astype(np.float32)
+
 
 # Stands for infinity; a value that is mixed from one exceeds LIMIT.
 FAR = np.float32(1e12)
@@ -161,3 +266,95 @@ def settle_row(table, t, best, near, width, x_count, mirrored):
                 for i in range(0, n, width):
                     target[n - width - i : n - i] = source[i : i + width]
     return change
+
+
+# Weight of the reachable nodes from which on they stand for their cell.
+MAJORITY = np.float32(0.5)
+ZERO = np.float32(0.0)
+
+
+@kernel
+def _blend_known(a, b, part, values, known):
+    """Values in reach times their weights, and the weights."""
+    rest = ONE - part
+    for i in range(len(values)):
+        one, two = a[i] < LIMIT, b[i] < LIMIT
+        values[i] = (rest * a[i] if one else ZERO) + (part * b[i] if two else ZERO)
+        known[i] = (rest if one else ZERO) + (part if two else ZERO)
+
+
+@kernel
+def _take_linear_known(values, known, part, time, shut, bit, best):
+    """Best so far, or the mean of the nodes in reach plus the time of an open step."""
+    rest = ONE - part
+    for i in range(len(best)):
+        weight = rest * known[i] + part * known[i + 1]
+        value = (rest * values[i] + part * values[i + 1]) / max(weight, MAJORITY) + time
+        value = value if weight >= MAJORITY and not shut[i] & bit else FAR
+        best[i] = value if value < best[i] else best[i]
+
+
+@kernel
+def _take_cubic_known(line, values, known, part, time, shut, bit, best):
+    """The same, with the cubic instead where all of its nodes are in reach."""
+    rest = ONE - part
+    for i in range(len(best)):
+        weight = rest * known[i] + part * known[i + 1]
+        mean = (rest * values[i] + part * values[i + 1]) / max(weight, MAJORITY)
+        mean = mean if weight >= MAJORITY else FAR
+        cubic = between(line[i], line[i + 1], line[i + 2], line[i + 3], part)
+        value = (cubic if cubic < LIMIT else mean) + time
+        value = FAR if shut[i] & bit else value
+        best[i] = value if value < best[i] else best[i]
+
+
+@compiled
+def sweep_walled_row(table, t, cubic, shut, durations, turns, xc, xp, yc, yp, bc, bp, width, best):
+    """The best update of all nodes of one theta row; otherwise
+    arguments as those of `sweep_row`.
+
+    Args:
+        shut: Whether each control's way is shut, by bit, shape of the table.
+    """
+    theta_count, beta_count, n = table.shape
+    margin = (np.abs(yc).max() + 3) * width + np.abs(xc).max() + 3
+    values = np.zeros(n + 2 * margin, dtype=np.float32)
+    known = np.zeros(n + 2 * margin, dtype=np.float32)
+    plane = np.full(n + 2 * margin, FAR, dtype=np.float32)
+    value_line = np.empty(n + 1, dtype=np.float32)
+    known_line = np.empty(n + 1, dtype=np.float32)
+    line = np.empty(n + 3, dtype=np.float32)
+    end = margin + n
+    for b in range(beta_count):
+        best[b] = table[t, b]
+        if cubic:
+            best[b] = FAR
+        for c in range(len(durations)):
+            if bc[c, b] < 0:
+                continue
+            source = table[(t + turns[c]) % theta_count]
+            k = bc[c, b]
+            p1, p2 = source[k], source[(k + 1) % beta_count]
+            foot = margin + yc[c, t] * width + xc[c, t]
+            bit = np.uint32(1) << np.uint32(c)
+            _blend_known(p1, p2, bp[c, b], values[margin:end], known[margin:end])
+            blend(values[foot:], values[foot + width :], yp[c, t], value_line)
+            blend(known[foot:], known[foot + width :], yp[c, t], known_line)
+            if not cubic:
+                _take_linear_known(
+                    value_line, known_line, xp[c, t], durations[c], shut[t, b], bit, best[b]
+                )
+                continue
+            p0, p3 = source[(k - 1) % beta_count], source[(k + 2) % beta_count]
+            blend_four(p0, p1, p2, p3, bp[c, b], plane[margin:end])
+            blend_four(
+                plane[foot - 1 - width :],
+                plane[foot - 1 :],
+                plane[foot - 1 + width :],
+                plane[foot - 1 + 2 * width :],
+                yp[c, t],
+                line,
+            )
+            _take_cubic_known(
+                line, value_line, known_line, xp[c, t], durations[c], shut[t, b], bit, best[b]
+            )

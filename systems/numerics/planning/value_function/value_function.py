@@ -1,17 +1,193 @@
-"""The result: time to go from every state, and what is known of how it was found."""
+"""The result: time to go from every state, and what is known of how it was found.
+
+Between nodes it is interpolated. Across a jump any interpolation is between two times neither of
+which is meant. A long step leads out of the cell, mostly to where the time to go is smooth; the
+best of such steps is a sharper answer, and never mixes what is on either side.
+"""
 
 import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ...compiled import compiled, kernel
 from ...errors import require, require_finite
+from ..arc_words.quickest import quickest_word
+from ..arc_words.words import control_set, half_angle_map, half_angles, normalised, shift_of
 from ..goal import Goal
 from ..trailer import Trailer
-from .beyond_jumps import look_beyond_jumps
 from .grid import StateGrid
-from .lookup import look_up
 from .obstacles import Walls
+from .sweeps import FAR, between
+
+
+def look_up(
+    table: np.ndarray, grid: StateGrid, states: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Value at each state, by limited cubics, and how much the nodes of its cell differ.
+
+    The value is infinite outside the grid, and where a node of the state's own cell is unreachable.
+
+    Args:
+        table: Shape (n_theta, n_beta, n_y, n_x), float32; infinite: unreachable.
+        grid: Where its nodes are.
+        states: x, y, theta, beta, shape (n, 4).
+
+    Returns:
+        Values and spreads, each of shape (n,).
+    """
+    values, spreads = np.full(len(states), np.inf), np.zeros(len(states))
+    _look_up(table, grid.x_min, grid.y_min, grid.step, states, values, spreads)
+    return values, spreads
+
+
+@compiled
+def _look_up(table, x_min, y_min, step, states, out, spreads):
+    theta_count, beta_count, y_count, x_count = table.shape
+    parts = np.empty(4, dtype=np.float32)
+    values = np.empty((4, 4, 4, 4), dtype=np.float32)
+    nodes = np.empty((4, 4), dtype=np.int64)
+    for s in range(len(states)):
+        x = (states[s, 0] - x_min) / step
+        y = (states[s, 1] - y_min) / step
+        # Rounding must not put a state on the edge of the grid outside.
+        x = _snap(x)
+        y = _snap(y)
+        if not (0.0 <= x <= x_count - 1.0 and 0.0 <= y <= y_count - 1.0):
+            continue
+        theta = _snap((states[s, 2] / (2.0 * math.pi) % 1.0) * theta_count)
+        beta = _snap((states[s, 3] / (2.0 * math.pi) % 1.0) * beta_count)
+        parts[0] = _place(theta, theta_count, True, nodes[0])
+        parts[1] = _place(beta, beta_count, True, nodes[1])
+        parts[2] = _place(y, y_count, False, nodes[2])
+        parts[3] = _place(x, x_count, False, nodes[3])
+        spreads[s] = _gather(table, nodes, parts, values)
+        if spreads[s] < np.inf:
+            out[s] = _interpolate(parts, values)
+
+
+@kernel
+def _snap(cell):
+    near = np.rint(cell)
+    return near if abs(cell - near) < 1e-6 else cell
+
+
+@kernel
+def _place(cell, count, periodic, nodes):
+    """The four nodes around a coordinate in cells; returns where it is between the inner two."""
+    n = math.floor(cell)
+    if not periodic:
+        n = min(n, count - 2)
+    for k in range(4):
+        nodes[k] = (n - 1 + k) % count if periodic else min(max(n - 1 + k, 0), count - 1)
+    return cell - n
+
+
+@kernel
+def _gather(table, nodes, parts, values):
+    """Values at the nodes around; returns the spread of those with weight in a straight line.
+
+    Infinite, if one of these is unreachable.
+    """
+    low, high = np.float32(np.inf), np.float32(0.0)
+    for a in range(4):
+        for b in range(4):
+            for c in range(4):
+                for d in range(4):
+                    value = table[nodes[0, a], nodes[1, b], nodes[2, c], nodes[3, d]]
+                    if (
+                        _counts(a, parts[0])
+                        and _counts(b, parts[1])
+                        and _counts(c, parts[2])
+                        and _counts(d, parts[3])
+                    ):
+                        low, high = min(low, value), max(high, value)
+                    values[a, b, c, d] = min(value, FAR)
+    return np.float32(np.inf) if high == np.inf else high - low
+
+
+@kernel
+def _interpolate(parts, values):
+    """Limited cubic in beta, y, x, theta in turn, into the first of the values."""
+    for a in range(4):
+        for c in range(4):
+            for d in range(4):
+                v = values[a, :, c, d]
+                v[0] = between(v[0], v[1], v[2], v[3], parts[1])
+        for d in range(4):
+            v = values[a, 0, :, d]
+            v[0] = between(v[0], v[1], v[2], v[3], parts[2])
+        v = values[a, 0, 0]
+        v[0] = between(v[0], v[1], v[2], v[3], parts[3])
+    v = values[:, 0, 0, 0]
+    return between(v[0], v[1], v[2], v[3], parts[0])
+
+
+@kernel
+def _counts(k, part):
+    """Whether the value of one of four nodes has weight in a straight line."""
+    return k == 1 or (k == 2 and part > 0.0)
+
+
+# Spread of the nodes of a cell that is a jump [1 / turn rate].
+JUMP = 1.5
+# How far ahead feet are looked for [1 / turn rate].
+AHEAD = 3.2
+
+
+def look_beyond_jumps(
+    table: np.ndarray, grid: StateGrid, trailer: Trailer, goal: Goal, states: np.ndarray
+) -> np.ndarray:
+    """Interpolated times, and beyond jumps the least of long steps to smooth cells and words.
+
+    Turns end on theta nodes, so that there is one direction less to interpolate. Where no foot is
+    in a smooth cell, the interpolated time stays, unless a word into the goal takes less. Words
+    cost some milliseconds for each state beside a jump.
+
+    Args:
+        table, grid: Of an open field, shape (theta, beta, y, x) [s].
+        trailer: Whose time it is.
+        goal: The box, in the table's frame.
+        states: In the table's frame, shape (n, 4).
+
+    Returns:
+        Shape (n,) [s].
+    """
+    times, spreads = look_up(table, grid, states)
+    jump = JUMP / trailer.turn_rate
+    at = np.flatnonzero((spreads > jump) & np.isfinite(times))
+    if not len(at):
+        return times
+    feet, durations = _feet(grid, trailer, states[at])
+    ahead, around = look_up(table, grid, np.ascontiguousarray(feet.reshape(-1, 4)))
+    totals = ahead.reshape(durations.shape) + durations
+    totals[around.reshape(durations.shape) > jump] = np.inf
+    best = totals.min(axis=1)
+    words = [quickest_word(trailer, state, goal) for state in states[at]]
+    entries = np.array([math.inf if word is None else word.time for word in words])
+    times[at] = np.minimum(np.where(np.isfinite(best), best, times[at]), entries)
+    return times
+
+
+def _feet(grid: StateGrid, trailer: Trailer, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ends of long steps, shape (n, m, 4), and their durations, shape (n, m) [s]."""
+    cart = normalised(trailer)
+    radius = trailer.speed / trailer.turn_rate
+    x, y, theta, beta = states.T[:, :, None]
+    past = np.remainder(theta / grid.theta_step, 1.0)
+    steps = np.arange(math.ceil(AHEAD / grid.theta_step))
+    feet, durations = [], []
+    for v, omega in control_set(cart):
+        first = 0.5 if omega == 0 else 1.0 - past if omega > 0 else past
+        times = (first + steps + np.zeros_like(past)) * grid.theta_step
+        dx, dy = shift_of(theta, v, omega, times)
+        s, c = np.moveaxis(half_angles(beta), -1, 0)
+        maps = half_angle_map(cart, v, omega, times)
+        s, c = maps[..., 0, 0] * s + maps[..., 0, 1] * c, maps[..., 1, 0] * s + maps[..., 1, 1] * c
+        ends = (x + radius * dx, y + radius * dy, theta + omega * times, 2 * np.arctan2(s, c))
+        feet.append(np.stack(np.broadcast_arrays(*ends), axis=-1))
+        durations.append(times / trailer.turn_rate)
+    return np.concatenate(feet, axis=1), np.concatenate(durations, axis=1)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -124,3 +300,39 @@ class ValueFunction:
         turn = theta - g_theta
         c, s = math.cos(turn), math.sin(turn)
         return replace(self, placement=(x - c * gx + s * gy, y - s * gx - c * gy, turn))
+
+
+def look_up_in_reach(value: ValueFunction, states) -> np.ndarray:
+    """Time to go by the nodes in reach around each state, shape (..., 4) -> (...,) [s].
+
+    Linear, and looser than `ValueFunction.time_to_go`, which is infinite beside every wall: to
+    guide a search, not to be promised. Infinite where no node of the cell is in reach.
+    """
+    local = value.to_table(states)
+    flat = np.ascontiguousarray(local.reshape(-1, 4))
+    out = np.empty(len(flat))
+    grid = value.grid
+    _look_up_in_reach(value.table, grid.x_min, grid.y_min, grid.step, flat, out)
+    return out.reshape(local.shape[:-1])
+
+
+@compiled
+def _look_up_in_reach(table, x_min, y_min, step, states, out):
+    theta_count, beta_count, y_count, x_count = table.shape
+    for s in range(len(states)):
+        x, y = (states[s, 0] - x_min) / step, (states[s, 1] - y_min) / step
+        theta = (states[s, 2] / (2.0 * math.pi) % 1.0) * theta_count
+        beta = (states[s, 3] / (2.0 * math.pi) % 1.0) * beta_count
+        i, j, t, b = math.floor(x), math.floor(y), math.floor(theta), math.floor(beta)
+        total, known = 0.0, 0.0
+        for corner in range(16):
+            di, dj, dt, db = corner & 1, corner >> 1 & 1, corner >> 2 & 1, corner >> 3
+            if not (0 <= i + di < x_count and 0 <= j + dj < y_count):
+                continue
+            weight = abs(1 - di - (x - i)) * abs(1 - dj - (y - j))
+            weight *= abs(1 - dt - (theta - t)) * abs(1 - db - (beta - b))
+            time = table[(t + dt) % theta_count, (b + db) % beta_count, j + dj, i + di]
+            if weight > 0.0 and time < np.inf:
+                total += weight * time
+                known += weight
+        out[s] = total / known if known > 0.0 else np.inf

@@ -14,13 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled
-from ..arc_words.held_controls import control_set, hold_beta, shift_of
+from ..arc_words.words import control_set, hold_beta, shift_of
 from ..goal import Goal
 from ..plan import TrailerPath
 from ..trailer import Trailer
-from .lookup_in_reach import look_up_in_reach
 from .obstacles import Walls, overlaps
-from .value_function import ValueFunction
+from .value_function import ValueFunction, look_up_in_reach
 
 # Looks for walls and for the goal, in one step.
 LOOKS = 8

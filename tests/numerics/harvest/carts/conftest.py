@@ -15,7 +15,7 @@ from sightfield.systems.numerics.harvest.machines.combine import Combine
 from sightfield.systems.numerics.harvest.machines.outlines import cart_outline, combine_outline
 from sightfield.systems.numerics.harvest.paths.machine_path import TRANSIT, MachinePath
 from sightfield.systems.numerics.harvest.paths.timed_path import TimedPath
-from sightfield.systems.numerics.planning.dubins import dubins_paths
+from sightfield.systems.numerics.planning.car_paths import dubins_paths
 
 WIDE = 9.0
 

@@ -11,7 +11,7 @@ from sightfield.systems.numerics.harvest.carts.cart_motion import (
 from sightfield.systems.numerics.harvest.machines.cart import Cart
 from sightfield.systems.numerics.harvest.paths.machine_path import TRANSIT, MachinePath
 from sightfield.systems.numerics.harvest.paths.timed_path import TimedPath
-from sightfield.systems.numerics.planning.dubins import dubins_between, dubins_paths
+from sightfield.systems.numerics.planning.car_paths import dubins_between, dubins_paths
 
 
 def drive(cart, start, end, begin, beta):

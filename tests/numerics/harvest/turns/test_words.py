@@ -13,9 +13,7 @@ from sightfield.systems.numerics.harvest.turns.words import (
     word_times,
     write_words,
 )
-from sightfield.systems.numerics.planning.car_path import CarPath
-from sightfield.systems.numerics.planning.dubins import dubins_paths
-from sightfield.systems.numerics.planning.reeds_shepp import reeds_shepp_paths
+from sightfield.systems.numerics.planning.car_paths import CarPath, dubins_paths, reeds_shepp_paths
 
 TURNS = [(a, b, c) for a in (1, -1) for b in (0, -a) for c in ((1, -1) if b == 0 else (a,))]
 

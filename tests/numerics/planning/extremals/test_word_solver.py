@@ -5,10 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.planning.extremals.arcs import turning_arc
-from sightfield.systems.numerics.planning.extremals.shooting import ARCS
-from sightfield.systems.numerics.planning.extremals.singular import singular_samples
-from sightfield.systems.numerics.planning.extremals.word_solver import solve_words
+from sightfield.systems.numerics.planning.extremals.arcs import singular_samples, turning_arc
+from sightfield.systems.numerics.planning.extremals.word_solver import ARCS, solve_words
 
 START = (0.0, 0.0, 0.0, 0.1)
 

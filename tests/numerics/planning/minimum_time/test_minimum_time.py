@@ -10,10 +10,9 @@ from hypothesis import strategies as st
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.planning.arc_words.quickest import ArcWord
 from sightfield.systems.numerics.planning.arc_words.shortened import end_of
-from sightfield.systems.numerics.planning.dubins import dubins_paths
+from sightfield.systems.numerics.planning.car_paths import dubins_paths, reeds_shepp_paths
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
-from sightfield.systems.numerics.planning.reeds_shepp import reeds_shepp_paths
 from sightfield.systems.numerics.planning.trailer import Trailer, trailer_rates
 
 CART = Trailer()

@@ -8,16 +8,16 @@ import shapely
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
-from sightfield.systems.numerics.planning.minimum_time.detours import detours
-from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
-from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.vehicle.footprint import (
+from sightfield.systems.numerics.planning.footprint import (
     TRAILER,
     covering_discs,
+    deepest_overlap,
     discs_from_text,
 )
-from sightfield.systems.numerics.planning.vehicle.overlap import deepest_overlap
+from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
+from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
+from sightfield.systems.numerics.planning.minimum_time.seeds import detours
+from sightfield.systems.numerics.planning.trailer import Trailer
 
 CART = Trailer()
 WALL = [(2.4, 0.0), (2.6, 0.0), (2.6, 6.0), (2.4, 6.0)]

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.planning.driven_path import driven_path
-from sightfield.systems.numerics.planning.from_table.planner import plan_by_value_function
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
+from sightfield.systems.numerics.planning.plan import driven_path
+from sightfield.systems.numerics.planning.planners.from_table import plan_by_value_function
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.descents import descents
-from sightfield.systems.numerics.planning.value_function.rollout import inside, is_late
+from sightfield.systems.numerics.planning.value_function.policy import inside, is_late
 
 GOAL = Goal(state=(0.0, 0.0, 0.0, 0.0), tolerance=THESIS_TOLERANCE)
 

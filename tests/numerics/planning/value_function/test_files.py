@@ -14,7 +14,7 @@ from sightfield.systems.numerics.planning.value_function.files import (
     save_value_function,
 )
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
-from sightfield.systems.numerics.planning.value_function.room import room_of
+from sightfield.systems.numerics.planning.value_function.obstacles import room_of
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sightfield.systems.numerics.planning.among_walls.planner import grid_within
+from sightfield.systems.numerics.planning.planners.from_table import grid_within
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.obstacles import with_spare
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function

@@ -9,16 +9,18 @@ import pytest
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.planning.arc_words.quickest import ArcWord
 from sightfield.systems.numerics.planning.arc_words.shortened import end_of
-from sightfield.systems.numerics.planning.driven_path import driven_path
 from sightfield.systems.numerics.planning.extremals.planner import plan_by_extremals
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.lower_bound import lower_bound
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
-from sightfield.systems.numerics.planning.polished.planner import plan_polished
+from sightfield.systems.numerics.planning.plan import driven_path
+from sightfield.systems.numerics.planning.planners.polished import plan_polished
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
-from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
-from sightfield.systems.numerics.planning.value_function.tables import open_field_table
+from sightfield.systems.numerics.planning.value_function.solve import (
+    open_field_table,
+    solve_value_function,
+)
 
 PLACE = (4.0, 4.0, 0.0, 0.0)
 BOX, POINT = Goal(state=PLACE, tolerance=THESIS_TOLERANCE), Goal(state=PLACE)

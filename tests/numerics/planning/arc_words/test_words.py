@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from sightfield.systems.numerics.planning.arc_words.held_controls import (
-    half_angle_map,
-    half_angles,
-    hold_beta,
-)
 from sightfield.systems.numerics.planning.arc_words.quickest import quickest_word, word_path
 from sightfield.systems.numerics.planning.arc_words.words import (
     angles_after,
+    half_angle_map,
+    half_angles,
+    hold_beta,
     within_jackknife,
     words_of,
 )

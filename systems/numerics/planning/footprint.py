@@ -1,12 +1,16 @@
-"""What a tractor and a trailer cover: discs that move with their bodies."""
+"""What a tractor and a trailer cover: discs that move with them, and keep off walls or do not."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 
-from ...errors import InvalidInput, require, require_finite, require_positive
-from ..trailer import Trailer
+from ..errors import InvalidInput, require, require_finite, require_positive
+from ..geometry.world import World
+from .goal import Goal
+from .trailer import Trailer
 
 TRACTOR = 0
 TRAILER = 1
@@ -125,3 +129,64 @@ def discs_from_text(trailer: Trailer, text: str) -> Discs:
 def _row(start: float, end: float, spacing: float) -> list[float]:
     """Evenly from start to end, both included, at most `spacing` apart."""
     return np.linspace(start, end, 1 + math.ceil((end - start) / spacing)).tolist()
+
+
+def signed_distance(world: World, points: np.ndarray) -> np.ndarray:
+    """From points, shape (n, 2), to the nearest wall, shape (n,); positive in free space [m]."""
+    shapely.prepare(world.polygon)
+    inside = shapely.covers(world.polygon, shapely.points(points))
+    distance = shapely.distance(world.polygon.boundary, shapely.points(points))
+    return np.where(inside, 1.0, -1.0) * distance
+
+
+def deepest_overlap(world: World, discs: Discs, states: np.ndarray, between: int = 8) -> float:
+    """Largest depth of a disc in a wall, negative: the least free distance [m].
+
+    Args:
+        world: The walls.
+        discs: What the vehicle covers.
+        states: Shape (n, 4), close enough together to be interpolated.
+        between: How many places to look at from each state to the next.
+    """
+    places = np.arange(between * (len(states) - 1) + 1) / between
+    fine = np.array([np.interp(places, np.arange(len(states)), column) for column in states.T])
+    return float(
+        max(
+            discs.radii[k] - signed_distance(world, np.stack(discs.centre(k, fine), axis=1)).min()
+            for k in range(len(discs))
+        )
+    )
+
+
+def require_clear_ends(world: World, discs: Discs, start: Sequence[float], goal: Goal) -> None:
+    """Refuse ends that overlap a wall; a goal box may reach into one, if its middle does not.
+
+    Raises:
+        InvalidInput: The cart overlaps a wall at the start, or in the middle of the goal.
+    """
+    for name, state in (("start", start), ("goal", goal.state)):
+        overlap = deepest_overlap(world, discs, np.array([state], dtype=float))
+        require(overlap <= 0, name, "keep the vehicle clear of walls", list(map(float, state)))
+
+
+def walls_part(world: World, discs: Discs, start: Sequence[float], goal: Goal) -> bool:
+    """Whether not even the disc around the tractor's axle can get from a start to a goal.
+
+    Then there is no path at all. The other way about it is no promise: the cart is longer than
+    that disc, and cannot turn on the spot.
+    """
+    radii = [
+        radius
+        for body, offset, radius in zip(discs.bodies, discs.offsets, discs.radii, strict=True)
+        if body == TRACTOR and offset == 0.0
+    ]
+    free = world.polygon.buffer(-max(radii, default=0.0))
+    # A buffer is a polygon with many corners: they must not leave an end outside.
+    near = 1e-3 * max(radii, default=0.0) + world.tolerance
+    x, y = float(start[0]), float(start[1])
+    wide, high = (min(width, 2 * world.size) + near for width in goal.tolerance[:2])
+    box = shapely.Polygon(replace(goal, tolerance=(wide, high, 0.0, 0.0)).corners())
+    place = shapely.Point(x, y).buffer(near)
+    return not any(
+        part.intersects(place) and part.intersects(box) for part in shapely.get_parts(free)
+    )

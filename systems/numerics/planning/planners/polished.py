@@ -8,26 +8,21 @@ from time import perf_counter
 import numpy as np
 
 from ...errors import require
-from ..arc_words.candidates import car_words, keeps_limit, quickest_words
-from ..arc_words.drawn_words import drawn_words
+from ..arc_words.candidates import car_words, drawn_words, keeps_limit, quickest_words
 from ..arc_words.quickest import LONGEST, ArcWord, quickest_word, word_path
 from ..arc_words.shortened import merged
-from ..dubins import dubins_paths
+from ..car_paths import dubins_paths, reeds_shepp_paths
 from ..extremals.planner import plan_by_extremals
-from ..goal import Goal
-from ..minimum_time.guess import resampled
+from ..goal import Goal, checked_start
 from ..minimum_time.planner import plan_by_casadi
-from ..minimum_time.problem import Attempt, Problem
-from ..minimum_time.refinement import with_placed_switches
+from ..minimum_time.problem import Attempt, Problem, resampled, with_placed_switches
 from ..minimum_time.seeds import seed_along
 from ..plan import Plan, TrailerPath
-from ..reeds_shepp import reeds_shepp_paths
 from ..trailer import Trailer
 from ..value_function.descents import descents
 from ..value_function.grid import THESIS_STEP
-from ..value_function.tables import open_field_table
+from ..value_function.solve import open_field_table
 from ..value_function.value_function import ValueFunction
-from ..vehicle.start import checked_start
 
 METHOD = "polished"
 # Ways down the table that are tried at most, and seeds in all: the rest are the shortest car paths.

@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.planning.driven_path import driven_path
+from sightfield.systems.numerics.planning.footprint import covering_discs, deepest_overlap
 from sightfield.systems.numerics.planning.goal import Goal
+from sightfield.systems.numerics.planning.plan import driven_path
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
-from sightfield.systems.numerics.planning.value_function.motions import make_motions
 from sightfield.systems.numerics.planning.value_function.obstacles import make_walls, shut_ways
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
-from sightfield.systems.numerics.planning.vehicle.footprint import covering_discs
-from sightfield.systems.numerics.planning.vehicle.overlap import deepest_overlap
+from sightfield.systems.numerics.planning.value_function.sweeps import make_motions
 
 GOAL = Goal(state=(6.0, 3.0, 0.0, 0.0), tolerance=(0.4, 0.4, 0.55, 0.55))
 FIELD = [[-5, -5], [11, -5], [11, 11], [-5, 11]]

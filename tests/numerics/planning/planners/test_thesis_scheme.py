@@ -5,8 +5,10 @@ import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.planning.goal import Goal
-from sightfield.systems.numerics.planning.thesis_scheme.averaging import solve_by_averaging
-from sightfield.systems.numerics.planning.thesis_scheme.planner import plan_by_averaging
+from sightfield.systems.numerics.planning.planners.thesis_scheme import (
+    plan_by_averaging,
+    solve_by_averaging,
+)
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 

@@ -1,1 +1,0 @@
-"""Plans by the value function, in the open and among walls."""

@@ -1,0 +1,1 @@
+"""Planners that put tables, programmes and extremals together."""

@@ -1,0 +1,291 @@
+"""Plans from a table of times to go: driven down it, and among walls made short."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from time import perf_counter
+from typing import Any
+
+import shapely
+
+from ...errors import require
+from ...geometry.world import World, make_world
+from ..footprint import Discs, covering_discs, deepest_overlap, require_clear_ends, walls_part
+from ..goal import Goal, checked_start
+from ..minimum_time.planner import plan_by_casadi
+from ..minimum_time.seeds import detours
+from ..plan import Plan
+from ..trailer import Trailer
+from ..value_function.grid import THESIS_STEP, StateGrid, grid_around
+from ..value_function.policy import is_late, roll_out
+from ..value_function.solve import Progress, solve_value_function, widened
+from ..value_function.value_function import ValueFunction, look_up_in_reach
+
+# Of the room, what routes keep off the edge of where there is enough.
+_LITTLE = 1e-3
+
+
+def saved_by_narrow_passages(
+    world: World, discs: Discs, step: float, start: Sequence[float], end: Sequence[float]
+) -> float:
+    """How much shorter the shortest route is that leads through passages less than a cell wider.
+
+    Routes are those of a point that keeps the largest disc's radius off walls, and half a step of
+    the grid more: so much room a passage needs for a line of nodes to lie in it. The cart itself
+    may be too long for a passage that its discs fit through one by one.
+
+    Args:
+        world: The walls.
+        discs: What the cart covers.
+        step: Distance of nodes [m].
+        start, end: x, y [m].
+
+    Returns:
+        Length; zero: there is no such passage, or it saves nothing; infinite: there is no other way
+        [m].
+    """
+    radius = max(discs.radii)
+    narrow, wide = (_length(world, room, start, end) for room in (radius, radius + step / 2))
+    return 0.0 if math.isinf(narrow) else max(wide - narrow, 0.0)
+
+
+def _length(world: World, room: float, start: Sequence[float], end: Sequence[float]) -> float:
+    """Of the shortest route that keeps so much room, but for ends that have less; or infinite."""
+    parts = shapely.get_parts(world.polygon.buffer(-room, join_style="mitre"))
+    if not len(parts):
+        return math.inf
+    places = shapely.points([start, end])
+    # An end that has less room begins where there is.
+    first, last = (int(shapely.distance(parts, place).argmin()) for place in places)
+    if first != last:
+        return math.inf
+    free = parts[first]
+    inside = make_world(
+        shapely.get_coordinates(free.exterior)[:-1],
+        [shapely.get_coordinates(ring)[:-1] for ring in free.interiors],
+    )
+    ends = [shapely.shortest_line(free, place).coords[0] for place in places]
+    routes = detours(inside, _LITTLE * room, *ends)
+    return float(shapely.length(shapely.LineString(routes[0]))) if routes else math.inf
+
+
+METHOD = "value-function"
+# A shorter way through a passage that the grid may not see is worth a word if it saves so much, in
+# turning radii.
+WORTH = 1.0
+# How much less time counts as less.
+_LESS = 1e-6
+
+
+def grid_within(world: World, trailer: Trailer, goal: Goal, step: float) -> StateGrid:
+    """A grid over a world, with a node at the goal.
+
+    Args:
+        world: All of it is covered, because a way round a wall may lead anywhere.
+        trailer: For its turning radius.
+        goal: Where the node is.
+        step: Distance of nodes in turning radii.
+    """
+    radius = trailer.speed / trailer.turn_rate
+    h = step * radius
+    lows = [
+        at - h * math.ceil((at - low) / h - 1e-9)
+        for at, low in zip(goal.state[:2], world.bounds[:2].tolist(), strict=True)
+    ]
+    return StateGrid.covering((lows[0], lows[1], *world.bounds[2:].tolist()), step, radius=radius)
+
+
+def plan_from_table(
+    value: ValueFunction, start: Sequence[float], goal: Goal, world: World, discs: Discs
+) -> Plan:
+    """Drive down the time to go by the policy of the table, and let the path seed the programme.
+
+    The quicker of both is the plan. The notes hold the table's `time_to_go`, the time of the path
+    as it was `driven`, and by how much it runs into a wall, its `overlap`.
+
+    Args:
+        value: Time to go among the walls.
+        start: x, y, theta, beta, clear of walls [m], [m], [rad], [rad].
+        goal: The box; smaller than the table's, if the grid could not resolve it.
+        world: With the walls.
+        discs: What the cart covers.
+    """
+    began = perf_counter()
+    promised = float(value.time_to_go(start))
+    if math.isinf(promised):
+        promised = float(look_up_in_reach(value, start))
+    notes: dict[str, Any] = {
+        "value_function": value,
+        "time_to_go": promised,
+        "sweeps": value.sweeps,
+        "scheme": value.scheme,
+        "grid": value.grid.shape,
+        "tolerance": value.goal.tolerance,
+        "warnings": list(value.warnings),
+    }
+    hint = _hint(value)
+    if math.isinf(promised):
+        notes["warnings"] = [*value.warnings, hint]
+        return _without_path("unreachable on this grid", value, goal, notes, began)
+    driven = roll_out(value, start)
+    if not driven.arrived:
+        notes["warnings"] = [*value.warnings, hint]
+        return _without_path("lost on the way", value, goal, notes, began)
+    path, time = driven.path, float(driven.path.times[-1])
+    notes["driven"] = time
+    status, way = "arrived", "driven down the table"
+    converged = value.converged and not value.warnings
+    residual = value.residual
+    seeds = [path] if len(path.controls) else None
+    polished = plan_by_casadi(value.trailer, start, goal, seeds=seeds, obstacles=world, discs=discs)
+    # The programme's path ends where it should, whatever the grid resolved.
+    better = polished.time < time * (1 - _LESS) or bool(value.warnings)
+    if better and polished.converged and polished.path is not None:
+        path, way = polished.path, "driven down the table, then polished"
+        converged, residual = value.converged, polished.residual
+        notes["warnings"] = []
+    elif value.warnings:
+        status = "arrived in a wider box"
+    radius = value.trailer.speed / value.trailer.turn_rate
+    ends = start[:2], goal.state[:2]
+    if saved_by_narrow_passages(world, discs, value.grid.step, *ends) > WORTH * radius:
+        notes["warnings"] = [*notes["warnings"], f"on a shorter way {hint}"]
+    notes["way"] = way
+    notes["overlap"] = max(deepest_overlap(world, discs, path.states), 0.0)
+    return Plan(
+        method=METHOD,
+        goal=goal,
+        status=status,
+        converged=converged,
+        time=float(path.times[-1]),
+        path=path,
+        iterations=value.sweeps,
+        residual=residual,
+        wall_time=perf_counter() - began,
+        notes=notes,
+    )
+
+
+def _hint(value: ValueFunction) -> str:
+    """What to try where the table knows no way."""
+    radius = value.trailer.speed / value.trailer.turn_rate
+    step = value.grid.step
+    return (
+        f"a passage may be narrower than the grid sees, whose nodes are {step:.3g} m apart: "
+        f"half the step, {step / radius / 2:.3g} turning radii, looks closer"
+    )
+
+
+def _without_path(
+    status: str, value: ValueFunction, goal: Goal, notes: dict[str, object], began: float
+) -> Plan:
+    return Plan(
+        method=METHOD,
+        goal=goal,
+        status=status,
+        converged=False,
+        iterations=value.sweeps,
+        residual=value.residual,
+        wall_time=perf_counter() - began,
+        notes=notes,
+    )
+
+
+def plan_by_value_function(
+    trailer: Trailer,
+    start: Sequence[float],
+    goal: Goal,
+    *,
+    step: float = THESIS_STEP,
+    polish: int | None = None,
+    value: ValueFunction | None = None,
+    progress: Progress | None = None,
+    obstacles: World | None = None,
+    discs: Discs | None = None,
+) -> Plan:
+    """Solve for the time to go, and drive down it by the policy of the table.
+
+    The path is what was driven, and `time` is how long that took; the notes hold the
+    `value_function`, its `time_to_go`, and `warnings`, for example of a tolerance that the grid
+    cannot resolve. Then the plan is not converged: it is for a wider box.
+
+    Args:
+        trailer: The cart.
+        start: (x, y, theta, beta) [m], [m], [rad], [rad].
+        goal: The box. With a table that was solved for a goal elsewhere, the box turns with the
+            goal's heading.
+        step: Distance of nodes in turning radii: 0.2 is the thesis's grid.
+        polish: See `solve_value_function`.
+        value: A table to reuse, of the same cart and for a goal of the same beta and tolerance.
+        progress: See `solve_value_function`.
+        obstacles: Walls to keep clear of, on a grid over all of that world; see `plan_from_table`
+            for the path and the notes. A table to reuse takes no walls.
+        discs: What the cart covers; by default `covering_discs(trailer)`.
+
+    Raises:
+        InvalidInput: Start, goal or option out of range, an end in a wall, or the table is for
+            something else.
+    """
+    began = perf_counter()
+    start = checked_start(trailer, start).tolist()
+    if obstacles is not None:
+        body = discs or covering_discs(trailer)
+        require(value is None, "value", "be left out among obstacles", "a table")
+        require_clear_ends(obstacles, body, start, goal)
+        if walls_part(obstacles, body, start, goal):
+            return Plan(method=METHOD, goal=goal, status="unreachable", converged=False)
+        value = solve_value_function(
+            trailer,
+            goal,
+            grid_within(obstacles, trailer, goal, step),
+            polish=polish,
+            progress=progress,
+            obstacles=obstacles,
+            discs=body,
+        )
+        plan = plan_from_table(value, start, goal, obstacles, body)
+        return replace(plan, wall_time=perf_counter() - began)
+    if value is None:
+        grid = grid_around(trailer, start, goal, step)
+        value = solve_value_function(trailer, goal, grid, polish=polish, progress=progress)
+    else:
+        require(value.trailer == trailer, "value", "be for the same trailer", value.trailer)
+        # A table for a box that its grid cannot resolve is for a wider one.
+        wide, _ = widened(replace(value.goal, tolerance=goal.tolerance), value.grid)
+        same = value.goal.tolerance == wide.tolerance and value.goal.state[3] == goal.state[3]
+        require(same, "value", "be for the same beta and tolerance", value.goal)
+        value = value.moved(*goal.state[:3])
+    driven = roll_out(value, start)
+    path = driven.path if driven.arrived else None
+    time = float(path.times[-1]) if path is not None else math.inf
+    late = is_late(value, driven.promised, time)
+    notes: dict[str, object] = {
+        "value_function": value,
+        "time_to_go": driven.promised,
+        "sweeps": value.sweeps,
+        "scheme": value.scheme,
+        "grid": value.grid.shape,
+        "tolerance": value.goal.tolerance,
+        "warnings": list(value.warnings),
+    }
+    if math.isinf(driven.promised):
+        status = "unreachable on this grid"
+    elif path is None:
+        status = "lost on the way"
+    elif late:
+        status = "arrived later than promised"
+    else:
+        status = "arrived in a wider box" if value.warnings else "arrived"
+    return Plan(
+        method=METHOD,
+        goal=goal,
+        status=status,
+        # The table only chooses the word: what is promised is a path into the goal.
+        converged=path is not None and not late and not value.warnings,
+        time=time,
+        path=path,
+        iterations=value.sweeps,
+        residual=value.residual,
+        wall_time=perf_counter() - began,
+        notes=notes,
+    )

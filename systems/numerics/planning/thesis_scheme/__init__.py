@@ -1,1 +1,0 @@
-"""The value function as the thesis computes it (3.15), to compare with."""

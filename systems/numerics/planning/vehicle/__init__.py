@@ -1,1 +1,0 @@
-"""What a cart covers, where it may stand, and how near walls are: below all planners."""
