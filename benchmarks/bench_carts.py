@@ -7,8 +7,7 @@ import time
 import numpy as np
 import pytest
 
-from sightfield.diagrams.planning.evidence import DRIVEN_TOLERANCE
-from sightfield.diagrams.planning.resimulation import resimulate
+from sightfield.diagrams.planning.verdict import DRIVEN_TOLERANCE, resimulate
 from sightfield.systems.numerics.planning.arc_words.quickest import ArcWord, word_path
 from sightfield.systems.numerics.planning.arc_words.words import control_set
 from sightfield.systems.numerics.planning.goal import Goal

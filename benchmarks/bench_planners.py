@@ -5,8 +5,8 @@ import time
 import numpy as np
 import pytest
 
-from sightfield.diagrams.planning.resimulation import resimulate
 from sightfield.diagrams.planning.sweep import RATIOS, RISE
+from sightfield.diagrams.planning.verdict import resimulate
 from sightfield.systems.numerics.planning.extremals.planner import plan_by_extremals
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi

@@ -20,15 +20,11 @@ from ...systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from ...systems.numerics.planning.trailer import Trailer
 from ...systems.numerics.planning.value_function.grid import THESIS_STEP
 from ..outputs import output_folder
-from ..planning.cross_check import contradictions
-from ..planning.memory import quarter_of_memory
-from ..planning.methods import METHODS, chosen_methods
-from ..planning.pictures.plan_picture import save_sweep_picture
-from ..planning.question import PlanningQuestion
-from ..planning.report import write_planning_report
+from ..planning.methods import METHODS, PlanningQuestion, chosen_methods, quarter_of_memory
+from ..planning.pictures import save_sweep_picture
+from ..planning.report import as_object, as_table, write_planning_report
 from ..planning.sweep import DirectionSweep, sweep_ratios
-from ..planning.verdict import ask_methods
-from ..planning.verdict_table import as_object, as_table
+from ..planning.verdict import ask_methods, contradictions
 from .solving import solving_shown
 
 plan = typer.Typer(

@@ -1,22 +1,109 @@
-"""The planners by name, and what asking one of them returns."""
+"""A planning question, and the planners by name that answer it."""
 
 import math
+import os
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
-from ...systems.numerics.errors import require_one_of
+from ...systems.numerics.errors import require, require_finite, require_one_of, require_positive
+from ...systems.numerics.geometry.world import World
 from ...systems.numerics.planning.extremals.planner import plan_by_extremals
 from ...systems.numerics.planning.extremals.primitives import plan_by_primitives
+from ...systems.numerics.planning.footprint import Discs, covering_discs
+from ...systems.numerics.planning.goal import Goal, require_plannable
 from ...systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from ...systems.numerics.planning.plan import Plan
 from ...systems.numerics.planning.planners.from_table import grid_within, plan_by_value_function
 from ...systems.numerics.planning.planners.polished import plan_polished
 from ...systems.numerics.planning.planners.thesis_scheme import METHOD as AVERAGING
 from ...systems.numerics.planning.planners.thesis_scheme import plan_by_averaging
-from ...systems.numerics.planning.value_function.grid import StateGrid, grid_around
-from ...systems.numerics.planning.value_function.solve import open_field_table
+from ...systems.numerics.planning.trailer import Trailer
+from ...systems.numerics.planning.value_function.grid import THESIS_STEP, StateGrid, grid_around
+from ...systems.numerics.planning.value_function.solve import Progress, open_field_table
 from ...systems.numerics.planning.value_function.value_function import ValueFunction
-from .memory import memory_of
-from .question import PlanningQuestion
+
+# Of a solution of the value function, for each node: the table, bounds and what passes keep.
+BYTES_PER_NODE = 24
+# Among walls, for each node of x and y besides: free room by heading on a finer raster.
+_BYTES_OF_WALLS = 2 * 8 * 4 * 4
+# Where a system does not say how much it has [bytes].
+_UNKNOWN = 8e9
+
+
+def quarter_of_memory() -> float:
+    """A quarter of the machine's memory [bytes]."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 4
+    except (AttributeError, OSError, ValueError):
+        return _UNKNOWN / 4
+
+
+def memory_of(grid: StateGrid, walled: bool) -> float:
+    """What solving on a grid takes [bytes].
+
+    Args:
+        grid: Whose nodes.
+        walled: Whether there are obstacles.
+    """
+    theta, beta, y, x = grid.shape
+    walls = theta * y * x * _BYTES_OF_WALLS if walled else 0.0
+    return float(theta) * beta * y * x * BYTES_PER_NODE + walls
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlanningQuestion:
+    """From where to where, with which cart, among which walls.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
+
+    # x, y, theta, beta [m], [m], [rad], [rad].
+    start: tuple[float, float, float, float]
+    goal: Goal
+    trailer: Trailer = field(default_factory=Trailer)
+    # Without one, the open field.
+    world: World | None = None
+    # Distance of the value function's nodes, in turning radii.
+    grid_step: float = THESIS_STEP
+    # A value function that is known already, of this cart and goal; see `plan_by_value_function`.
+    table: ValueFunction | None = None
+    # Width of the cart [m]; by default half of the trailer's length.
+    width: float | None = None
+    # What the cart covers, in place of a width; see `discs`.
+    footprint: Discs | None = None
+    # That a table may take at most [bytes].
+    memory: float = field(default_factory=quarter_of_memory)
+    # Told of every pass over that grid; see `solve_value_function`.
+    progress: Progress | None = None
+
+    def __post_init__(self) -> None:
+        require(len(self.start) == 4, "start", "be (x, y, theta, beta)", self.start)
+        for value in self.start:
+            require_finite("start", value)
+        for name, state, slack in (
+            ("start", self.start, 0.0),
+            ("goal", self.goal.state, self.goal.tolerance[3]),
+        ):
+            bent = abs(math.remainder(state[3], math.tau))
+            reach = self.trailer.jackknife + slack
+            require(bent <= reach, name, "have |beta| within jackknife", state[3])
+        require_plannable(self.trailer, self.start, self.goal)
+        if self.width is not None:
+            require_positive("width", self.width)
+            # Discs of less would be too many.
+            words = "be at least a fiftieth of the trailer's length"
+            require(self.width >= self.trailer.length / 50, "width", words, self.width)
+            without = self.footprint is None
+            require(without, "width", "stand without discs, which have widths", self.width)
+        require_positive("memory", self.memory)
+        require_positive("grid", self.grid_step)
+        require(self.grid_step <= 1, "grid", "have a step of at most 1", self.grid_step)
+
+    @property
+    def discs(self) -> Discs:
+        """What the cart covers."""
+        return self.footprint or covering_discs(self.trailer, self.width)
 
 
 def too_large(ask: PlanningQuestion, grid: StateGrid) -> bool:

@@ -18,8 +18,7 @@ from ...systems.numerics.planning.value_function.solve import (
     widened,
 )
 from ...systems.numerics.planning.value_function.value_function import ValueFunction
-from .methods import METHODS, too_large
-from .question import PlanningQuestion
+from .methods import METHODS, PlanningQuestion, too_large
 
 # y_g - y_i of the figure, and the ends of its axis.
 RISE = 4.0

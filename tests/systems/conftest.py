@@ -72,9 +72,7 @@ from sightfield.systems.numerics.vision.omni_optics import OmniCamera, project_o
 from sightfield.systems.numerics.vision.sensor import Sensor
 from sightfield.systems.numerics.vision.shells import shell_of
 from sightfield.systems.numerics.vision.surroundings import Surroundings
-from sightfield.systems.planning.path_follower import PathFollower
-from sightfield.systems.planning.tractor_trailer import TractorTrailer
-from sightfield.systems.planning.value_function_feedback import ValueFunctionFeedback
+from sightfield.systems.planning import PathFollower, TractorTrailer, ValueFunctionFeedback
 from sightfield.systems.social.agent_interest import AgentInterest
 from sightfield.systems.social.common_robots import CrowdGuard, InfraredSensors, Wanderers
 from sightfield.systems.social.evader_locator import EvaderLocator

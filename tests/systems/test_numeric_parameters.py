@@ -12,7 +12,7 @@ from sightfield.systems.numerics.harvest.machines.cart import Cart
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.standoff.loop import ErrorModel, StandoffLoop
 from sightfield.systems.numerics.standoff.sampled_loop import SampledPid
-from sightfield.systems.planning.tractor_trailer import TractorTrailer
+from sightfield.systems.planning import TractorTrailer
 from sightfield.systems.standoff import BiasedRangeEstimator, StandoffClosedLoop, StandoffPid
 from sightfield.systems.station.age_limit import AgeLimit
 from sightfield.systems.station.command_timeout import CommandTimeout

@@ -4,7 +4,7 @@ import numpy as np
 import shapely
 
 from ....systems.numerics.harvest.machines.cart import Cart
-from ...planning.pictures.cart_shapes import drawbar_shape, tractor_shape, trailer_shape
+from ...planning.pictures import drawbar_shape, tractor_shape, trailer_shape
 from ...visuals.meshes import disc_mesh, extruded_mesh, flat_mesh, unit_bar_mesh
 from ...visuals.stage import Stage
 from .machine_shapes import (

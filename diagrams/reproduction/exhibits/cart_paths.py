@@ -5,9 +5,8 @@ import math
 from ....systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from ....systems.numerics.planning.plan import Plan
 from ....systems.numerics.planning.value_function.grid import THESIS_STEP, grid_around
-from ...planning.methods import METHODS, VARIANTS
-from ...planning.pictures.plan_picture import save_paths_picture
-from ...planning.question import PlanningQuestion
+from ...planning.methods import METHODS, VARIANTS, PlanningQuestion
+from ...planning.pictures import save_paths_picture
 from ...planning.verdict import ask_methods
 from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Workshop, judged
 

@@ -13,7 +13,7 @@ from ....systems.numerics.planning.planners.thesis_scheme import (
 from ....systems.numerics.planning.trailer import Trailer
 from ....systems.numerics.planning.value_function.grid import THESIS_STEP, grid_around
 from ...planning.methods import METHODS, VARIANTS
-from ...planning.pictures.plan_picture import save_sweep_picture
+from ...planning.pictures import save_sweep_picture
 from ...planning.sweep import RATIOS, RISE, sweep_ratios
 from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Workshop, judged
 

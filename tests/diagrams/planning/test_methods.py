@@ -2,10 +2,8 @@
 
 import pytest
 
-from sightfield.diagrams.planning.cross_check import contradictions
-from sightfield.diagrams.planning.methods import METHODS, promises_optimum
-from sightfield.diagrams.planning.question import PlanningQuestion
-from sightfield.diagrams.planning.verdict import ask_methods
+from sightfield.diagrams.planning.methods import METHODS, PlanningQuestion, promises_optimum
+from sightfield.diagrams.planning.verdict import ask_methods, contradictions
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.trailer import Trailer

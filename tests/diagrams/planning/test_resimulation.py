@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sightfield.diagrams.planning.resimulation import resimulate
+from sightfield.diagrams.planning.verdict import resimulate
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.plan import TrailerPath, driven_path

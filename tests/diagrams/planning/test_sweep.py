@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from sightfield.diagrams.planning.methods import METHODS
-from sightfield.diagrams.planning.question import PlanningQuestion
+from sightfield.diagrams.planning.methods import METHODS, PlanningQuestion
 from sightfield.diagrams.planning.sweep import sweep_ratios
 from sightfield.systems.numerics.planning.goal import Goal
 

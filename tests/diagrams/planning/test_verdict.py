@@ -7,13 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sightfield.diagrams.planning.cross_check import contradictions
-from sightfield.diagrams.planning.methods import chosen_methods
-from sightfield.diagrams.planning.question import PlanningQuestion
-from sightfield.diagrams.planning.report import write_planning_report
+from sightfield.diagrams.planning.methods import PlanningQuestion, chosen_methods
+from sightfield.diagrams.planning.report import as_object, as_table, write_planning_report
 from sightfield.diagrams.planning.sweep import sweep_ratios
-from sightfield.diagrams.planning.verdict import PlanningVerdict, Row, ask_methods
-from sightfield.diagrams.planning.verdict_table import as_object, as_table
+from sightfield.diagrams.planning.verdict import PlanningVerdict, Row, ask_methods, contradictions
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal

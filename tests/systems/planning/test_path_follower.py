@@ -8,8 +8,7 @@ from pydrake.systems.framework import DiagramBuilder
 from sightfield.systems.numerics.planning.path_tracking import tracking_error
 from sightfield.systems.numerics.planning.plan import driven_path
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.planning.path_follower import PathFollower
-from sightfield.systems.planning.tractor_trailer import TractorTrailer
+from sightfield.systems.planning import PathFollower, TractorTrailer
 
 CART = Trailer(reverse=True)
 

@@ -8,7 +8,7 @@ import pytest
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.planning.plan import TrailerPath, driven_path
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.planning.path_trajectories import control_trajectory, state_trajectory
+from sightfield.systems.planning import control_trajectory, state_trajectory
 
 CART = Trailer(speed=1.5, turn_rate=0.8, length=2.0, hitch_offset=0.3, reverse=True)
 PIECES = [(1.5, 0.8, 2.0), (-1.2, -0.5, 1.0), (1.5, 0.0, 2.0)]

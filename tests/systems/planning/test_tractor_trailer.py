@@ -12,7 +12,7 @@ from pydrake.systems.primitives import FirstOrderTaylorApproximation, Linearize
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.planning.tractor_trailer import TractorTrailer
+from sightfield.systems.planning import TractorTrailer
 
 CART = Trailer(speed=1.5, turn_rate=0.8, length=2.0, hitch_offset=0.3, reverse=True)
 STATE = (0.5, -1.0, 0.4, -0.7)

@@ -10,8 +10,7 @@ from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
-from sightfield.systems.planning.tractor_trailer import TractorTrailer
-from sightfield.systems.planning.value_function_feedback import ValueFunctionFeedback
+from sightfield.systems.planning import TractorTrailer, ValueFunctionFeedback
 
 
 @pytest.fixture(scope="module")

@@ -1,28 +1,53 @@
-"""Slices of the value function: what they say, where they are filled, when they are shown."""
+"""Colours of planners and times, and slices of a value function."""
 
 import math
+from itertools import combinations
 
 import numpy as np
 import pytest
 import shapely
 from matplotlib.image import imread
 
-from sightfield.diagrams.planning.pictures.replay import PlanningScene
-from sightfield.diagrams.planning.pictures.value_picture import save_value_picture
-from sightfield.diagrams.planning.pictures.value_slices import (
+from sightfield.diagrams.planning.methods import METHODS, PlanningQuestion
+from sightfield.diagrams.planning.pictures import (
+    METHOD_COLOURS,
     ValueSlice,
     band_levels,
     bands,
     extent,
     followed_row,
+    line_width,
+    save_value_picture,
     slices_along,
+    time_colours,
 )
-from sightfield.diagrams.planning.question import PlanningQuestion
+from sightfield.diagrams.planning.replay import PlanningScene
 from sightfield.diagrams.planning.verdict import PlanningVerdict, ask_methods
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
+
+
+def test_every_planner_has_a_colour_unlike_the_others():
+    assert set(METHODS) <= set(METHOD_COLOURS)
+    for one, other in combinations(METHOD_COLOURS.values(), 2):
+        assert np.linalg.norm(np.subtract(one, other)) > 0.3
+
+
+def test_the_farther_the_brighter():
+    tints = time_colours(9)
+    light = [sum(tints(k)[:3]) for k in range(9)]
+    assert light[-1] > light[0]
+    assert len(set(light)) == 9
+
+
+def test_later_lines_are_thinner_and_still_lines():
+    for count in (1, 2, 5, 9):
+        widths = [line_width(k, count) for k in range(count)]
+        assert widths == sorted(set(widths), reverse=True)
+        assert min(widths) > 0.5
+
 
 GOAL = Goal(state=(2.0, 1.5, 0.0, 0.0), tolerance=(0.5, 0.5, 0.63, 0.63))
 

@@ -6,13 +6,9 @@ import numpy as np
 import pytest
 import shapely
 
-from sightfield.diagrams.planning.pictures.cart_shapes import (
-    swept_area,
-    tractor_shape,
-    trailer_shape,
-)
-from sightfield.diagrams.planning.pictures.replay import PlanningScene, write_planning_replay
-from sightfield.diagrams.planning.question import PlanningQuestion
+from sightfield.diagrams.planning.methods import PlanningQuestion
+from sightfield.diagrams.planning.pictures import swept_area, tractor_shape, trailer_shape
+from sightfield.diagrams.planning.replay import PlanningScene, write_planning_replay
 from sightfield.diagrams.planning.verdict import ask_methods
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.plan import TrailerPath
