@@ -16,7 +16,7 @@ from sightfield.diagrams.tracking.certified_games import (
     play_certified_games,
 )
 from sightfield.diagrams.tracking.scenario import TrackingScenario
-from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
+from sightfield.systems.numerics.geometry.random_arena import Arena, draw_arena
 from sightfield.systems.numerics.geometry.world import World
 from sightfield.systems.numerics.geometry.world_files import load_world
 

@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
+from sightfield.systems.numerics.geometry.random_arena import Arena, draw_arena
 from sightfield.systems.numerics.geometry.segment_sight import segment_is_clear
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.geometry.world_files import load_world

@@ -23,7 +23,6 @@ CIRCLES = {
     ("diagrams.harvest", "diagrams.harvest.scene"),
     ("diagrams.reproduction", "diagrams.reproduction.beyond"),
     ("diagrams.reproduction", "diagrams.reproduction.exhibits"),
-    ("systems.numerics.geometry", "systems.numerics.geometry.maps"),
 }
 
 

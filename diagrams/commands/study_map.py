@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ...systems.numerics.errors import require, require_one_of
-from ...systems.numerics.geometry.arenas.random_arena import Arena
+from ...systems.numerics.geometry.random_arena import Arena
 from ...systems.numerics.geometry.world_files import load_world
 from ..outputs import output_folder
 from ..scenario_files import build, with_settings

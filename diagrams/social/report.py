@@ -12,8 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ...systems.numerics.geometry.clearance import clearances
-from ...systems.numerics.geometry.edge_index import build_edge_index
+from ...systems.numerics.geometry.edge_index import build_edge_index, clearances
 from ...systems.numerics.vision.estimation.pictures import save_picture
 from ..visuals.replay import write_replay
 from ..world_picture import draw_world

@@ -7,7 +7,7 @@ drawn anew at every step, as `hold` of `thesis_base` is "none".
 
 from collections.abc import Mapping, Sequence
 
-from ...systems.numerics.geometry.arenas.random_arena import Arena
+from ...systems.numerics.geometry.random_arena import Arena
 from ..tracking.scenario import TrackingScenario
 from .grid import StudyGrid, StudyPanel, matrix_of
 from .opponents import OPPONENTS, RUNS, Match, cell_name, match_cell, match_of, runs_against

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...systems.numerics.errors import InvalidInput, require, require_one_of, require_positive
-from ...systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
+from ...systems.numerics.geometry.random_arena import Arena, draw_arena
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.statistics import Estimate, paired_difference, run_seed
 from ...systems.numerics.tracking.visibility_game.bounds import BOUNDS

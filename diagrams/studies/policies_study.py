@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from ...systems.numerics.errors import require, require_one_of
-from ...systems.numerics.geometry.arenas.random_arena import Arena
+from ...systems.numerics.geometry.random_arena import Arena
 from ..tracking.scenario import TrackingScenario
 from .grid import StudyGrid, StudyPanel, matrix_of
 from .opponents import POLICIES, Match, cell_name, match_cell, match_of, runs_against

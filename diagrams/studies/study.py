@@ -8,7 +8,7 @@ import yaml
 from pydantic import ConfigDict
 
 from ...systems.numerics.errors import InvalidInput, require
-from ...systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
+from ...systems.numerics.geometry.random_arena import Arena, draw_arena
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.statistics import run_seed
 from ..scenario_files import NO_OTHER_KEYS, build, with_settings

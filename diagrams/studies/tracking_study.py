@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from ...systems.numerics.geometry.arenas.random_arena import Arena
+from ...systems.numerics.geometry.random_arena import Arena
 from ..tracking.scenario import Evaders, Pursuers, TrackingScenario
 from ..world_source import WorldSource
 from .grid import StudyGrid, StudyPanel, matrix_of

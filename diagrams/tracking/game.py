@@ -7,12 +7,10 @@ import shapely
 import shapely.ops
 
 from ...systems.numerics.errors import InvalidInput, require
-from ...systems.numerics.geometry.clearance import clearances
-from ...systems.numerics.geometry.edge_index import build_edge_index, point_is_free
-from ...systems.numerics.geometry.grown_obstacles import shrink_world
+from ...systems.numerics.geometry.edge_index import build_edge_index, clearances, point_is_free
 from ...systems.numerics.geometry.team_sight import sight_matrix
 from ...systems.numerics.geometry.wall_sliding import SKIN
-from ...systems.numerics.geometry.world import World
+from ...systems.numerics.geometry.world import World, shrink_world
 from ...systems.numerics.tracking.random_starts import draw_starts
 from .scenario import RobotTeam, TrackingScenario
 

@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ...systems.numerics.geometry.clearance import clearances
-from ...systems.numerics.geometry.edge_index import build_edge_index
+from ...systems.numerics.geometry.edge_index import build_edge_index, clearances
 from ...systems.numerics.tracking.body_gaps import count_contacts, gaps_between_samples, pair_gaps
 from ..rosbag.bag import RosBag
 from ..visuals.replay import write_replay

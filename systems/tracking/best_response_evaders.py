@@ -9,8 +9,8 @@ from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
 from ..numerics.errors import require, require_non_negative, require_one_of, require_positive
-from ..numerics.geometry.corner_sight import build_corner_index
 from ..numerics.geometry.edge_index import build_edge_index
+from ..numerics.geometry.segment_sight import build_corner_index
 from ..numerics.geometry.wall_sliding import SKIN
 from ..numerics.geometry.world import World
 from ..numerics.tracking.adversarial_evasion import adversarial_velocities

@@ -8,10 +8,10 @@ from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
 from ..numerics.errors import require, require_positive
-from ..numerics.geometry.body_sight import checked_radii
-from ..numerics.geometry.corner_sight import build_corner_index
 from ..numerics.geometry.edge_index import build_edge_index
+from ..numerics.geometry.segment_sight import build_corner_index
 from ..numerics.geometry.sight_loss import first_loss
+from ..numerics.geometry.team_sight import checked_radii
 from ..numerics.geometry.world import World
 from ..numerics.tracking.sight_state import observe, sight_size
 

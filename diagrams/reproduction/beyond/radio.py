@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from ....systems.numerics.geometry.arenas.random_arena import Arena
+from ....systems.numerics.geometry.random_arena import Arena
 from ....systems.numerics.statistics import paired_difference
 from ....systems.numerics.tracking.risk import RISK_FUNCTIONS
 from ...studies.grid import StudyGrid, StudyPanel, matrix_of

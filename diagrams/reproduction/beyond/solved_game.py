@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ....systems.numerics.geometry.arenas.random_arena import Arena
+from ....systems.numerics.geometry.random_arena import Arena
 from ....systems.numerics.statistics import (
     Estimate,
     paired_difference,

@@ -8,8 +8,8 @@ import numpy as np
 import shapely
 
 from ....systems.numerics.geometry.edge_index import build_edge_index
-from ....systems.numerics.geometry.grown_obstacles import shrink_world
 from ....systems.numerics.geometry.segment_sight import are_clear
+from ....systems.numerics.geometry.world import shrink_world
 from ....systems.numerics.social.landmarks.forward_camera import project_forward
 from ....systems.numerics.social.landmarks.maze import Maze
 from ....systems.numerics.social.recognition.references import MARKER

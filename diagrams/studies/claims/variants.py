@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ....systems.numerics.geometry.arenas.random_arena import Arena
+from ....systems.numerics.geometry.random_arena import Arena
 from ...tracking.scenario import TrackingScenario
 from ...world_source import WorldSource
 from ..opponents import OPPONENTS

@@ -2,18 +2,199 @@
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 import shapely
 
 from ..errors import require_non_negative, require_one_of, require_positive
-from .maps.cell_outline import trace_cells
-from .maps.free_cells import select_free_cells
-from .maps.hausdorff import hausdorff_distance
-from .maps.outline_simplification import simplify_outline
-from .maps.thin_walls import wall_guards
-from .occupancy_map import OccupancyMap
-from .rings import ring_area
-from .world import World, world_from_polygon
+from .cell_outline import simplify_outline, trace_cells
+from .occupancy_map import FREE, UNKNOWN, OccupancyMap
+from .world import World, ring_area, world_from_polygon
+
+# An obstacle whose length is at least this many times its mean thickness has a wall's shape.
+WALL_SLENDERNESS = 4.0
+
+# Columns of OpenCV's table of components.
+_WIDTH, _HEIGHT, _AREA = cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT, cv2.CC_STAT_AREA
+
+
+@dataclass(frozen=True, eq=False)
+class FreeCells:
+    """The cells of one free region, framed by a ring of cells that are not free.
+
+    Attributes:
+        inside: True for the cells of the region, shape (rows + 2, columns + 2); 4-connected. The
+            others are 8-connected to the frame or fill a hole.
+        speckle_area: Cells that were turned free [cells].
+        unreachable_area: Free cells outside of the region [cells].
+    """
+
+    inside: np.ndarray
+    speckle_area: int
+    unreachable_area: int
+
+
+def select_free_cells(
+    occupancy: OccupancyMap, unknown_is_free: bool, speckle: float, wall_length: float
+) -> FreeCells:
+    """Choose the largest free region of a map and clear it of speckle.
+
+    Two free cells belong together when they share a side; occupied ones also when they share
+    only a corner, so that neither sight nor motion leaks through a diagonal wall. Of several
+    regions the one with most cells that are KNOWN to be free is taken: where unknown cells count
+    as free, the unexplored outside must not win. What the region encloses is an obstacle, free
+    pockets that cannot be reached included.
+
+    An obstacle smaller than `speckle` is dropped, unless it has the shape of a wall: a bounding
+    box with a diagonal of at least `wall_length`, and at least WALL_SLENDERNESS times as long as
+    its mean thickness (area / length).
+
+    Args:
+        occupancy: The map; at least one cell of it is free.
+        unknown_is_free: What unknown cells count as.
+        speckle: [cells].
+        wall_length: [cell sides].
+    """
+    known_free = np.pad(occupancy.cells == FREE, 1)
+    free = known_free | np.pad(unknown_is_free & (occupancy.cells == UNKNOWN), 1)
+    _, regions = cv2.connectedComponents(free.astype(np.uint8), connectivity=4)
+    largest = int(np.argmax(np.bincount(regions[known_free])))
+    inside = regions == largest
+
+    count, rest, table, _ = cv2.connectedComponentsWithStats(
+        (~inside).astype(np.uint8), connectivity=8
+    )
+    length = np.hypot(table[:, _WIDTH], table[:, _HEIGHT])
+    wall = (length >= wall_length) & (length**2 >= WALL_SLENDERNESS * table[:, _AREA])
+    # Areas stated in m^2 have lost a few bits on the way to cells.
+    small = (table[:, _AREA] < speckle * (1.0 - 1e-9)) & ~wall
+    small[rest[0, 0]] = False  # the frame and all that hangs on it
+    small[0] = False  # OpenCV's label of the region itself
+    dropped = small[rest] if count > 1 else np.zeros_like(inside)
+    inside |= dropped
+    return FreeCells(inside, int(dropped.sum()), int((free & ~inside).sum()))
+
+
+# A guarded cell keeps a diamond of this half diagonal around its centre [cells].
+GUARD = 0.25
+
+
+def wall_guards(inside: np.ndarray, tolerance: float) -> np.ndarray:
+    """Points that a simplified outline of a region must leave on the side where they are.
+
+    Two faces of a wall may each move by the tolerance, so a wall up to two tolerances thick could
+    lose all its thickness. Along the ridge of such walls every cell is guarded by four points
+    around its centre; a wall keeps about half a cell of thickness there. What grows out of
+    something thicker and reaches no further than the tolerance is a bump, not a wall, and is not
+    guarded.
+
+    The region's own narrow places are not guarded (they never close, but may become narrower),
+    except when it is nowhere wider than two tolerances.
+
+    Args:
+        inside: True for the cells of the region, False in the outermost rows and columns;
+            shape (rows, columns).
+        tolerance: [cells].
+
+    Returns:
+        Shape (n, 2), [column, row] in cell units, multiples of GUARD.
+    """
+    # The smallest block of cells that is thicker than two tolerances.
+    block = int(np.floor(2.0 * tolerance)) + 1
+    guarded = _thin_ridge(~inside, block, tolerance)
+    if not _thick(inside, block).any():
+        guarded |= _thin_ridge(inside, block, tolerance)
+    centres = np.argwhere(guarded)[:, ::-1] + 0.5
+    diamond = GUARD * np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+    return (centres[:, None] + diamond).reshape(-1, 2)
+
+
+def _thin_ridge(cells: np.ndarray, block: int, tolerance: float) -> np.ndarray:
+    """Middle cells of what is thinner than a block in a set of cells, of the shape of `cells`."""
+    # What touches the border goes on beyond it.
+    margin = block + 1
+    cells = np.pad(cells, margin, mode="edge")
+    depth = cv2.distanceTransform(cells.astype(np.uint8), cv2.DIST_C, 3)
+    ridge = cells & (depth >= cv2.dilate(depth, np.ones((3, 3), np.uint8)))
+    # A bump may grow out of something that is itself thinner than the block: look at all scales.
+    side = 2
+    while side < block:
+        ridge &= _thick(cells, side) | _walls(cells, side, tolerance)
+        side *= 2
+    return (ridge & _walls(cells, block, tolerance))[margin:-margin, margin:-margin]
+
+
+def _walls(cells: np.ndarray, block: int, tolerance: float) -> np.ndarray:
+    """The cells that are thinner than a block and no bump on something thicker."""
+    thick = _thick(cells, block)
+    thin = cells & ~thick
+    count, labels = cv2.connectedComponents(thin.astype(np.uint8), connectivity=8)
+    parts = np.asarray(labels, dtype=np.int32)
+    is_wall = np.ones(count, dtype=bool)
+    is_wall[parts[thin & _grown(thick, 1)]] = False
+    is_wall[parts[thin & ~_grown(thick, int(np.ceil(tolerance)))]] = True
+    return thin & is_wall[parts]
+
+
+def _thick(cells: np.ndarray, block: int) -> np.ndarray:
+    """The cells covered by square blocks that fit into a set of cells."""
+    square = np.ones((block, block), np.uint8)
+    # Opposite anchors, so that a block of an even side returns to its place; nothing fits
+    # across the border of the picture.
+    fits = cv2.erode(
+        cells.astype(np.uint8),
+        square,
+        anchor=(0, 0),
+        borderType=cv2.BORDER_CONSTANT,
+        borderValue=0,
+    )
+    return cv2.dilate(fits, square, anchor=(block - 1, block - 1)).astype(bool)
+
+
+def _grown(cells: np.ndarray, by: int) -> np.ndarray:
+    """Cells within a number of steps, diagonal ones too, of a set of cells."""
+    square = np.ones((2 * by + 1, 2 * by + 1), np.uint8)
+    return cv2.dilate(cells.astype(np.uint8), square).astype(bool)
+
+
+def hausdorff_distance(rings: list[np.ndarray], others: list[np.ndarray], accuracy: float) -> float:
+    """Largest distance from a point of either outline to the other outline [cells].
+
+    It need not be at a vertex. Along a straight piece the distance to ONE edge of the other
+    outline is convex, so the distance to that outline is nowhere larger than the larger of the
+    two ends' distances to the same edge. Pieces for which this bound, taken with the edge nearest
+    to either end, exceeds the largest distance found so far are halved.
+
+    Args:
+        rings, others: Closed rings without repeated ends, each shape (n, 2) [cells].
+        accuracy: The result is at most this much below the true value [cells].
+    """
+    return max(_directed(rings, others, accuracy), _directed(others, rings, accuracy))
+
+
+def _edges(rings: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    return np.concatenate(rings), np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
+
+
+def _directed(rings: list[np.ndarray], others: list[np.ndarray], accuracy: float) -> float:
+    edges = np.asarray(shapely.linestrings(np.stack(_edges(others), axis=1)))
+    tree = shapely.STRtree(edges)
+    start, end = _edges(rings)
+    largest = 0.0
+    while len(start):
+        bound = np.full(len(start), np.inf)
+        tips = shapely.points(start), shapely.points(end)
+        for tip in tips:
+            nearest = edges[tree.query_nearest(tip, all_matches=False)[1]]
+            away = [shapely.distance(other, nearest) for other in tips]
+            largest = max(largest, float(shapely.distance(tip, nearest).max()))
+            bound = np.minimum(bound, np.maximum(*away))
+        open_ = bound > largest + accuracy
+        start, end = start[open_], end[open_]
+        middle = (start + end) / 2
+        start, end = np.concatenate([start, middle]), np.concatenate([middle, end])
+    return largest
+
 
 # How far the reported Hausdorff distance may be below the true one [cells].
 ERROR_ACCURACY = 1e-4

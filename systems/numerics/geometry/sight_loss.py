@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled import compiled, kernel
-from .body_sight import disc_blocks, require_a_radius_each, rim_times
 from .edge_index import START, TOLERANCE, EdgeIndex
 from .segment_sight import segment_is_clear
+from .team_sight import disc_blocks, require_a_radius_each, rim_times
 
 # Pieces of the unit interval shorter than this are grazing contacts, at which sight is kept.
 SHORTEST_PIECE = 1e-12

@@ -1,11 +1,182 @@
-"""Sight between two sets of points."""
+"""Sight between two teams, with walls and the round bodies of robots in its way.
+
+Bodies are discs about all members of both teams. A line of sight is blocked where it passes
+through the inside of the disc of a third robot; the robots at its two ends never block it. So who
+stands inside the disc of another sees nobody else, and is seen by nobody else. A disc that is
+touched, or entered to a depth of at most the world's tolerance, is clear, as corners of obstacles
+are: what blocks is the disc smaller by that tolerance. When a disc begins to block is when its rim
+is touched.
+
+Lines and centres are counted from the viewer: the line leads from 0 to d, the centre is c.
+"""
+
+from collections.abc import Sequence
 
 import numpy as np
 
-from ..compiled import compiled
-from .body_sight import hide_behind_bodies, require_a_radius_each
+from ..compiled import compiled, kernel
+from ..errors import require, require_non_negative
+from ..polynomial_roots import unit_roots
 from .edge_index import TOLERANCE, EdgeIndex
 from .segment_sight import segment_is_clear
+
+
+def checked_radii(radii: Sequence[float], robots: int) -> np.ndarray | None:
+    """Radii of bodies as functions of sight take them.
+
+    Args:
+        radii: Of each robot, viewers first [m]; empty: bodies do not block sight.
+        robots: How many there are.
+
+    Returns:
+        Shape (robots,) [m], or None where bodies do not block sight.
+
+    Raises:
+        InvalidInput: The number of radii is another one; a radius is negative or not finite.
+    """
+    if len(radii) == 0:
+        return None
+    require(len(radii) == robots, "body_radii", f"be empty or name {robots} radii", len(radii))
+    for k, radius in enumerate(radii):
+        require_non_negative(f"body_radii.{k}", float(radius))
+    return np.array(radii, dtype=float)
+
+
+def require_a_radius_each(radii: np.ndarray, viewers: np.ndarray, targets: np.ndarray) -> None:
+    """Refuse radii that are not one for each robot, before a kernel reads beyond them.
+
+    Args:
+        radii: Shape (n + m,) [m].
+        viewers, targets: Positions, shapes (2 n,) and (2 m,) [m].
+
+    Raises:
+        InvalidInput: Their number is another one.
+    """
+    robots = (len(viewers) + len(targets)) // 2
+    require(radii.shape == (robots,), "radii", f"have the shape ({robots},)", radii.shape)
+
+
+@compiled
+def hide_behind_bodies(
+    seen: np.ndarray, viewers: np.ndarray, targets: np.ndarray, radii: np.ndarray, tolerance: float
+) -> None:
+    """Write 0 for each pair of viewer and target between which a third body stands.
+
+    Args:
+        seen: 1.0 where the viewer sees the target, row by row of viewers, shape (at least n m,).
+        viewers, targets: Shapes (2 n,) and (2 m,) [m].
+        radii: Viewers first, shape (n + m,) [m].
+        tolerance: Depth to which a body is entered and still only touched [m].
+    """
+    n, m = len(viewers) // 2, len(targets) // 2
+    for i in range(n):
+        x, y = viewers[2 * i], viewers[2 * i + 1]
+        for j in range(m):
+            if seen[i * m + j] == 0.0:
+                continue
+            line = (targets[2 * j] - x, targets[2 * j + 1] - y)
+            for k in range(n + m):
+                if k in (i, n + j):
+                    continue
+                at, body = (viewers, k) if k < n else (targets, k - n)
+                centre = (at[2 * body] - x, at[2 * body + 1] - y)
+                if disc_blocks(line, centre, radii[k] - tolerance):
+                    seen[i * m + j] = 0.0
+                    break
+
+
+@kernel
+def disc_blocks(line: tuple[float, float], centre: tuple[float, float], radius: float) -> bool:
+    """Whether a line of sight passes through the inside of a disc (kernel).
+
+    Args:
+        line: From the viewer to the target, x and y [m].
+        centre: From the viewer to the disc's centre [m].
+        radius: Of the disc [m]; one that is not positive has no inside.
+    """
+    if radius <= 0.0:
+        return False
+    dx, dy = line
+    x, y = centre
+    square = dx * dx + dy * dy
+    along = dx * x + dy * y
+    if along <= 0.0:
+        return x * x + y * y < radius * radius
+    if along >= square:
+        return (x - dx) * (x - dx) + (y - dy) * (y - dy) < radius * radius
+    cross = dx * y - dy * x
+    return cross * cross < radius * radius * square
+
+
+# Pairs of numbers, so that a moving line and a moving disc are five arguments instead of nine.
+@compiled
+def rim_times(
+    line: tuple[float, float],
+    line_rate: tuple[float, float],
+    centre: tuple[float, float],
+    centre_rate: tuple[float, float],
+    radius: float,
+) -> np.ndarray:
+    """When the rim of a moving disc touches a moving line of sight, if not only its extension.
+
+    With d = line + line_rate t and c = centre + centre_rate t the line is touched between its
+    ends where cross(d, c)^2 = r^2 |d|^2, of the fourth degree in t, and at its ends where
+    |c|^2 = r^2 or |c - d|^2 = r^2. Between these times the disc blocks all the time or never.
+
+    Args:
+        line: From the viewer to the target at t = 0, x and y [m].
+        line_rate: What is added to it until t = 1 [m].
+        centre: From the viewer to the disc's centre at t = 0 [m].
+        centre_rate: What is added to it until t = 1 [m].
+        radius: Of the disc [m].
+
+    Returns:
+        Shape (at most 8,), fractions of the interval in [0, 1], in no order; a time too many may
+        be among them.
+    """
+    times = np.empty(8)
+    dx, dy = line
+    wx, wy = line_rate
+    x, y = centre
+    vx, vy = centre_rate
+    # The line sweeps over at most the triangle 0, d(0), d(1).
+    if (
+        radius <= 0.0
+        or max(x, x + vx) + radius < min(0.0, dx, dx + wx)
+        or min(x, x + vx) - radius > max(0.0, dx, dx + wx)
+        or max(y, y + vy) + radius < min(0.0, dy, dy + wy)
+        or min(y, y + vy) - radius > max(0.0, dy, dy + wy)
+    ):
+        return times[:0]
+    square = radius * radius
+    # cross(d, c) = constant + linear t + quadratic t^2.
+    constant = dx * y - dy * x
+    linear = dx * vy - dy * vx + wx * y - wy * x
+    quadratic = wx * vy - wy * vx
+    quartic = np.empty(5)
+    quartic[0] = constant * constant - square * (dx * dx + dy * dy)
+    quartic[1] = 2.0 * (constant * linear - square * (dx * wx + dy * wy))
+    quartic[2] = linear * linear + 2.0 * constant * quadratic - square * (wx * wx + wy * wy)
+    quartic[3] = 2.0 * linear * quadratic
+    quartic[4] = quadratic * quadratic
+    count = 0
+    for t in unit_roots(quartic):
+        lx, ly = dx + t * wx, dy + t * wy
+        along = lx * (x + t * vx) + ly * (y + t * vy)
+        # Generous at the ends of the line: a time too many costs nothing.
+        if -1e-9 <= along <= (lx * lx + ly * ly) * (1.0 + 1e-9):
+            times[count] = t
+            count += 1
+    for end in range(2):
+        # The disc's centre seen from that end of the line.
+        ex, ey, ux, uy = (x - dx, y - dy, vx - wx, vy - wy) if end else (x, y, vx, vy)
+        distance = np.array(
+            [ex * ex + ey * ey - square, 2.0 * (ex * ux + ey * uy), ux * ux + uy * uy]
+        )
+        for t in unit_roots(distance):
+            times[count] = t
+            count += 1
+    return times[:count]
 
 
 def sight_matrix(

@@ -7,10 +7,9 @@ the geometry behind it.
 import numpy as np
 
 from ..compiled import compiled
-from ..geometry.body_sight import hide_behind_bodies, require_a_radius_each
-from ..geometry.corner_sight import CornerIndex, see_corners
 from ..geometry.edge_index import TOLERANCE, EdgeIndex
-from ..geometry.segment_sight import segment_is_clear
+from ..geometry.segment_sight import CornerIndex, see_corners, segment_is_clear
+from ..geometry.team_sight import hide_behind_bodies, require_a_radius_each
 
 
 def sight_size(pursuers: int, evaders: int, corners: int) -> int:

@@ -11,8 +11,7 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 from sightfield.diagrams.social.make_social_search import VECTORS, MakeSocialSearch
 from sightfield.diagrams.social.report import UNITS, gaps, log_arrays, summarise_search
 from sightfield.diagrams.social.robots import AddRobots
-from sightfield.systems.numerics.geometry.clearance import clearances
-from sightfield.systems.numerics.geometry.edge_index import build_edge_index
+from sightfield.systems.numerics.geometry.edge_index import build_edge_index, clearances
 
 EVADER = np.array([1.1, 1.1])
 

@@ -8,8 +8,7 @@ from sightfield.diagrams.social import scenarios
 from sightfield.diagrams.social.networks import NetworkChoice, open_network
 from sightfield.diagrams.social.scenario import SocialScenario
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.geometry.clearance import clearances
-from sightfield.systems.numerics.geometry.edge_index import build_edge_index
+from sightfield.systems.numerics.geometry.edge_index import build_edge_index, clearances
 from sightfield.systems.numerics.social.network.acceptance import MutualFriendsAcceptance
 from sightfield.systems.numerics.social.network.memory_network import MemoryNetwork
 

@@ -10,8 +10,7 @@ import pytest
 from sightfield.diagrams.station.hardware import read_run_log
 from sightfield.diagrams.station.replay import load_recording, replay_station
 from sightfield.diagrams.station.run import STOP
-from sightfield.systems.numerics.geometry.clearance import clearances
-from sightfield.systems.numerics.geometry.edge_index import build_edge_index
+from sightfield.systems.numerics.geometry.edge_index import build_edge_index, clearances
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from sightfield.diagrams.studies.start_guarantees import guarantees_of_study
 from sightfield.diagrams.studies.tracking_study import thesis_base
 from sightfield.diagrams.tracking.game import set_up_game
 from sightfield.diagrams.tracking.solved_game import solved_game, solved_game_of_two
-from sightfield.systems.numerics.geometry.arenas.random_arena import Arena
+from sightfield.systems.numerics.geometry.random_arena import Arena
 
 RUNS = 6
 

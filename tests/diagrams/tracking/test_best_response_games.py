@@ -13,7 +13,7 @@ from sightfield.diagrams.tracking.make_tracking import MakeTracking
 from sightfield.diagrams.tracking.run import run_tracking
 from sightfield.diagrams.tracking.scenario import TrackingScenario
 from sightfield.diagrams.world_source import WorldSource
-from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
+from sightfield.systems.numerics.geometry.random_arena import Arena, draw_arena
 from sightfield.systems.tracking import BestResponseEvaders
 from sightfield.systems.tracking.best_response_evaders import IN_TEAMS
 

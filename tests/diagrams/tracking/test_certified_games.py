@@ -17,7 +17,7 @@ from sightfield.diagrams.tracking.scenario import Evaders, Pursuers, TrackingSce
 from sightfield.diagrams.tracking.solved_game import solved_game
 from sightfield.diagrams.world_source import WorldSource
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
+from sightfield.systems.numerics.geometry.random_arena import Arena, draw_arena
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking.visibility_game.certificates import (
     turning_margin,

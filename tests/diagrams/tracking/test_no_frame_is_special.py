@@ -11,9 +11,9 @@ from sightfield.diagrams.tracking.game import TrackingGame, set_up_game
 from sightfield.diagrams.tracking.run import TrackingRun, run_tracking
 from sightfield.diagrams.tracking.scenario import Evaders, Pursuers, TrackingScenario
 from sightfield.diagrams.world_source import WorldSource
-from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
-from sightfield.systems.numerics.geometry.corner_sight import build_corner_index
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
+from sightfield.systems.numerics.geometry.random_arena import Arena, draw_arena
+from sightfield.systems.numerics.geometry.segment_sight import build_corner_index
 from sightfield.systems.numerics.tracking.corner_game import corner_table
 from sightfield.systems.numerics.tracking.risk import RISK_FUNCTIONS, team_risk
 from sightfield.systems.numerics.tracking.sight_state import observe

@@ -11,8 +11,8 @@ from sightfield.diagrams.tracking.run import run_tracking
 from sightfield.diagrams.tracking.scenario import Evaders, Pursuers, TrackingScenario
 from sightfield.diagrams.tracking.solved_game import solved_game, solved_game_of_two
 from sightfield.diagrams.world_source import WorldSource
-from sightfield.systems.numerics.geometry.corner_sight import build_corner_index
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
+from sightfield.systems.numerics.geometry.segment_sight import build_corner_index
 from sightfield.systems.numerics.tracking.best_response.rollouts import (
     ALONG,
     FIXED,

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from sightfield.systems.numerics.geometry.maps.cell_outline import trace_cells
-from sightfield.systems.numerics.geometry.maps.free_cells import select_free_cells
+from sightfield.systems.numerics.geometry.cell_outline import trace_cells
 from sightfield.systems.numerics.geometry.occupancy_map import (
     FREE,
     OCCUPIED,
@@ -19,8 +18,9 @@ from sightfield.systems.numerics.geometry.occupancy_map import (
 from sightfield.systems.numerics.geometry.occupancy_outline import (
     OutlineOptions,
     outline_occupancy_map,
+    select_free_cells,
 )
-from sightfield.systems.numerics.geometry.rings import ring_area
+from sightfield.systems.numerics.geometry.world import ring_area
 
 KEEP_ALL = {"min_obstacle_area": 0.0, "min_wall_length": 0.0}
 

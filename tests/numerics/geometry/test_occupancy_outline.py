@@ -1,21 +1,149 @@
 """Occupancy maps become worlds that keep the map's topology, walls and areas."""
 
+import cv2
 import numpy as np
 import pytest
 import shapely
+from hypothesis import given
+from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.geometry.occupancy_map import (
-    FREE,
-    OCCUPIED,
-    UNKNOWN,
-    OccupancyMap,
-)
+from sightfield.systems.numerics.geometry.occupancy_map import FREE, OCCUPIED, UNKNOWN, OccupancyMap
 from sightfield.systems.numerics.geometry.occupancy_outline import (
     OutlineOptions,
+    hausdorff_distance,
     outline_occupancy_map,
+    wall_guards,
 )
 from sightfield.systems.numerics.geometry.world import World
+
+SIZE = 40
+
+
+@pytest.fixture
+def hall():
+    """Free cells with a frame of others."""
+    cells = np.zeros((SIZE, SIZE), dtype=bool)
+    cells[1:-1, 1:-1] = True
+    return cells
+
+
+def guarded(inside: np.ndarray, tolerance: float) -> set[tuple[int, int]]:
+    """Row and column of the cells with guards."""
+    points = wall_guards(inside, tolerance)
+    return {(int(row), int(column)) for column, row in np.floor(points)}
+
+
+def test_an_empty_room_has_no_guards(hall):
+    assert guarded(hall, 1.0) == set()
+
+
+@pytest.mark.parametrize("step", [(0, 1), (1, 0), (1, 1), (-1, 1)])
+def test_every_cell_of_a_wall_one_cell_thick_is_guarded(hall, step):
+    wall = {(20 + k * step[0], 20 + k * step[1]) for k in range(10)}
+    hall[tuple(np.array(sorted(wall)).T)] = False
+    assert guarded(hall, 1.0) == wall
+
+
+def test_guards_surround_the_middle_of_a_cell(hall):
+    hall[20, 10:30] = False
+    around = wall_guards(hall, 1.0)[:4] - [10.5, 20.5]
+    assert sorted(map(tuple, around)) == [(-0.25, 0.0), (0.0, -0.25), (0.0, 0.25), (0.25, 0.0)]
+
+
+def test_what_is_thicker_than_two_tolerances_needs_no_guard(hall):
+    hall[20:23, 10:30] = False
+    assert guarded(hall, 1.0) == set()
+    assert guarded(hall, 1.5) != set()
+
+
+def test_a_bump_is_no_wall_and_a_wall_on_something_thick_is(hall):
+    hall[10:20, 10:20] = False
+    hall[20, 15] = False
+    assert guarded(hall, 1.0) == set()
+    hall[20:23, 15] = False
+    assert guarded(hall, 1.0) == {(20, 15), (21, 15), (22, 15)}
+
+
+def test_a_bump_on_a_thin_obstacle_is_no_wall_either(hall):
+    hall[10:16, 10:16] = False
+    hall[16, 12] = False
+    assert (16, 12) not in guarded(hall, 4.0)
+    assert guarded(hall, 4.0) != set()
+
+
+def test_a_stub_of_the_border_counts_from_the_border(hall):
+    hall[1, 20] = False
+    assert guarded(hall, 1.0) == set()
+    hall[1:6, 20] = False
+    assert {(row, 20) for row in range(1, 6)} == guarded(hall, 1.0)
+
+
+def test_a_region_that_is_thin_everywhere_is_guarded_itself():
+    corridor = np.zeros((10, SIZE), dtype=bool)
+    corridor[5, 3:-3] = True
+    assert guarded(corridor, 1.0) == {(5, column) for column in range(3, SIZE - 3)}
+
+
+def test_every_thin_obstacle_keeps_a_guard(hall):
+    rng = np.random.default_rng(3)
+    hall[5:35, 5:35] &= rng.random((30, 30)) > 0.2
+    points = wall_guards(hall, 50.0)
+    assert len(points) > 0
+    # With a tolerance larger than the room, every obstacle is thin.
+    _, parts = cv2.connectedComponents((~hall).astype(np.uint8), connectivity=8)
+    kept = {int(parts[int(y), int(x)]) for x, y in points}
+    assert kept >= set(range(1, parts.max() + 1)) - {int(parts[0, 0])}
+
+
+SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
+
+
+def test_equal_outlines_are_at_no_distance():
+    assert hausdorff_distance([SQUARE], [np.roll(SQUARE, 1, axis=0)], 1e-6) == 0.0
+
+
+def test_a_shifted_square_is_as_far_as_it_was_shifted():
+    assert hausdorff_distance([SQUARE], [SQUARE + np.array([1.0, 0.0])], 1e-6) == pytest.approx(1.0)
+
+
+def test_a_larger_square_is_farthest_at_its_corners():
+    larger = 1.5 * (SQUARE - 2.0) + 2.0
+    assert hausdorff_distance([SQUARE], [larger], 1e-6) == pytest.approx(np.sqrt(2.0))
+
+
+def test_the_farthest_point_may_lie_inside_an_edge():
+    left = np.array([[0.0, 0.0], [0.0, 1.0], [-1.0, 0.0]])
+    right = np.array([[10.0, 0.0], [11.0, 0.0], [10.0, 1.0]])
+    joined = np.array([[-1.0, 0.0], [11.0, 0.0], [10.0, 1.0], [0.0, 1.0]])
+    # The upper edge runs from one tip to the other, 10 apart, the lower as far below.
+    assert hausdorff_distance([left, right], [joined], 1e-6) == pytest.approx(5.0, abs=1e-5)
+
+
+def test_the_order_does_not_matter():
+    inner = SQUARE[:3] / 8.0
+    assert hausdorff_distance([SQUARE], [inner], 1e-9) == pytest.approx(
+        hausdorff_distance([inner], [SQUARE], 1e-9)
+    )
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_it_agrees_with_dense_samples(seed):
+    rng = np.random.default_rng(seed)
+    one, other = ([rng.uniform(0, 5, (rng.integers(3, 7), 2))] for _ in range(2))
+
+    def line(rings):
+        return shapely.MultiLineString([np.vstack([ring, ring[:1]]) for ring in rings])
+
+    fine = 0.02
+    sampled = [shapely.segmentize(line(rings), fine) for rings in (one, other)]
+    expected = max(
+        shapely.distance(shapely.points(shapely.get_coordinates(a)), b).max()
+        for a, b in [(sampled[0], line(other)), (sampled[1], line(one))]
+    )
+    # Between samples the distance grows by at most half their spacing.
+    assert -1e-9 <= hausdorff_distance(one, other, 1e-9) - expected <= fine / 2
+
 
 CELL = 0.05
 KEEP_ALL = {"min_obstacle_area": 0.0, "min_wall_length": 0.0}

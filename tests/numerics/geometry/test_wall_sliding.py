@@ -7,11 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.geometry.clearance import clearances
-from sightfield.systems.numerics.geometry.edge_index import build_edge_index
-from sightfield.systems.numerics.geometry.grown_obstacles import shrink_world
+from sightfield.systems.numerics.geometry.edge_index import build_edge_index, clearances
 from sightfield.systems.numerics.geometry.wall_sliding import slide, slide_team, stop_team
-from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.geometry.world import make_world, shrink_world
 
 ARENA = [[0, 0], [4, 0], [4, 4], [0, 4]]
 BOX = [[1, 1], [2, 1], [2, 2], [1, 2]]

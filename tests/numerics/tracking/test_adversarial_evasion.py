@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.geometry.corner_sight import build_corner_index
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
+from sightfield.systems.numerics.geometry.segment_sight import build_corner_index
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking.adversarial_evasion import (
     adversarial_velocities,

@@ -10,10 +10,9 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
-from sightfield.systems.numerics.geometry.grown_obstacles import shrink_world
-from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.geometry.random_arena import Arena, draw_arena
+from sightfield.systems.numerics.geometry.world import make_world, shrink_world
 from sightfield.systems.numerics.tracking.collision_avoidance import YIELDING_TIME, avoid
 from sightfield.systems.numerics.tracking.collision_stop import NEAR
 from sightfield.systems.numerics.tracking.turn_taking import still_waiting, take_turns

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
-from sightfield.systems.numerics.geometry.grown_obstacles import shrink_world
-from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.geometry.world import make_world, shrink_world
 from sightfield.systems.numerics.tracking.collision_stop import (
     clear_parts,
     half_gap_part,

@@ -8,8 +8,8 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from sightfield.systems.numerics.geometry.corner_sight import build_corner_index
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
+from sightfield.systems.numerics.geometry.segment_sight import build_corner_index
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking.corner_game import corner_table, margins, to_corner_frame
 from sightfield.systems.numerics.tracking.lookahead import least_threat, signed_margin

@@ -9,11 +9,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.special import logsumexp
 
-from sightfield.systems.numerics.geometry.corner_sight import build_corner_index
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
-from sightfield.systems.numerics.geometry.grown_obstacles import shrink_world
+from sightfield.systems.numerics.geometry.segment_sight import build_corner_index
 from sightfield.systems.numerics.geometry.wall_sliding import slide
-from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.geometry.world import make_world, shrink_world
 from sightfield.systems.numerics.tracking import lookahead
 from sightfield.systems.numerics.tracking.corner_game import corner_table
 from sightfield.systems.numerics.tracking.lookahead import lookahead_velocities, signed_margin

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from sightfield.systems.numerics.geometry.corner_sight import build_corner_index
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
-from sightfield.systems.numerics.geometry.segment_sight import are_clear
+from sightfield.systems.numerics.geometry.segment_sight import are_clear, build_corner_index
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking.sight_state import observe, sight_size, split_sight
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.geometry.corner_sight import build_corner_index
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
+from sightfield.systems.numerics.geometry.segment_sight import build_corner_index
 from sightfield.systems.numerics.geometry.team_sight import sight_matrix
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking.corner_fields import FIELDS, corner_field

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.geometry.grown_obstacles import shrink_world
-from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.geometry.world import make_world, shrink_world
 from sightfield.systems.tracking.collision_avoidance import CollisionAvoidance, CollisionStop
 
 ROOM = make_world([[-9, -9], [9, -9], [9, 9], [-9, 9]])

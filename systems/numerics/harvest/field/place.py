@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import require, require_finite
-from ...geometry.maps.local_plane import from_local_plane, local_plane
+from ...geometry.world_files import from_local_plane, local_plane
 
 
 @dataclass(frozen=True)

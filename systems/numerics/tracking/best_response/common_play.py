@@ -12,9 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled, kernel
-from ...geometry.corner_sight import CornerIndex, see_corners
 from ...geometry.edge_index import EdgeIndex
-from ...geometry.segment_sight import segment_is_clear
+from ...geometry.segment_sight import CornerIndex, see_corners, segment_is_clear
 from ..sight_state import split_sight
 
 

@@ -15,9 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled, kernel
-from ...geometry.corner_sight import CornerIndex
 from ...geometry.edge_index import EdgeIndex
-from ...geometry.segment_sight import segment_is_clear
+from ...geometry.segment_sight import CornerIndex, segment_is_clear
 from ...geometry.sight_loss import Motion, loss_of_target
 from ...geometry.wall_sliding import slide
 from ..adversarial_evasion import corner_stance, escape_velocity

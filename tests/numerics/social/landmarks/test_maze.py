@@ -7,8 +7,7 @@ import pytest
 import shapely
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.geometry.grown_obstacles import shrink_world
-from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.geometry.world import make_world, shrink_world
 from sightfield.systems.numerics.social.landmarks.maze import Landmark, MarkerBlock, Maze
 from sightfield.systems.numerics.social.landmarks.thesis_maze import hang_landmarks, thesis_maze
 

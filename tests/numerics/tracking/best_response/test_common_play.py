@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.geometry.corner_sight import build_corner_index
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
-from sightfield.systems.numerics.geometry.segment_sight import segment_is_clear
+from sightfield.systems.numerics.geometry.segment_sight import build_corner_index, segment_is_clear
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking.best_response import common_play
 from sightfield.systems.numerics.tracking.best_response.rollouts import (

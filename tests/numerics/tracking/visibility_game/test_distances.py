@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
-from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
+from sightfield.systems.numerics.geometry.random_arena import Arena, draw_arena
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking.visibility_game.board import distances_to_losing
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (

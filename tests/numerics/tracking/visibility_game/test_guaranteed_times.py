@@ -7,13 +7,12 @@ import pytest
 import shapely
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index, point_is_free
-from sightfield.systems.numerics.geometry.grown_obstacles import shrink_world
+from sightfield.systems.numerics.geometry.random_arena import Arena, draw_arena
 from sightfield.systems.numerics.geometry.segment_sight import are_clear, segment_is_clear
 from sightfield.systems.numerics.geometry.sight_loss import first_loss
 from sightfield.systems.numerics.geometry.visibility_polygon import visibility_polygon
-from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.geometry.world import make_world, shrink_world
 from sightfield.systems.numerics.tracking.corner_game import (
     corner_table,
     escape_time,

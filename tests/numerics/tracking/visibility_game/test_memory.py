@@ -9,7 +9,7 @@ import pytest
 SCRIPT = """
 import json, resource, sys
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
+from sightfield.systems.numerics.geometry.random_arena import Arena, draw_arena
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index, point_is_free
+from sightfield.systems.numerics.geometry.random_arena import Arena, draw_arena
 from sightfield.systems.numerics.geometry.segment_sight import are_clear, segment_is_clear
 from sightfield.systems.numerics.geometry.sight_loss import first_loss
 from sightfield.systems.numerics.geometry.world import make_world

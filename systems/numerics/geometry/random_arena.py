@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import InvalidInput, require, require_non_negative, require_positive
-from ..world import World, make_world
+from ..errors import InvalidInput, require, require_non_negative, require_positive
+from .world import World, make_world
 
 # Draws for one obstacle before the others are drawn anew, and how often that is tried.
 _DRAWS = 200

@@ -8,8 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from sightfield.systems.numerics.geometry.maps.cell_outline import trace_cells, without_pinches
-from sightfield.systems.numerics.geometry.maps.outline_simplification import simplify_outline
+from sightfield.systems.numerics.geometry.cell_outline import (
+    simplify_outline,
+    trace_cells,
+    without_pinches,
+)
 
 NO_GUARDS = np.zeros((0, 2))
 

@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.geometry.arenas.random_arena import Arena, draw_arena
+from sightfield.systems.numerics.geometry.random_arena import Arena, draw_arena
 
 
 @pytest.mark.parametrize("seed", range(20))

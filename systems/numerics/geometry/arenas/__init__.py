@@ -1,1 +1,0 @@
-"""Worlds drawn at random."""

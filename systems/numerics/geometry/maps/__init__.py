@@ -1,1 +1,0 @@
-"""From the cells of an occupancy map to polygons: images, free cells, outlines, simplification."""
