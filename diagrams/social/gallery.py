@@ -12,8 +12,8 @@ from ...systems.numerics.social.network.interface import Picture
 from ...systems.numerics.social.recognition.picture_files import decode_picture
 from ...systems.numerics.social.recognition.references import MARKER
 from ..tracking.scene.layout import FAINT_INK, PAPER, Layout
+from ..visuals.lighting import picture_square
 from ..visuals.meshes import flat_mesh
-from ..visuals.picture_square import picture_square
 from ..visuals.stage import Stage
 from ..visuals.text import advance, text_mesh
 from .crowd_layer import agent_paint

@@ -9,10 +9,9 @@ import numpy as np
 import shapely
 
 from ..tracking.scene.layout import FAINT_INK, IN_SIGHT, INK, LOST, PAPER, PURSUER, Layout
-from ..visuals.digits import Digits
 from ..visuals.meshes import Mesh, bar_mesh, disc_mesh, flat_mesh
 from ..visuals.stage import Stage
-from ..visuals.text import advance, text_mesh
+from ..visuals.text import Digits, advance, text_mesh
 from .crowd_layer import ESTIMATE, FRIEND, LANDMARK, ROUTE, STRANGER, UNCERTAINTY, agent_paint
 
 _DASHES = 7

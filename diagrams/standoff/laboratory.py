@@ -23,7 +23,7 @@ from ...systems.numerics.standoff.sampled_loop import (
     sampled_loop,
 )
 from ...systems.numerics.standoff.sampled_region import attracted_by_sampled
-from ..visuals.picture_square import picture_square
+from ..visuals.lighting import picture_square
 from .make_standoff import StandoffScenario
 from .pictures import PURSUER, REFERENCE, REGION, SINGULAR, draw_nyquist_plane
 

@@ -14,12 +14,11 @@ from matplotlib.figure import Figure
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from ...systems.numerics.standoff.loop import wanted_equilibrium
-from ..visuals.digits import Digits
 from ..visuals.lighting import paint, set_lights
 from ..visuals.meshes import bar_mesh, disc_mesh, extruded_mesh, flat_mesh
 from ..visuals.replay import write_replay
 from ..visuals.stage import Stage
-from ..visuals.text import text_mesh
+from ..visuals.text import Digits, text_mesh
 from .make_standoff import StandoffRun, StandoffScenario
 from .pictures import EVADER, PURSUER, REFERENCE, SINGULAR
 

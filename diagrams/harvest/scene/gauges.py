@@ -4,10 +4,9 @@ import shapely
 from pydrake.geometry import Rgba
 
 from ...tracking.scene.layout import FAINT_INK, INK, PAPER
-from ...visuals.digits import Digits
 from ...visuals.meshes import flat_mesh, unit_bar_mesh
 from ...visuals.stage import Stage
-from ...visuals.text import advance, text_mesh
+from ...visuals.text import Digits, advance, text_mesh
 from .palette import EMPTY, GRAIN
 
 # Where things are in a row, in its width: the bar, the end of the digits, the words.

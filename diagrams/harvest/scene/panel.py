@@ -6,10 +6,9 @@ import numpy as np
 import shapely
 
 from ...tracking.scene.layout import FAINT_INK, INK, PAPER, Layout
-from ...visuals.digits import Digits
 from ...visuals.meshes import flat_mesh, unit_bar_mesh
 from ...visuals.stage import Stage
-from ...visuals.text import advance, text_mesh
+from ...visuals.text import Digits, advance, text_mesh
 from .gauges import Gauge
 from .palette import CROP, MARGIN_GROUND, STUBBLE, TRACTOR, TRUCK_BED, combine_paint
 

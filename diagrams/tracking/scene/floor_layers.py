@@ -8,9 +8,8 @@ import shapely
 from pydrake.geometry import Rgba
 
 from ....systems.numerics.geometry.world import World
-from ...visuals.keyframes import Keyframes
 from ...visuals.meshes import Mesh, arrow_mesh, bar_mesh, fan_mesh, mesh_of, unit_bar_mesh
-from ...visuals.stage import Stage
+from ...visuals.stage import Keyframes, Stage
 from .layout import CHASE, FIELD, LINE_OF_SIGHT, LOSING, POLYGON, Layout
 
 # How often the arrows are drawn afresh [s].

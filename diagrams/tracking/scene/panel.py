@@ -3,10 +3,9 @@
 import numpy as np
 import shapely
 
-from ...visuals.digits import Digits
 from ...visuals.meshes import Mesh, arrow_mesh, bar_mesh, disc_mesh, flat_mesh, line_mesh
 from ...visuals.stage import Stage
-from ...visuals.text import advance, text_mesh
+from ...visuals.text import Digits, advance, text_mesh
 from .floor_layers import BANDS
 from .layout import (
     CHASE,

@@ -12,9 +12,8 @@ from ....systems.drake_types import AbstractValue, read
 from ....systems.numerics.vision.omni_optics import OmniCamera
 from ....systems.numerics.vision.whereabouts.place_grid import PlaceGrid, make_place_grid
 from ...tracking.scene.layout import FAINT_INK, PAPER, Layout, make_layout
-from ...visuals.lighting import paint
+from ...visuals.lighting import paint, picture_square
 from ...visuals.meshes import disc_mesh, flat_mesh
-from ...visuals.picture_square import picture_square
 from ...visuals.stage import Stage
 from ...visuals.text import text_mesh
 from .picture_game import PictureGame
