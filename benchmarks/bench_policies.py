@@ -16,7 +16,7 @@ from pydrake.systems.framework import EventStatus
 from sightfield.diagrams.studies.engine import run_study
 from sightfield.diagrams.studies.opponents import Match, cell_name, match_cell
 from sightfield.diagrams.studies.study import Cell, Study
-from sightfield.diagrams.studies.tracking_study import thesis_base
+from sightfield.diagrams.studies.team_studies import thesis_base
 from sightfield.diagrams.tracking.game import TrackingGame, set_up_game
 from sightfield.diagrams.tracking.make_tracking import MakeTracking
 from sightfield.diagrams.tracking.solved_game import solved_game

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sightfield.diagrams.studies.engine import GAMES_PER_PROCESS
 from sightfield.diagrams.studies.play import play_block
-from sightfield.diagrams.studies.player import GAMES_PER_PROCESS
-from sightfield.diagrams.studies.tracking_study import tracking_study
+from sightfield.diagrams.studies.team_studies import tracking_study
 
 from .racing import Racer, race
 
@@ -67,7 +67,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from sightfield.diagrams.studies.engine import run_study
 from sightfield.diagrams.studies.play import play_block
-from sightfield.diagrams.studies.tracking_study import tracking_study
+from sightfield.diagrams.studies.team_studies import tracking_study
 workers, runs = int(sys.argv[1]), int(sys.argv[2])
 study = tracking_study(runs=runs, vectors=("uniform",), opponents=("adversarial",))
 print("ready", flush=True)

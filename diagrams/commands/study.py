@@ -21,31 +21,26 @@ from ...systems.numerics.errors import require, require_one_of
 from ...systems.numerics.geometry.random_arena import Arena
 from ..outputs import NoRoom, output_folder
 from ..scenario_files import build, with_settings
-from ..studies.assignment_study import assignment_grid, assignment_study
 from ..studies.engine import run_study
-from ..studies.grid import StudyGrid
-from ..studies.opponents import (
-    FEWER,
-    OPPONENTS,
-    POLICIES,
-    RUNS,
-    fewer_runs,
-    read_opponent_runs,
-)
-from ..studies.policies_study import PURSUERS as PURSUIT
-from ..studies.policies_study import RUNS as POLICY_RUNS
-from ..studies.policies_study import (
-    SIZES,
-    USUAL,
-    policies_grid,
-    policies_study,
-)
+from ..studies.opponents import FEWER, OPPONENTS, POLICIES, RUNS, fewer_runs, read_opponent_runs
 from ..studies.records import recorded_study
 from ..studies.report import write_scenario, write_study_report
 from ..studies.study import Study
-from ..studies.summary import summarise_study
-from ..studies.tables import mean_tables
-from ..studies.tracking_study import SECONDS, thesis_base, tracking_grid, tracking_study
+from ..studies.summary import StudyGrid, mean_tables, summarise_study
+from ..studies.team_studies import (
+    POLICY_RUNS,
+    PURSUIT,
+    SECONDS,
+    SIZES,
+    USUAL,
+    assignment_grid,
+    assignment_study,
+    policies_grid,
+    policies_study,
+    thesis_base,
+    tracking_grid,
+    tracking_study,
+)
 from ..tracking.game import set_up_game
 from ..tracking.live_page import open_live_page
 from ..tracking.report import summarise_tracking, write_tracking_report

@@ -19,8 +19,16 @@ from ...systems.numerics.geometry.random_arena import Arena
 from ...systems.numerics.geometry.world_files import load_world
 from ..outputs import output_folder
 from ..scenario_files import build, with_settings
-from ..studies.map_report import map_tables, summarise_maps, write_map_report
-from ..studies.map_study import FACTORS, VALUES, MapResult, MapStudy, run_map_study
+from ..studies.map_study import (
+    FACTORS,
+    VALUES,
+    MapResult,
+    MapStudy,
+    map_tables,
+    run_map_study,
+    summarise_maps,
+    write_map_report,
+)
 
 
 def study_map(

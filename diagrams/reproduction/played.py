@@ -4,7 +4,7 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 
-from ..studies.claims.claim import FAILS, HOLDS, OPEN, Judgement
+from ..studies.claims import FAILS, HOLDS, OPEN, Judgement
 from ..studies.engine import run_study
 from ..studies.records import StudyResult
 from ..studies.study import Study, study_to_json

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 from ....systems.numerics.statistics import holm, paired_difference
 from ....systems.numerics.tracking.assignment.voting import AGGREGATIONS
-from ...studies.assignment_study import PURSUERS, assignment_study
-from ...studies.grid import StudyGrid, StudyPanel, matrix_of
 from ...studies.opponents import cell_name
-from ...studies.pictures import draw_matrix, draw_means
 from ...studies.records import StudyResult
+from ...studies.report import draw_matrix, draw_means
+from ...studies.summary import StudyGrid, StudyPanel, matrix_of
+from ...studies.team_studies import PURSUERS, assignment_study
 from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Workshop
 from ..played import played
 

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from ....systems.numerics.geometry.random_arena import Arena
 from ....systems.numerics.statistics import paired_difference
 from ....systems.numerics.tracking.risk import RISK_FUNCTIONS
-from ...studies.grid import StudyGrid, StudyPanel, matrix_of
 from ...studies.opponents import Match, cell_name, match_cell, runs_against
-from ...studies.pictures import draw_matrix, draw_means
+from ...studies.report import draw_matrix, draw_means
 from ...studies.study import Study
-from ...studies.tracking_study import thesis_base
+from ...studies.summary import StudyGrid, StudyPanel, matrix_of
+from ...studies.team_studies import thesis_base
 from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Workshop
 from ..played import played
 

@@ -8,9 +8,9 @@ from ....systems.numerics.tracking.corner_game import corner_table
 from ....systems.numerics.tracking.corner_study.polygon_bound import least_escape_time
 from ....systems.numerics.tracking.risk import RISK_VECTORS
 from ...studies.opponents import cell_name
-from ...studies.pictures import draw_matrix
 from ...studies.records import StudyResult
-from ...studies.tracking_study import tracking_grid, tracking_study
+from ...studies.report import draw_matrix
+from ...studies.team_studies import tracking_grid, tracking_study
 from ...tracking.game import set_up_game
 from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Table, Workshop
 from ..played import played

@@ -13,15 +13,13 @@ from ....systems.numerics.statistics import (
     run_slopes,
     share,
 )
-from ...studies.grid import StudyGrid, StudyPanel, matrix_of
 from ...studies.opponents import cell_name, match_of
-from ...studies.pictures import draw_curves, draw_matrix, draw_means
-from ...studies.policies_study import REFERENCE, policies_study
+from ...studies.play import guarantees_of_study
 from ...studies.records import StudyResult
-from ...studies.start_guarantees import guarantees_of_study
+from ...studies.report import draw_curves, draw_matrix, draw_means
 from ...studies.study import Study
-from ...studies.summary import mean_matrix, worst_of
-from ...studies.tracking_study import SECONDS, thesis_base
+from ...studies.summary import StudyGrid, StudyPanel, matrix_of, mean_matrix, worst_of
+from ...studies.team_studies import REFERENCE, SECONDS, policies_study, thesis_base
 from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Table, Workshop
 from ..played import played
 

@@ -1,9 +1,9 @@
 """Figure 2.19: ranking and aggregation against pursuers that choose for themselves."""
 
-from ...studies.assignment_study import assignment_grid, assignment_study
-from ...studies.claims.allocation_claims import TEAMS, judge_allocations
-from ...studies.claims.variants import judge_everywhere, variants, varied
-from ...studies.pictures import draw_matrix, draw_means
+from ...studies.claims import judge_everywhere, variants, varied
+from ...studies.report import draw_matrix, draw_means
+from ...studies.team_studies import assignment_grid, assignment_study
+from ...studies.thesis_claims import TEAMS, judge_allocations
 from ..evidence import Evidence, Exhibit, Picture, Workshop
 from ..played import fewest, findings_of, played, verdicts_by_assumption
 

@@ -1,9 +1,9 @@
 """Figures 2.16 to 2.18: tracking times over the sizes of the teams, by each risk vector."""
 
-from ...studies.claims.team_claims import VECTORS, judge_teams
-from ...studies.claims.variants import judge_everywhere, variants, varied
-from ...studies.pictures import draw_curves, draw_matrix, draw_means
-from ...studies.tracking_study import tracking_grid, tracking_study
+from ...studies.claims import judge_everywhere, variants, varied
+from ...studies.report import draw_curves, draw_matrix, draw_means
+from ...studies.team_studies import tracking_grid, tracking_study
+from ...studies.thesis_claims import VECTORS, judge_teams
 from ..evidence import Evidence, Exhibit, Picture, Workshop
 from ..played import fewest, findings_of, played, verdicts_by_assumption
 

@@ -25,7 +25,7 @@ from sightfield.diagrams.reproduction.make_exhibits import FAILED, Made, make_ex
 from sightfield.diagrams.reproduction.page.make_page import make_page
 from sightfield.diagrams.reproduction.played import fewest, findings_of, verdicts_by_assumption
 from sightfield.diagrams.reproduction.registry import EXHIBITS, chosen_exhibits
-from sightfield.diagrams.studies.claims.claim import FAILS, HOLDS, ClaimVerdict, Judgement
+from sightfield.diagrams.studies.claims import FAILS, HOLDS, ClaimVerdict, Judgement
 from sightfield.systems.numerics.errors import InvalidInput
 
 AWKWARD = "a < b & \"c\" <script>alert('d')</script>"

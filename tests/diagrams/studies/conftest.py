@@ -1,11 +1,14 @@
-"""A study that takes a second or two."""
+"""Studies small enough to be played in tests, and tables of studies made up for claims."""
 
 from collections.abc import Callable
 
+import numpy as np
+import pyarrow as pa
 import pytest
 
+from sightfield.diagrams.studies.records import SCHEMA, StudyResult
 from sightfield.diagrams.studies.study import Cell, Study
-from sightfield.diagrams.studies.tracking_study import thesis_base
+from sightfield.diagrams.studies.team_studies import thesis_base
 
 
 @pytest.fixture(scope="session")
@@ -34,3 +37,34 @@ def make_study() -> Callable[..., Study]:
         return Study(**{**settings, "runs": runs, **changes})
 
     return make
+
+
+def make_result(study: Study, time_of: Callable[[Cell, np.random.Generator], np.ndarray]):
+    """A finished study in which each cell's times come from a function, cut off at the horizon.
+
+    Of the times of the function as many are taken as the cell has runs.
+    """
+    horizon, rows = study.base.seconds, []
+    for cell in study.cells:
+        times = np.maximum(time_of(cell, np.random.default_rng(3)), 0.0)
+        for run, time in enumerate(times[: study.runs_of(cell)].tolist()):
+            rows.append(
+                {
+                    "cell": cell.name,
+                    "run": run,
+                    "seed": run,
+                    "pursuers": cell.value("pursuers.count"),
+                    "evaders": cell.value("evaders.count"),
+                    "horizon": horizon,
+                    "time": min(time, horizon),
+                    "censored": time >= horizon,
+                    "lost_evader": -1 if time >= horizon else 0,
+                }
+            )
+    return StudyResult(study, pa.Table.from_pylist(rows, schema=SCHEMA))
+
+
+@pytest.fixture(scope="session")
+def made_up():
+    """See `make_result`."""
+    return make_result

@@ -13,11 +13,11 @@ import distributed
 import psutil
 import pytest
 
-from sightfield.diagrams.studies import engine, player
-from sightfield.diagrams.studies.assignment_study import assignment_study
+from sightfield.diagrams.studies import engine
 from sightfield.diagrams.studies.engine import blocks_of, run_study
 from sightfield.diagrams.studies.play import play_block
 from sightfield.diagrams.studies.records import StudyResult, load_study, recorded_study
+from sightfield.diagrams.studies.team_studies import assignment_study
 from sightfield.systems.numerics.errors import InvalidInput
 
 SIGHTFIELD = Path(sys.executable).with_name("sightfield")
@@ -62,15 +62,15 @@ def test_one_and_two_workers_give_the_same_table(
     workers, reference, make_study, tmp_path, small_blocks, monkeypatch
 ):
     """Though a worker is replaced by a fresh one, lest it grow, after two of the three blocks."""
-    monkeypatch.setattr(player, "GAMES_PER_PROCESS", 12)
+    monkeypatch.setattr(engine, "GAMES_PER_PROCESS", 12)
     started, told = [], []
-    executor = player.ProcessPoolExecutor
+    executor = engine.ProcessPoolExecutor
 
     def start(*words, **options):
         started.append(words)
         return executor(*words, **options)
 
-    monkeypatch.setattr(player, "ProcessPoolExecutor", start)
+    monkeypatch.setattr(engine, "ProcessPoolExecutor", start)
     study = make_study(RUNS)
     result = run_study(study, tmp_path, workers=workers, progress=lambda *at: told.append(at))
     assert result.table.equals(reference)

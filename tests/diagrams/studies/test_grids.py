@@ -4,7 +4,6 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from sightfield.diagrams.studies.assignment_study import assignment_grid, assignment_study
 from sightfield.diagrams.studies.opponents import (
     Match,
     cell_name,
@@ -13,12 +12,17 @@ from sightfield.diagrams.studies.opponents import (
     read_opponent_runs,
     runs_in_words,
 )
-from sightfield.diagrams.studies.pictures import draw_curves, draw_matrix, draw_means
-from sightfield.diagrams.studies.policies_study import policies_grid, policies_study
 from sightfield.diagrams.studies.records import SCHEMA, StudyResult
-from sightfield.diagrams.studies.summary import summarise_study
-from sightfield.diagrams.studies.tables import mean_tables, to_markdown
-from sightfield.diagrams.studies.tracking_study import tracking_grid, tracking_study
+from sightfield.diagrams.studies.report import draw_curves, draw_matrix, draw_means
+from sightfield.diagrams.studies.summary import mean_tables, summarise_study, to_markdown
+from sightfield.diagrams.studies.team_studies import (
+    assignment_grid,
+    assignment_study,
+    policies_grid,
+    policies_study,
+    tracking_grid,
+    tracking_study,
+)
 from sightfield.systems.numerics.errors import InvalidInput
 
 STUDIES = {"tracking": (tracking_study, tracking_grid)}

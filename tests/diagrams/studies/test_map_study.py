@@ -8,8 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from sightfield.diagrams.commands.app import make_app
-from sightfield.diagrams.studies.map_report import draw_maps
-from sightfield.diagrams.studies.map_study import MapStudy, mean_share, run_map_study
+from sightfield.diagrams.studies.map_study import MapStudy, draw_maps, mean_share, run_map_study
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.random_arena import Arena, draw_arena
 from sightfield.systems.numerics.statistics import run_seed

@@ -6,9 +6,8 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from sightfield.diagrams.studies.policies_study import policies_study
-from sightfield.diagrams.studies.start_guarantees import guarantees_of_study
-from sightfield.diagrams.studies.tracking_study import thesis_base
+from sightfield.diagrams.studies.play import guarantees_of_study
+from sightfield.diagrams.studies.team_studies import policies_study, thesis_base
 from sightfield.diagrams.tracking.game import set_up_game
 from sightfield.diagrams.tracking.solved_game import solved_game, solved_game_of_two
 from sightfield.systems.numerics.geometry.random_arena import Arena

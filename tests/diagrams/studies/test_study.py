@@ -10,7 +10,7 @@ from sightfield.diagrams.scenario_files import load_scenario
 from sightfield.diagrams.studies.play import play, play_block
 from sightfield.diagrams.studies.report import write_scenario
 from sightfield.diagrams.studies.study import Cell, study_from_json, study_to_json
-from sightfield.diagrams.studies.tracking_study import thesis_base, tracking_study
+from sightfield.diagrams.studies.team_studies import thesis_base, tracking_study
 from sightfield.diagrams.tracking.game import set_up_game
 from sightfield.diagrams.tracking.run import run_tracking
 from sightfield.diagrams.tracking.scenario import TrackingScenario

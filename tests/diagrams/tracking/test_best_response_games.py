@@ -7,7 +7,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
-from sightfield.diagrams.studies.tracking_study import tracking_study
+from sightfield.diagrams.studies.team_studies import tracking_study
 from sightfield.diagrams.tracking.game import set_up_game, with_random_starts
 from sightfield.diagrams.tracking.make_tracking import MakeTracking
 from sightfield.diagrams.tracking.run import run_tracking

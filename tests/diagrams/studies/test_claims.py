@@ -3,13 +3,25 @@
 import numpy as np
 import pytest
 
-from sightfield.diagrams.studies.assignment_study import assignment_study
-from sightfield.diagrams.studies.claims.allocation_claims import TEAMS, judge_allocations
-from sightfield.diagrams.studies.claims.claim import FAILS, HOLDS, OPEN, compare, joint_verdict
-from sightfield.diagrams.studies.claims.team_claims import LEAST, VECTORS, judge_teams
-from sightfield.diagrams.studies.claims.variants import judge_everywhere, variants, varied
+from sightfield.diagrams.studies.claims import (
+    FAILS,
+    HOLDS,
+    OPEN,
+    compare,
+    joint_verdict,
+    judge_everywhere,
+    variants,
+    varied,
+)
 from sightfield.diagrams.studies.opponents import opponent_of, runs_by_opponent
-from sightfield.diagrams.studies.tracking_study import tracking_study
+from sightfield.diagrams.studies.team_studies import assignment_study, tracking_study
+from sightfield.diagrams.studies.thesis_claims import (
+    LEAST,
+    TEAMS,
+    VECTORS,
+    judge_allocations,
+    judge_teams,
+)
 from sightfield.systems.numerics.errors import InvalidInput
 
 RUNS = 60
