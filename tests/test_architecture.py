@@ -21,8 +21,6 @@ STATIONS = {Path("diagrams/station/hardware.py"), Path("diagrams/social/networks
 # leaves the list. Each is read from its first package on and back to it.
 CIRCLES = {
     ("diagrams.harvest", "diagrams.harvest.scene"),
-    ("diagrams.reproduction", "diagrams.reproduction.beyond"),
-    ("diagrams.reproduction", "diagrams.reproduction.exhibits"),
 }
 
 

@@ -15,11 +15,9 @@ from rich.table import Table
 
 from ...systems.numerics.errors import require, require_one_of
 from ..outputs import output_folder
-from ..reproduction.evidence import Exhibit, Workshop
-from ..reproduction.make_exhibits import FAILED, Made, make_exhibits
-from ..reproduction.page.make_page import make_page
-from ..reproduction.registry import chosen_exhibits
-from ..reproduction.summary import summarise
+from ..reproduction.exhibits.evidence import Exhibit, Workshop
+from ..reproduction.make_exhibits import FAILED, Made, chosen_exhibits, make_exhibits, summarise
+from ..reproduction.page import make_page
 from ..studies.opponents import POLICIES, read_opponent_runs
 from ..world_source import WorldSource
 

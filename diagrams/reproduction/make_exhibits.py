@@ -1,12 +1,75 @@
-"""Makes exhibits one by one; what goes wrong with one is told, and the others are still made."""
+"""All exhibits in the order of the page, made one by one; to add one, add a line here.
+
+What goes wrong with one is told, and the others are still made.
+"""
 
 import time
 import traceback
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
+from ...systems.numerics.errors import require
 from ..outputs import lacks_room
-from .evidence import Evidence, Exhibit, Workshop
+from .exhibits.beyond_teams import RADIO, RANK_AGGREGATIONS, RISK_VECTOR_GAPS
+from .exhibits.evidence import Evidence, Exhibit, Workshop
+from .exhibits.harvest import FIELD_PATHS, UNLOADING
+from .exhibits.planning import CART_PATHS, CART_SWEEP
+from .exhibits.social_connectivity import SOCIAL_CONNECTIVITY
+from .exhibits.solved_game import SOLVED_GAME
+from .exhibits.teams import ALLOCATIONS, TEAM_TIMES
+from .exhibits.tracking import CORNER_FIELDS, CORNER_POLICIES, RISK_TRACKS, VECTOR_FIELDS
+from .exhibits.vision import CAMERA_ERRORS, STANDOFF_RESPONSES
+
+EXHIBITS = (
+    CORNER_POLICIES,
+    CORNER_FIELDS,
+    VECTOR_FIELDS,
+    RISK_TRACKS,
+    CAMERA_ERRORS,
+    TEAM_TIMES,
+    ALLOCATIONS,
+    STANDOFF_RESPONSES,
+    SOCIAL_CONNECTIVITY,
+    *UNLOADING,
+    FIELD_PATHS,
+    CART_PATHS,
+    CART_SWEEP,
+    RISK_VECTOR_GAPS,
+    RANK_AGGREGATIONS,
+    RADIO,
+    SOLVED_GAME,
+)
+
+# Asks for all that the thesis has not.
+BEYOND = "beyond"
+
+
+def slug(label: str) -> str:
+    """The id of a figure or table: that of the label "Figure 2.17" is "figure-2.17".
+
+    Args:
+        label: Of the figure or table.
+    """
+    return label.lower().replace(" ", "-")
+
+
+def chosen_exhibits(wanted: Sequence[str]) -> tuple[Exhibit, ...]:
+    """The exhibits that are asked for, in the order of the page; none asked for: all.
+
+    Args:
+        wanted: Ids of exhibits, or of figures and tables that they cover, or BEYOND.
+
+    Raises:
+        InvalidInput: There is no such exhibit.
+    """
+    known: dict[str, tuple[str, ...]] = {each.id: (each.id,) for each in EXHIBITS}
+    known |= {slug(label): (each.id,) for each in EXHIBITS for label in each.covers}
+    known[BEYOND] = tuple(each.id for each in EXHIBITS if not each.covers)
+    for name in wanted:
+        require(name in known, "only", f"be one of {', '.join(known)}", name)
+    chosen = {found for name in wanted or known for found in known[name]}
+    return tuple(each for each in EXHIBITS if each.id in chosen)
+
 
 FAILED = "failed"
 
@@ -63,3 +126,31 @@ def _make(exhibit: Exhibit, workshop: Workshop, begin: Callable[[Exhibit], None]
             raise
         error = traceback.format_exc()
     return Made(exhibit, evidence, error, time.perf_counter() - began)
+
+
+def summarise(made: Sequence[Made], *, quick: bool) -> dict[str, object]:
+    """The report, ready for JSON.
+
+    Returns:
+        quick, seconds (all in all) [s], and exhibits: id, covers, title, command, verdict, seconds,
+        error (None if there was none), findings (subject, thesis, ours, verdict each).
+    """
+    return {
+        "quick": quick,
+        "seconds": sum(each.seconds for each in made),
+        "exhibits": [
+            {
+                "id": each.exhibit.id,
+                "covers": list(each.exhibit.covers),
+                "title": each.exhibit.title,
+                "command": each.exhibit.command,
+                "verdict": each.verdict,
+                "seconds": each.seconds,
+                "error": each.error.strip().splitlines()[-1] if each.error else None,
+                "findings": [asdict(finding) for finding in each.evidence.findings]
+                if each.evidence
+                else [],
+            }
+            for each in made
+        ],
+    }

@@ -1,1 +1,1 @@
-"""The exhibits, one file for each figure or table, or for those that belong together."""
+"""The exhibits, one file for those of a story, and what an exhibit is."""

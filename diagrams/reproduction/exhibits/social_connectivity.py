@@ -14,7 +14,7 @@ from ...social.report import draw_connectivity
 from ...social.run import run_social_search
 from ...social.scenario import SocialScenario
 from ...social.social_game import set_up_social_game
-from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Workshop, judged
+from .evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Workshop, judged
 
 # Tables 2.3 and 2.4: N_req, T_wait, N_img; friending and unfriending of the three agents.
 LIMITS = (3, 10, 1)

@@ -8,9 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from sightfield.diagrams.reproduction.evidence import AGREES, DIFFERS, SHOWN, VERDICTS
-from sightfield.diagrams.reproduction.make_exhibits import FAILED
-from sightfield.diagrams.reproduction.registry import EXHIBITS
+from sightfield.diagrams.reproduction.exhibits.evidence import AGREES, DIFFERS, SHOWN, VERDICTS
+from sightfield.diagrams.reproduction.make_exhibits import EXHIBITS, FAILED
 from sightfield.diagrams.studies.opponents import OPPONENTS
 from sightfield.diagrams.tracking.scenario import OPTIMAL_POLICIES
 

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from sightfield.diagrams.commands import reproduce as command
 from sightfield.diagrams.commands.app import make_app
 from sightfield.diagrams.outputs import NoRoom
-from sightfield.diagrams.reproduction.evidence import (
+from sightfield.diagrams.reproduction.exhibits.evidence import (
     AGREES,
     DIFFERS,
     SHOWN,
@@ -20,11 +20,18 @@ from sightfield.diagrams.reproduction.evidence import (
     Finding,
     Table,
     Workshop,
+    fewest,
+    findings_of,
+    verdicts_by_assumption,
 )
-from sightfield.diagrams.reproduction.make_exhibits import FAILED, Made, make_exhibits
-from sightfield.diagrams.reproduction.page.make_page import make_page
-from sightfield.diagrams.reproduction.played import fewest, findings_of, verdicts_by_assumption
-from sightfield.diagrams.reproduction.registry import EXHIBITS, chosen_exhibits
+from sightfield.diagrams.reproduction.make_exhibits import (
+    EXHIBITS,
+    FAILED,
+    Made,
+    chosen_exhibits,
+    make_exhibits,
+)
+from sightfield.diagrams.reproduction.page import make_page
 from sightfield.diagrams.studies.claims import FAILS, HOLDS, ClaimVerdict, Judgement
 from sightfield.systems.numerics.errors import InvalidInput
 

@@ -4,7 +4,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from sightfield.diagrams.reproduction.beyond.solved_game import (
+from sightfield.diagrams.reproduction.exhibits.solved_game import (
     PURSUERS,
     WorstGames,
     findings,

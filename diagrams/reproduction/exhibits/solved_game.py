@@ -20,8 +20,7 @@ from ...studies.report import draw_curves, draw_matrix, draw_means
 from ...studies.study import Study
 from ...studies.summary import StudyGrid, StudyPanel, matrix_of, mean_matrix, worst_of
 from ...studies.team_studies import REFERENCE, SECONDS, policies_study, thesis_base
-from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Table, Workshop
-from ..played import played
+from .evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Table, Workshop, played
 
 PURSUERS = (REFERENCE, "margin", "guarantee", "certified")
 

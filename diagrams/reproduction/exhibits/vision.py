@@ -1,7 +1,11 @@
-"""Figures 2.10 to 2.12: how well the omni-directional camera tells distances."""
+"""Figures 2.10 to 2.12 and 2.20: how well the camera tells distances, and how one is kept by it."""
+
+from dataclasses import replace
 
 import numpy as np
 
+from ....systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop, wanted_equilibrium
+from ....systems.numerics.standoff.response import respond, still_integral
 from ....systems.numerics.vision.estimation.calibration import calibrate
 from ....systems.numerics.vision.estimation.labelled_pictures import (
     read_pictures,
@@ -12,15 +16,16 @@ from ....systems.numerics.vision.estimation.readings import THESIS_DISTANCES
 from ....systems.numerics.vision.estimation.shell_colours import chosen_colours
 from ....systems.numerics.vision.sensor import Sensor
 from ....systems.numerics.vision.shells import shell_of
+from ...standoff.pictures import save_response_picture
 from ...vision.calibration.camera_file import load_camera
 from ...vision.calibration.plots import save_direction_spread, save_error_curves
-from ..evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Workshop, judged
+from .evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Workshop, judged
 
 # The thesis's fit (2.8) over 15 to 60 inches, in metres, and its k [px/rad].
 THESIS_PARABOLA, THESIS_K = (1.062, -0.7598, 0.137), 107.0
 
 
-def _make(workshop: Workshop) -> Evidence:
+def _camera_errors(workshop: Workshop) -> Evidence:
     optics, shell = load_camera(None), shell_of("red")
     taken = simulated_pictures(
         optics,
@@ -88,5 +93,53 @@ CAMERA_ERRORS = Exhibit(
     "their deviation over the true distance, 15 to 60 inches. The camera was a real one; ours is "
     "a simulated mirror ball, so that sizes compare and numbers do not.",
     command="sightfield camera calibrate --out out/calibration",
-    make=_make,
+    make=_camera_errors,
+)
+
+
+# y(0) of 2.2.7 [m], and how near to r a loop that keeps it has to come to rest [m].
+START, NEAR = 0.1, 1e-3
+
+
+def _standoff_responses(workshop: Workshop) -> Evidence:
+    loop = StandoffLoop()
+    file = workshop.pictures / "figure_2_20.png"
+    save_response_picture(file, loop, START)
+    ends = {}
+    for controller in CONTROLLERS:
+        each = replace(loop, controller=controller)
+        motion = respond(each, START, integral=still_integral(each, START))
+        ends[controller] = f"{motion.end:.4f} m" if motion.outcome == "settled" else motion.outcome
+    rest = wanted_equilibrium(loop).y
+    return Evidence(
+        (Picture(file, "Left: the responses; right: why they do not end at r."),),
+        (
+            Finding(
+                "Where the loops come to rest",
+                "The controllers are to maintain r = 0.2 m.",
+                f"They settle where the estimate is r: y = {rest:.4f} m, a bias of "
+                f"{1000 * (rest - loop.reference):+.1f} mm. From y(0) = {START} m, y'(0) = 0: "
+                + ", ".join(f"{name} {end}" for name, end in ends.items())
+                + ".",
+                judged(abs(rest - loop.reference) < NEAR),
+            ),
+            Finding(
+                "Which of them settle",
+                "All four responses are shown; no difference is put into words.",
+                "A derivative part makes the equation singular at a distance, and an integral "
+                "that does not start empty can overshoot: see the analysis of the command.",
+                SHOWN,
+            ),
+        ),
+    )
+
+
+STANDOFF_RESPONSES = Exhibit(
+    id="figure-2.20",
+    covers=("Figure 2.20",),
+    title="Responses of the P, PI, PD and PID controllers",
+    states="Distances over time from y(0) = 100 mm and y'(0) = 0 with r = 200 mm, K_P = 10, "
+    "K_I = 5, K_D = 1 and the error a = 0.001062, b = -0.7598, c = 137 (in mm).",
+    command="sightfield standoff --controller PID --analyse --out out/standoff",
+    make=_standoff_responses,
 )

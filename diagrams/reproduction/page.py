@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from importlib import resources
 
-from ..evidence import VERDICTS, Evidence, Finding, Picture, Table
-from ..make_exhibits import FAILED, Made
+from .exhibits.evidence import VERDICTS, Evidence, Finding, Picture, Table
+from .make_exhibits import FAILED, Made
 
 # The weightiest first.
 MEANINGS = {FAILED: "could not be made", **VERDICTS}

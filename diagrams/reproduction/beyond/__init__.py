@@ -1,1 +1,0 @@
-"""Exhibits beyond the thesis: what else the same studies can tell."""
