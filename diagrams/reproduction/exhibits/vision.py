@@ -21,8 +21,8 @@ from ...vision.calibration.camera_file import load_camera
 from ...vision.calibration.plots import save_direction_spread, save_error_curves
 from .evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Workshop, judged
 
-# The thesis's fit (2.8) over 15 to 60 inches, in metres, and its k [px/rad].
-THESIS_PARABOLA, THESIS_K = (1.062, -0.7598, 0.137), 107.0
+# The thesis's k [px/rad].
+THESIS_K = 107.0
 
 
 def _camera_errors(workshop: Workshop) -> Evidence:

@@ -134,44 +134,6 @@ def _towards_free_space(index: EdgeIndex, x: float, y: float, length: float) -> 
     return scale * best_x, scale * best_y
 
 
-def slide_team(
-    index: EdgeIndex, positions: np.ndarray, velocities: np.ndarray, period: float
-) -> np.ndarray:
-    """Velocities that, held for a period, keep every member of a team out of the walls.
-
-    Args:
-        index: Edges of the region for the robots' centres.
-        positions: Shape (2 n,), x and y of each member [m].
-        velocities: Shape (2 n,) [m/s].
-        period: For how long the velocities are held [s].
-
-    Returns:
-        Shape (2 n,) [m/s].
-    """
-    return _slide_team(*index, positions, velocities, period)
-
-
-# Numba takes the arrays one by one in a fraction of the time that it takes a named tuple.
-@compiled
-def _slide_team(
-    edges: np.ndarray,
-    frame: np.ndarray,
-    starts: np.ndarray,
-    items: np.ndarray,
-    probes: np.ndarray,
-    positions: np.ndarray,
-    velocities: np.ndarray,
-    period: float,
-) -> np.ndarray:
-    index = EdgeIndex(edges, frame, starts, items, probes)
-    safe = np.empty_like(velocities)
-    for i in range(0, len(velocities), 2):
-        x, y = positions[i], positions[i + 1]
-        dx, dy = slide(index, x, y, period * velocities[i], period * velocities[i + 1])
-        safe[i], safe[i + 1] = dx / period, dy / period
-    return safe
-
-
 @compiled
 def stop_team(index: EdgeIndex, poses: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """The fraction of each member's straight step that is clear of walls.

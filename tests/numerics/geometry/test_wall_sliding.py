@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index, clearances
-from sightfield.systems.numerics.geometry.wall_sliding import slide, slide_team, stop_team
+from sightfield.systems.numerics.geometry.wall_sliding import slide, stop_team
 from sightfield.systems.numerics.geometry.world import make_world, shrink_world
 
 ARENA = [[0, 0], [4, 0], [4, 4], [0, 4]]
@@ -83,12 +83,6 @@ def test_steps_turn_with_the_scene(random_world, free_points, moved, angle, mirr
         np.testing.assert_allclose(
             start + slide(other_index, *start, *(aim - start)), carry(end), atol=1e-9
         )
-
-
-def test_teams_are_the_members_one_by_one():
-    positions, velocities = np.array([0.5, 0.5, 1.5, 0.9]), np.array([1.0, 2.0, 3.0, 3.0])
-    expected = np.concatenate([slide(INDEX, 0.5, 0.5, 0.1, 0.2), slide(INDEX, 1.5, 0.9, 0.3, 0.3)])
-    np.testing.assert_allclose(slide_team(INDEX, positions, velocities, 0.1) * 0.1, expected)
 
 
 def test_a_stopped_step_ends_at_the_wall():
