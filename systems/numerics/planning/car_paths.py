@@ -129,24 +129,21 @@ def least_lengths(words: Words, radius: float) -> np.ndarray:
     return radius * np.min(np.where(np.isnan(totals), np.inf, totals), axis=0)
 
 
-def paths_by_length(
-    words: Words, start: Sequence[float], radius: float, pose: int = 0
-) -> list[CarPath]:
-    """The words that lead to one of the poses, as paths, shortest first.
+def paths_by_length(words: Words, start: Sequence[float], radius: float) -> list[CarPath]:
+    """The words that lead to the first of the poses, as paths, shortest first.
 
     Args:
         words: Of all poses.
         start: x, y, theta [m], [m], [rad].
         radius: Least turning radius [m].
-        pose: Number of the one.
     """
     x, y, theta = map(float, start)
     paths = [
         CarPath(
-            (x, y, theta), turns, tuple(float(radius * piece) for piece in pieces[:, pose]), radius
+            (x, y, theta), turns, tuple(float(radius * piece) for piece in pieces[:, 0]), radius
         )
         for turns, pieces in words
-        if not np.isnan(pieces[:, pose]).any()
+        if not np.isnan(pieces[:, 0]).any()
     ]
     return sorted(paths, key=lambda path: path.length)
 
@@ -279,18 +276,7 @@ def reeds_shepp_lengths(start: Sequence[float], ends: np.ndarray, radius: float)
         ends: The same, many times, shape (n, 3).
         radius: Least turning radius [m].
     """
-    return least_lengths(reeds_shepp_words(start, ends, radius), radius)
-
-
-def reeds_shepp_words(start: Sequence[float], ends: np.ndarray, radius: float) -> Words:
-    """The words that lead from one pose to many, for `least_lengths` and `paths_by_length`.
-
-    Args:
-        start: x, y, theta [m], [m], [rad].
-        ends: The same, many times, shape (n, 3).
-        radius: Least turning radius [m].
-    """
-    return list(_reeds_shepp_words(relative_poses(start, ends, radius)))
+    return least_lengths(_reeds_shepp_words(relative_poses(start, ends, radius)), radius)
 
 
 def _reeds_shepp_words(poses: np.ndarray) -> Words:

@@ -125,9 +125,7 @@ NEAR, ENOUGH = 1e-3, 1e-4
 _TURN = 2.0 * math.pi
 
 
-def drawn_words(
-    trailer: Trailer, start, goal: Goal, count: int = DRAWN, most: int = KEPT
-) -> list[ArcWord]:
+def drawn_words(trailer: Trailer, start, goal: Goal, count: int = DRAWN) -> list[ArcWord]:
     """Words into a box, the quickest first, one for each order of controls; the same every time.
 
     Their ends may be outside the box by a hair, and the jackknife limit is not looked at: they
@@ -138,7 +136,6 @@ def drawn_words(
         start: x, y, theta, beta [m], [m], [rad], [rad].
         goal: The box, or point.
         count: Words that are drawn.
-        most: Words that are returned.
     """
     radius = trailer.speed / trailer.turn_rate
     cart, local = normalised_in_radii(trailer, goal.to_frame(start))
@@ -153,7 +150,7 @@ def drawn_words(
     found: dict[bytes, ArcWord] = {}
     units = np.array([trailer.speed, trailer.turn_rate])
     for k in np.argsort(times, kind="stable").tolist():
-        if len(found) == most or math.isinf(times[k]):
+        if len(found) == KEPT or math.isinf(times[k]):
             break
         word = merged(ArcWord(controls[k] * units, durations[k] / trailer.turn_rate))
         if len(word.durations):

@@ -57,9 +57,7 @@ class Search:
     steps: int
 
 
-def search_path(
-    value: ValueFunction, walls: Walls, start, goal: Goal, most: int = MOST_STEPS
-) -> Search:
+def search_path(value: ValueFunction, walls: Walls, start, goal: Goal) -> Search:
     """Drive towards a goal box, the most promising step first.
 
     Args:
@@ -67,14 +65,13 @@ def search_path(
         walls: What is in the way, on a raster fine enough to trust.
         start: x, y, theta, beta [m], [m], [rad], [rad].
         goal: The box, that of the table or within it.
-        most: Steps, before the search is given up.
     """
     trailer = value.trailer
     controls = control_set(trailer) * [trailer.speed, trailer.turn_rate]
     duration = STEP * value.grid.theta_step / trailer.turn_rate
     nodes = [_Node(np.array(start, dtype=float), 0.0, -1, -1)]
     queue, seen, steps = [(0.0, 0)], set(), 0
-    while queue and steps < most:
+    while queue and steps < MOST_STEPS:
         batch = []
         while queue and len(batch) < BATCH:
             _, k = heapq.heappop(queue)
