@@ -14,8 +14,8 @@ import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
-from sightfield.systems.numerics.harvest.machines.combine import Combine
-from sightfield.systems.numerics.harvest.plan.combine_plan import plan_combines
+from sightfield.systems.numerics.harvest.machines import Combine
+from sightfield.systems.numerics.harvest.plan.harvest_plan import plan_combines
 
 from .drawn_fields import draw_field
 

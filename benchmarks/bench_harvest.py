@@ -7,9 +7,9 @@ from pydrake.geometry import Meshcat
 
 from sightfield.diagrams.harvest import scenarios
 from sightfield.diagrams.harvest.job import prepare_harvest
+from sightfield.diagrams.harvest.report import summarise_harvest
 from sightfield.diagrams.harvest.run import run_harvest
 from sightfield.diagrams.harvest.scenario import HarvestScenario
-from sightfield.diagrams.harvest.summary import summarise_harvest
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 
 pytestmark = pytest.mark.benchmarks

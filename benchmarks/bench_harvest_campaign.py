@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from sightfield.diagrams.harvest.job import prepare_harvest
+from sightfield.diagrams.harvest.report import summarise_harvest
 from sightfield.diagrams.harvest.run import run_harvest
 from sightfield.diagrams.harvest.scenario import (
     Carts,
@@ -22,10 +23,9 @@ from sightfield.diagrams.harvest.scenario import (
     HarvestScenario,
     OneCombine,
 )
-from sightfield.diagrams.harvest.summary import summarise_harvest
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.carts.visit_choice import STRATEGIES
-from sightfield.systems.numerics.harvest.machines.combine import Combine
+from sightfield.systems.numerics.harvest.machines import Combine
 
 from .drawn_fields import draw_crew, draw_field
 

@@ -18,10 +18,8 @@ from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
 from sightfield.systems.numerics.harvest.carts.visit_choice import STRATEGIES
 from sightfield.systems.numerics.harvest.carts.visits import VISITS
 from sightfield.systems.numerics.harvest.field.field import Field
-from sightfield.systems.numerics.harvest.machines.cart import Cart
-from sightfield.systems.numerics.harvest.machines.combine import Combine
-from sightfield.systems.numerics.harvest.plan.combine_plan import plan_combines
-from sightfield.systems.numerics.harvest.plan.harvest_plan import plan_harvest
+from sightfield.systems.numerics.harvest.machines import Cart, Combine
+from sightfield.systems.numerics.harvest.plan.harvest_plan import plan_combines, plan_harvest
 
 from .drawn_fields import draw_crew, draw_field
 

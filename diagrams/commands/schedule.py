@@ -10,8 +10,7 @@ import typer
 from rich.console import Console
 
 from ...systems.numerics.errors import InvalidInput, require, require_positive
-from ...systems.numerics.harvest.schedule.answer import answer_schedule
-from ...systems.numerics.harvest.schedule.first_round import drawn_timetable
+from ...systems.numerics.harvest.schedule.answer import answer_schedule, drawn_timetable
 from ...systems.numerics.harvest.schedule.fleet import Fleet, Truck, line_of, require_count
 from ...systems.numerics.units import read_quantities, read_quantity
 from ..outputs import output_folder

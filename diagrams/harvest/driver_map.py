@@ -12,8 +12,8 @@ from matplotlib.patches import FancyArrowPatch, Patch, PathPatch, Polygon
 from matplotlib.path import Path as Outline
 
 from ...systems.numerics.harvest.carts.cart_plan import CartVisit
-from ...systems.numerics.harvest.paths.machine_path import MachinePath
-from ...systems.numerics.harvest.plan_files.plan_lines import Swath, path_points, swaths_of
+from ...systems.numerics.harvest.paths import MachinePath
+from ...systems.numerics.harvest.plan.plan_files import Swath, path_points, swaths_of
 from ...systems.numerics.units import area_text
 from .colours import combine_colour
 from .job import HarvestJob

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from ...systems.numerics.harvest.carts.cart_plan import Failure
 from ...systems.numerics.harvest.carts.windows import beside
 from ...systems.numerics.harvest.execution.planned_work import PlannedWork, work_of
 from ...systems.numerics.harvest.field.field import Field
 from ...systems.numerics.harvest.field.yield_map import YieldMap, mean_density
-from ...systems.numerics.harvest.plan.combine_plan import CombinePlan
-from ...systems.numerics.harvest.plan.harvest_plan import HarvestPlan, plan_harvest
+from ...systems.numerics.harvest.plan.harvest_plan import CombinePlan, HarvestPlan, plan_harvest
 from ...systems.numerics.harvest.schedule.answer import ScheduleAnswer, answer_schedule
 from ...systems.numerics.harvest.schedule.fleet import Fleet, Truck
 from .scenario import HarvestScenario
@@ -83,7 +83,32 @@ def prepare_harvest(
     grown = None
     if scenario.grown is not None:
         grown = scenario.grown.load(field, density, folder)
-    plan = plan_harvest(
+    plan = plan_scenario(scenario, field, density, scenario.disturbance.failure, progress)
+    progress("schedule", 1.0)
+    return HarvestJob(scenario, field, plan, _schedule(scenario, field, plan), grown)
+
+
+def plan_scenario(
+    scenario: HarvestScenario,
+    field: Field,
+    density: float | YieldMap,
+    failure: Failure | None,
+    progress: Callable[[str, float], None],
+) -> HarvestPlan:
+    """The plan of a scenario's machines.
+
+    Args:
+        scenario: What is asked for.
+        field: Its field.
+        density: Of the crop [kg/m^2].
+        failure: Of a cart.
+        progress: Told what is done, and which part of it, in [0, 1].
+
+    Raises:
+        InvalidInput: See `plan_harvest`.
+        NoPlan: See `plan_harvest`.
+    """
+    return plan_harvest(
         field,
         scenario.planned_combines(),
         scenario.planned_cart,
@@ -96,11 +121,9 @@ def prepare_harvest(
         visits=scenario.visits,
         pattern=scenario.pattern,
         seed=scenario.seed,
-        failure=scenario.disturbance.failure,
+        failure=failure,
         progress=progress,
     )
-    progress("schedule", 1.0)
-    return HarvestJob(scenario, field, plan, _schedule(scenario, field, plan), grown)
 
 
 def travel_times(team: CombinePlan, cart_speed: float, radius: float) -> np.ndarray:

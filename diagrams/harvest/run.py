@@ -1,4 +1,4 @@
-"""Harvesting a field from start to the last grain, or until nothing moves any more."""
+"""The harvest diagram, and its run to the last grain, or until nothing moves any more."""
 
 import time
 from collections.abc import Callable
@@ -7,14 +7,35 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import LogVectorOutput
 
+from ...systems.harvest.machine_drivers import MachineDrivers
+from ...systems.harvest.teams import AugerTransfer, CombineTeam, GrainCartTeam
 from ...systems.numerics.harvest.carts.visit_choice import EMPTY
-from ...systems.numerics.harvest.machines.filling import COLUMNS, CUT, DONE
-from .job import HarvestJob
-from .make_harvest import MakeHarvest
-from .scene.harvest_scene import HarvestScene
+from ...systems.numerics.harvest.machines import COLUMNS, CUT, DONE
+from .harvest_scene import HarvestScene
+from .job import HarvestJob, prepare_harvest
+from .scenario import HarvestScenario
+
+# About how long a picture of the scene lasts [s].
+PICTURE_PERIOD = 0.5
+# What a harvest's diagram puts out, in the order in which data flows.
+OUTPUTS = (
+    "pose",
+    "station",
+    "speed",
+    "tank",
+    "mode",
+    "cutting",
+    "account",
+    "state",
+    "load",
+    "delivered",
+    "alongside",
+    "emptying",
+    "late",
+)
 
 # What is logged, by exported port, and the length of one row of it (0: one number each).
 LOGGED = {
@@ -39,6 +60,77 @@ STILL = 1200.0
 NOTHING = 1e-3
 
 
+def MakeHarvest(
+    scenario: HarvestScenario | HarvestJob,
+    meshcat: Meshcat | None = None,
+    *,
+    recording: bool = False,
+) -> Diagram:
+    """Make the diagram of a harvest.
+
+    Output ports, in the order in which data flows: `pose` (3 N) [m], [m], [rad], `station` (N)
+    [m], `speed` (N) [m/s], `tank` (N) [kg], `mode` (N), `cutting` (N) and `account` (8 N) of the
+    combines (see `CombineTeam`); `state` (4 K) [m], [m], [rad], [rad], `load` (K) and `delivered`
+    (K) [kg] of the carts; `alongside` (N), the cart that each combine pours into, or -1;
+    `emptying` (K), whether each cart is at its truck, and `late` (N + K) [s] (see
+    `MachineDrivers`).
+
+    Args:
+        scenario: What is harvested, or a job already prepared.
+        meshcat: Where to draw it; None draws nothing.
+        recording: Record what is drawn, for `write_replay` on the subsystem "scene".
+
+    Raises:
+        InvalidInput: See `prepare_harvest`.
+        NoPlan: See `prepare_harvest`.
+    """
+    job = prepare_harvest(scenario) if isinstance(scenario, HarvestScenario) else scenario
+    builder = DiagramBuilder()
+    outputs = AddHarvest(builder, job)
+    if meshcat is not None:
+        period = job.scenario.period
+        scene = HarvestScene(
+            job,
+            meshcat,
+            publish_period=period * max(round(PICTURE_PERIOD / period), 1),
+            recording=recording,
+        )
+        builder.AddNamedSystem("scene", scene)
+        for k in range(scene.num_input_ports()):
+            port = scene.get_input_port(k)
+            builder.Connect(outputs[port.get_name()], port)
+    for name, output in outputs.items():
+        builder.ExportOutput(output, name)
+    diagram = builder.Build()
+    diagram.set_name("harvest")
+    return diagram
+
+
+def AddHarvest(builder: DiagramBuilder, job: HarvestJob) -> dict[str, OutputPort]:
+    """Wire a harvest into a diagram; return its outputs by name (see `MakeHarvest`)."""
+    scenario, work = job.scenario, job.work
+    carts, period = scenario.carts, scenario.period
+    sizes = {"combines": scenario.combines.count, "carts": carts.count}
+    systems = {
+        "combines": CombineTeam(work, period=period),
+        "carts": GrainCartTeam(carts, work.starts, truck_rate=carts.truck_rate, period=period),
+        "augers": AugerTransfer(**sizes, cart=carts, reach=job.reach),
+        "drivers": MachineDrivers(work, period=period, disturbance=scenario.disturbance),
+    }
+    outputs: dict[str, OutputPort] = {}
+    for name, system in systems.items():
+        builder.AddNamedSystem(name, system)
+        for k in range(system.num_output_ports()):
+            outputs[system.get_output_port(k).get_name()] = system.get_output_port(k)
+    # What the combines have unloaded is what the carts have received.
+    outputs["received"] = outputs["unloaded"]
+    for system in systems.values():
+        for k in range(system.num_input_ports()):
+            port = system.get_input_port(k)
+            builder.Connect(outputs[port.get_name()], port)
+    return {name: outputs[name] for name in OUTPUTS}
+
+
 @dataclass(frozen=True, eq=False)
 class HarvestRun:
     """What happened in a harvest.
@@ -47,7 +139,7 @@ class HarvestRun:
         job: What was done.
         times: Samples, shape (T,) [s].
         log: Samples of each port in LOGGED by name, shape (T, N or K) or (T, N or K, 3 or 4).
-        account: Columns of `machines.filling` for each combine at the end, shape (N, 8).
+        account: Columns of accounts in `machines` for each combine at the end, shape (N, 8).
         load: In each cart at the end, shape (K,) [kg].
         delivered: By each cart to its truck, shape (K,) [kg].
         finished: Whether all was cut and delivered.

@@ -19,15 +19,12 @@ from ...systems.numerics.errors import (
 from ...systems.numerics.harvest.carts.visit_choice import STRATEGIES
 from ...systems.numerics.harvest.carts.visits import VISITS
 from ...systems.numerics.harvest.coverage.plan_coverage import PATTERNS
-from ...systems.numerics.harvest.execution.disturbance import Disturbance
-from ...systems.numerics.harvest.field.field import MARGIN, Field
+from ...systems.numerics.harvest.execution.advance import Disturbance
+from ...systems.numerics.harvest.field.field import MARGIN, Field, Place
 from ...systems.numerics.harvest.field.field_files import read_field
-from ...systems.numerics.harvest.field.place import Place
-from ...systems.numerics.harvest.field.yield_files import read_yields
-from ...systems.numerics.harvest.field.yield_map import YieldMap, mean_density
-from ...systems.numerics.harvest.machines.cart import Cart
-from ...systems.numerics.harvest.machines.combine import Combine
-from ...systems.numerics.harvest.machines.trucks import TruckFleet
+from ...systems.numerics.harvest.field.yield_map import YieldMap, mean_density, read_yields
+from ...systems.numerics.harvest.machines import Cart, Combine
+from ...systems.numerics.harvest.trucks import TruckFleet
 from ...systems.numerics.units import (
     Hours,
     Kilograms,

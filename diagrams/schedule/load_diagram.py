@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ...systems.numerics.harvest.schedule.answer import ScheduleAnswer
-from ...systems.numerics.harvest.schedule.timetable import Timetable
+from ...systems.numerics.harvest.schedule.periodic_plan import Timetable
 
 # Of combines, in turn; the first three are the thesis's.
 COLOURS = (

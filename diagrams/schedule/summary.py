@@ -3,24 +3,23 @@
 import math
 from dataclasses import dataclass, replace
 
-from ...systems.numerics.harvest.schedule.answer import CartSchedule, ScheduleAnswer
+from ...systems.numerics.harvest.schedule.answer import (
+    CartSchedule,
+    ScheduleAnswer,
+    drawn_timetable,
+    first_loads,
+    first_visits,
+)
 from ...systems.numerics.harvest.schedule.best_visits import best_visits, travel_time_limit
+from ...systems.numerics.harvest.schedule.carts import find_remedies
 from ...systems.numerics.harvest.schedule.closed_forms import (
     EqualCombines,
     combines_max,
     travel_time_max,
 )
-from ...systems.numerics.harvest.schedule.first_round import (
-    drawn_timetable,
-    first_loads,
-    first_visits,
-)
 from ...systems.numerics.harvest.schedule.fleet import line_of
-from ...systems.numerics.harvest.schedule.limits import (
-    first_to_overflow,
-)
+from ...systems.numerics.harvest.schedule.limits import first_to_overflow
 from ...systems.numerics.harvest.schedule.periodic_plan import Aim, plan_round
-from ...systems.numerics.harvest.schedule.remedies import find_remedies
 
 # A constraint this near to the tightest one binds as well.
 _TIE = 1e-9

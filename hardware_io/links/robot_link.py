@@ -13,11 +13,7 @@ from typing import Self
 
 import numpy as np
 
-from ...systems.numerics.errors import (
-    SightfieldError,
-    require,
-    require_non_negative,
-)
+from ...systems.numerics.errors import SightfieldError, require, require_non_negative
 
 # No robot has a number from here on: 255 means all of them, where frames have a byte for it.
 EVERYONE = 255

@@ -5,14 +5,12 @@ from pydrake.systems.framework import LeafSystem, ValueProducer
 
 from ..drake_types import AbstractValue, read, state_vector
 from ..numerics.errors import require_positive
-from ..numerics.harvest.execution.advance import drive_on
-from ..numerics.harvest.execution.disturbance import Disturbance, pace_of
-from ..numerics.harvest.execution.fleet import at_trucks, lateness, pack_fleet
+from ..numerics.harvest.execution.advance import Disturbance, drive_on, pace_of
+from ..numerics.harvest.execution.fleet import at_trucks, lateness, pack_fleet, pack_tracks, steer
 from ..numerics.harvest.execution.orders import Orders, find_orders
 from ..numerics.harvest.execution.planned_work import PlannedWork
-from ..numerics.harvest.execution.tracks import pack_tracks, steer
-from ..numerics.harvest.execution.visiting import wanted_at
-from ..numerics.harvest.machines.filling import COLUMNS
+from ..numerics.harvest.execution.unloading import wanted_at
+from ..numerics.harvest.machines import COLUMNS
 
 
 class MachineDrivers(LeafSystem):

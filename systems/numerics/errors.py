@@ -99,3 +99,7 @@ def require_chances(name: str, values: Sequence[float]) -> None:
     """
     for i, value in enumerate(values):
         require_chance(f"{name}[{i}]", value)
+
+
+class NoPlan(InvalidInput):
+    """Every value is in its range, yet no plan was found for such machines on such a field."""

@@ -6,12 +6,7 @@ from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
 from ..numeric_parameters import NumericParameters
-from ..numerics.errors import (
-    require,
-    require_non_negative,
-    require_one_of,
-    require_positive,
-)
+from ..numerics.errors import require, require_non_negative, require_one_of, require_positive
 from ..numerics.geometry.world import World
 from ..numerics.tracking.corner_fields import FIELDS
 from ..numerics.tracking.corner_game import corner_table

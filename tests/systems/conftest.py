@@ -8,8 +8,8 @@ import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.systems.framework import LeafSystem
 
+from sightfield.diagrams.harvest.harvest_scene import HarvestScene
 from sightfield.diagrams.harvest.scenario import Carts, Combines, FieldSource, HarvestScenario
-from sightfield.diagrams.harvest.scene.harvest_scene import HarvestScene
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.social import scenarios as searches
 from sightfield.diagrams.social.scenario import SocialScenario
@@ -30,19 +30,15 @@ from sightfield.hardware_io.recording.port_recorder import PortRecorder
 from sightfield.hardware_io.viewer.operator import Operator
 from sightfield.hardware_io.viewer.operator_port import OperatorPort
 from sightfield.hardware_io.viewer.state_publisher import StatePublisher
-from sightfield.systems.harvest.auger_transfer import AugerTransfer
-from sightfield.systems.harvest.combine_team import CombineTeam
-from sightfield.systems.harvest.grain_cart_team import GrainCartTeam
 from sightfield.systems.harvest.machine_drivers import MachineDrivers
+from sightfield.systems.harvest.teams import AugerTransfer, CombineTeam, GrainCartTeam
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.harvest.carts.cart_motion import standing_motion
 from sightfield.systems.numerics.harvest.carts.cart_plan import CartPlan, Supply
 from sightfield.systems.numerics.harvest.execution.planned_work import PlannedWork
 from sightfield.systems.numerics.harvest.field.field import Field
-from sightfield.systems.numerics.harvest.machines.cart import Cart
-from sightfield.systems.numerics.harvest.machines.combine import Combine
-from sightfield.systems.numerics.harvest.paths.machine_path import MachinePath
-from sightfield.systems.numerics.harvest.paths.speed_profile import fastest_profile
+from sightfield.systems.numerics.harvest.machines import Cart, Combine
+from sightfield.systems.numerics.harvest.paths import MachinePath, fastest_profile
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.plan import driven_path
 from sightfield.systems.numerics.planning.trailer import Trailer

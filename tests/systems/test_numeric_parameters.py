@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from pydrake.autodiffutils import AutoDiffXd
 
-from sightfield.systems.harvest.auger_transfer import AugerTransfer
-from sightfield.systems.harvest.grain_cart_team import GrainCartTeam
+from sightfield.systems.harvest.teams import AugerTransfer, GrainCartTeam
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.harvest.machines.cart import Cart
+from sightfield.systems.numerics.harvest.machines import Cart
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.standoff.loop import ErrorModel, StandoffLoop
 from sightfield.systems.numerics.standoff.sampled_loop import SampledPid

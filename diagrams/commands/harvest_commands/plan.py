@@ -12,12 +12,11 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from ....systems.numerics.errors import InvalidInput
+from ....systems.numerics.errors import InvalidInput, NoPlan
 from ....systems.numerics.harvest.fleets.figures import FleetFigures
-from ....systems.numerics.harvest.no_plan import NoPlan
 from ....systems.numerics.units import area_text
 from ...harvest import scenarios
-from ...harvest.what_it_takes import MOST, WhatItTakes, as_object, find_what_it_takes
+from ...harvest.fleet_size import MOST, WhatItTakes, as_object, find_what_it_takes
 from ...outputs import output_folder
 from ...scenario_files import builtin_scenarios
 from .asking import (
@@ -107,7 +106,7 @@ def plan(
             (written_to / "fleets.json").write_text(text + "\n", encoding="utf-8")
             if answer.table is not None:
                 # Matplotlib takes its time to import.
-                from ...harvest.fleet_picture import draw_fleets
+                from ...harvest.fleet_size import draw_fleets
 
                 title = f"{name}, {area_text(answer.field.area)}, {10 * answer.density:.3g} t/ha"
                 picture = draw_fleets(answer.table, title, answer.field.area)

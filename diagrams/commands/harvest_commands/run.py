@@ -12,8 +12,7 @@ from rich.console import Console
 from rich.progress import Progress, TimeRemainingColumn
 from rich.table import Table
 
-from ....systems.numerics.errors import require_non_negative
-from ....systems.numerics.harvest.no_plan import NoPlan
+from ....systems.numerics.errors import NoPlan, require_non_negative
 from ...harvest import scenarios
 from ...harvest.job import prepare_harvest
 from ...outputs import output_folder
@@ -77,9 +76,8 @@ def run(
     with the reason; 2: bad input.
     """
     # They load Drake, which takes longer than the audit beside this command.
-    from ...harvest.report import write_harvest_report
+    from ...harvest.report import summarise_harvest, write_harvest_report
     from ...harvest.run import run_harvest
-    from ...harvest.summary import summarise_harvest
     from ...tracking.live_page import open_live_page
 
     require_non_negative("--realtime", realtime)

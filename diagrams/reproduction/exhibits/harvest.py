@@ -6,17 +6,21 @@ from itertools import pairwise
 import numpy as np
 
 from ....systems.numerics.harvest.carts.cut_times import CELL, cut_times
-from ....systems.numerics.harvest.plan.combine_plan import CombinePlan, plan_combines
-from ....systems.numerics.harvest.schedule.answer import answer_schedule, answer_timetable
+from ....systems.numerics.harvest.plan.harvest_plan import CombinePlan, plan_combines
+from ....systems.numerics.harvest.schedule.answer import (
+    answer_schedule,
+    answer_timetable,
+    drawn_timetable,
+    first_loads,
+)
 from ....systems.numerics.harvest.schedule.closed_forms import (
     EqualCombines,
     loads_at_start,
     travel_time_max,
     waiting_sum,
 )
-from ....systems.numerics.harvest.schedule.first_round import drawn_timetable, first_loads
 from ...harvest import scenarios
-from ...harvest.coverage_picture import save_coverage_picture
+from ...harvest.pictures import save_coverage_picture
 from ...harvest.scenario import HarvestScenario
 from ...scenario_files import find_scenario, load_scenario
 from ...schedule.load_diagram import save_load_diagram

@@ -4,9 +4,9 @@ import pytest
 import shapely
 
 from sightfield.diagrams.harvest.job import prepare_harvest
+from sightfield.diagrams.harvest.report import summarise_harvest
 from sightfield.diagrams.harvest.run import run_harvest
 from sightfield.diagrams.harvest.scenario import Carts, Combines, FieldSource, HarvestScenario
-from sightfield.diagrams.harvest.summary import summarise_harvest
 
 NOTCH = shapely.Polygon(
     [(138.5, -37.2), (-55.4, 112.9), (20, 210.3), (108.7, 141.6), (164.5, 213.7), (269.6, 132.3)]

@@ -12,16 +12,16 @@ from sightfield.diagrams.commands.app import make_app
 from sightfield.diagrams.harvest import scenarios
 from sightfield.diagrams.harvest.driver_map import draw_map
 from sightfield.diagrams.harvest.job import prepare_harvest
+from sightfield.diagrams.harvest.pictures import draw_timetable
+from sightfield.diagrams.harvest.report import planned_tanks, summarise_harvest
 from sightfield.diagrams.harvest.run import STILL, run_harvest
 from sightfield.diagrams.harvest.scenario import FieldSource, HarvestScenario
-from sightfield.diagrams.harvest.summary import planned_tanks, summarise_harvest
-from sightfield.diagrams.harvest.timetable_picture import draw_timetable
 from sightfield.diagrams.scenario_files import builtin_scenarios, find_scenario, load_scenario
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
 from sightfield.systems.numerics.harvest.audit.harvest_log import read_harvest
 from sightfield.systems.numerics.harvest.field.field_files import read_field
-from sightfield.systems.numerics.harvest.plan_files.plan_lines import swaths_of
+from sightfield.systems.numerics.harvest.plan.plan_files import swaths_of
 
 SMALL = [
     "field.width=120",

@@ -7,14 +7,13 @@ import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from sightfield.diagrams.harvest import scenarios
+from sightfield.diagrams.harvest.crop_layer import crop_patches
+from sightfield.diagrams.harvest.harvest_scene import SPEED_UP
 from sightfield.diagrams.harvest.job import prepare_harvest
-from sightfield.diagrams.harvest.report import write_harvest_report
+from sightfield.diagrams.harvest.machine_shapes import drawn_cart, machine_sizes, tank_box
+from sightfield.diagrams.harvest.report import summarise_harvest, write_harvest_report
 from sightfield.diagrams.harvest.run import run_harvest
 from sightfield.diagrams.harvest.scenario import HarvestScenario
-from sightfield.diagrams.harvest.scene.crop_patches import crop_patches
-from sightfield.diagrams.harvest.scene.harvest_scene import SPEED_UP
-from sightfield.diagrams.harvest.scene.machine_shapes import drawn_cart, machine_sizes, tank_box
-from sightfield.diagrams.harvest.summary import summarise_harvest
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.tracking.scene.layout import make_layout
 

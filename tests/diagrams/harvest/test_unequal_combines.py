@@ -16,7 +16,7 @@ from sightfield.harvest import (
     run_harvest,
     summarise_harvest,
 )
-from sightfield.systems.numerics.harvest.machines.filling import CUT
+from sightfield.systems.numerics.harvest.machines import CUT
 
 SCENARIO = HarvestScenario(
     field=FieldSource(width=200.0, height=130.0),

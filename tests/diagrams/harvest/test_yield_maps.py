@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 from sightfield.diagrams.harvest.job import prepare_harvest
+from sightfield.diagrams.harvest.report import summarise_harvest
 from sightfield.diagrams.harvest.run import run_harvest
 from sightfield.diagrams.harvest.scenario import (
     Carts,
@@ -13,7 +14,6 @@ from sightfield.diagrams.harvest.scenario import (
     HarvestScenario,
     Yields,
 )
-from sightfield.diagrams.harvest.summary import summarise_harvest
 
 GRID = "ncols 2\nnrows 1\nxllcorner -10\nyllcorner -10\ncellsize 60\nNODATA_value -1\n13 5\n"
 # South of y = 50 13 t/ha grow up to x = 50 and 5 t/ha beyond, north of it 9 t/ha [kg].

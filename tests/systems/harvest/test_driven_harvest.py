@@ -9,12 +9,10 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from sightfield.systems.harvest.auger_transfer import AugerTransfer
-from sightfield.systems.harvest.combine_team import CombineTeam
-from sightfield.systems.harvest.grain_cart_team import GrainCartTeam
 from sightfield.systems.harvest.machine_drivers import MachineDrivers
-from sightfield.systems.numerics.harvest.execution.disturbance import Disturbance
-from sightfield.systems.numerics.harvest.machines.filling import COLUMNS, CUT, LOST
+from sightfield.systems.harvest.teams import AugerTransfer, CombineTeam, GrainCartTeam
+from sightfield.systems.numerics.harvest.execution.advance import Disturbance
+from sightfield.systems.numerics.harvest.machines import COLUMNS, CUT, LOST
 
 PERIOD = 0.25
 MAKERS = Path(__file__).parents[2] / "numerics" / "harvest" / "carts" / "conftest.py"

@@ -1,4 +1,4 @@
-"""What is cut, when, and what bodies stand on before it is.
+"""Crop and ground: what is cut, when, what bodies stand on, and where machines may be.
 
 The crop is looked at in points of a square lattice, each of which stands for a square. A point is
 cut when a header that is down first covers it, and lost to a body that covers it before that. In
@@ -22,9 +22,14 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from ...compiled import compiled, kernel
-from .ground import edges_of
 from .harvest_log import HarvestLog, Site
-from .twists import continuous
+from .motion import continuous
+
+# An outline may lie along an obstacle or the end of the margin; deeper in is a fault [m].
+TOUCH = 0.01
+
+# Chords to a quarter of the circles that bound the margin at corners.
+CHORDS = 32
 
 # Side of the squares [m], and how many points of crop and of the box round it there are at most.
 SIDE, CROP_POINTS, ALL_POINTS = 0.25, 5e6, 2.5e7
@@ -38,6 +43,55 @@ SAME = 1e-6
 # Of the lattice to the longest edge: its slope is the golden ratio, which is as far as can be from
 # the slopes of rows of points [rad].
 ANGLE = math.atan((math.sqrt(5) - 1) / 2)
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """The ground of a field, with the crop on it.
+
+    Attributes:
+        crop: Where crop grows.
+        obstacles: The holes, but for parts of the field that lie in them.
+        allowed: All within the margin, obstacles included.
+    """
+
+    crop: BaseGeometry
+    obstacles: BaseGeometry
+    allowed: BaseGeometry
+
+    @property
+    def core(self) -> BaseGeometry:
+        """The obstacles less TOUCH all round; those that are thinner stay whole."""
+        polygons = shapely.get_parts(self.obstacles)
+        thinner = shapely.buffer(polygons, -TOUCH, join_style="mitre")
+        return shapely.union_all(np.where(shapely.is_empty(thinner), polygons, thinner))
+
+    @property
+    def touched(self) -> BaseGeometry:
+        """All within the margin and TOUCH beyond."""
+        return self.allowed.buffer(TOUCH, join_style="mitre")
+
+
+def ground_of(site: Site) -> Ground:
+    """The ground of a site: all that is no farther from a part than the margin, corners too."""
+    outlines = [part.boundary for part in site.parts]
+    grown = [outline.buffer(site.margin, quad_segs=CHORDS) for outline in outlines]
+    crops = [part.boundary.difference(shapely.union_all(part.holes)) for part in site.parts]
+    crop = shapely.union_all(crops)
+    holes = [hole for part in site.parts for hole in (*part.holes, *part.no_go)]
+    return Ground(crop, shapely.union_all(holes).difference(crop), shapely.union_all(grown))
+
+
+def edges_of(region: BaseGeometry) -> np.ndarray:
+    """All edges of a region's rings, x and y of both ends, shape (e, 4) [m]."""
+    rings = [
+        shapely.get_coordinates(ring)
+        for polygon in shapely.get_parts(region)
+        if isinstance(polygon, shapely.Polygon)
+        for ring in (polygon.exterior, *polygon.interiors)
+    ]
+    edges = [np.hstack([ring[:-1], ring[1:]]) for ring in rings]
+    return np.ascontiguousarray(np.concatenate(edges)) if edges else np.zeros((0, 4))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,9 +1,10 @@
-"""The log of a harvest that anyone can audit: poses, grain and outlines, from their two files."""
+"""The log of a harvest that anyone can audit, from its two files, and how a fault in it is told."""
 
 import json
 import math
 import zipfile
 import zlib
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,6 +13,9 @@ import numpy as np
 import shapely
 
 from ...errors import InvalidInput, require
+
+# Faults of a kind between which less time passes are one [s].
+APART = 2.0
 
 LOG_FILE, MACHINES_FILE = "log.npz", "machines.json"
 
@@ -30,6 +34,87 @@ ARRAYS: dict[str, tuple[str | int, ...]] = {
 
 # Coordinates beyond are no field's, and nothing is exact there [m].
 FAR = 1e6
+
+
+class AuditFault(NamedTuple):
+    """Something that is not as it must be.
+
+    Attributes:
+        kind: What is wrong, as "machines too near".
+        machines: With which, as ("combine 0", "cart 1"); none where it is with the whole.
+        begin: When it begins [s].
+        end: When it ends [s].
+        time: When it is worst [s].
+        amount: How much it is then, in `unit` [-].
+        limit: What it may be, in `unit` [-].
+        unit: Of amount and limit.
+    """
+
+    kind: str
+    machines: tuple[str, ...]
+    begin: float
+    end: float
+    time: float
+    amount: float
+    limit: float
+    unit: str
+
+
+def spells(wrong: np.ndarray, time: np.ndarray) -> Iterator[tuple[int, int]]:
+    """Runs of intervals that are wrong, those less than APART from each other as one.
+
+    Args:
+        wrong: By interval between two samples, shape (T - 1,).
+        time: Of the samples, shape (T,) [s].
+
+    Yields:
+        The first interval, and the one after the last.
+    """
+    numbers = np.flatnonzero(wrong)
+    if len(numbers) == 0:
+        return
+    breaks = np.flatnonzero(time[numbers[1:]] - time[numbers[:-1] + 1] >= APART) + 1
+    for run in np.split(numbers, breaks):
+        yield int(run[0]), int(run[-1]) + 1
+
+
+def faults_where(
+    kind: str,
+    machines: tuple[str, ...],
+    amounts: np.ndarray,
+    limits: np.ndarray | float,
+    unit: str,
+    time: np.ndarray,
+    moments: Callable[[int], float],
+) -> list[AuditFault]:
+    """A fault for every spell in which amounts are beyond their limits.
+
+    Args:
+        kind: Of the faults.
+        machines: With which.
+        amounts: By interval, shape (n,); wrong where they are greater than their limits.
+        limits: What they may be, shape (n,) or for all.
+        unit: Of amounts and limits.
+        time: Of the samples, shape (n + 1,) [s].
+        moments: When an interval's amount is met [s].
+    """
+    bounds = np.broadcast_to(limits, amounts.shape)
+    found = []
+    for first, last in spells(amounts > bounds, time):
+        worst = first + int(np.argmax((amounts - bounds)[first:last]))
+        found.append(
+            AuditFault(
+                kind,
+                machines,
+                float(time[first]),
+                float(time[last]),
+                moments(worst),
+                float(amounts[worst]),
+                float(bounds[worst]),
+                unit,
+            )
+        )
+    return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled, kernel
-from .twists import MovingOutline
+from .motion import MovingOutline
 
 # Error of least distances [m].
 TOLERANCE = 1e-3

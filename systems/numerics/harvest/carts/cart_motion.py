@@ -1,16 +1,31 @@
-"""A cart on its way: the tractor by time, and the trailer behind it by exact kinematics."""
+"""A cart on its way: its trailer by exact kinematics, and its times among moving machines.
+
+**Times for a given path**, as early, or as late, as accelerations allow: the plane of stations and
+times is cut into cells; where a cart would be too near to others, or on ground that is not open
+yet, they are closed. From one station to the next the acceleration is constant, and both stations
+must be open for as long as that takes. Waiting is standing. Going from station to station, the
+earliest time of each speed in each open interval is kept.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
+from ...compiled import compiled
 from ...planning.arc_words.words import half_angle_map, half_angles
 from ...planning.trailer import trailer_pose
-from ..machines.cart import Cart
-from ..paths.machine_path import MachinePath, join_paths
-from ..paths.timed_path import TimedPath
+from ..machines import Cart
+from ..paths import MachinePath, TimedPath, join_paths
+
+# Distance of stations, and of moments at which they are open or closed [m], [s].
+WAY, MOMENT = 0.5, 0.25
+# Squares of speeds are this far apart, about [m^2/s^2].
+SQUARES = 0.2
+# Open intervals of a station that are kept, at most.
+INTERVALS = 12
 
 
 def trailer_angles(path: MachinePath, cart: Cart, beta: float, stations: np.ndarray) -> np.ndarray:
@@ -142,7 +157,233 @@ def standing_motion(cart: Cart, pose: np.ndarray, time: float, beta: float = 0.0
         time: From when on [s].
         beta: From the trailer's heading to the tractor's [rad].
     """
-    none = np.zeros(0, dtype=int)
-    path = MachinePath(np.array([pose], dtype=float), none, none.astype(bool), none)
     at = np.array([0.0])
-    return CartMotion(TimedPath(path, np.array([time]), at, at), cart, beta)
+    return CartMotion(TimedPath(MachinePath.of([pose]), np.array([time]), at, at), cart, beta)
+
+
+class Moving(NamedTuple):
+    """A moment at which a cart passes a place at a speed.
+
+    Attributes:
+        time: [s].
+        speed: [m/s].
+    """
+
+    time: float
+    speed: float
+
+
+class Profile(NamedTuple):
+    """When a cart is at which station, with constant accelerations between.
+
+    Attributes:
+        times: Shape (k,) [s].
+        stations: Shape (k,) [m].
+        speeds: Shape (k,) [m/s].
+        reached: Where it failed, the farthest station that could be reached from the side it was
+            planned from; the length of the path where it did not [m].
+    """
+
+    times: np.ndarray
+    stations: np.ndarray
+    speeds: np.ndarray
+    reached: float
+
+
+def plan_profile(
+    stations: np.ndarray,
+    limits: np.ndarray,
+    opens: np.ndarray,
+    blocked: np.ndarray,
+    begin: float,
+    start: Moving,
+    acceleration: float,
+) -> Profile:
+    """The earliest profile from a start to standing at the last station.
+
+    Args:
+        stations: Equally spaced, shape (n,) [m].
+        limits: Highest speed at each, shape (n,) [m/s].
+        opens: From when on each may be stood on, shape (n,) [s].
+        blocked: Whether each is closed at moments MOMENT apart, shape (n, m).
+        begin: The first of these moments [s].
+        start: At the first station.
+        acceleration: Largest [m/s^2].
+
+    Returns:
+        Its times, or where it failed: then `times` is empty.
+    """
+    begins, ends = _intervals(blocked, opens, begin, np.inf)
+    return _planned(stations, limits, begins, ends, start, -np.inf, acceleration)
+
+
+def plan_profile_back(
+    stations: np.ndarray,
+    limits: np.ndarray,
+    opens: np.ndarray,
+    blocked: np.ndarray,
+    begin: float,
+    end: Moving,
+    acceleration: float,
+    stands_from: float,
+) -> Profile:
+    """The latest profile from standing at the first station to an end that is met exactly.
+
+    Args:
+        stations: Equally spaced, shape (n,) [m].
+        limits: Highest speed at each, shape (n,) [m/s].
+        opens: From when on each may be stood on, shape (n,) [s].
+        blocked: Whether each is closed at moments MOMENT apart, shape (n, m).
+        begin: The first of these moments [s].
+        end: At the last station.
+        acceleration: Largest [m/s^2].
+        stands_from: The cart stands at the first station from then on [s].
+
+    Returns:
+        Its times, or where it failed: then `times` is empty.
+    """
+    begins, ends = _intervals(blocked, opens, begin, end.time + 1.0)
+    found = _planned(
+        stations[-1] - stations[::-1],
+        limits[::-1],
+        -ends[::-1, ::-1],
+        -begins[::-1, ::-1],
+        Moving(-end.time, end.speed),
+        -stands_from,
+        acceleration,
+    )
+    return Profile(
+        -found.times[::-1], stations[-1] - found.stations[::-1], found.speeds[::-1], found.reached
+    )
+
+
+def _intervals(
+    blocked: np.ndarray, opens: np.ndarray, begin: float, end: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Open intervals of each station, shape (n, INTERVALS) each; NaN where there is none."""
+    begins = np.full((len(blocked), INTERVALS), np.nan)
+    ends = np.full((len(blocked), INTERVALS), np.nan)
+    _fill_intervals(blocked, opens, begin, end, begins, ends)
+    kept = max(1, int((~np.isnan(begins)).any(axis=0).sum()))
+    return begins[:, :kept], ends[:, :kept]
+
+
+@compiled
+def _fill_intervals(blocked, opens, begin, end, begins, ends):
+    count, moments = blocked.shape
+    for i in range(count):
+        found = 0
+        inside = False
+        for k in range(moments + 1):
+            time = begin + k * MOMENT
+            free = k < moments and not blocked[i, k] and time >= opens[i]
+            if free and not inside and found < INTERVALS:
+                begins[i, found] = time
+                inside = True
+            elif inside and not free:
+                inside = False
+                # The last moment counts for all time to come.
+                ends[i, found] = end if k == moments else time - MOMENT
+                if ends[i, found] > begins[i, found] or k == moments:
+                    found += 1
+                else:
+                    begins[i, found] = np.nan
+                    ends[i, found] = np.nan
+
+
+def _planned(
+    stations: np.ndarray,
+    limits: np.ndarray,
+    begins: np.ndarray,
+    ends: np.ndarray,
+    start: Moving,
+    until: float,
+    acceleration: float,
+) -> Profile:
+    square = start.speed**2
+    step = SQUARES if square < 1e-6 else square / max(1, round(square / SQUARES))
+    way = float(stations[1] - stations[0])
+    most = int(2 * acceleration * way / step + 1e-9)
+    assert most >= 1, "speeds are too coarse for the acceleration"
+    first = 0 if square < 1e-6 else round(square / step)
+    tops = (np.minimum(limits**2, 1e6) / step + 1e-9).astype(np.int64)
+    # A cart that passes its end at a speed has been allowed to.
+    tops[0] = max(tops[0], first)
+    reached, chain = _earliest(begins, ends, tops, way, step, most, start.time, first, until)
+    none = np.zeros(0)
+    if len(chain) == 0:
+        return Profile(none, none, none, float(reached * way))
+    times, at, speeds = chain.T
+    return Profile(times, stations[at.astype(int)], speeds, float(stations[-1]))
+
+
+@compiled
+def _earliest(begins, ends, tops, way, step, most, time, first, until):
+    """Earliest times by station, speed and interval, and the chain that leads to standing."""
+    count, kept = begins.shape
+    levels = tops.max() + 1
+    speeds = np.sqrt(step * np.arange(levels))
+    best = np.full((count, levels, kept), np.inf)
+    # Of the label before: its speed, its interval, and when it was left.
+    from_level = np.full((count, levels, kept), -1, dtype=np.int16)
+    from_interval = np.zeros((count, levels, kept), dtype=np.int8)
+    left = np.zeros((count, levels, kept))
+    empty = np.zeros((0, 3))
+    for k in range(kept):
+        if begins[0, k] - 1e-9 <= time <= ends[0, k] + 1e-9:
+            best[0, first, k] = time
+    reached = 0
+    for i in range(count - 1):
+        top, after = tops[i], tops[i + 1]
+        for level in range(top + 1):
+            for k in range(kept):
+                now = best[i, level, k]
+                if now == np.inf:
+                    continue
+                reached = max(reached, i)
+                low = max(0, level - most)
+                high = min(after, level + most)
+                for to in range(low, high + 1):
+                    if level + to == 0:
+                        continue
+                    lasts = 2 * way / (speeds[level] + speeds[to])
+                    for j in range(kept):
+                        # There is no interval where it is not a number.
+                        if not (ends[i + 1, j] >= now + lasts - 1e-9):
+                            continue
+                        leave = now
+                        if level == 0:
+                            leave = max(now, begins[i + 1, j])
+                        elif begins[i + 1, j] > now + 1e-9:
+                            continue
+                        arrive = leave + lasts
+                        if arrive > ends[i, k] + 1e-9 or arrive > ends[i + 1, j] + 1e-9:
+                            continue
+                        if arrive < best[i + 1, to, j] - 1e-12:
+                            best[i + 1, to, j] = arrive
+                            from_level[i + 1, to, j] = level
+                            from_interval[i + 1, to, j] = k
+                            left[i + 1, to, j] = leave
+    last = count - 1
+    goal = -1
+    for k in range(kept):
+        if best[last, 0, k] < np.inf and ends[last, k] >= until - 1e-9:
+            if until == -np.inf and ends[last, k] < np.inf:
+                continue
+            if goal < 0 or best[last, 0, k] < best[last, 0, goal]:
+                goal = k
+    if goal < 0:
+        return reached, empty
+    chain = np.zeros((2 * count + 2, 3))
+    size = 0
+    level, k = 0, goal
+    for i in range(last, -1, -1):
+        chain[size] = best[i, level, k], float(i), speeds[level]
+        size += 1
+        if i > 0:
+            leave = left[i, level, k]
+            level, k = from_level[i, level, k], from_interval[i, level, k]
+            if leave > best[i - 1, level, k] + 1e-9:
+                chain[size] = leave, float(i - 1), 0.0
+                size += 1
+    return reached, chain[:size][::-1].copy()

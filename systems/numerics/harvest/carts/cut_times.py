@@ -14,8 +14,8 @@ from scipy import ndimage
 
 from ...compiled import compiled, kernel
 from ..field.field import Field
-from ..machines.combine import CombineSize
-from ..paths.timed_path import TimedPath
+from ..machines import CombineSize
+from ..paths import TimedPath
 
 # Side of a cell [m].
 CELL = 0.5

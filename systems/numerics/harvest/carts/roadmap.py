@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from typing import NamedTuple, Self
 
 import numpy as np
-import shapely
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
@@ -20,9 +19,7 @@ from scipy.spatial import KDTree
 from ...compiled import compiled
 from ...planning.arc_words.words import half_angle_map, half_angles
 from ...planning.car_paths import dubins_between
-from ..field.field import Field
-from ..machines.cart import Cart
-from ..machines.combine import CombineSize
+from ..machines import Cart
 from .cart_motion import trailer_poses
 from .cut_times import OpenGround, opens, opens_along
 from .traffic import cart_boxes
@@ -42,8 +39,6 @@ FAR, CHOICES, NEAREST = 42.0, 9, 40
 RIVALS = 3
 # Way between samples of an edge [m].
 SAMPLE_WAY = 2.0
-# How far from the end of the margin the outermost line is [m].
-EDGE = 2.4
 # From when on ground counts as open after it was cut [s].
 AFTER_CUT = 5.0
 
@@ -94,33 +89,6 @@ class Roadmap(NamedTuple):
     opens: np.ndarray
     edges: Edges
     reach: float
-
-
-def field_lines(
-    field: Field, combine: CombineSize, swaths: Sequence[np.ndarray]
-) -> list[np.ndarray]:
-    """Lines that carts may follow: on the margin, on the headland, round holes, along swaths.
-
-    Args:
-        field: The field.
-        combine: The width of its header is that of headland rounds.
-        swaths: Points of the middle line of each, shape (n, 2) [m].
-
-    Returns:
-        Points of each, shape (n, 2); a closed line ends where it begins.
-    """
-    wide = combine.header_width
-    outline = field.outline
-    ways = {field.margin / 2 - 0.4, field.margin - EDGE} if field.margin > 2 * EDGE else set()
-    regions = [outline.buffer(way, join_style="round") for way in sorted(ways)]
-    regions += [outline.buffer(-(k + 0.5) * wide, join_style="mitre") for k in range(2)]
-    regions += [each.buffer(wide / 2 + 1.0) for each in field.obstacles]
-    lines = [np.asarray(line, dtype=float) for line in swaths]
-    for region in regions:
-        for part in shapely.get_parts(region):
-            if not part.is_empty and part.exterior.length > 4 * SPACING:
-                lines.append(np.asarray(part.exterior.coords)[:, :2])
-    return lines
 
 
 def make_roadmap(ground: OpenGround, cart: Cart, lines: Sequence[np.ndarray]) -> Roadmap:

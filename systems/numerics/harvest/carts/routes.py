@@ -14,12 +14,20 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled
-from ..machines.cart import Cart
-from ..paths.machine_path import TRANSIT, MachinePath
-from ..paths.timed_path import TimedPath
-from .cart_motion import CartMotion, trailer_angles, trailer_poses
+from ..machines import Cart
+from ..paths import MachinePath, TimedPath
+from .cart_motion import (
+    MOMENT,
+    WAY,
+    CartMotion,
+    Moving,
+    Profile,
+    plan_profile,
+    plan_profile_back,
+    trailer_angles,
+    trailer_poses,
+)
 from .cut_times import GAP, OpenGround, opens_along
-from .profile import MOMENT, WAY, Moving, Profile, plan_profile, plan_profile_back
 from .roadmap import (
     AFTER_CUT,
     FAR,
@@ -31,7 +39,7 @@ from .roadmap import (
     node_opens,
     opens_to,
 )
-from .search import intervals_of, search
+from .search import Task, intervals_of, search
 from .traffic import Traffic, blocked_along, cart_boxes, during, joined
 
 # Half of the way between two stations moves no corner of a cart farther than this [m].
@@ -266,21 +274,11 @@ class RoutePlanner:
             aims = (owner > count) & (intervals.ends == np.inf)
             estimates = np.min([np.hypot(*(nodes - each)[:, :2].T) for each in goals], axis=0)
         banned = np.zeros(len(edges.source), dtype=bool)
+        estimates = estimates / self.cart.speed
+        task = Task(edges, banned, intervals, traffic, self.boxes, GAP + ROUGH, aims, estimates)
+        origin, until = (end, begin) if back else (begin, end)
         for _ in range(ATTEMPTS):
-            found = search(
-                edges,
-                banned,
-                intervals,
-                traffic,
-                self.boxes,
-                GAP + ROUGH,
-                start,
-                end if back else begin,
-                aims,
-                estimates / self.cart.speed,
-                back=back,
-                until=begin if back else end,
-            )
+            found = search(task, start, origin, back=back, until=until)
             if found is None or len(found.edges) == 0:
                 return None
             path = _path_of(edges, found.edges, run_in)
@@ -467,10 +465,4 @@ def _path_of(edges: Edges, chosen: np.ndarray, run_in: np.ndarray | None) -> Mac
                 poses.append(pose)
     if run_in is not None:
         poses.append(np.array([*run_in[1][:2], poses[-1][2]]))
-    count = len(poses) - 1
-    return MachinePath(
-        np.array(poses),
-        np.ones(count, dtype=int),
-        np.zeros(count, dtype=bool),
-        np.full(count, TRANSIT),
-    )
+    return MachinePath.of(poses)

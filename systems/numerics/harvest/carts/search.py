@@ -82,57 +82,46 @@ class Found(NamedTuple):
     arrival: float
 
 
-def search(
-    edges: Edges,
-    banned: np.ndarray,
-    intervals: Intervals,
-    traffic: Traffic,
-    boxes: np.ndarray,
-    gap: float,
-    start: int,
-    time: float,
-    goals: np.ndarray,
-    estimates: np.ndarray,
-    *,
-    back: bool,
-    until: float,
-) -> Found | None:
-    """The earliest way from a node at a time to a goal; or, backwards in time, the latest.
+class Task(NamedTuple):
+    """Among what a way is searched, and to where.
 
-    Args:
+    Attributes:
         edges: Of the roadmap.
         banned: Edges that may not be used, shape (E,).
         intervals: Of its nodes.
         traffic: Whom to keep off.
         boxes: Of tractor and trailer, shape (2, 3) [m].
         gap: Least distance [m].
-        start: Number of the node.
-        time: [s].
         goals: Intervals that are goals, shape (I,).
         estimates: Lower bounds of the time from each node to a goal, shape (n,) [s].
+    """
+
+    edges: Edges
+    banned: np.ndarray
+    intervals: Intervals
+    traffic: Traffic
+    boxes: np.ndarray
+    gap: float
+    goals: np.ndarray
+    estimates: np.ndarray
+
+
+def search(task: Task, start: int, time: float, *, back: bool, until: float) -> Found | None:
+    """The earliest way from a node at a time to a goal; or, backwards in time, the latest.
+
+    Args:
+        task: Among what.
+        start: Number of the node.
+        time: [s].
         back: Whether it runs backwards in time.
         until: No label is later than this, or earlier where it runs backwards [s].
     """
     sign = -1.0 if back else 1.0
-    leaving = edges.target if back else edges.source
+    leaving = task.edges.target if back else task.edges.source
     order = np.argsort(leaving, kind="stable")
-    count = len(intervals.first) - 1
-    begin = np.searchsorted(leaving[order], np.arange(count + 1))
+    begin = np.searchsorted(leaving[order], np.arange(len(task.intervals.first)))
     chosen, departures, arrival = _search(
-        edges,
-        banned,
-        intervals,
-        traffic,
-        boxes,
-        gap,
-        start,
-        sign * time,
-        goals,
-        estimates,
-        sign,
-        sign * until,
-        order,
-        begin,
+        task, start, sign * time, sign, sign * until, order, begin
     )
     if arrival == np.inf:
         return None
@@ -142,8 +131,9 @@ def search(
 
 
 @compiled
-def _is_met(edges, e, departure, traffic, boxes, gap):
+def _is_met(task, e, departure):
     """Whether a cart that leaves the beginning of an edge at a moment comes near to others."""
+    edges, traffic, boxes, gap = task.edges, task.traffic, task.boxes, task.gap
     x, y, radius = edges.circle[e]
     last = traffic.poses.shape[1] - 1
     lasts = edges.duration[e]
@@ -175,22 +165,8 @@ def _is_met(edges, e, departure, traffic, boxes, gap):
 
 
 @compiled
-def _search(
-    edges,
-    banned,
-    intervals,
-    traffic,
-    boxes,
-    gap,
-    start,
-    time,
-    goals,
-    estimates,
-    sign,
-    until,
-    order,
-    begin,
-):
+def _search(task, start, time, sign, until, order, begin):
+    edges, intervals = task.edges, task.intervals
     total = len(intervals.begins)
     best = np.full(total, np.inf)
     closed = np.zeros(total, dtype=np.bool_)
@@ -205,14 +181,14 @@ def _search(
         moment = sign * time
         if intervals.begins[i] - 1e-9 <= moment <= intervals.ends[i] + 1e-9:
             best[i] = time
-            heapq.heappush(heap, (time + estimates[start], np.int64(i)))
+            heapq.heappush(heap, (time + task.estimates[start], np.int64(i)))
     goal = -1
     while len(heap) > 0:
         _, i = heapq.heappop(heap)
         if closed[i]:
             continue
         closed[i] = True
-        if goals[i]:
+        if task.goals[i]:
             goal = i
             break
         now = best[i]
@@ -221,7 +197,7 @@ def _search(
         leave_until = intervals.ends[i] if sign > 0 else -intervals.begins[i]
         for number in range(begin[node], begin[node + 1]):
             e = order[number]
-            if banned[e]:
+            if task.banned[e]:
                 continue
             to = edges.target[e] if sign > 0 else edges.source[e]
             lasts = edges.duration[e]
@@ -245,10 +221,10 @@ def _search(
                 while leave <= stop + 1e-9 and tried < TRIES and leave + lasts < best[j]:
                     # The moment at which the edge's beginning is left.
                     departure = leave if sign > 0 else -(leave + lasts)
-                    if not _is_met(edges, e, departure, traffic, boxes, gap):
+                    if not _is_met(task, e, departure):
                         best[j] = leave + lasts
                         by_edge[j], by_interval[j], departed[j] = e, i, departure
-                        heapq.heappush(heap, (best[j] + estimates[to], np.int64(j)))
+                        heapq.heappush(heap, (best[j] + task.estimates[to], np.int64(j)))
                         break
                     tried += 1
                     leave += OFTEN if tried < TRIES // 2 else SELDOM

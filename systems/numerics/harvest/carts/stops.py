@@ -1,110 +1,276 @@
-"""A combine that stops on its way and goes on later."""
+"""Combines that wait for carts, or have parked: where they stop, who comes to them, and how.
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+Where no cart can come before a tank is full, the combine stops where a cart gets to it: first it
+stands for ever, a cart's way to it is found among all others, who go on or wait for it, and then it
+stands for as long as that took. What was planned before and is not possible any more is given up.
+"""
+
+from itertools import product
 
 import numpy as np
 
-from ..paths.timed_path import TimedPath
+from ...errors import NoPlan
+from ..paths import TimedPath
+from .cart_motion import CartMotion, Moving, standing_motion
+from .cart_plan import FOR_EVER, CartVisit, Job, Stop
+from .cut_times import opens_along
+from .service import SET_OUT, Service
+from .surroundings import SAME, changed_surroundings, is_in_reach, standing_poses
+from .visit_choice import EMPTY
 
-# Duration of a stop that nothing comes after [s].
-FOR_EVER = 1e6
-
-
-class Stop(NamedTuple):
-    """A wait of a combine for a cart.
-
-    Attributes:
-        combine: Its number.
-        station: Where it stands [m].
-        duration: How long [s].
-    """
-
-    combine: int
-    station: float
-    duration: float
+# How many places for a stop, or beside a combine that stands, are tried.
+PLACES_TRIED = 8
+# Of places beside a combine that stands, so many are looked at together.
+TOGETHER = 12
+# What comes so long after a stop is of no account while a way to it is looked for [s].
+AHEAD = 1500.0
 
 
-def with_stop(plan: TimedPath, stop: Stop, acceleration: float) -> TimedPath:
-    """A plan that stands for a while at a station, and is later from then on.
+class _TooLate(Exception):
+    """What has begun would have to be given up."""
 
-    It brakes and speeds up evenly; other machines are not looked at.
+
+def collect(service: Service) -> None:
+    """Fetch what is left in a tank when its combine has done its work.
 
     Args:
-        plan: Of the combine.
-        stop: Which stop.
-        acceleration: Of the combine [m/s^2].
+        service: What is planned so far; the visit is added.
+
+    Raises:
+        NoPlan: No cart gets there.
     """
-    fine = np.unique(np.concatenate([plan.times, np.arange(plan.times[0], plan.end, 0.05)]))
-    at, speeds = plan.station_at(fine), plan.speed_at(fine)
-    # Braking begins where the speed is the most that can still be lost, and likewise after it.
-    allowed = np.sqrt(2 * acceleration * np.abs(at - stop.station))
-    slow = np.flatnonzero(speeds > allowed)
-    if len(slow) == 0:
-        first, last = int(np.searchsorted(at, stop.station)), int(np.searchsorted(at, stop.station))
-    else:
-        first, last = int(slow[0]) - 1, int(slow[-1]) + 1
-    first, last = max(first, 0), min(last, len(fine) - 1)
-    way_in, way_out = stop.station - at[first], at[last] - stop.station
-    time_in = 2 * way_in / speeds[first] if speeds[first] > 0 else 0.0
-    time_out = 2 * way_out / speeds[last] if speeds[last] > 0 else 0.0
-    stands = fine[first] + time_in
-    goes = stands + stop.duration
-    later = goes + time_out - fine[last]
-    before, after = plan.times < fine[first], plan.times > fine[last]
-    return TimedPath(
-        plan.path,
-        np.concatenate(
-            [
-                plan.times[before],
-                [fine[first], stands, goes, fine[last] + later],
-                plan.times[after] + later,
-            ]
-        ),
-        np.concatenate(
-            [
-                plan.stations[before],
-                [at[first], stop.station, stop.station, at[last]],
-                plan.stations[after],
-            ]
-        ),
-        np.concatenate(
-            [plan.speeds[before], [speeds[first], 0.0, 0.0, speeds[last]], plan.speeds[after]]
-        ),
+    plans = service.world.plans
+    numbers = [n for n, tank in enumerate(service.tanks) if tank.left > EMPTY]
+    numbers.sort(key=lambda n: plans[n].end)
+    for number in numbers:
+        if _visit_standing(service, number, None):
+            return
+    poses = [np.round(plans[n].path.poses[-1, :2], 1).tolist() for n in numbers]
+    raise NoPlan(f"`carts` must find ways to where combines park; got none to {poses[0]}")
+
+
+def let_wait(service: Service, number: int, full: float) -> None:
+    """Let a combine wait: at the last place before its tank is full that a cart gets to.
+
+    Args:
+        service: What is planned so far; the stop and the visit are added.
+        number: Of the combine.
+        full: When its tank is full [s].
+
+    Raises:
+        NoPlan: No cart gets there.
+    """
+    plan = service.world.plans[number]
+    served = max((v.end for v in service.visits if v.combine == number), default=0.0)
+    soonest = max(served, service.settled) + 4.0
+    found: list[float] = []
+    for ready, apart in ((True, 14.0), (False, 60.0)):
+        for time in np.arange(full - 4.0, soonest, -5.0).tolist():
+            if len(found) < PLACES_TRIED and all(abs(time - t) >= apart for t in found):
+                by_then = time if ready else np.inf
+                if len(standing_poses(service.world, plan.pose_at(time), by_then)):
+                    found.append(time)
+    # Rather not where that undoes what another combine stops for.
+    kept = service.kept()
+    latest = max([0.0, *(service.standing(cart).since for cart in service.carts)])
+    for ahead, gentle in product((AHEAD, np.inf), (True, False) if service.stops else (False,)):
+        for time in found or [max(full - 4.0, service.settled + 4.0, 0.0)]:
+            stop = Stop(number, float(plan.station_at(time)), FOR_EVER)
+            service.stops.append(stop)
+            if (
+                _see(service, max(time, latest) + ahead)
+                and _visit_standing(service, number, stop)
+                and (not gentle or len(service.stops) > len(kept.stops))
+            ):
+                return
+            service.restore(kept)
+    raise NoPlan(
+        f"`carts` must find ways to combines that wait; got none to combine {number} near "
+        f"{np.round(plan.pose_at(full)[:2], 1).tolist()}"
     )
 
 
-def retime_alone(
-    plans: Sequence[TimedPath], accelerations: Sequence[float]
-) -> Callable[[Sequence[Stop]], list[TimedPath]]:
-    """Stops that delay the combine that stops, and no other.
+def _visit_standing(service: Service, number: int, stop: Stop | None) -> bool:
+    """Serve a combine that stands at the end of its plan, where it waits, or has parked."""
+    spent: list[np.ndarray] = []
+    for _ in range(PLACES_TRIED):
+        found = _come_to(service, number, spent)
+        if found is None:
+            return False
+        cart, to = found
+        stands = service.world.plans[number]
+        bent = np.append(to.last_pose, to.last_angle)
+        if not is_in_reach(service.world.size, service.cart, stands.pose_at(stands.end), bent):
+            spent.append(to.last_pose)
+            continue
+        begin = max(to.timed.end, stands.end) + 1.0
+        pour = service.tanks[number].pour(begin, np.inf, service.room(cart))
+        visit = CartVisit(cart, number, begin, pour.end, pour.taken)
+        motions = [to, standing_motion(service.cart, to.last_pose, begin, to.last_angle)]
+        leaves = Moving(pour.end + 1.0, 0.0)
+        if stop is None:
+            others = service.other_carts(cart, service.standing(cart).since)
+            if service.leave(motions, leaves, visit, others, None):
+                return True
+        elif _leave_stop(service, motions, leaves, visit, stop):
+            return True
+        spent.append(to.last_pose)
+    return False
+
+
+def _leave_stop(
+    service: Service, motions: list[CartMotion], leaves: Moving, visit: CartVisit, stop: Stop
+) -> bool:
+    """Let a combine go on when it is empty, or later, so that the cart finds a way off."""
+    cart, kept = visit.cart, service.kept()
+    stands_from = service.world.plans[visit.combine].end
+    others = service.other_carts(cart, service.standing(cart).since)
+    stay = motions[-1]
+    for turn in range(3):
+        time = leaves.time + (1.0, 30.0)[min(turn, 1)]
+        if turn == 2:
+            # At worst it goes on when the cart has gone.
+            first = service.world.planner.route_from(
+                stay.last_pose, stay.last_angle, leaves, others, None
+            )
+            if first is None:
+                return False
+            time = first.timed.end + 2.0
+        final = stop._replace(duration=time - stands_from)
+        service.stops = [final if each is stop else each for each in service.stops]
+        others = service.other_carts(cart, service.standing(cart).since)
+        same = _see(service) and len(service.jobs[cart]) == len(kept.jobs[cart])
+        if same and final in service.stops:
+            others = service.other_carts(cart, service.standing(cart).since)
+            if service.leave(motions, leaves, visit, others, final):
+                return True
+        service.restore(kept)
+    return False
+
+
+def _come_to(
+    service: Service, number: int, spent: list[np.ndarray]
+) -> tuple[int, CartMotion] | None:
+    """Who comes first to a combine that stands, and how.
 
     Args:
-        plans: Of all combines, without stops.
-        accelerations: Of the combines, shape (N,) [m/s^2].
+        number: Of the combine.
+        spent: Poses that were tried in vain.
     """
+    stands_from = service.world.plans[number].end
+    pose = service.world.plans[number].pose_at(stands_from)
+    planner = service.world.planner
+    best: tuple[int, CartMotion] | None = None
+    for cart in _by_distance(service, pose):
+        stands = service.standing(cart)
+        others = service.other_carts(cart, stands.since)
+        places = standing_poses(service.world, pose, np.inf, others)
+        for each in spent:
+            places = places[np.hypot(*(places - each)[:, :2].T) > 0.1]
+        by_then = max(stands.since, stands_from)
+        for first in range(0, len(places), TOGETHER):
+            likely = planner.with_ways_out(places[first : first + TOGETHER], by_then)
+            if len(likely):
+                break
+        else:
+            continue
+        for begin in service.departures(max(stands.since, stands_from + SET_OUT[0])):
+            if best is not None and begin >= best[1].timed.end:
+                break
+            start = Moving(begin, 0.0)
+            to = planner.route_from(stands.pose, stands.beta, start, others, likely)
+            if to is not None and to.timed.end < service.world.until - 1.0:
+                if best is None or to.timed.end < best[1].timed.end:
+                    best = cart, to
+                break
+    return best
 
-    def retime(stops: Sequence[Stop]) -> list[TimedPath]:
-        after = list(plans)
-        for stop in sorted(stops, key=lambda each: each.station):
-            n = stop.combine
-            after[n] = with_stop(after[n], stop, accelerations[n])
-        return [ended(plan) for plan in after]
 
-    return retime
+def _by_distance(service: Service, pose: np.ndarray) -> list[int]:
+    """Carts, the one that can be at a pose first foremost."""
+
+    def there(cart: int) -> float:
+        stands = service.standing(cart)
+        return stands.since + float(np.hypot(*(stands.pose - pose)[:2])) / service.cart.speed
+
+    carts = [k for k in range(len(service.jobs)) if service.room(k) > 0 and k != service.failed]
+    return sorted(carts, key=there)
 
 
-def ended(plan: TimedPath, until: float = FOR_EVER) -> TimedPath:
-    """A plan without what comes after some time, or after a stop that lasts for ever.
+def _see(service: Service, until: float = np.inf) -> bool:
+    """Look at the world with its stops, and give up what has become impossible.
 
     Args:
-        plan: Of the combine.
-        until: The time [s].
+        until: Nothing that combines do later is looked at [s].
+
+    Returns:
+        Whether nothing that has begun would be undone.
     """
-    kept = plan.times < until
-    times, stations, speeds = plan.times[kept], plan.stations[kept], plan.speeds[kept]
-    if not kept.all() and until < FOR_EVER:
-        times = np.append(times, until)
-        stations = np.append(stations, plan.station_at(until))
-        speeds = np.append(speeds, plan.speed_at(until))
-    return TimedPath(plan.path, times, stations, speeds)
+    try:
+        while True:
+            stops, before = len(service.stops), service.world.plans
+            plans = service.retime(service.stops)
+            service.world, since = changed_surroundings(
+                service.world, service.field, service.supply.trucks, plans, until
+            )
+            _give_up_impossible(service, before, since)
+            if len(service.stops) == stops:
+                break
+            # Stops for what was given up are not needed any more.
+    except _TooLate:
+        return False
+    service.fill_tanks()
+    return True
+
+
+def _give_up_impossible(service: Service, before: list[TimedPath], since: float) -> None:
+    """Give up jobs that combines are in the way of, or that are beside where none is now."""
+    given_up = False
+    for cart, jobs in enumerate(service.jobs):
+        for number, job in enumerate(jobs):
+            if job.end > since and not _is_possible(service, job, before):
+                _give_up(service, cart, number)
+                given_up = True
+                break
+    # Carts that stand where they were longer may be in the way of others.
+    while given_up:
+        given_up = False
+        for cart, jobs in enumerate(service.jobs):
+            for number, job in enumerate(jobs):
+                if job.end > since and not service.keeps_off(
+                    job.motion, service.other_carts(cart, job.begin), 0.0
+                ):
+                    _give_up(service, cart, number)
+                    given_up = True
+                    break
+
+
+def _give_up(service: Service, cart: int, number: int) -> None:
+    if service.jobs[cart][number].begin < service.settled:
+        raise _TooLate
+    lost = {job.stop for job in service.jobs[cart][number:] if job.stop}
+    service.jobs[cart] = service.jobs[cart][:number]
+    service.stops = [stop for stop in service.stops if stop not in lost]
+
+
+def _is_possible(service: Service, job: Job, before: list[TimedPath]) -> bool:
+    if job.visit:
+        times = np.linspace(job.visit.begin, job.visit.end, 9)
+        old, new = (
+            plans[job.visit.combine].station_at(times) for plans in (before, service.world.plans)
+        )
+        if np.abs(old - new).max() > SAME:
+            return False
+    timed = job.motion.timed
+    times = np.arange(timed.times[0], timed.end + 1.0, 1.0)
+    tractor, trailer = job.motion.poses_at(times)
+    planner = service.world.planner
+    opens = np.maximum(
+        opens_along(service.world.ground, planner.boxes[0], tractor),
+        opens_along(service.world.ground, planner.boxes[1], trailer),
+    )
+    ends = np.array([job.motion.last_pose])
+    return bool((opens <= times).all()) and (
+        service.keeps_off(job.motion, service.world.combines, 0.0)
+        and bool(planner.is_free_for_ever(ends, job.end)[0])
+    )

@@ -1,24 +1,28 @@
-"""What carts plan among: combines that drive, ground that opens, ways over it, windows."""
+"""What carts plan among: combines that drive and stop, ground that opens, ways over it, windows."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import shapely
 from scipy.spatial import KDTree
 
 from ..field.field import Field
-from ..machines.cart import Cart
-from ..machines.combine import Combine, CombineSize, size_of
-from ..paths.timed_path import TimedPath
-from .cut_times import CutTimes, OpenGround, cut_times, free_cells, opened
-from .roadmap import earliest_arrivals, field_lines, make_roadmap, reopened
+from ..machines import MIDDLE, STANDING, Cart, Combine, CombineSize, box_middle, size_of
+from ..paths import TimedPath
+from .cart_motion import trailer_poses
+from .cart_plan import ended
+from .cut_times import GAP, CutTimes, OpenGround, cut_times, free_cells, opened
+from .roadmap import SPACING, earliest_arrivals, make_roadmap, node_opens, reopened
 from .routes import RoutePlanner, make_planner
-from .stops import ended
-from .traffic import Traffic, combine_traffic
+from .traffic import Traffic, combine_traffic, least_gaps
 from .visit_choice import Beginnings
-from .windows import Window, find_windows
+from .windows import BETWEEN, Window, beside, find_windows
 
+# How far from the end of the margin the outermost line is [m].
+EDGE = 2.4
 # How far apart two poses of opposite headings are, when those alike are looked for [m].
 LIKE = 10.0
 # Time between beginnings of a visit that are looked at [s].
@@ -27,6 +31,22 @@ LOOKED = 5.0
 OFTEN = 10.0
 # Between what a plan had and what is left of it when combines are later [m].
 SAME = 1e-3
+
+# Part of the auger's reach that is counted on: carts are a little off their paths.
+SURE = 0.98
+
+# Where the box may be beside a combine that stands, in usual distances to its left and ahead, and
+# how it is turned [rad]: the auger swings.
+PLACES = np.array(
+    [(1.0, 0.0, 0.0)]
+    + [
+        (left, ahead, quarter * math.pi / 4)
+        for left in (1.0, 1.5, 0.6, -1.0, -1.5, -0.6)
+        for quarter in (0, 4, 2, 6, 1, 3, 5, 7)
+        for ahead in (0.0, 0.8, -0.8, 1.4, -1.6)
+        if 0.9 < math.hypot(left, ahead) < SURE * STANDING
+    ]
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,6 +192,33 @@ def changed_surroundings(
     return after, since
 
 
+def field_lines(
+    field: Field, combine: CombineSize, swaths: Sequence[np.ndarray]
+) -> list[np.ndarray]:
+    """Lines that carts may follow: on the margin, on the headland, round holes, along swaths.
+
+    Args:
+        field: The field.
+        combine: The width of its header is that of headland rounds.
+        swaths: Points of the middle line of each, shape (n, 2) [m].
+
+    Returns:
+        Points of each, shape (n, 2); a closed line ends where it begins.
+    """
+    wide = combine.header_width
+    outline = field.outline
+    ways = {field.margin / 2 - 0.4, field.margin - EDGE} if field.margin > 2 * EDGE else set()
+    regions = [outline.buffer(way, join_style="round") for way in sorted(ways)]
+    regions += [outline.buffer(-(k + 0.5) * wide, join_style="mitre") for k in range(2)]
+    regions += [each.buffer(wide / 2 + 1.0) for each in field.obstacles]
+    lines = [np.asarray(line, dtype=float) for line in swaths]
+    for region in regions:
+        for part in shapely.get_parts(region):
+            if not part.is_empty and part.exterior.length > 4 * SPACING:
+                lines.append(np.asarray(part.exterior.coords)[:, :2])
+    return lines
+
+
 def _places(poses: np.ndarray) -> np.ndarray:
     """Points that are near where poses are alike, shape (n, 4) [m]."""
     turned = LIKE * np.stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])], axis=1)
@@ -185,3 +232,49 @@ def _first_difference(before: list[TimedPath], after: list[TimedPath]) -> float:
     for old, new in zip(before, after, strict=True):
         differs |= np.abs(old.station_at(times) - new.station_at(times)) > SAME
     return float(times[np.argmax(differs)]) - 1.0 if differs.any() else np.inf
+
+
+def is_in_reach(combine: CombineSize, cart: Cart, pose: np.ndarray, state: np.ndarray) -> bool:
+    """Whether the auger of a standing combine surely reaches a cart, whose trailer may be bent.
+
+    Args:
+        combine, cart: They.
+        pose: Of the combine, shape (3,).
+        state: Of the cart: x, y, theta, beta, shape (4,) [m], [m], [rad], [rad].
+    """
+    x, y, _ = box_middle(state, cart.length, cart.hitch_offset)
+    away = math.hypot(x - pose[0], y - pose[1])
+    return away <= SURE * STANDING * beside(combine, cart).left
+
+
+def standing_poses(
+    world: CartSurroundings, pose: np.ndarray, time: float, others: Traffic | None = None
+) -> np.ndarray:
+    """Poses of the tractor in which the auger of a standing combine reaches, shape (n, 3).
+
+    Args:
+        world: What carts plan among.
+        pose: Of the combine, shape (3,).
+        time: When the ground is open and machines are where they are, at the latest; infinite:
+            at the end of all plans [s].
+        others: Other carts.
+    """
+    cart = world.cart
+    reach = beside(world.size, cart).left
+    forth = cart.hitch_offset + cart.length * (1.0 - MIDDLE)
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    left, ahead, turn = PLACES.T
+    course = pose[2] + turn
+    x = pose[0] + reach * (c * ahead - s * left) + forth * np.cos(course)
+    y = pose[1] + reach * (s * ahead + c * left) + forth * np.sin(course)
+    every = np.column_stack([x, y, course])
+    opens = node_opens(world.ground, cart, every)
+    every = every[(opens <= time) & (opens < np.inf)]
+    behind = trailer_poses(every, np.zeros(len(every)), cart)
+    times = np.full(len(every), min(time, 1e7))
+    fits = np.ones(len(every), dtype=bool)
+    for traffic in (world.combines, others):
+        if traffic is not None:
+            gaps = least_gaps(traffic, world.planner.boxes, every, behind, times)
+            fits &= gaps >= GAP + BETWEEN
+    return every[fits]

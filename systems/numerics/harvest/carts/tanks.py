@@ -8,7 +8,7 @@ import numpy as np
 
 from ...compiled import kernel
 from ..field.yield_map import YieldMap, grain_on_cells
-from ..machines.combine import Combine
+from ..machines import Combine
 from .cut_times import CELL, CutTimes
 
 # Time between moments at which loads are known; between them they are linear [s].

@@ -7,10 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled, kernel
-from ..machines.cart import Cart
-from ..machines.combine import CombineSize
-from ..machines.outlines import cart_outline, combine_outline
-from ..paths.timed_path import TimedPath
+from ..machines import Cart, CombineSize, cart_outline, combine_outline
+from ..paths import TimedPath
 from .cart_motion import CartMotion, poses_along
 
 # Time between samples [s].

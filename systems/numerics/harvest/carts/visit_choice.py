@@ -9,7 +9,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from ..machines.combine import Combine
+from ..machines import Combine
 from .routes import LONGEST
 from .tanks import Tank
 

@@ -12,11 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..machines.alongside import MIDDLE
-from ..machines.cart import Cart
-from ..machines.combine import Combine, CombineSize, size_of
-from ..paths.machine_path import TRANSIT, MachinePath
-from ..paths.timed_path import TimedPath
+from ..machines import MIDDLE, Cart, Combine, CombineSize, size_of
+from ..paths import MachinePath, TimedPath
 from .cart_motion import trailer_angles, trailer_poses
 from .cut_times import GAP, OpenGround, opens_along
 from .roadmap import AFTER_CUT
@@ -181,12 +178,7 @@ def lane_beside(path: MachinePath, first: float, last: float, place: Beside) -> 
     lane = poses.copy()
     lane[:, 0] -= place.left * np.sin(poses[:, 2])
     lane[:, 1] += place.left * np.cos(poses[:, 2])
-    way = MachinePath(
-        lane,
-        np.ones(len(at) - 1, dtype=int),
-        np.zeros(len(at) - 1, dtype=bool),
-        np.full(len(at) - 1, TRANSIT),
-    )
+    way = MachinePath.of(lane)
     return Lane(way, at - place.ahead, way.stations)
 
 
@@ -216,13 +208,7 @@ def drive_beside(plan: TimedPath, lane: Lane, begin: float, end: float) -> Timed
     ways = np.concatenate([[0.0], np.cumsum((speeds[1:] + speeds[:-1]) / 2 * np.diff(times))])
     last = min(first + float(ways[-1]), path.length)
     at = np.concatenate([[first], inner[inner < last - 1e-6], [last]])
-    count = len(at) - 1
-    own = MachinePath(
-        path.pose_at(at),
-        np.ones(count, dtype=int),
-        np.zeros(count, dtype=bool),
-        np.full(count, TRANSIT),
-    )
+    own = MachinePath.of(path.pose_at(at))
     stations = np.minimum(ways, own.length)
     stations[-1] = own.length
     return TimedPath(own, times, stations, speeds)

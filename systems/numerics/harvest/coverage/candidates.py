@@ -1,4 +1,4 @@
-"""Ways to cut a field: how many rounds, which direction of swaths; told quickly what they take."""
+"""Ways to cut a field, told quickly what they take, and where combines park before and after."""
 
 import itertools
 import math
@@ -9,10 +9,14 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from ...compiled import kernel
 from ..field.field import Field
-from .arcs import CORNER_TIME
-from .cut_ground import CutGround
+from ..machines import CombineSize, combine_outline
+from ..paths import MachinePath
+from .driver import Driver, NoWay
 from .loops import Loop, lay_out_loops
+from .precedence import GAP, CutGround
+from .rounds import CORNER_TIME
 from .swaths import Swath, lay_out_swaths
 
 # Numbers of rounds before swaths, and most rounds where they cut the field alone.
@@ -28,6 +32,17 @@ SAME = math.radians(4.0)
 
 # What it takes to turn from swath to swath, to compare candidates [s].
 TURN_TIME = 18.0
+
+# Side of the cells in which it is told who passes where, and spacing of samples [m].
+CELL = 0.5
+SAMPLES = 0.4
+
+# How far back a combine looks for a place on the straight that it stands on [m].
+BACK = np.arange(0.0, 121.0, 4.0)
+
+# How far into one of its swaths it looks, and how many swaths it tries.
+INTO = np.arange(12.0, 61.0, 8.0)
+SWATHS = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,3 +121,163 @@ def _directions(field: Field) -> list[float]:
         ):
             chosen.append(float(angle))
     return chosen
+
+
+class Passes:
+    """Which combines' outlines pass over which cells of a field and its margin."""
+
+    def __init__(self, field: Field, combine: CombineSize) -> None:
+        x0, y0, x1, y1 = field.ground.bounds
+        shape = math.ceil((y1 - y0) / CELL) + 1, math.ceil((x1 - x0) / CELL) + 1
+        self.origin = np.array([x0, y0])
+        self.cells = np.zeros(shape, dtype=np.uint32)
+        boxes = combine_outline(combine)
+        self._outline = np.concatenate([_grid(box, 0.0) for box in boxes])
+        # Cells tell places to half their diagonal.
+        self._grown = np.concatenate([_grid(box, GAP + 0.4) for box in boxes])
+
+    def add(self, path: MachinePath, machine: int) -> None:
+        """Mark where a combine passes.
+
+        Args:
+            path: Its path.
+            machine: Its number.
+        """
+        poses = path.pose_at(path.stations_every(SAMPLES))
+        _mark(self.cells, self.origin, poses, self._outline, np.uint32(1 << machine))
+
+    def clear(self, pose: np.ndarray, machine: int) -> bool:
+        """Whether no other combine passes within the gap of one that stands at a pose.
+
+        Args:
+            pose: x, y, theta, shape (3,) [m], [m], [rad].
+            machine: Its number.
+        """
+        others = np.uint32(0xFFFFFFFF ^ (1 << machine))
+        return bool(_clear(self.cells, self.origin, pose, self._grown, others))
+
+    def clear_path(self, path: MachinePath, poses: list[np.ndarray]) -> bool:
+        """Whether a path keeps away from combines that stand at some poses."""
+        if not poses:
+            return True
+        cells = np.zeros_like(self.cells)
+        for pose in poses:
+            _mark(cells, self.origin, pose[None], self._grown, np.uint32(1))
+        along = path.pose_at(path.stations_every(SAMPLES))
+        return all(_clear(cells, self.origin, pose, self._outline, np.uint32(1)) for pose in along)
+
+
+def start_in_bay(driver: Driver, uncut: CutGround, passes: Passes, machine: int) -> bool:
+    """Begin a combine's path in a bay off all other paths; whether one was found.
+
+    Args:
+        driver: Who has done its work.
+        uncut: The ground before that: a bay behind another may have crop beside a hollow edge.
+        passes: Where all pass.
+        machine: Its number.
+    """
+    first = driver.paths[0].poses[0]
+    ahead = np.array([math.cos(first[2]), math.sin(first[2]), 0.0])
+    assert len(driver.paths[0].poses) == 1
+    for way in BACK:
+        pose = first - way * ahead
+        path = _straight(pose, first, 1)
+        if not uncut.admits(path):
+            return False
+        if passes.clear(pose, machine):
+            if way > 0:
+                # In place of the pose at which it stood.
+                driver.paths[0] = path
+                passes.add(driver.paths[0], machine)
+            return True
+    return False
+
+
+def park(
+    driver: Driver,
+    passes: Passes,
+    machine: int,
+    swaths: list[Swath],
+    parked: list[np.ndarray],
+) -> bool:
+    """End a combine's path where nobody else passes; whether such a place was found.
+
+    Args:
+        driver: Who has done its work.
+        passes: Where all pass.
+        machine: Its number.
+        swaths: It has cut, on which it may stand.
+        parked: Where others have parked by now.
+    """
+    last = driver.pose
+    ahead = np.array([math.cos(last[2]), math.sin(last[2]), 0.0])
+    for way in BACK:
+        pose = last - way * ahead
+        path = _straight(last, pose, -1)
+        if not driver.ground.admits(path):
+            break
+        if passes.clear(pose, machine) and passes.clear_path(path, parked):
+            driver.drive(path)
+            passes.add(path, machine)
+            return True
+    entries = [(swath, end) for swath in swaths for end in (0, 1)]
+    entries.sort(key=lambda each: float(np.hypot(*(each[0].ends[each[1]] - last[:2]))))
+    for swath, end in entries[:SWATHS]:
+        entry = swath.pose(end, outwards=False)
+        into = np.array([math.cos(entry[2]), math.sin(entry[2]), 0.0])
+        for way in INTO[swath.length - 2.0 > INTO]:
+            if not passes.clear(entry + way * into, machine):
+                continue
+            try:
+                leg = driver.way_to(last, entry)
+            except NoWay:
+                break
+            if passes.clear_path(leg, parked):
+                for path in (leg, _straight(leg.poses[-1], leg.poses[-1] + way * into, 1)):
+                    driver.drive(path)
+                    passes.add(path, machine)
+                return True
+            break
+    return False
+
+
+def _straight(begin: np.ndarray, end: np.ndarray, gear: int) -> MachinePath:
+    poses = np.array([begin, end])
+    poses[1, 2] = poses[0, 2]
+    return MachinePath.of(poses, gears=gear)
+
+
+def _grid(corners: np.ndarray, grown: float) -> np.ndarray:
+    low, high = corners.min(axis=0) - grown, corners.max(axis=0) + grown
+    axes = [
+        np.linspace(a, b, math.ceil((b - a) / SAMPLES) + 1) for a, b in zip(low, high, strict=True)
+    ]
+    return np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+
+
+@kernel
+def _mark(cells, origin, poses, points, bit):
+    rows, columns = cells.shape
+    for k in range(len(poses)):
+        c, s = math.cos(poses[k, 2]), math.sin(poses[k, 2])
+        for i in range(len(points)):
+            x = poses[k, 0] + c * points[i, 0] - s * points[i, 1]
+            y = poses[k, 1] + s * points[i, 0] + c * points[i, 1]
+            column = math.floor((x - origin[0]) / CELL)
+            row = math.floor((y - origin[1]) / CELL)
+            if 0 <= row < rows and 0 <= column < columns:
+                cells[row, column] |= bit
+
+
+@kernel
+def _clear(cells, origin, pose, points, bits):
+    rows, columns = cells.shape
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    for i in range(len(points)):
+        x = pose[0] + c * points[i, 0] - s * points[i, 1]
+        y = pose[1] + s * points[i, 0] + c * points[i, 1]
+        column = math.floor((x - origin[0]) / CELL)
+        row = math.floor((y - origin[1]) / CELL)
+        if 0 <= row < rows and 0 <= column < columns and cells[row, column] & bits:
+            return False
+    return True

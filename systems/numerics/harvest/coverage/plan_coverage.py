@@ -5,28 +5,39 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
 from scipy.optimize import linear_sum_assignment
 
-from ...errors import require
+from ...errors import NoPlan, require
 from ..field.field import Field
-from ..machines.combine import Combine, CombineSize, size_of
-from ..no_plan import NoPlan
-from ..paths.machine_path import MachinePath
+from ..machines import Combine, size_of
+from ..paths import MachinePath
 from ..turns.ground import Ground
 from ..turns.turn import combine_footprint, turn_times
-from .adjacent_rounds import come_ahead, line_up
-from .arcs import Arc, bay_shifts, drive_arc, split_loops
-from .candidates import TURN_TIME, Candidate, find_candidates
-from .cut_ground import WITHIN, CutGround
-from .driver import Driver, NoWay, lay_out_roads, stop_time
-from .lands import chain_swaths, split_chain
+from .candidates import TURN_TIME, Candidate, Passes, find_candidates, park, start_in_bay
+from .driver import (
+    Driver,
+    Gate,
+    NoWay,
+    detours,
+    drive_rings,
+    find_gate,
+    lay_out_roads,
+    ring_groups,
+    stop_time,
+)
 from .loops import crop_to_offset
-from .parking import Passes, park, start_in_bay
-from .precedence import CropPrecedence, can_finish, find_precedence
-from .ring_entry import Gate, drive_rings, find_gate, ring_groups
-from .swath_order import OPEN, STANDS, SwathTimes, order_swaths
-from .swaths import Swath, left_neighbour
+from .precedence import WITHIN, CropPrecedence, CutGround, can_finish, covered_area, find_precedence
+from .rounds import Arc, bay_shifts, come_ahead, drive_arc, line_up, split_loops
+from .swaths import (
+    OPEN,
+    STANDS,
+    Swath,
+    SwathTimes,
+    chain_swaths,
+    left_neighbour,
+    order_swaths,
+    split_chain,
+)
 
 # Patterns of coverage.
 PATTERNS = ("lands", "thesis")
@@ -55,9 +66,6 @@ CLOSED = 0.1
 
 # How often lands are shared out.
 SHARINGS = 4
-
-# What it costs to get from loop to loop of the headland, in estimates [s].
-OTHER_LOOP = 300.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,15 +180,13 @@ def _sound_coverages(
             faults.append("bodies would drive over crop")
         elif not all(bare.admits(path, footprint) for path in plan.paths):
             faults.append("combines would leave the ground")
-        elif any(_sharpest(path) > SHARPER / size.turning_radius for path in plan.paths):
+        elif any(
+            np.abs(path.curvatures).max(initial=0.0) > SHARPER / size.turning_radius
+            for path in plan.paths
+        ):
             faults.append("combines would turn too sharply")
         else:
             yield plan
-
-
-def _sharpest(path: MachinePath) -> float:
-    """Greatest curvature of a path [1/m]."""
-    return float(np.max(np.abs(path.curvatures), initial=0.0))
 
 
 def _spread(candidates: list[Candidate]) -> list[Candidate]:
@@ -226,27 +232,6 @@ def _build(
 def driving_time(path: MachinePath, combine: Combine) -> float:
     """Time to drive a path, with a stop at each change of gear [s]."""
     return path.length / combine.speed + (len(path.cusps) + 1) * stop_time(combine)
-
-
-def covered_area(field: Field, paths: tuple[MachinePath, ...], combine: CombineSize) -> float:
-    """Area of crop over which the headers' middles pass, being down [m^2]."""
-    sweeps = []
-    half = combine.header_width / 2
-    for path in paths:
-        begin, end = path.poses[:-1][path.cutting], path.poses[1:][path.cutting]
-        left, right = (
-            [
-                np.column_stack(
-                    [pose[:, 0] - s * np.sin(pose[:, 2]), pose[:, 1] + s * np.cos(pose[:, 2])]
-                )
-                for pose in (begin, end)
-            ]
-            for s in (half, -half)
-        )
-        quads = np.stack([left[0], left[1], right[1], right[0]], axis=1)
-        sweeps.append(shapely.convex_hull(shapely.multipoints(quads)))
-    cut = shapely.union_all(np.concatenate(sweeps))
-    return float(shapely.intersection(cut, field.polygon).area)
 
 
 def _drive_rounds(
@@ -483,37 +468,11 @@ def _swath_times(
     entries = np.array([s.pose(end, outwards=False) for s in mine for end in (0, 1)]).reshape(-1, 3)
     exits = np.array([s.pose(end, outwards=True) for s in mine for end in (1, 0)]).reshape(-1, 3)
     between = turn_times(exits[:, None], entries[None], combine)
-    between = between + _detours(exits, entries, driver)
+    between = between + detours(exits, entries, driver)
     first = turn_times(driver.pose[None], entries, combine)
-    first = first + _detours(driver.pose[None], entries, driver)[0]
+    first = first + detours(driver.pose[None], entries, driver)[0]
     number_of = {k: number for number, k in enumerate(land)} | dict.fromkeys([None, *done], OPEN)
     sides = [left_neighbour(swaths, k, back=back) for k in land for back in (False, True)]
     left = np.array([number_of.get(side, STANDS) for side in sides], dtype=np.int64)
     closed = np.repeat([CLOSED * swath.length / combine.speed for swath in mine], 2)
     return SwathTimes(between, first, np.zeros(len(entries)), left, closed)
-
-
-def _detours(exits: np.ndarray, entries: np.ndarray, driver: Driver) -> np.ndarray:
-    """What ways along the headland take more than straight ones, shape (n, m) [s]."""
-    roads = driver.roads
-
-    def places(poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        points = np.atleast_1d(np.asarray(shapely.points(poses[:, :2])))
-        away = np.array([shapely.distance(road.line, points) for road in roads])
-        which = np.argmin(away, axis=0)
-        stations = np.array(
-            [
-                shapely.line_locate_point(roads[k].line, p)
-                for k, p in zip(which, points, strict=True)
-            ]
-        )
-        return which, stations
-
-    loops, at = places(exits)
-    others, to = places(entries)
-    lengths = np.array([road.length for road in roads])[loops][:, None]
-    way = np.abs(at[:, None] - to[None])
-    way = np.minimum(way, lengths - way)
-    chord = np.hypot(*(exits[:, None, :2] - entries[None, :, :2]).transpose(2, 0, 1))
-    detour = np.maximum(0.0, way - chord - 10.0) / driver.combine.speed
-    return np.where(loops[:, None] == others[None], detour, OTHER_LOOP)

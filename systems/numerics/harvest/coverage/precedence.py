@@ -1,15 +1,33 @@
-"""Crop precedence: what must be cut before a body is somewhere, told from paths alone."""
+"""What of a field is cut by when: ground that may be driven on, and what must be cut before.
+
+Crop precedence, what must be cut before a body is somewhere, is told from paths alone.
+"""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
+import shapely
+from scipy.ndimage import label
 
-from ...compiled import compiled
+from ...compiled import compiled, kernel
 from ..field.field import Field
-from ..machines.combine import CombineSize
-from ..paths.machine_path import MachinePath
-from ..turns.standing_crop import CELL, StandingCrop
+from ..machines import Combine, CombineSize
+from ..paths import MachinePath
+from ..turns.borders import CROP_CELL, StandingCrop
+from ..turns.ground import Ground
+from ..turns.turn import EXPANSIONS, combine_footprint, turn_between
+
+# Distance kept from obstacles, and how much less is let pass for rounding [m].
+GAP = 0.5
+ROUNDING = 0.02
+
+# Smaller patches of crop may be given up [m^2].
+LEAST_PATCH = 20.0
+
+# By how much the ground ends before the margin does, so that what `stays_on_ground` lets pass is no
+# fault to the audit, and machines may still drive along the margin's very end [m].
+WITHIN = 0.006
 
 # Spacing of the stations for which precedence is told [m].
 SPACING = 1.0
@@ -25,6 +43,129 @@ NEVER = 1e18
 # that are narrower than the cells of the crop.
 FINE = 0.2
 MOST_CELLS = 5e6
+
+
+class CutGround:
+    """A field that is cut path by path.
+
+    Attributes:
+        ground: Which no outline leaves.
+        crop: What stands on it.
+        combine: The combine that drives there.
+        margin: Width of the strip outside of the crop that may be driven on [m].
+    """
+
+    def __init__(self, ground: Ground, crop: StandingCrop, combine: Combine, margin: float) -> None:
+        self.ground, self.crop, self.combine, self.margin = ground, crop, combine, margin
+
+    @classmethod
+    def of(cls, field: Field, combine: Combine) -> "CutGround":
+        """The ground before anything is cut."""
+        obstacles = [shape.buffer(GAP - ROUNDING) for shape in field.obstacles]
+        within = field.ground.buffer(-WITHIN, join_style="mitre")
+        region = within.difference(shapely.union_all(obstacles))
+        return cls(Ground(region), StandingCrop(field.polygon), combine, field.margin)
+
+    def copy_for(self, combine: Combine) -> "CutGround":
+        """The same ground, to be cut apart from this by a combine of the same size."""
+        return CutGround(self.ground, self.crop.copy(), combine, self.margin)
+
+    def give_up_patches(self) -> None:
+        """Let bodies drive over crop that is left in small patches, where rounds meet."""
+        patches = np.empty(self.crop.cells.shape, dtype=np.int32)
+        label(self.crop.cells, output=patches)
+        sizes = np.bincount(patches.ravel()) * CROP_CELL**2
+        self.crop.cells &= sizes[patches] >= LEAST_PATCH
+
+    def cut(self, path: MachinePath) -> None:
+        """Cut what a path cuts."""
+        poses, cutting = sample_path(path, 0.5 * CROP_CELL)
+        half = self.combine.header_width / 2
+        depth = self.combine.header_depth
+        _cut(self.crop.cells, self.crop.origin, CROP_CELL, poses[cutting], half, depth)
+
+    def turn(
+        self, start: np.ndarray, goal: np.ndarray, *, search: bool = False
+    ) -> MachinePath | None:
+        """The quickest turn found from one pose to another, or None.
+
+        Args:
+            start: x, y, theta, shape (3,) [m], [m], [rad].
+            goal: The same, shape (3,).
+            search: Whether to search for a way where no word fits, which takes long.
+        """
+        ends = start.tolist(), goal.tolist()
+        expansions = EXPANSIONS if search else 0
+        return turn_between(*ends, self.ground, self.combine, crop=self.crop, expansions=expansions)
+
+    def admits(self, path: MachinePath, *, cutting: bool = False) -> bool:
+        """Whether the outline keeps to the ground on a path, and, unless it cuts, off crop.
+
+        Args:
+            path: The path.
+            cutting: Whether the header is down on it.
+        """
+        crop = None if cutting else self.crop
+        return self.ground.admits(path, combine_footprint(self.combine), crop)
+
+    def may_stand(self, pose: np.ndarray) -> bool:
+        """Whether the outline at a pose, shape (3,), is on the ground, with its body off crop."""
+        return self.ground.admits_pose(pose.tolist(), combine_footprint(self.combine), self.crop)
+
+    def has_room(self, pose: np.ndarray) -> bool:
+        """Whether the outline at a pose, shape (3,), is on the ground, crop or not."""
+        return self.ground.admits_pose(pose.tolist(), combine_footprint(self.combine))
+
+
+def covered_area(field: Field, paths: tuple[MachinePath, ...], combine: CombineSize) -> float:
+    """Area of crop over which the headers' middles pass, being down [m^2]."""
+    sweeps = []
+    half = combine.header_width / 2
+    for path in paths:
+        begin, end = path.poses[:-1][path.cutting], path.poses[1:][path.cutting]
+        left, right = (
+            [
+                np.column_stack(
+                    [pose[:, 0] - s * np.sin(pose[:, 2]), pose[:, 1] + s * np.cos(pose[:, 2])]
+                )
+                for pose in (begin, end)
+            ]
+            for s in (half, -half)
+        )
+        quads = np.stack([left[0], left[1], right[1], right[0]], axis=1)
+        sweeps.append(shapely.convex_hull(shapely.multipoints(quads)))
+    cut = shapely.union_all(np.concatenate(sweeps))
+    return float(shapely.intersection(cut, field.polygon).area)
+
+
+def sample_path(path: MachinePath, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    """Poses along a path, shape (n, 3), and whether the header is down at each, shape (n,).
+
+    Args:
+        path: The path.
+        spacing: [m].
+    """
+    stations = path.stations_every(spacing)
+    return path.pose_at(stations), path.cutting[path.piece_at(stations)]
+
+
+@kernel
+def _cut(cells, origin, size, poses, half, depth):
+    rows, columns = cells.shape
+    across = math.ceil(2 * half / (0.6 * size))
+    along = math.ceil(depth / (0.6 * size))
+    for k in range(len(poses)):
+        c, s = math.cos(poses[k, 2]), math.sin(poses[k, 2])
+        for i in range(across + 1):
+            side = -half + 2 * half * i / across
+            for j in range(along + 1):
+                ahead = depth * (j / along - 0.5)
+                x = poses[k, 0] + c * ahead - s * side
+                y = poses[k, 1] + s * ahead + c * side
+                column = math.floor((x - origin[0]) / size)
+                row = math.floor((y - origin[1]) / size)
+                if 0 <= row < rows and 0 <= column < columns:
+                    cells[row, column] = False
 
 
 class CropPrecedence(NamedTuple):
@@ -75,9 +216,11 @@ def find_precedence(
     cut_at = np.full((len(paths), rows, columns), NEVER, dtype=np.float64)
     half = combine.header_width / 2
     for n, path in enumerate(paths):
-        _cut(cut_at[n], crop.origin, CELL, *_header_down(path, CELL / 2), half + BESIDE)
+        _mark_cut(
+            cut_at[n], crop.origin, CROP_CELL, *_header_down(path, CROP_CELL / 2), half + BESIDE
+        )
     every, needs = [], []
-    box = _body(combine, CELL)
+    box = _body(combine, CROP_CELL)
     for m, path in enumerate(paths):
         stations = path.stations_every(SPACING)
         every.append(stations)
@@ -114,14 +257,14 @@ def _trodden_area(
         cut_at: The station at which each combine cuts each of its cells, shape (N, rows, columns).
         combine: Each of them.
     """
-    size = max(FINE, math.sqrt(crop.cells.sum() * CELL**2 / MOST_CELLS))
+    size = max(FINE, math.sqrt(crop.cells.sum() * CROP_CELL**2 / MOST_CELLS))
     # None reaches beyond the cells of the crop.
-    shape = np.floor(np.array(crop.cells.shape) * CELL / size).astype(int)
+    shape = np.floor(np.array(crop.cells.shape) * CROP_CELL / size).astype(int)
     under = np.zeros(shape, dtype=np.bool_)
     half, box = combine.header_width / 2 + size / 2, _body(combine, size)
     for m, path in enumerate(paths):
         own = np.full(shape, np.inf, dtype=np.float32)
-        _cut(own, crop.origin, size, *_header_down(path, size / 2), half)
+        _mark_cut(own, crop.origin, size, *_header_down(path, size / 2), half)
         stands = crop.cells & (np.delete(cut_at, m, axis=0) == NEVER).all(axis=0)
         stations = path.stations_every(size)
         _tread(own, stands, under, crop.origin, size, path.pose_at(stations), stations, box)
@@ -145,7 +288,7 @@ def _body(combine: CombineSize, size: float) -> np.ndarray:
 
 
 @compiled
-def _cut(cut_at, origin, size, poses, stations, half):
+def _mark_cut(cut_at, origin, size, poses, stations, half):
     """Mark when the header's middle passes over cells."""
     rows, columns = cut_at.shape
     across = math.ceil(2 * half / (0.5 * size))
@@ -177,7 +320,10 @@ def _tread(cut_at, stands, under, origin, size, poses, stations, box):
                 y = poses[k, 1] + s * ahead + c * side - origin[1]
                 row, column = math.floor(y / size), math.floor(x / size)
                 if 0 <= row < rows and 0 <= column < columns and cut_at[row, column] > stations[k]:
-                    row_of_crop, column_of_crop = math.floor(y / CELL), math.floor(x / CELL)
+                    row_of_crop, column_of_crop = (
+                        math.floor(y / CROP_CELL),
+                        math.floor(x / CROP_CELL),
+                    )
                     if stands[row_of_crop, column_of_crop]:
                         under[row, column] = True
 
@@ -186,8 +332,8 @@ def _tread(cut_at, stands, under, origin, size, poses, stations, box):
 def _needed(cut_at, crop, origin, poses, stations, me, box, needed):
     machines, rows, columns = cut_at.shape
     rear, front, half = box
-    along = math.ceil((front - rear) / CELL)
-    across = math.ceil(2 * half / CELL)
+    along = math.ceil((front - rear) / CROP_CELL)
+    across = math.ceil(2 * half / CROP_CELL)
     for k in range(len(poses)):
         c, s = math.cos(poses[k, 2]), math.sin(poses[k, 2])
         for i in range(along + 1):
@@ -196,8 +342,8 @@ def _needed(cut_at, crop, origin, poses, stations, me, box, needed):
                 side = -half + 2 * half * j / across
                 x = poses[k, 0] + c * ahead - s * side
                 y = poses[k, 1] + s * ahead + c * side
-                column = math.floor((x - origin[0]) / CELL)
-                row = math.floor((y - origin[1]) / CELL)
+                column = math.floor((x - origin[0]) / CROP_CELL)
+                row = math.floor((y - origin[1]) / CROP_CELL)
                 if row < 0 or row >= rows or column < 0 or column >= columns:
                     continue
                 if not crop[row, column] or cut_at[me, row, column] <= stations[k]:

@@ -1,19 +1,33 @@
-"""Swaths: the straights, all in one direction, in which the inside of a field is cut."""
+"""Swaths: the straights that cut the inside of a field, in lands, one a combine, in what order.
+
+The order and the directions are found by annealing. A cart drives on the left of a combine, on
+ground that is cut. So a swath is driven with crop on its left only where the way that this saves is
+worth it.
+"""
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import shapely
 from shapely.affinity import rotate
 from shapely.geometry.base import BaseGeometry
 
-from ..machines.combine import CombineSize
-from ..paths.machine_path import MachinePath
+from ...compiled import compiled, kernel
+from ..machines import CombineSize
+from ..paths import MachinePath
 from .loops import CLEAR
 
 # Pieces of a strip that are smaller than this share of the header squared are left [-].
 LEAST_PIECE = 0.02
+
+# Steps of the annealing per swath, and the first and last temperatures [s].
+STEPS = 1500
+HOT, COLD = 40.0, 0.3
+
+# In place of the swath on the left: no crop, or crop that none of these swaths cuts.
+OPEN, STANDS = -1, -2
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +70,7 @@ class Swath:
         end = 0 if back else 1
         poses = np.array([self.pose(1 - end, outwards=False), self.pose(end, outwards=True)])
         poses[0, 2] = poses[1, 2]
-        return MachinePath(poses, np.array([1]), np.array([True]), np.array([work]))
+        return MachinePath.of(poses, cutting=True, work=work)
 
 
 def lay_out_swaths(inside: BaseGeometry, direction: float, combine: CombineSize) -> list[Swath]:
@@ -146,3 +160,159 @@ def _cells(pieces: list[tuple[int, float, float]]) -> list[int]:
         else:
             cells[a], count = count, count + 1
     return cells
+
+
+def chain_swaths(swaths: tuple[Swath, ...]) -> list[int]:
+    """Numbers of all swaths, neighbours one after the other: cell by cell, strip by strip."""
+    cells: dict[int, list[int]] = {}
+    for number, swath in enumerate(swaths):
+        cells.setdefault(swath.cell, []).append(number)
+    for members in cells.values():
+        members.sort(key=lambda number: swaths[number].strip)
+    middles = np.array([swath.ends.mean(axis=0) for swath in swaths])
+    order: list[int] = []
+    left = dict(cells)
+    while left:
+        if not order:
+            # The cell of the outermost strip.
+            cell = min(left, key=lambda each: swaths[left[each][0]].strip)
+            members = left.pop(cell)
+        else:
+            at = middles[order[-1]]
+            cell = min(
+                left,
+                key=lambda each: min(np.hypot(*(middles[left[each][k]] - at)) for k in (0, -1)),
+            )
+            members = left.pop(cell)
+            first, last = middles[members[0]], middles[members[-1]]
+            if np.hypot(*(last - at)) < np.hypot(*(first - at)):
+                members = members[::-1]
+        order.extend(members)
+    return order
+
+
+def split_chain(times: np.ndarray, budgets: np.ndarray) -> list[slice]:
+    """Parts of a chain of works, in order, so that the latest ends as early as can be.
+
+    Args:
+        times: Of the works for the worker of each part, shape (count, m) [s].
+        budgets: When the worker of each part begins, shape (count,) [s].
+    """
+    count = len(budgets)
+    low, high = float(budgets.max()), float(budgets.max() + times.max(axis=0).sum())
+    ends: list[int] = []
+    for _ in range(50):
+        middle = (low + high) / 2
+        trial = _fill(times, budgets, middle)
+        if trial is None:
+            low = middle
+        else:
+            high, ends = middle, trial
+    if not ends:
+        ends = [times.shape[1]] * count
+    begins = [0, *ends[:-1]]
+    return [slice(begin, end) for begin, end in zip(begins, ends, strict=True)]
+
+
+def _fill(times: np.ndarray, budgets: np.ndarray, deadline: float) -> list[int] | None:
+    ends, at, last = [], 0, times.shape[1]
+    for own, begin in zip(times, budgets, strict=True):
+        clock = begin
+        while at < last and clock + own[at] <= deadline:
+            clock += own[at]
+            at += 1
+        ends.append(at)
+    return ends if at == last else None
+
+
+class SwathTimes(NamedTuple):
+    """Times between swaths; swath i driven to its second end is node 2 i, back it is 2 i + 1.
+
+    Attributes:
+        between: From the end of a node to the beginning of another, shape (2 m, 2 m) [s].
+        first: From where the combine comes from, shape (2 m,) [s].
+        last: What it costs to end with a node, shape (2 m,) [s].
+        left: Number of the swath on the left of who drives a node, OPEN or STANDS, shape (2 m,).
+        closed: What it costs to drive a node while crop stands on its left, shape (2 m,) [s].
+    """
+
+    between: np.ndarray
+    first: np.ndarray
+    last: np.ndarray
+    left: np.ndarray
+    closed: np.ndarray
+
+
+def order_swaths(times: SwathTimes, seed: int) -> tuple[list[int], float]:
+    """Nodes in the best order found, and what it costs: time between swaths and of closed ones [s].
+
+    Args:
+        times: Of m swaths.
+        seed: Of the annealing.
+    """
+    count = len(times.first) // 2
+    if count == 0:
+        return [], 0.0
+    order = 2 * np.arange(count)
+    best = np.empty_like(order)
+    draws = np.random.default_rng(seed).random((STEPS * count, 5))
+    total = _anneal(order, best, times, draws, HOT, COLD)
+    return best.tolist(), float(total)
+
+
+@kernel
+def _total(order, times, done):
+    total = times.first[order[0]] + times.last[order[-1]]
+    done[:] = False
+    for k in range(len(order)):
+        node = order[k]
+        if k > 0:
+            total += times.between[order[k - 1], node]
+        left = times.left[node]
+        if left == STANDS or (left != OPEN and not done[left]):
+            total += times.closed[node]
+        done[node // 2] = True
+    return total
+
+
+@compiled
+def _anneal(order, best, times, draws, hot, cold):
+    """Write the best order found into `best`; what it costs."""
+    count, steps = len(order), len(draws)
+    done = np.zeros(count, dtype=np.bool_)
+    now = _total(order, times, done)
+    best[:] = order
+    least = now
+    trial = order.copy()
+    for step in range(steps):
+        heat = hot * (cold / hot) ** (step / steps)
+        trial[:] = order
+        kind, flip = int(4 * draws[step, 0]), int(2 * draws[step, 3])
+        i, j = int(count * draws[step, 1]), int(count * draws[step, 2])
+        if i > j:
+            i, j = j, i
+        if kind == 0:
+            trial[i] ^= 1
+        elif kind == 1:
+            # Driven the other way round.
+            for k in range(i, j + 1):
+                trial[k] = order[i + j - k] ^ 1
+        elif kind == 2:
+            # One is put elsewhere, turned or not.
+            moved = order[i] ^ flip
+            for k in range(i, j):
+                trial[k] = order[k + 1]
+            trial[j] = moved
+        else:
+            moved = order[j] ^ flip
+            for k in range(i, j):
+                trial[k + 1] = order[k]
+            trial[i] = moved
+        time = _total(trial, times, done)
+        if time <= now or draws[step, 4] < math.exp((now - time) / heat):
+            order[:] = trial
+            now = time
+            if now < least:
+                least = now
+                best[:] = order
+    return least

@@ -25,10 +25,9 @@ import numpy as np
 from ...compiled import compiled, kernel
 from ..carts.cut_times import CELL, LOOKS, REACH
 from ..carts.traffic import cart_boxes
-from ..paths.timed_path import TimedPath
+from ..paths import TimedPath
 from ..timing.conflicts import GAP, RUN, cells_are_near
 from ..timing.sweep import Sweep
-from .last_below import last_below
 from .planned_work import PlannedWork, grain_stations
 
 # Nobody is farther ahead of anybody else in the plan [s]; it bounds what is looked at, too.
@@ -37,6 +36,24 @@ AHEAD = 1800.0
 SLACK = 0.5
 # A station is passed this much before it, for rounding [m].
 PASSED = 1e-6
+
+
+@kernel
+def last_below(values, low, high, value):
+    """Number of the last of some values that is not above a value, low - 1 for none.
+
+    Args:
+        values: Never decreasing from low to high, shape (n,).
+        low, high: The first number, and one after the last.
+        value: In the units of the values.
+    """
+    while low < high:
+        middle = (low + high) // 2
+        if values[middle] <= value:
+            low = middle + 1
+        else:
+            high = middle
+    return low - 1
 
 
 class Ties(NamedTuple):
@@ -81,12 +98,10 @@ class Orders(NamedTuple):
     ties: Ties
 
 
-def find_orders(work: PlannedWork, gap: float = GAP) -> Orders:
+def find_orders(work: PlannedWork) -> Orders:
     """What machines need of one another, by the plan's times.
 
-    Args:
-        work: The plan.
-        gap: Between outlines; cells on which they may be nearer are not entered together [m].
+    Cells on which outlines may be nearer than GAP are not entered together.
     """
     sweeps, timed = work.sweeps, work.timed
     starts = np.concatenate([[0], np.cumsum([sweep.cells for sweep in sweeps])])
@@ -104,7 +119,7 @@ def find_orders(work: PlannedWork, gap: float = GAP) -> Orders:
             least = np.maximum.accumulate(np.minimum(least, passed))
             own = slice(starts[m], starts[m + 1])
             needs[n, own] = _first_come(
-                sweep, other, entered[m], entered[n], passed, least, gap, n < m
+                sweep, other, entered[m], entered[n], passed, least, GAP, n < m
             )
     return Orders(
         starts, np.concatenate([sweep.stations[:-1] for sweep in sweeps]), needs, find_ties(work)

@@ -12,11 +12,8 @@ from ..carts.cut_times import CELL, CutTimes, cut_times
 from ..coverage.precedence import CropPrecedence
 from ..field.field import Field
 from ..field.yield_map import YieldMap, grain_on_cells
-from ..machines.cart import Cart
-from ..machines.combine import Combine, CombineSize, size_of
-from ..machines.outlines import cart_outline, combine_outline
-from ..paths.machine_path import MachinePath
-from ..paths.timed_path import TimedPath
+from ..machines import Cart, Combine, CombineSize, cart_outline, combine_outline, size_of
+from ..paths import MachinePath, TimedPath
 from ..plan.harvest_plan import HarvestPlan
 from ..timing.sweep import Sweep, cart_sweep, grid_stations, sweep_of
 

@@ -1,1 +1,1 @@
-"""Fields, and the ways of combines that harvest them from the perimeter inwards."""
+"""Fields as they are in files: crop, obstacles, gates, places of trucks, yields."""

@@ -1,4 +1,4 @@
-"""A field: its boundary, the obstacles in it, and the strip round it that may be driven on."""
+"""A field: its boundary, the obstacles in it, the strip round it, and where on Earth it lies."""
 
 from dataclasses import dataclass
 from dataclasses import field as attribute
@@ -7,12 +7,69 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from ...errors import require_non_negative, require_positive
+from ...errors import require, require_finite, require_non_negative, require_positive
 from ...geometry.world import World, make_world
-from .place import Place
+from ...geometry.world_files import from_local_plane, local_plane
 
 # Width of the strip outside of the boundary, unless told otherwise [m].
 MARGIN = 12.0
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the zero of a field's metres lies.
+
+    Attributes:
+        origin: Its longitude and latitude (WGS 84), x is east and y north of it; None: it is not
+            known where the field lies [degrees].
+        offset: Where nobody knows, its coordinates in the field's file [m].
+
+    Raises:
+        InvalidInput: The origin is not on the globe, or at a pole.
+    """
+
+    origin: tuple[float, float] | None = None
+    offset: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if self.origin is not None:
+            for value in self.origin:
+                require_finite("origin", value)
+            fits = abs(self.origin[0]) <= 180 and abs(self.origin[1]) < 89
+            require(fits, "origin", "be a longitude and a latitude in degrees", self.origin)
+
+    @property
+    def geographic(self) -> bool:
+        """Whether it is known where the field lies."""
+        return self.origin is not None
+
+    def outwards(self, points: np.ndarray) -> np.ndarray:
+        """Points of the field as its file has them.
+
+        Args:
+            points: Shape (n, 2) [m].
+
+        Returns:
+            Longitude and latitude, shape (n, 2) [degrees], or metres.
+        """
+        points = np.asarray(points, dtype=float)
+        if self.origin is None:
+            return points + np.array(self.offset)
+        return from_local_plane(points, np.array(self.origin))
+
+    def inwards(self, points: np.ndarray) -> np.ndarray:
+        """Points of a file in the field's metres; the inverse of `outwards`.
+
+        Args:
+            points: Longitude and latitude, shape (n, 2) [degrees], or metres.
+
+        Returns:
+            Shape (n, 2) [m].
+        """
+        points = np.asarray(points, dtype=float)
+        if self.origin is None:
+            return points - np.array(self.offset)
+        return local_plane(points, np.array(self.origin))
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +95,7 @@ class Field:
     no_go: tuple[shapely.Polygon, ...] = ()
     gates: np.ndarray = attribute(default_factory=lambda: np.zeros((0, 2)))
     trucks: np.ndarray = attribute(default_factory=lambda: np.zeros((0, 2)))
-    place: Place = Place()  # noqa: RUF009  # It is frozen.
+    place: Place = Place()
     name: str = ""
 
     def __post_init__(self) -> None:

@@ -1,14 +1,33 @@
-"""Grain on a field: as much everywhere, or place by place."""
+"""Grain on a field: as much everywhere, or place by place, from GeoJSON and ESRI ASCII grids."""
 
+import json
+import math
 from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import shapely
 
-from ...errors import require, require_positive
+from ...errors import InvalidInput, require, require_positive
+from ...geometry.world_files import polygons_of, read_geometry
+from ...units import read_quantity
+from .field import Field
 
 # Between the places that a mean is taken over, as a part of the longer side of the ground [-].
 FINE = 1 / 400
+
+# Cells of a map that is read are no smaller [m], and about as many at most.
+LEAST_SIDE = 1.0
+MOST_CELLS = 250_000
+# No grain yields more [kg/m^2].
+MOST = 10.0
+# Files are no larger [byte].
+LARGEST = 50e6
+
+# What stands before the numbers of an ASCII grid; one of each pair.
+_HEADER = ("ncols", "nrows", "cellsize", "nodata_value")
+_CORNERS = (("xllcorner", "xllcenter"), ("yllcorner", "yllcenter"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,3 +109,127 @@ def mean_density(density: float | YieldMap, ground: shapely.Polygon) -> float:
     places = np.column_stack([x.ravel(), y.ravel()]) + step / 2
     inside = shapely.contains_xy(ground, *places.T)
     return float(density.at(places[inside]).mean())
+
+
+def read_yields(
+    path: str | Path, field: Field, density: float, *, key: str = "yield", unit: str = "t/ha"
+) -> YieldMap:
+    """Read what grows where on a field.
+
+    Args:
+        path: A .geojson or .json file of polygons with a property, the last of several that hold a
+            place counting there; or an .asc file, an ESRI ASCII grid. Coordinates are of the kind
+            of the field's file: longitude and latitude, or metres.
+        field: Where it grows.
+        density: Where the file says nothing [kg/m^2].
+        key: Name of the property, in any case.
+        unit: Of the file's numbers, as "t/ha" or "bu/ac wheat".
+
+    Raises:
+        InvalidInput: The file is missing or malformed, says nothing of the field, or holds yields
+            that are negative or beyond those of any grain; the unit is none of yields.
+    """
+    path = Path(path)
+    require(path.suffix.lower() in _READERS, "yields", f"end in {', '.join(_READERS)}", path.name)
+    require(path.is_file(), "yields", "exist", path)
+    require(path.stat().st_size <= LARGEST, "yields", f"be at most {LARGEST / 1e6:g} MB", path)
+    factor = read_quantity("yields.unit", f"1 {unit}", "kg/m^2")
+    x_low, y_low, x_high, y_high = field.outline.bounds
+    side = max(LEAST_SIDE, math.sqrt((x_high - x_low) * (y_high - y_low) / MOST_CELLS))
+    columns, rows = math.ceil((x_high - x_low) / side), math.ceil((y_high - y_low) / side)
+    x, y = (side * (np.arange(count) + 0.5) for count in (columns, rows))
+    middles = np.stack(np.meshgrid(x_low + x, y_low + y), axis=-1).reshape(-1, 2)
+    told = factor * _READERS[path.suffix.lower()](path, field.place.outwards(middles), key)
+    known = np.isfinite(told)
+    inside = shapely.contains_xy(field.polygon, *middles.T)
+    require(bool((known & inside).any()), "yields", "lie on the field", f"none of {path.name}")
+    low, high = float(told[known].min()), float(told[known].max())
+    worst = low if low < 0 else high
+    sound = low >= 0 and high <= MOST
+    require(sound, "yields", f"lie between 0 and {MOST * 10:g} t/ha", f"{10 * worst:.6g} t/ha")
+    values = np.where(known, told, density).reshape(rows, columns)
+    require(bool((values.ravel()[inside] > 0).any()), "yields", "be positive somewhere", path.name)
+    return YieldMap(np.array([x_low, y_low]), side, values)
+
+
+def _read_polygons(path: Path, points: np.ndarray, key: str) -> np.ndarray:
+    """What the polygons of a GeoJSON file say of points, NaN where nothing."""
+    try:
+        read_geometry(path, "geojson")
+        about = json.loads(path.read_text(encoding="utf-8-sig"))
+    except InvalidInput as error:
+        raise InvalidInput(str(error).replace("`world file`", "`yields`")) from None
+    features = about.get("features") if isinstance(about, dict) else None
+    require(isinstance(features, list), "yields", "be a FeatureCollection", path.name)
+    assert isinstance(features, list)
+    found = np.full(len(points), np.nan)
+    for number, feature in enumerate(features):
+        if not feature.get("geometry"):
+            continue
+        told = feature.get("properties")
+        plain = {str(name).lower(): value for name, value in (told or {}).items()}
+        value = plain.get(key.lower())
+        fits = isinstance(value, (int, float)) and math.isfinite(value) and value is not True
+        if not fits:
+            shown = f"{value!r:.40} in feature {number}"
+            raise InvalidInput(f"`yields` must have a number as `{key}` of each; got {shown}")
+        try:
+            shape = shapely.from_geojson(json.dumps(feature["geometry"]))
+            parts = polygons_of(shape)
+        except InvalidInput as error:
+            raise InvalidInput(str(error).replace("`world file`", "`yields`")) from None
+        for part in parts:
+            found[shapely.contains_xy(part, *points.T)] = value
+    return found
+
+
+class _Grid(NamedTuple):
+    """Values of an ASCII grid, rows from north to south, and its lower left corner."""
+
+    corner: tuple[float, float]
+    side: float
+    values: np.ndarray
+
+
+def _read_raster(path: Path, points: np.ndarray, key: str) -> np.ndarray:
+    """What an ASCII grid, which knows no properties, says of points, NaN where nothing."""
+    del key
+    grid = _ascii_grid(path)
+    columns, rows = np.floor((points - grid.corner) / grid.side).T
+    rows = grid.values.shape[0] - 1 - rows
+    inside = (rows >= 0) & (rows < grid.values.shape[0])
+    inside &= (columns >= 0) & (columns < grid.values.shape[1])
+    found = np.full(len(points), np.nan)
+    found[inside] = grid.values[rows[inside].astype(int), columns[inside].astype(int)]
+    return found
+
+
+def _ascii_grid(path: Path) -> _Grid:
+    try:
+        words = path.read_text(encoding="utf-8-sig").split()
+        told: dict[str, float] = {}
+        while len(words) >= 2 and words[0][0].isalpha() and words[0].lower() != "nan":
+            told[words[0].lower()] = float(words[1])
+            words = words[2:]
+        numbers = np.array(words, dtype=float)
+    except (OSError, ValueError) as error:
+        reason = " ".join(str(error).split())[:100]
+        raise InvalidInput(f"`yields` must be a readable grid; got {path} ({reason})") from None
+    for name in _HEADER[:3]:
+        require(name in told, "yields", f"tell {name} in its head", sorted(told))
+    side = told["cellsize"]
+    require_positive("yields: cellsize", side)
+    fits = told["nrows"] * told["ncols"] == len(numbers) > 0
+    told_size = f"{told['nrows']:g} x {told['ncols']:g} numbers"
+    require(fits, "yields", f"hold {told_size} as its head says", len(numbers))
+    require(told["nrows"] >= 1, "yields", "have rows", told["nrows"])
+    corner = []
+    for edge, middle in _CORNERS:
+        require(edge in told or middle in told, "yields", f"tell {edge} in its head", sorted(told))
+        corner.append(told[edge] if edge in told else told[middle] - side / 2)
+    require(bool(np.isfinite(corner).all()), "yields", "lie somewhere", corner)
+    numbers[numbers == told.get("nodata_value", -9999.0)] = np.nan
+    return _Grid((corner[0], corner[1]), side, numbers.reshape(int(told["nrows"]), -1))
+
+
+_READERS = {".geojson": _read_polygons, ".json": _read_polygons, ".asc": _read_raster}

@@ -8,15 +8,11 @@ import numpy as np
 from ...errors import InvalidInput, require
 from ..field.field import Field
 from ..field.yield_map import YieldMap
-from ..machines.cart import Cart
-from ..machines.combine import Combine
-from ..machines.trucks import TruckFleet
-from ..plan.combine_plan import CombinePlan, plan_combines
-from ..plan.harvest_plan import truck_places
-from .cart_rounds import run_carts
-from .figures import FleetFigures, figures_of_model
-from .fuel import FuelModel
-from .work_ahead import work_ahead
+from ..machines import Cart, Combine
+from ..plan.harvest_plan import CombinePlan, plan_combines, truck_places
+from ..trucks import TruckFleet
+from .cart_rounds import run_carts, work_ahead
+from .figures import FleetFigures, FuelModel, figures_of_model
 
 
 @dataclass(frozen=True)

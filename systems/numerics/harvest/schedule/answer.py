@@ -1,19 +1,82 @@
-"""Can these carts serve these combines, and what is the plan? All parts put together."""
+"""Can these carts serve these combines, how certain is that, and what is the plan?"""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 
 from ...errors import require, require_non_negative
+from .best_visits import BestVisits
 from .carts import CartGroup, assign_combines
-from .certificate import InfeasibilityCertificate, certify_infeasible
-from .fleet import Fleet, Truck
+from .certain_limit import certain_limit
+from .fleet import Fleet, Round, Truck
 from .limits import best_round, unloading_share
-from .periodic_plan import Aim, PeriodicPlan, plan_round
-from .robustness import jitter_limit, plan_for_jitter, plan_jitter
-from .rounds import Round
-from .simulation import CartRun, first_run, simulate_schedule
-from .timetable import Timetable
+from .periodic_plan import Aim, PeriodicPlan, Timetable, plan_round
+from .simulation import (
+    CartRun,
+    first_run,
+    jitter_limit,
+    plan_for_jitter,
+    plan_jitter,
+    simulate_schedule,
+)
+
+
+class Holds(Enum):
+    """For whom a certificate holds."""
+
+    ANY = "whatever carts do"
+    ORDERS = "for every order of visits that empty the tanks"
+    SEARCHED = "for the visits that were searched"
+
+
+@dataclass(frozen=True)
+class InfeasibilityCertificate:
+    """What there is too little of.
+
+    Attributes:
+        resource: "unload_rate" (augers are too slow for the carts' time) or "travel_time".
+        limit: The largest factor on all ways with which a schedule could still be had; 0: none.
+        holds: For which strategies.
+    """
+
+    resource: str
+    limit: float
+    holds: Holds
+
+    @property
+    def says(self) -> str:
+        """The certificate as a sentence."""
+        if self.resource == "unload_rate":
+            return f"unloading takes more time than the carts have, {self.holds.value}"
+        most = (
+            "none of their time" if self.limit <= 0 else f"at most {self.limit:.4g} of their time"
+        )
+        return f"ways would have to take {most}, {self.holds.value}"
+
+
+def certify_infeasible(
+    fleet: Fleet, carts: int, truck: Truck | None, groups: list[BestVisits]
+) -> InfeasibilityCertificate:
+    """The strongest reason why there is no schedule.
+
+    Args:
+        fleet: The combines.
+        carts: How many there are.
+        truck: Where carts unload, if anywhere.
+        groups: What each cart can do at best for its combines.
+    """
+    limit = certain_limit(fleet, carts, truck)
+    if limit == 0.0:
+        return InfeasibilityCertificate("unload_rate", 0.0, Holds.ANY)
+    if limit < 1.0:
+        return InfeasibilityCertificate("travel_time", limit, Holds.ANY)
+    if carts == 1 and groups[0].bound <= 1.0:
+        return InfeasibilityCertificate("travel_time", groups[0].bound, Holds.ORDERS)
+    found = min(group.scale for group in groups)
+    return InfeasibilityCertificate(
+        "travel_time", max(found, 0.0) if math.isfinite(found) else 0.0, Holds.SEARCHED
+    )
 
 
 @dataclass(frozen=True)
@@ -132,30 +195,21 @@ def answer_schedule(
     )
 
 
-def answer_timetable(
-    answer: ScheduleAnswer,
-    cycles: int,
-    initial_loads: Sequence[float] | None = None,
-    start_times: Sequence[float] | None = None,
-    ready: float = -math.inf,
-) -> Timetable:
+def answer_timetable(answer: ScheduleAnswer, cycles: int) -> Timetable:
     """The timetable of all carts, as `plan_timetable` makes that of one.
 
-    Without start times each combine begins by its cart's plan, and that at the cart's phase.
+    Each combine begins by its cart's plan, and that at the cart's phase.
 
     Args:
         answer: The schedule.
         cycles: Number of rounds.
-        initial_loads: Of the tanks, (N,) [kg].
-        start_times: When combines begin to cut, (N,) [s].
-        ready: When the carts are, at the earliest [s].
 
     Raises:
         InvalidInput: A value is out of its range.
     """
     require(answer.feasible, "answer", "be feasible", "; ".join(answer.reasons))
     runs: list[CartRun] = []
-    begins = [0.0] * answer.fleet.size if start_times is None else list(start_times)
+    begins = [0.0] * answer.fleet.size
     first_of: dict[int, CartRun] = {}
     for cart in answer.carts:
         assert cart.plan is not None
@@ -163,14 +217,13 @@ def answer_timetable(
         if leader is not None:
             runs.append(replace(leader, first_start=leader.first_start + cart.phase))
             continue
-        run, of_cart = first_run(cart.plan, initial_loads, start_times, ready)
-        if start_times is None:
-            run = replace(run, first_start=run.first_start + cart.phase)
-            for combine in cart.group.order:
-                begins[combine] = of_cart[combine] + cart.phase
+        run, of_cart = first_run(cart.plan)
+        run = replace(run, first_start=run.first_start + cart.phase)
+        for combine in cart.group.order:
+            begins[combine] = of_cart[combine] + cart.phase
         first_of[id(cart.group)] = run
         runs.append(run)
-    return simulate_schedule(answer.fleet, runs, cycles, initial_loads, begins)
+    return simulate_schedule(answer.fleet, runs, cycles, start_times=begins)
 
 
 def _plan_cart(
@@ -265,3 +318,45 @@ def _reasons(fleet: Fleet, cart: CartSchedule, fill: float, jitter: float | None
         return [f"{who}: driving takes too long; it would have to take {scale:.4g} of its time"]
     what = "the cart's room and its ways by the truck leave" if round_.truck else "unloading leaves"
     return [f"{who}: {what} no time to drive between combines"]
+
+
+def drawn_timetable(answer: ScheduleAnswer, cycles: int) -> Timetable:
+    """Rounds in which each cart finds its first combine as the plan says at its phase.
+
+    Its other combines began, with empty tanks, when it set out for the first one. Carts without
+    a plan never wait, and start beside a full tank; some tank will run over.
+
+    Args:
+        answer: The schedule.
+        cycles: Number of rounds.
+    """
+    begins = [0.0] * answer.fleet.size
+    runs: list[CartRun] = []
+    for cart in answer.carts:
+        if cart.phase == 0.0 or cart.round.carts == 1:
+            # Of carts that share combines the first one finds them so.
+            for combine, begin in _begins(answer.fleet, cart.round, cart.plan).items():
+                begins[combine] = cart.phase + begin
+        runs.append(CartRun(round=cart.round, first_start=cart.phase, plan=cart.plan))
+    return simulate_schedule(answer.fleet, runs, cycles, start_times=begins)
+
+
+def first_loads(fleet: Fleet, timetable: Timetable) -> tuple[float, ...]:
+    """The load of each combine in the first visit to it: C, C'_1, ..., C'_(N-2), C, (N,) [kg]."""
+    loads = [math.nan] * fleet.size
+    for visit in reversed(timetable.visits):
+        loads[visit.combine] = visit.load_at_start
+    return tuple(loads)
+
+
+def first_visits(combines: Sequence[int]) -> dict[int, int]:
+    """The first visit of a round to each combine: combine to number of the visit."""
+    return {combine: visit for visit, combine in reversed(list(enumerate(combines)))}
+
+
+def _begins(fleet: Fleet, round_: Round, plan: PeriodicPlan | None) -> dict[int, float]:
+    """When each combine of a round begins to cut, relative to the first start of unloading [s]."""
+    first = round_.combines[0]
+    load = fleet.capacities[first] if plan is None else plan.loads_at_start[0]
+    way = round_.travel_times[-1] if plan is None else plan.period - plan.leaves[-1]
+    return {n: -load / fleet.fill_rates[n] if n == first else -way for n in round_.combines}

@@ -1,4 +1,4 @@
-"""Several carts: which combines each of them serves.
+"""Several carts: which combines each serves, in which order, and what to change if they cannot.
 
 Carts do not wait for one another, so that a split is as good as its worst group: by how much the
 driving of that group's cart could be slower. With one visit to each combine a round every split
@@ -6,22 +6,85 @@ is tried up to ten combines (six with trips to a truck, where each group takes a
 for every number of visits to a trip); more are split into neighbours. Where none of these serves
 all, every split of a few combines is tried again with visits in any order, and then carts share
 what a split gives them: neighbours that several carts serve one after another.
+
+A remedy changes each input by itself, to where there is just a schedule.
 """
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import combinations, pairwise
 
-from .best_visits import BestVisits, best_visits
+from .best_visits import BestVisits, best_visits, is_served
+from .certain_limit import is_excluded
 from .fleet import Fleet, Truck, require_count
 from .limits import best_round
-from .tours import shortest_tour
+
+# The exact search takes time like 2^n n^2.
+_EXACT = 11
 
 Group = tuple[int, ...]
 Split = tuple[Group, ...]
 _ALL_SPLITS, _ALL_SPLITS_WITH_TRUCK = 10, 6
 _ANY_ORDER, _ANY_ORDER_WITH_TRUCK, _SHARED = 6, 4, 8
+
+# Of a factor: exact without a truck; with one each trial is a linear programme for every round.
+_ACCURACY, _ACCURACY_WITH_TRUCK = 1e-12, 1e-3
+# Nobody changes a machine by more.
+_FARTHEST = 1e3
+
+
+def shortest_tour(fleet: Fleet, combines: Sequence[int]) -> tuple[int, ...]:
+    """The quickest way round some combines, from the first of them and back [s].
+
+    Their given order stands if no other is quicker, and for more than eleven of them: there the
+    order of the rows is taken for good. Exact otherwise (dynamic programming over subsets, Held
+    and Karp 1962).
+    """
+    given = tuple(combines)
+    if len(given) < 4 and _is_symmetric(fleet):
+        return given
+    if len(given) > _EXACT:
+        return given
+    best = _held_karp(fleet, given)
+    return best if tour_time(fleet, best) < tour_time(fleet, given) * (1.0 - 1e-12) else given
+
+
+def tour_time(fleet: Fleet, order: Sequence[int]) -> float:
+    """Driving time of one round without a truck [s]."""
+    return math.fsum(
+        fleet.travel_times[here][there] for here, there in pairwise((*order, order[0]))
+    )
+
+
+def _is_symmetric(fleet: Fleet) -> bool:
+    return all(
+        fleet.travel_times[i][j] == fleet.travel_times[j][i]
+        for i in range(fleet.size)
+        for j in range(i)
+    )
+
+
+def _held_karp(fleet: Fleet, combines: tuple[int, ...]) -> tuple[int, ...]:
+    """A quickest order. A state is the set of those served and the last of them."""
+    first, others = combines[0], combines[1:]
+    ways = fleet.travel_times
+    states = {(1 << i, i): (ways[first][n], (n,)) for i, n in enumerate(others)}
+    for _ in range(len(others) - 1):
+        longer: dict[tuple[int, int], tuple[float, tuple[int, ...]]] = {}
+        for (done, _last), (time, order) in states.items():
+            for i, n in enumerate(others):
+                if done >> i & 1:
+                    continue
+                key, total = (done | 1 << i, i), time + ways[order[-1]][n]
+                if key not in longer or total < longer[key][0]:
+                    longer[key] = total, (*order, n)
+        states = longer
+    if not states:
+        return combines
+    _, order = min((time + ways[order[-1]][first], order) for time, order in states.values())
+    return (first, *order)
 
 
 @dataclass(frozen=True)
@@ -135,3 +198,124 @@ def _neighbour_splits(combines: Group, carts: int) -> Iterator[Split]:
     for cuts in combinations(range(1, len(combines)), carts - 1):
         edges = (0, *cuts, len(combines))
         yield tuple(combines[edges[i] : edges[i + 1]] for i in range(carts))
+
+
+@dataclass(frozen=True)
+class Remedies:
+    """For each input the factor that makes or would still leave a schedule; nan: none does.
+
+    For a schedule that is feasible the factors say how far each input may go.
+
+    Attributes:
+        factors: Name of an input to its factor, 0 or infinite where any will do. Travel times
+            and fill rates may have at most that factor, the others must have at least that.
+        combines: How many of the combines, from the first on, the carts can serve.
+        carts: How many carts it takes to serve all; 0: no number does.
+    """
+
+    factors: dict[str, float]
+    combines: int
+    carts: int
+
+
+def find_remedies(fleet: Fleet, carts: int = 1, truck: Truck | None = None) -> Remedies:
+    """Every single change that turns the answer, by bisection of the exact condition.
+
+    Combines stay with their carts, except where the number of either changes.
+    """
+    groups = assign_combines(fleet, carts, truck)
+    accuracy = _ACCURACY if truck is None else _ACCURACY_WITH_TRUCK
+
+    def least(change: Callable[[float], tuple[Fleet, Truck | None] | None]) -> float:
+        """The smallest factor from which on there is a schedule."""
+
+        def works(factor: float) -> bool:
+            changed = change(factor)
+            return changed is not None and all(
+                is_served(changed[0], group.order, changed[1], group.carts) for group in groups
+            )
+
+        return _threshold(works, accuracy)
+
+    def scaled(name: str, factor: float) -> Fleet:
+        values = tuple(factor * value for value in getattr(fleet, name))
+        return replace(fleet, **{name: values})
+
+    def faster(factor: float) -> tuple[Fleet, Truck | None]:
+        rows = tuple(tuple(time / factor for time in row) for row in fleet.travel_times)
+        return replace(fleet, travel_times=rows), truck
+
+    def slower_filling(factor: float) -> tuple[Fleet, Truck | None] | None:
+        most = max(f / u for f, u in zip(fleet.fill_rates, fleet.unload_rates, strict=True))
+        return (scaled("fill_rates", 1 / factor), truck) if most < factor else None
+
+    def quicker_unloading(factor: float) -> tuple[Fleet, Truck | None] | None:
+        most = max(f / u for f, u in zip(fleet.fill_rates, fleet.unload_rates, strict=True))
+        return (scaled("unload_rates", factor), truck) if most < factor else None
+
+    factors = {
+        "travel_time": _inverse(least(faster)),
+        "capacity": least(lambda factor: (scaled("capacities", factor), truck)),
+        "fill_rate": _inverse(least(slower_filling)),
+        "unload_rate": least(quicker_unloading),
+    }
+    if truck is not None:
+        room = truck.cart_capacity
+        factors["cart_capacity"] = least(
+            lambda factor: (fleet, replace(truck, cart_capacity=factor * room))
+        )
+        factors["truck_travel_time"] = _inverse(
+            least(lambda factor: (fleet, replace(truck, travel_time=truck.travel_time / factor)))
+        )
+    return Remedies(
+        factors=factors,
+        combines=_combines_served(fleet, carts, truck),
+        carts=_carts_needed(fleet, truck),
+    )
+
+
+def is_feasible(fleet: Fleet, carts: int, truck: Truck | None) -> bool:
+    """Whether some split of the combines leaves every cart time enough to drive."""
+    if is_excluded(fleet, carts, truck):
+        return False
+    groups = assign_combines(fleet, carts, truck)
+    return all(group.travel_scale >= 1.0 - 1e-12 for group in groups)
+
+
+def _inverse(factor: float) -> float:
+    return 1 / factor if factor else math.inf
+
+
+def _threshold(works: Callable[[float], bool], accuracy: float) -> float:
+    """The smallest factor that works, if all larger ones do; nan: none, 0: the smallest too."""
+    low, high = 1.0, 1.0
+    if works(1.0):
+        while works(low):
+            if low < 1 / _FARTHEST:
+                return 0.0
+            low, high = low / 2, low
+    else:
+        while not works(high):
+            if high > _FARTHEST:
+                return math.nan
+            low, high = high, high * 2
+    while high - low > accuracy * high:
+        middle = (low + high) / 2
+        if middle in (low, high):
+            break
+        low, high = (low, middle) if works(middle) else (middle, high)
+    return high
+
+
+def _combines_served(fleet: Fleet, carts: int, truck: Truck | None) -> int:
+    """How many combines from the first on the carts can serve."""
+    served = 0
+    while served < fleet.size and is_feasible(fleet.part(range(served + 1)), carts, truck):
+        served += 1
+    return served
+
+
+def _carts_needed(fleet: Fleet, truck: Truck | None) -> int:
+    """The smallest number of carts that will do; 0: none."""
+    counts = range(1, fleet.size + 1)
+    return next((count for count in counts if is_feasible(fleet, count, truck)), 0)

@@ -15,19 +15,42 @@ the combines, which links them.
 """
 
 import math
+from collections.abc import Callable
 from itertools import combinations
 
 import numpy as np
 from scipy.optimize import linprog
 
-from .bisection import last_factor
-from .fleet import Fleet, Truck
-from .rounds import way_by_truck
+from .fleet import Fleet, Truck, way_by_truck
 
 # Combines up to which each subset is a constraint of one cart.
 _ALL_SUBSETS = 8
 # A factor on all ways beyond which nothing is driven that would count.
 _FARTHEST = 1e12
+
+
+def last_factor(
+    holds: Callable[[float], bool], low: float, high: float, accuracy: float, most: float
+) -> tuple[float, float]:
+    """Two factors close together, of which the condition holds at the first alone.
+
+    Both are infinite if it still holds beyond `most`.
+
+    Args:
+        holds: The condition; it holds at `low`, and nowhere beyond where it first does not.
+        low: Where the search begins [-].
+        high: The first factor that is tried; it is doubled while the condition holds [-].
+        accuracy: By which part of the second the two may differ at the end [-].
+        most: A factor beyond which nobody asks [-].
+    """
+    while holds(high):
+        if high > most:
+            return math.inf, math.inf
+        low, high = high, 2.0 * high
+    while high - low > accuracy * high:
+        middle = (low + high) / 2
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low, high
 
 
 def certain_limit(fleet: Fleet, carts: int, truck: Truck | None = None) -> float:

@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled import compiled, kernel
+from ...compiled import compiled
 from ...errors import require, require_positive
-from ..machines.outlines import CartOutline
-from ..paths.machine_path import MachinePath
+from ..machines import CartOutline, convex_hull
+from ..paths import MachinePath
 
 # Stations closer than this are one [m].
 SAME = 1e-6
@@ -242,40 +242,7 @@ def _hulls(corners, poses, first):
                     beyond = chord / 2 * np.tan(abs(theta - poses[p - 1, 2]) / 4)
                     margins[k] = max(margins[k], beyond)
                 count += 1
-        size_of_hull = _convex_hull(cloud, count, hull)
+        size_of_hull = convex_hull(cloud, count, hull)
         points[starts[k] : starts[k] + size_of_hull] = hull[:size_of_hull]
         starts[k + 1] = starts[k] + size_of_hull
     return points[: starts[cells]].copy(), starts, margins
-
-
-@kernel
-def _convex_hull(cloud, count, hull):
-    """Andrew's monotone chain, counterclockwise; sorts the cloud. Returns the number of corners."""
-    for p in range(1, count):
-        x, y = cloud[p, 0], cloud[p, 1]
-        q = p - 1
-        while q >= 0 and (cloud[q, 0] > x or (cloud[q, 0] == x and cloud[q, 1] > y)):
-            cloud[q + 1, 0], cloud[q + 1, 1] = cloud[q, 0], cloud[q, 1]
-            q -= 1
-        cloud[q + 1, 0], cloud[q + 1, 1] = x, y
-    size = 0
-    for p in range(count):
-        while size >= 2 and _turn(hull, size, cloud[p, 0], cloud[p, 1]) <= 0:
-            size -= 1
-        hull[size, 0], hull[size, 1] = cloud[p, 0], cloud[p, 1]
-        size += 1
-    lower = size + 1
-    for p in range(count - 2, -1, -1):
-        while size >= lower and _turn(hull, size, cloud[p, 0], cloud[p, 1]) <= 0:
-            size -= 1
-        hull[size, 0], hull[size, 1] = cloud[p, 0], cloud[p, 1]
-        size += 1
-    return size - 1
-
-
-@kernel
-def _turn(hull, size, x, y):
-    """Twice the area left of the way from the last but one corner over the last to a point."""
-    ax, ay = hull[size - 2, 0], hull[size - 2, 1]
-    bx, by = hull[size - 1, 0], hull[size - 1, 1]
-    return (bx - ax) * (y - ay) - (by - ay) * (x - ax)

@@ -14,8 +14,7 @@ import numpy as np
 
 from ...compiled import compiled, kernel
 from ...errors import require, require_positive
-from ..paths.machine_path import MachinePath
-from ..paths.timed_path import TimedPath
+from ..paths import MachinePath, TimedPath, keep_acceleration
 from .rule import Meetings, Rule, cause_of, hold_of
 from .sweep import SAME, Sweep
 
@@ -135,7 +134,7 @@ def _paces(journey: Journey) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nda
     squares[nearest_stations(stations, path.cusps)] = 0.0
     halts = nearest_stations(stations, journey.stops)
     squares[halts] = 0.0
-    _keep_acceleration(squares, 2 * journey.acceleration * lengths)
+    keep_acceleration(squares, 2 * journey.acceleration * lengths)
     dwells = np.zeros(len(stations))
     np.add.at(dwells, halts, np.asarray(journey.dwells, dtype=float))
     return lengths, cells, squares, dwells
@@ -154,14 +153,6 @@ def nearest_stations(stations: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     after = np.clip(np.searchsorted(stations, wanted), 1, len(stations) - 1)
     nearer = np.abs(stations[after - 1] - wanted) < np.abs(stations[after] - wanted)
     return after - nearer
-
-
-@compiled
-def _keep_acceleration(squares, gains):
-    for k in range(len(gains)):
-        squares[k + 1] = min(squares[k + 1], squares[k] + gains[k])
-    for k in range(len(gains) - 1, -1, -1):
-        squares[k] = min(squares[k], squares[k + 1] + gains[k])
 
 
 @kernel

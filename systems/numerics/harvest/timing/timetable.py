@@ -5,6 +5,8 @@ come, first served is not always best. So the search goes on from the best timet
 of the encounters where most time is lost it lets the other machine go first, with the rest as it is
 or decided anew, and keeps what is quicker. That may leave no way for all to their ends: then the
 machines do not arrive, or the banker says so at once, and another encounter is tried.
+
+Where there is no timetable, `find_standstill` tells which machines block one another, and where.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,14 +15,30 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...errors import require
-from ..paths.timed_path import TimedPath
+from ..paths import TimedPath
 from .conflicts import GAP, find_conflicts
-from .dead_ends import find_dead_ends
-from .deciding import Course, drive_first_come, orders_of
-from .rule import UNDECIDED, Meetings, Rule, free_rule, gather_meetings, set_orders, set_precedence
-from .searching import search_course
-from .standstill import Standstill, explain_standstill
-from .sweep import SAME
+from .deciding import (
+    Course,
+    drive_first_come,
+    in_conflict,
+    occupied,
+    orders_of,
+    reach_of,
+    search_course,
+)
+from .rule import (
+    UNDECIDED,
+    Meetings,
+    Rule,
+    cause_of,
+    find_dead_ends,
+    free_rule,
+    gather_meetings,
+    hold_of,
+    set_orders,
+    set_precedence,
+)
+from .sweep import SAME, Sweep
 from .timed_drive import (
     Drive,
     Journey,
@@ -32,11 +50,115 @@ from .timed_drive import (
     timed_paths,
 )
 
+# Why a machine cannot go on.
+CAUSES = ("crop", "order", "in the way", "no place to pass")
+
 # Of the mean end of all machines, beside the last one's: others should not lose time for nothing.
 MEAN_WEIGHT = 0.02
 
 # How much durations are varied to find other orders, at most.
 VARIATION = 0.15
+
+
+@dataclass(frozen=True)
+class Block:
+    """A machine that cannot get to the end of its path.
+
+    Attributes:
+        machine: Its number.
+        station: How far it can drive [m].
+        place: x, y of the middle of what it covers there [m].
+        by: Number of the machine that blocks it.
+        by_station: Where that one is, or, if the machine has no place to let it pass, where it
+            would come by [m].
+        cause: One of CAUSES.
+    """
+
+    machine: int
+    station: float
+    place: tuple[float, float]
+    by: int
+    by_station: float
+    cause: str
+
+    def __str__(self) -> str:
+        x, y = self.place
+        reason = {
+            "crop": "needs the crop cut by",
+            "order": "has to let go first",
+            "in the way": "is blocked by",
+            "no place to pass": "has no place to let pass",
+        }[self.cause]
+        return (
+            f"machine {self.machine} at {self.station:.0f} m of its path ({x:.0f}, {y:.0f}) "
+            f"{reason} machine {self.by} at {self.by_station:.0f} m"
+        )
+
+
+@dataclass(frozen=True)
+class Standstill:
+    """There is no safe way to drive these paths: wherever all wait, some block one another.
+
+    Attributes:
+        blocks: One of each machine that cannot arrive.
+        progress: Of all machines when no more can be brought on.
+    """
+
+    blocks: tuple[Block, ...]
+    progress: tuple[int, ...]
+
+    def __str__(self) -> str:
+        return "; ".join(str(block) for block in self.blocks)
+
+
+def explain_standstill(
+    meetings: Meetings, rule: Rule, progress: np.ndarray, sweeps: list[Sweep]
+) -> Standstill:
+    """Who blocks whom where the banker could bring no machine on.
+
+    Args:
+        meetings: Conflicts.
+        rule: With crop precedence, and orders if they are told.
+        progress: Of all machines, how far the banker brought them, shape (N,).
+        sweeps: Of all machines.
+    """
+    blocks = [
+        _block(meetings, rule, progress, sweeps, m)
+        for m in range(len(progress))
+        if progress[m] < meetings.cells[m]
+    ]
+    return Standstill(tuple(blocks), tuple(int(each) for each in progress))
+
+
+def _block(meetings, rule, progress, sweeps, m) -> Block:
+    reach = int(reach_of(meetings, rule, m, progress))
+    station = float(sweeps[m].stations[reach + 1])
+    place = (float(sweeps[m].discs[reach, 0]), float(sweeps[m].discs[reach, 1]))
+
+    def block(by: int, cell: int, cause: str) -> Block:
+        return Block(m, station, place, by, float(sweeps[by].stations[cell]), cause)
+
+    # A machine that can drive on, but comes to no free cell, would be in somebody's way there.
+    if reach > progress[m] or reach + 1 == meetings.cells[m]:
+        for n in range(len(progress)):
+            at = meetings.rows_at[n, m] + np.arange(meetings.cells[n] + 1)
+            if n == m:
+                continue
+            for j in range(int(occupied(meetings, n, progress)), int(meetings.cells[n])):
+                rows = meetings.rows[at[j] : at[j] + 2]
+                within = (meetings.begins[rows[0] : rows[1]] <= reach) & (
+                    meetings.ends[rows[0] : rows[1]] > reach
+                )
+                if within.any():
+                    return block(n, j, "no place to pass")
+    if hold_of(rule, m, progress) <= reach:
+        by, crop = cause_of(rule, m, progress)
+        return block(by, int(progress[by]), "crop" if crop else "order")
+    for n in range(len(progress)):
+        cell = int(occupied(meetings, n, progress))
+        if n != m and in_conflict(meetings, m, reach + 1, n, cell):
+            return block(n, cell, "in the way")
+    raise AssertionError("a machine that nothing stops is not at a standstill")
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +192,6 @@ def time_machines(
     journeys: Sequence[Journey],
     needs: Mapping[tuple[int, int], np.ndarray] | None = None,
     *,
-    gap: float = GAP,
     trials: int = 60,
     seed: int = 0,
 ) -> MachineTimetable | Standstill:
@@ -83,7 +204,6 @@ def time_machines(
         needs: Crop precedence: needs[m, n] is, for each station of the grid of machine m, the
             station of machine n that n must have passed before m is there, -inf for none, shape
             (cells of m + 1,) [m].
-        gap: Distance that machines keep [m].
         trials: How many orders to try after the first.
         seed: Of what is varied.
 
@@ -96,7 +216,7 @@ def time_machines(
     require(len(journeys) > 0, "journeys", "be at least one", len(journeys))
     cells = np.array([journey.sweep.cells for journey in journeys])
     pairs = [(a, b) for a in range(len(cells)) for b in range(a + 1, len(cells))]
-    found = {(a, b): find_conflicts(journeys[a].sweep, journeys[b].sweep, gap) for a, b in pairs}
+    found = {(a, b): find_conflicts(journeys[a].sweep, journeys[b].sweep, GAP) for a, b in pairs}
     meetings = gather_meetings(cells, found)
     rule = free_rule(cells)
     stations = tuple(journey.sweep.stations for journey in journeys)

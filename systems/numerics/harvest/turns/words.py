@@ -5,6 +5,11 @@ that is driven forwards through an angle a can as well be driven backwards throu
 there are 32 words with a straight and 32 of arcs alone. Those of Dubins are among them, those of
 three pieces of Reeds and Shepp, and the fishtail turn (an arc forwards, a straight backwards, an
 arc forwards).
+
+**On the ground.** Does a machine stay on its ground all along arcs and straights, with its swing?
+Between two poses the outline sweeps no more than the convex hull of both outlines, but for the
+arcs' heights above their chords, for which the steps are short. Only where discs leave a doubt are
+hulls compared with the ground's edges. The quickest word that stays on the ground is the one taken.
 """
 
 import math
@@ -12,12 +17,33 @@ import math
 import numpy as np
 
 from ...compiled import compiled, kernel
+from ..machines import convex_hull
+from .borders import CROP_CELL, RASTER_ERROR, border_distance, cuts_edge
 
 # Words from one pose to another, at most.
 WORD_COUNT = 64
 
 # An arc that is shorter than this, or as near to a whole turn, is none [rad].
 NO_ARC = 1e-9
+
+# How deep an outline may reach over a border: machines drive along borders [m].
+TOUCH = 0.01
+
+# How far an arc of the outline's farthest point may stand out of its chord [m].
+_ARC_HEIGHT = 0.004
+
+# Longest step on a straight, and spacing of the poses that are looked at first [m].
+_STRAIGHT_STEP = 2.0
+_FIRST_LOOK = 2.5
+
+# Straights before and after a word, negative backwards [radii]; the first is none.
+RUNS = np.array([0.0, 0.5, 1.0, 2.0, -0.5, -1.0, -2.0])
+
+# Pieces of such a way: a straight, a word, a straight.
+PIECES = 5
+
+# Words with straights before or after them that are compared with the ground.
+_MOST_CHECKS = 1000
 
 
 @kernel
@@ -187,3 +213,188 @@ def word_times(
     pair = np.broadcast_arrays(np.asarray(starts, dtype=float), np.asarray(goals, dtype=float))
     first, second = (np.ascontiguousarray(each.reshape(-1, 3)) for each in pair)
     return _times(first, second, radius, speed, acceleration, *gears).reshape(pair[0].shape[:-1])
+
+
+@kernel
+def stays_on_ground(site, pose, curvatures, lengths, count, room):
+    """Whether the outline stays on the ground, and the body off standing crop, all along a path.
+
+    Nothing of the outline is farther than TOUCH + 0.005 m beyond a border where the answer is yes.
+
+    Args:
+        site: Ground, standing crop and outline.
+        pose: x, y, theta of the start, shape (3,) [m], [m], [rad].
+        curvatures: Of the pieces, shape (at least count,) [1/m].
+        lengths: Of the pieces, negative backwards; shape (at least count,) [m].
+        count: How many pieces there are.
+        room: Space to work in, shape (2, 20, 2).
+    """
+    if border_distance(site.borders, pose[0], pose[1]) < -RASTER_ERROR:
+        return False
+    if not _may_stay(site.borders, site.footprint, pose, curvatures, lengths, count):
+        return False
+    x, y, theta = pose[0], pose[1], pose[2]
+    if not _clear(site, x, y, theta, 0.0, 0.0, room):
+        return False
+    for piece in range(count):
+        length, curvature = lengths[piece], curvatures[piece]
+        if length == 0.0:
+            continue
+        longest = _STRAIGHT_STEP
+        if curvature != 0.0:
+            farthest = site.footprint.reach + 1 / abs(curvature)
+            longest = min(longest, math.sqrt(8 * _ARC_HEIGHT / farthest) / abs(curvature))
+        steps = math.ceil(abs(length) / longest)
+        step = length / steps
+        for _ in range(steps):
+            if not _clear(site, x, y, theta, step, curvature, room):
+                return False
+            x, y, theta = drive(x, y, theta, step, curvature)
+    return True
+
+
+@kernel
+def drive(x, y, theta, way, curvature):
+    """Pose after an arc or a straight.
+
+    Args:
+        x, y, theta: Pose before [m], [m], [rad].
+        way: Negative backwards [m].
+        curvature: Positive to the left on the way forwards [1/m].
+    """
+    half = curvature * way / 2
+    chord = way * (math.sin(half) / half if half != 0.0 else 1.0)
+    return (
+        x + chord * math.cos(theta + half),
+        y + chord * math.sin(theta + half),
+        theta + 2 * half,
+    )
+
+
+@kernel
+def _may_stay(borders, footprint, pose, curvatures, lengths, count):
+    """Whether no disc inside of the outline is over the border at some poses: quick to say no."""
+    x, y, theta = pose[0], pose[1], pose[2]
+    for piece in range(count):
+        steps = math.ceil(abs(lengths[piece]) / _FIRST_LOOK)
+        if steps == 0:
+            continue
+        step = lengths[piece] / steps
+        for _ in range(steps):
+            x, y, theta = drive(x, y, theta, step, curvatures[piece])
+            c, s = math.cos(theta), math.sin(theta)
+            for disc in range(len(footprint.inside)):
+                ahead, left = footprint.inside[disc, 0], footprint.inside[disc, 1]
+                away = border_distance(borders, x + c * ahead - s * left, y + s * ahead + c * left)
+                if away + RASTER_ERROR < footprint.inside[disc, 2] - TOUCH:
+                    return False
+    return True
+
+
+@kernel
+def _clear(site, x, y, theta, step, curvature, room):
+    """Whether one step from a pose is clear, and where it leads to as well."""
+    borders, footprint, crop = site.borders, site.footprint, site.crop
+    nx, ny, heading = drive(x, y, theta, step, curvature)
+    c, s = math.cos(heading), math.sin(heading)
+    for part in range(len(footprint.corners)):
+        ahead, left = footprint.around[part, 0], footprint.around[part, 1]
+        away = border_distance(borders, nx + c * ahead - s * left, ny + s * ahead + c * left)
+        # A disc round the part moves with its middle, which is no faster than this.
+        moved = abs(step) * (1 + abs(curvature) * math.hypot(ahead, left))
+        if away - RASTER_ERROR >= footprint.around[part, 2] + moved:
+            continue
+        if away + RASTER_ERROR <= 0.0 or _hull_cut(
+            borders, footprint, part, x, y, theta, nx, ny, heading, room
+        ):
+            return False
+    rows, columns = crop.shape
+    for point in range(len(footprint.body)):
+        ahead, left = footprint.body[point, 0], footprint.body[point, 1]
+        i = math.floor((nx + c * ahead - s * left - site.crop_origin[0]) / CROP_CELL)
+        j = math.floor((ny + s * ahead + c * left - site.crop_origin[1]) / CROP_CELL)
+        if 0 <= i < columns and 0 <= j < rows and crop[j, i]:
+            return False
+    return True
+
+
+@kernel
+def _hull_cut(borders, footprint, part, x, y, theta, nx, ny, heading, room):
+    """Whether an edge comes into the hull of a part at two poses."""
+    points, hull = room[0], room[1]
+    c, s = math.cos(theta), math.sin(theta)
+    nc, ns = math.cos(heading), math.sin(heading)
+    for k in range(4):
+        ahead, left = footprint.corners[part, k, 0], footprint.corners[part, k, 1]
+        points[k, 0], points[k, 1] = x + c * ahead - s * left, y + s * ahead + c * left
+        points[k + 4, 0] = nx + nc * ahead - ns * left
+        points[k + 4, 1] = ny + ns * ahead + nc * left
+    return cuts_edge(borders, hull, convex_hull(points, 8, hull), TOUCH)
+
+
+@compiled
+def path_stays(site, pose, curvatures, lengths):
+    """Whether one path stays on the ground, see `stays_on_ground`.
+
+    Args:
+        site: Ground, standing crop and outline.
+        pose: x, y, theta of the start, shape (3,) [m], [m], [rad].
+        curvatures: Of the pieces, shape (n,) [1/m].
+        lengths: Of the pieces, negative backwards; shape (n,) [m].
+    """
+    room = np.zeros((2, 20, 2))
+    return stays_on_ground(site, pose, curvatures, lengths, len(lengths), room)
+
+
+@compiled
+def fitting_word(site, motion, start, goal, gears, least, with_runs, curvatures, lengths):
+    """Write the quickest word that stays on the ground, where it is quick enough.
+
+    Nine arguments: the ground and the machine, the task, and where the answer is written.
+
+    Args:
+        site: Ground, standing crop and outline.
+        motion: Of the machine.
+        start: x, y, theta, shape (3,) [m], [m], [rad].
+        goal: The same.
+        gears: In which the machine arrives and goes on at full speed; 0: it stands.
+        least: Time that it must take less than [s].
+        with_runs: Whether there may be straights before and after the word.
+        curvatures: Written: of the pieces, shape (PIECES,) [1/m].
+        lengths: Written: of the pieces, negative backwards, shape (PIECES,) [m].
+
+    Returns:
+        Its time; `least` where there is no such word [s].
+    """
+    room = np.zeros((2, 20, 2))
+    turns, ways = np.zeros((WORD_COUNT, 3)), np.zeros((WORD_COUNT, 3))
+    runs = len(RUNS) if with_runs else 1
+    count = 0
+    bends = np.zeros((WORD_COUNT * runs * runs, PIECES))
+    pieces, times = np.zeros(bends.shape), np.zeros(len(bends))
+    for before in range(runs):
+        ahead = RUNS[before] * motion.radius
+        x, y, theta = drive(start[0], start[1], start[2], ahead, 0.0)
+        for after in range(runs):
+            behind = RUNS[after] * motion.radius
+            gx, gy, heading = drive(goal[0], goal[1], goal[2], -behind, 0.0)
+            dx, dy = (gx - x) / motion.radius, (gy - y) / motion.radius
+            c, s = math.cos(theta), math.sin(theta)
+            words = write_words(c * dx + s * dy, c * dy - s * dx, heading - theta, turns, ways)
+            for word in range(words):
+                pieces[count, 0], pieces[count, 4] = ahead, behind
+                for piece in range(3):
+                    pieces[count, piece + 1] = ways[word, piece] * motion.radius
+                    bends[count, piece + 1] = turns[word, piece] / motion.radius
+                times[count] = driving_time(
+                    pieces[count], PIECES, motion.speed, motion.acceleration, gears[0], gears[1]
+                )
+                if times[count] < least:
+                    count += 1
+    order = np.argsort(times[:count], kind="mergesort")
+    for word in order[:_MOST_CHECKS]:
+        if stays_on_ground(site, start, bends[word], pieces[word], PIECES, room):
+            curvatures[:] = bends[word]
+            lengths[:] = pieces[word]
+            return times[word]
+    return least

@@ -8,7 +8,7 @@ import shapely
 
 from sightfield.systems.numerics.harvest.audit.crop import crop_record
 from sightfield.systems.numerics.harvest.audit.harvest_log import HarvestLog, Machine, Site
-from sightfield.systems.numerics.harvest.audit.twists import moving_outline, polygons_at
+from sightfield.systems.numerics.harvest.audit.motion import moving_outline, polygons_at
 
 FIELD = shapely.box(0, 0, 120, 60)
 

@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.harvest.audit.harvest_log import HarvestLog, Machine, Site
-from sightfield.systems.numerics.harvest.audit.motion import (
-    hitch_errors,
-    motion_faults,
-    motion_of,
-)
+from sightfield.systems.numerics.harvest.audit.motion import hitch_errors, motion_faults, motion_of
 
 TIME = np.arange(0.0, 30.1, 0.5)
 

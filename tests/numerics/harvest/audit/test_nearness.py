@@ -9,16 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm, logm
 
-from sightfield.systems.numerics.harvest.audit.ground import edges_of
+from sightfield.systems.numerics.harvest.audit.crop import edges_of
+from sightfield.systems.numerics.harvest.audit.motion import (
+    moving_outline,
+    polygons_at,
+    poses_between,
+)
 from sightfield.systems.numerics.harvest.audit.nearness import (
     TOLERANCE,
     nearness,
     nearness_to_edges,
-)
-from sightfield.systems.numerics.harvest.audit.twists import (
-    moving_outline,
-    polygons_at,
-    poses_between,
 )
 
 

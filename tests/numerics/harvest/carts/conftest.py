@@ -10,11 +10,13 @@ from sightfield.systems.numerics.harvest.carts.cart_plan import Supply
 from sightfield.systems.numerics.harvest.carts.visits import serve_combines
 from sightfield.systems.numerics.harvest.execution.planned_work import PlannedWork
 from sightfield.systems.numerics.harvest.field.field import Field
-from sightfield.systems.numerics.harvest.machines.cart import Cart
-from sightfield.systems.numerics.harvest.machines.combine import Combine
-from sightfield.systems.numerics.harvest.machines.outlines import cart_outline, combine_outline
-from sightfield.systems.numerics.harvest.paths.machine_path import TRANSIT, MachinePath
-from sightfield.systems.numerics.harvest.paths.timed_path import TimedPath
+from sightfield.systems.numerics.harvest.machines import (
+    Cart,
+    Combine,
+    cart_outline,
+    combine_outline,
+)
+from sightfield.systems.numerics.harvest.paths import TRANSIT, MachinePath, TimedPath
 from sightfield.systems.numerics.planning.car_paths import dubins_paths
 
 WIDE = 9.0

@@ -5,17 +5,16 @@ import pytest
 import shapely
 
 from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.harvest.carts.cart_plan import Stop, with_stop
 from sightfield.systems.numerics.harvest.carts.cut_times import (
     CELL,
     cut_times,
     open_ground,
     opens_along,
 )
-from sightfield.systems.numerics.harvest.carts.stops import Stop, with_stop
 from sightfield.systems.numerics.harvest.field.field import Field
-from sightfield.systems.numerics.harvest.machines.combine import Combine
-from sightfield.systems.numerics.harvest.machines.outlines import combine_outline
-from sightfield.systems.numerics.harvest.paths.timed_path import TimedPath
+from sightfield.systems.numerics.harvest.machines import Combine, combine_outline
+from sightfield.systems.numerics.harvest.paths import TimedPath
 
 
 def middles(cut):

@@ -6,7 +6,7 @@ import pytest
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.carts.cart_plan import Failure, Supply
 from sightfield.systems.numerics.harvest.carts.visits import serve_combines
-from sightfield.systems.numerics.harvest.machines.cart import Cart
+from sightfield.systems.numerics.harvest.machines import Cart
 
 TRUCKS = np.array([[60.0, -13.0, 0.1], [100.0, -14.0, 0.0]])
 CART = Cart(capacity=20000.0, hitch_offset=0.3)

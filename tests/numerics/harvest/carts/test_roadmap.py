@@ -11,16 +11,13 @@ from sightfield.systems.numerics.harvest.carts.roadmap import (
     Edges,
     Roadmap,
     earliest_arrivals,
-    field_lines,
     make_roadmap,
     opens_to,
 )
+from sightfield.systems.numerics.harvest.carts.surroundings import field_lines
 from sightfield.systems.numerics.harvest.field.field import Field
-from sightfield.systems.numerics.harvest.machines.cart import Cart
-from sightfield.systems.numerics.harvest.machines.combine import Combine
-from sightfield.systems.numerics.harvest.machines.outlines import cart_outline
-from sightfield.systems.numerics.harvest.paths.machine_path import TRANSIT, MachinePath
-from sightfield.systems.numerics.harvest.paths.timed_path import TimedPath
+from sightfield.systems.numerics.harvest.machines import Cart, Combine, cart_outline
+from sightfield.systems.numerics.harvest.paths import TRANSIT, MachinePath, TimedPath
 
 POND = [(60.0, 50.0), (85.0, 55.0), (80.0, 75.0), (62.0, 70.0)]
 FIELD = Field(make_world([(0, 0), (150, 10), (140, 120), (5, 110)], [POND]), 12.0)

@@ -5,18 +5,18 @@ import pytest
 
 from sightfield.systems.numerics.harvest.carts.cart_motion import (
     CartMotion,
+    Moving,
     join_motions,
     standing_motion,
 )
 from sightfield.systems.numerics.harvest.carts.cut_times import cut_times, open_ground
-from sightfield.systems.numerics.harvest.carts.profile import Moving
-from sightfield.systems.numerics.harvest.carts.roadmap import field_lines, make_roadmap
+from sightfield.systems.numerics.harvest.carts.roadmap import make_roadmap
 from sightfield.systems.numerics.harvest.carts.routes import Standing, make_planner
+from sightfield.systems.numerics.harvest.carts.surroundings import field_lines
 from sightfield.systems.numerics.harvest.carts.traffic import cart_traffic, combine_traffic
 from sightfield.systems.numerics.harvest.carts.windows import beside, drive_beside, find_windows
-from sightfield.systems.numerics.harvest.machines.cart import Cart
-from sightfield.systems.numerics.harvest.paths.machine_path import MachinePath
-from sightfield.systems.numerics.harvest.paths.timed_path import TimedPath
+from sightfield.systems.numerics.harvest.machines import Cart
+from sightfield.systems.numerics.harvest.paths import MachinePath, TimedPath
 
 TRUCK = np.array([100.0, -14.0, 0.3])
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from sightfield.systems.numerics.harvest.carts.cart_plan import Stop, with_stop
 from sightfield.systems.numerics.harvest.carts.cut_times import cut_times
-from sightfield.systems.numerics.harvest.carts.stops import Stop, with_stop
 from sightfield.systems.numerics.harvest.carts.tanks import LAST_GRAIN, Tank, make_tanks
 from sightfield.systems.numerics.harvest.field.yield_map import YieldMap
-from sightfield.systems.numerics.harvest.machines.combine import Combine
+from sightfield.systems.numerics.harvest.machines import Combine
 
 
 def test_grain_is_in_the_tank_the_cart_or_still_standing(hand_made):

@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from sightfield.systems.numerics.harvest.carts.cart_motion import standing_motion
-from sightfield.systems.numerics.harvest.carts.stops import Stop, with_stop
+from sightfield.systems.numerics.harvest.carts.cart_plan import Stop, with_stop
 from sightfield.systems.numerics.harvest.carts.traffic import (
     blocked_along,
     cart_boxes,
@@ -16,8 +16,7 @@ from sightfield.systems.numerics.harvest.carts.traffic import (
     joined,
     without,
 )
-from sightfield.systems.numerics.harvest.machines.cart import Cart
-from sightfield.systems.numerics.harvest.machines.outlines import combine_outline
+from sightfield.systems.numerics.harvest.machines import Cart, combine_outline
 
 
 def polygon(box, pose):

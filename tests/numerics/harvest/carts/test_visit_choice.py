@@ -15,7 +15,7 @@ from sightfield.systems.numerics.harvest.carts.visit_choice import (
     Outlook,
     choose_visits,
 )
-from sightfield.systems.numerics.harvest.machines.combine import Combine
+from sightfield.systems.numerics.harvest.machines import Combine
 
 COMBINE = Combine(capacity=8000.0, unload_rate=100.0, header_width=8.0, speed=1.5)
 DENSITY = 0.75

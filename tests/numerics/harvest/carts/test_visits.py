@@ -5,12 +5,10 @@ import pytest
 
 from sightfield.systems.numerics.harvest.carts.cart_plan import Supply
 from sightfield.systems.numerics.harvest.carts.cut_times import CELL, cut_times
-from sightfield.systems.numerics.harvest.carts.standing_places import is_in_reach
+from sightfield.systems.numerics.harvest.carts.surroundings import is_in_reach
 from sightfield.systems.numerics.harvest.carts.visits import serve_combines
 from sightfield.systems.numerics.harvest.carts.windows import beside
-from sightfield.systems.numerics.harvest.machines.alongside import STANDING, is_alongside
-from sightfield.systems.numerics.harvest.machines.cart import Cart
-from sightfield.systems.numerics.harvest.machines.combine import Combine
+from sightfield.systems.numerics.harvest.machines import STANDING, Cart, Combine, is_alongside
 
 TRUCKS = np.array([[60.0, -13.0, 0.1], [120.0, -14.0, 0.0]])
 

@@ -5,8 +5,8 @@ import pytest
 import shapely
 
 from sightfield.systems.numerics.harvest.carts.cart_motion import CartMotion
+from sightfield.systems.numerics.harvest.carts.cart_plan import Stop, with_stop
 from sightfield.systems.numerics.harvest.carts.cut_times import cut_times, open_ground
-from sightfield.systems.numerics.harvest.carts.stops import Stop, with_stop
 from sightfield.systems.numerics.harvest.carts.traffic import combine_traffic
 from sightfield.systems.numerics.harvest.carts.windows import (
     SHORTEST,
@@ -16,12 +16,15 @@ from sightfield.systems.numerics.harvest.carts.windows import (
     gentle_runs,
     lane_beside,
 )
-from sightfield.systems.numerics.harvest.coverage.header_curves import drive_line
-from sightfield.systems.numerics.harvest.machines.alongside import is_alongside
-from sightfield.systems.numerics.harvest.machines.cart import Cart
-from sightfield.systems.numerics.harvest.machines.combine import Combine
-from sightfield.systems.numerics.harvest.machines.outlines import cart_outline, combine_outline
-from sightfield.systems.numerics.harvest.paths.timed_path import TimedPath
+from sightfield.systems.numerics.harvest.coverage.loops import drive_line
+from sightfield.systems.numerics.harvest.machines import (
+    Cart,
+    Combine,
+    cart_outline,
+    combine_outline,
+    is_alongside,
+)
+from sightfield.systems.numerics.harvest.paths import TimedPath
 
 
 @pytest.mark.parametrize("hitch", [0.0, 0.9])

@@ -7,23 +7,24 @@ import numpy as np
 import pytest
 import shapely
 
-from sightfield.systems.numerics.harvest.coverage.header_curves import (
+from sightfield.systems.numerics.harvest.coverage.loops import (
     cutting_radius,
     drive_line,
     smooth_line,
 )
-from sightfield.systems.numerics.harvest.coverage.lands import split_chain
 from sightfield.systems.numerics.harvest.coverage.precedence import can_finish, find_precedence
-from sightfield.systems.numerics.harvest.coverage.swath_order import (
+from sightfield.systems.numerics.harvest.coverage.swaths import (
     OPEN,
     STANDS,
     SwathTimes,
+    lay_out_swaths,
+    left_neighbour,
     order_swaths,
+    split_chain,
 )
-from sightfield.systems.numerics.harvest.coverage.swaths import lay_out_swaths, left_neighbour
 from sightfield.systems.numerics.harvest.field.field import Field
-from sightfield.systems.numerics.harvest.machines.combine import Combine
-from sightfield.systems.numerics.harvest.paths.machine_path import MachinePath
+from sightfield.systems.numerics.harvest.machines import Combine
+from sightfield.systems.numerics.harvest.paths import MachinePath
 
 COMBINE = Combine(header_width=7.0, turning_radius=4.0, length=7.5, width=3.2)
 

@@ -9,8 +9,7 @@ from sightfield.systems.numerics.geometry.world import world_from_polygon
 from sightfield.systems.numerics.harvest.coverage.loops import crop_to_offset
 from sightfield.systems.numerics.harvest.coverage.plan_coverage import plan_coverage
 from sightfield.systems.numerics.harvest.field.field import Field
-from sightfield.systems.numerics.harvest.machines.combine import Combine
-from sightfield.systems.numerics.harvest.machines.outlines import combine_outline
+from sightfield.systems.numerics.harvest.machines import Combine, combine_outline
 
 COMBINE = Combine(header_width=8.0, turning_radius=5.5)
 

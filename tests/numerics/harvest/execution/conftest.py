@@ -11,26 +11,34 @@ from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
 from sightfield.systems.numerics.harvest.audit.harvest_log import HarvestLog, Machine, Part, Site
 from sightfield.systems.numerics.harvest.carts.cart_motion import trailer_poses
 from sightfield.systems.numerics.harvest.carts.cart_plan import Supply
-from sightfield.systems.numerics.harvest.execution.advance import advance
-from sightfield.systems.numerics.harvest.execution.disturbance import Disturbance, pace_of
-from sightfield.systems.numerics.harvest.execution.fleet import at_trucks, pack_fleet
-from sightfield.systems.numerics.harvest.execution.grain_flow import work_together
+from sightfield.systems.numerics.harvest.execution.advance import Disturbance, advance, pace_of
+from sightfield.systems.numerics.harvest.execution.fleet import (
+    at_trucks,
+    pack_fleet,
+    pack_tracks,
+    poses_on,
+)
 from sightfield.systems.numerics.harvest.execution.orders import find_orders
 from sightfield.systems.numerics.harvest.execution.planned_work import PlannedWork
-from sightfield.systems.numerics.harvest.execution.tracks import pack_tracks, poses_on
-from sightfield.systems.numerics.harvest.execution.visiting import NOTHING, Loads, wanted_by
+from sightfield.systems.numerics.harvest.execution.unloading import (
+    NOTHING,
+    Loads,
+    wanted_by,
+    work_together,
+)
 from sightfield.systems.numerics.harvest.field.field import Field
-from sightfield.systems.numerics.harvest.machines.alongside import pair_up
-from sightfield.systems.numerics.harvest.machines.cart import Cart
-from sightfield.systems.numerics.harvest.machines.filling import (
+from sightfield.systems.numerics.harvest.machines import (
     COLUMNS,
     CUT,
     LOST,
     MODE,
     STANDS,
     TANK,
+    Cart,
+    cart_outline,
+    combine_outline,
+    pair_up,
 )
-from sightfield.systems.numerics.harvest.machines.outlines import cart_outline, combine_outline
 from sightfield.systems.numerics.harvest.timing.timetable import MachineTimetable, time_machines
 
 HERE = Path(__file__).parent

@@ -4,15 +4,14 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.harvest.carts.traffic import cart_boxes
-from sightfield.systems.numerics.harvest.execution.advance import advance
-from sightfield.systems.numerics.harvest.execution.disturbance import Disturbance, pace_of
+from sightfield.systems.numerics.harvest.execution.advance import Disturbance, advance, pace_of
 from sightfield.systems.numerics.harvest.execution.orders import (
     PASSED,
     entering_times,
     find_orders,
     hold_by,
 )
-from sightfield.systems.numerics.harvest.execution.visiting import Loads, tie_hold
+from sightfield.systems.numerics.harvest.execution.unloading import Loads, tie_hold
 
 
 def entered_and_ends(work):

@@ -11,9 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.harvest.field.field import Field
+from sightfield.systems.numerics.harvest.field.field import Field, Place
 from sightfield.systems.numerics.harvest.field.field_files import read_field
-from sightfield.systems.numerics.harvest.field.place import Place
 
 SQUARE = [[0.0, 0.0], [100.0, 0.0], [100.0, 80.0], [0.0, 80.0], [0.0, 0.0]]
 HOLE = [[40.0, 30.0], [50.0, 30.0], [50.0, 40.0], [40.0, 40.0], [40.0, 30.0]]

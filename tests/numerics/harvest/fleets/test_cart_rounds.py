@@ -7,11 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sightfield.systems.numerics.harvest.fleets.cart_rounds import AROUND, DETOUR, run_carts
-from sightfield.systems.numerics.harvest.fleets.work_ahead import WorkAhead
-from sightfield.systems.numerics.harvest.machines.cart import Cart
-from sightfield.systems.numerics.harvest.machines.combine import Combine
-from sightfield.systems.numerics.harvest.machines.trucks import TruckFleet
+from sightfield.systems.numerics.harvest.fleets.cart_rounds import (
+    AROUND,
+    DETOUR,
+    WorkAhead,
+    run_carts,
+)
+from sightfield.systems.numerics.harvest.machines import Cart, Combine
+from sightfield.systems.numerics.harvest.trucks import TruckFleet
 
 SPEED = 5.0
 

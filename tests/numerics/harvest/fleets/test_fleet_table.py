@@ -8,9 +8,8 @@ from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.fleets.figures import FleetFigures
 from sightfield.systems.numerics.harvest.fleets.fleet_table import fleet_table, knee_of
-from sightfield.systems.numerics.harvest.machines.cart import Cart
-from sightfield.systems.numerics.harvest.machines.combine import Combine
-from sightfield.systems.numerics.harvest.machines.trucks import TruckFleet
+from sightfield.systems.numerics.harvest.machines import Cart, Combine
+from sightfield.systems.numerics.harvest.trucks import TruckFleet
 
 ROW = FleetFigures(
     combines=1, carts=1, trucks=1, makespan=1.0, combine_engine_time=1.0, cart_engine_time=1.0,

@@ -6,7 +6,7 @@ import numpy as np
 
 from sightfield.systems.numerics.harvest.audit.harvest_log import HarvestLog, Machine, Part, Site
 from sightfield.systems.numerics.harvest.carts.cut_times import CELL, cut_times
-from sightfield.systems.numerics.harvest.machines.outlines import cart_outline, combine_outline
+from sightfield.systems.numerics.harvest.machines import cart_outline, combine_outline
 
 
 def log_of(plan, end=0.0):

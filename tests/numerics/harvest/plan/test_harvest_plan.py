@@ -1,4 +1,4 @@
-"""Whole plans of harvests, by the audit, which shares no code with them."""
+"""Plans of combines alone and of whole harvests, by the audit, which shares no code with them."""
 
 import runpy
 from dataclasses import replace
@@ -8,26 +8,112 @@ import numpy as np
 import pytest
 import shapely
 
-from sightfield.systems.numerics.errors import InvalidInput, require
+from sightfield.systems.numerics.errors import InvalidInput, NoPlan, require
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
+from sightfield.systems.numerics.harvest.carts.cut_times import CELL, cut_times
 from sightfield.systems.numerics.harvest.carts.windows import beside
+from sightfield.systems.numerics.harvest.coverage.plan_coverage import BUILT, find_coverages
 from sightfield.systems.numerics.harvest.field.field import Field
-from sightfield.systems.numerics.harvest.machines.alongside import is_alongside
-from sightfield.systems.numerics.harvest.machines.cart import Cart
-from sightfield.systems.numerics.harvest.machines.combine import Combine
-from sightfield.systems.numerics.harvest.no_plan import NoPlan
+from sightfield.systems.numerics.harvest.machines import (
+    Cart,
+    Combine,
+    CombineSize,
+    is_alongside,
+    size_of,
+)
 from sightfield.systems.numerics.harvest.plan import harvest_plan
-from sightfield.systems.numerics.harvest.plan.combine_plan import plan_combines
 from sightfield.systems.numerics.harvest.plan.harvest_plan import (
     NEAR_TRUCK,
+    plan_combines,
     plan_harvest,
     truck_places,
 )
+from sightfield.systems.numerics.harvest.timing.timetable import Block, Standstill
+
+COMBINE = Combine(header_width=7.5, speed=1.6, turning_radius=6.5, length=7.5, width=3.4)
 
 
 @pytest.fixture(scope="module")
 def logs():
     return runpy.run_path(str(Path(__file__).with_name("plan_logs.py")))
+
+
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [("rectangle_3", 4), ("rectangle_10", 2), ("trapezium_12", 3), ("l_9", 2), ("pond_10", 2)],
+)
+def test_the_audit_finds_nothing_in_a_plan(field_makers, logs, name, count):
+    field = field_makers[name]()
+    plan = plan_combines(field, [COMBINE] * count)
+    audit = audit_harvest(logs["log_of"](plan), logs["site_of"](plan))
+    assert audit.faults == ()
+    assert audit.figures["coverage"] >= 0.995
+    assert audit.figures["min_combine_to_combine"] >= 0.45
+    assert audit.figures["crop_under_bodies"] <= 0.002 * field.area
+    assert plan.makespan_over_bound < 1.6
+    assert plan.waiting < 0.1
+
+
+def test_combines_on_adjacent_rounds_follow_one_another_inwards(logs):
+    field = Field.rectangle(200.0, 150.0, margin=22.0)
+    plan = plan_combines(field, [COMBINE] * 2, pattern="thesis")
+    audit = audit_harvest(logs["log_of"](plan), logs["site_of"](plan))
+    assert audit.faults == ()
+    assert audit.figures["coverage"] >= 0.995
+    # The first combine's cuts lie on rounds 0, 2, 4, ..., the second one's on those between.
+    for number, timed in enumerate(plan.paths):
+        path = timed.path
+        long = path.cutting & (path.lengths > 60.0)
+        middles = (path.poses[:-1, :2] + path.poses[1:, :2])[long] / 2
+        depths = field.outline.exterior.distance(shapely.points(middles))
+        rounds = np.round(depths / COMBINE.header_width - 0.5)
+        assert np.abs(depths / COMBINE.header_width - 0.5 - rounds).max() < 0.05
+        assert set(rounds[:6] % 2) == {float(number)}
+
+
+def test_combines_on_adjacent_rounds_need_room_beside_the_field():
+    with pytest.raises(InvalidInput, match="too narrow"):
+        plan_combines(Field.rectangle(200.0, 150.0, margin=6.0), [COMBINE] * 2, pattern="thesis")
+
+
+def test_of_the_best_ways_to_cut_a_field_the_one_that_is_done_first_is_taken(
+    field_makers, monkeypatch
+):
+    timed = []
+
+    def time_machines(*args, **kwargs):
+        timed.append(times(*args, **kwargs))
+        return timed[-1]
+
+    times = harvest_plan.time_machines
+    monkeypatch.setattr(harvest_plan, "time_machines", time_machines)
+    plan = plan_combines(field_makers["zigzag_8"](), [Combine()] * 4)
+    makespans = [timetable.makespan for timetable in timed]
+    assert plan.makespan == min(makespans)
+    # They wait for one another the more in what looked best.
+    assert 1 < len(makespans) <= BUILT
+    assert makespans[0] > min(makespans)
+
+
+def test_where_combines_would_block_one_another_the_field_is_cut_another_way(monkeypatch):
+    field, combine = Field.rectangle(230.0, 150.0), Combine()
+    standstill = Standstill((Block(1, 20.0, (3.0, 4.0), 0, 70.0, "in the way"),), (5, 7))
+    blocked = BUILT
+
+    def time_machines(*args, **kwargs):
+        nonlocal blocked
+        blocked -= 1
+        return times(*args, **kwargs) if blocked < 0 else standstill
+
+    times = harvest_plan.time_machines
+    monkeypatch.setattr(harvest_plan, "time_machines", time_machines)
+    plan = plan_combines(field, [combine] * 2)
+    every = list(find_coverages(field, [combine] * 2))
+    assert len(every) > BUILT + 1
+    assert plan.coverage.length == pytest.approx(every[BUILT].length)
+    blocked = len(every)
+    with pytest.raises(NoPlan, match=f"in all of {len(every)} ways .* machine 1 at 20 m"):
+        plan_combines(field, [combine] * 2)
 
 
 def assert_auger_reaches(plan, visit):
@@ -162,3 +248,70 @@ def test_the_first_reason_is_told_where_other_ways_leave_no_room_for_trucks(
     with pytest.raises(NoPlan, match="where combines park"):
         plan_harvest(field_makers["rectangle_3"](), [Combine()], Cart(), **machines)
     assert len(tries) > 1
+
+
+SLOW = Combine(speed=1.0, capacity=4000.0, unload_rate=80.0, acceleration=0.3)
+USUAL = Combine()
+QUICK = Combine(speed=2.0, capacity=12000.0, unload_rate=150.0)
+
+
+def cut_by(plan):
+    """What each combine cuts [m^2]."""
+    cutter = cut_times(plan.field, plan.size, plan.paths).cutter
+    return CELL**2 * np.array([(cutter == n).sum() for n in range(len(plan.paths))])
+
+
+@pytest.mark.parametrize("team", [(SLOW, QUICK), (QUICK, USUAL, SLOW)])
+def test_whoever_is_quicker_cuts_more_and_all_end_together(logs, team):
+    plan = plan_combines(Field.rectangle(300.0, 200.0), team)
+    audit = audit_harvest(logs["log_of"](plan), logs["site_of"](plan))
+    assert audit.faults == ()
+    assert audit.figures["coverage"] >= 0.995
+    speeds = np.array([combine.speed for combine in team])
+    shares = cut_by(plan) / speeds
+    # A swath is an eighth of what the slowest cuts: as even as whole swaths allow.
+    assert shares.max() / shares.min() < 1.5
+    for timed, speed in zip(plan.paths, speeds, strict=True):
+        assert timed.speeds.max() <= speed + 1e-9
+    equal = plan_combines(plan.field, [Combine(speed=speeds.min())] * len(team))
+    assert plan.makespan < equal.makespan
+
+
+def test_the_order_in_which_combines_are_named_is_of_little_account():
+    field = Field.rectangle(300.0, 200.0)
+    plans = [plan_combines(field, team) for team in ((SLOW, QUICK), (QUICK, SLOW))]
+    assert plans[0].makespan == pytest.approx(plans[1].makespan, rel=0.1)
+    assert cut_by(plans[0]) == pytest.approx(cut_by(plans[1])[::-1], rel=0.15)
+
+
+def test_each_tank_and_each_auger_is_kept_to(logs):
+    team = (SLOW, QUICK)
+    plan = plan_harvest(
+        Field.rectangle(300.0, 200.0), team, Cart(capacity=14000.0), carts=1, density=0.8
+    )
+    # The audit knows each tank by itself.
+    audit = audit_harvest(logs["harvest_log_of"](plan), logs["harvest_site_of"](plan))
+    assert audit.faults == ()
+    assert plan.service.left == pytest.approx(0.0, abs=10.0)
+    for number, combine in enumerate(team):
+        visits = [visit for visit in plan.service.visits if visit.combine == number]
+        assert max(visit.taken for visit in visits) <= combine.capacity + 250.0
+        for visit in visits:
+            assert visit.taken / combine.unload_rate <= visit.end - visit.begin + 1.0
+    # The large tank is used: it holds three of the small ones.
+    assert max(visit.taken for visit in plan.service.visits) > SLOW.capacity + 250.0
+
+
+@pytest.mark.parametrize("name", ["header_width", "turning_radius", "length", "cart_gap"])
+def test_combines_of_other_sizes_are_refused(name):
+    other = replace(QUICK, **{name: 1.25 * getattr(QUICK, name)})
+    with pytest.raises(InvalidInput, match=f"`{name}` must be the same for all combines"):
+        plan_combines(Field.rectangle(300.0, 200.0), [SLOW, other])
+
+
+def test_a_size_has_neither_speed_nor_tank():
+    size = size_of([SLOW, QUICK])
+    assert type(size) is CombineSize
+    assert size.header_width == SLOW.header_width
+    assert not hasattr(size, "speed")
+    assert not hasattr(size, "capacity")

@@ -9,17 +9,20 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.harvest.schedule import closed_forms as forms
-from sightfield.systems.numerics.harvest.schedule.answer import answer_schedule, answer_timetable
+from sightfield.systems.numerics.harvest.schedule.answer import (
+    Holds,
+    answer_schedule,
+    answer_timetable,
+)
 from sightfield.systems.numerics.harvest.schedule.best_visits import (
+    Outcome,
     best_visits,
     find_visits,
     is_served,
 )
 from sightfield.systems.numerics.harvest.schedule.certain_limit import certain_limit, is_excluded
-from sightfield.systems.numerics.harvest.schedule.certificate import Holds
 from sightfield.systems.numerics.harvest.schedule.closed_forms import EqualCombines
 from sightfield.systems.numerics.harvest.schedule.fleet import Fleet, Truck, line_of
-from sightfield.systems.numerics.harvest.schedule.visit_search import Outcome
 
 # One combine of four fills its small tank in 300 s, the others theirs in 1500 s.
 HURRIED = Fleet(

@@ -7,12 +7,15 @@ import pytest
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.schedule import closed_forms as forms
 from sightfield.systems.numerics.harvest.schedule.answer import answer_schedule, answer_timetable
-from sightfield.systems.numerics.harvest.schedule.carts import assign_combines
+from sightfield.systems.numerics.harvest.schedule.carts import (
+    assign_combines,
+    find_remedies,
+    shortest_tour,
+    tour_time,
+)
 from sightfield.systems.numerics.harvest.schedule.closed_forms import EqualCombines
 from sightfield.systems.numerics.harvest.schedule.fleet import Fleet, Truck, line_of
 from sightfield.systems.numerics.harvest.schedule.limits import best_round
-from sightfield.systems.numerics.harvest.schedule.remedies import find_remedies
-from sightfield.systems.numerics.harvest.schedule.tours import shortest_tour, tour_time
 
 MIXED = Fleet(
     capacities=(90.0, 60.0, 120.0, 100.0, 70.0, 80.0),

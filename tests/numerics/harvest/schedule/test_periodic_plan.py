@@ -10,14 +10,13 @@ from hypothesis import strategies as st
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.schedule import closed_forms as forms
 from sightfield.systems.numerics.harvest.schedule.closed_forms import EqualCombines
-from sightfield.systems.numerics.harvest.schedule.fleet import Fleet, Truck
+from sightfield.systems.numerics.harvest.schedule.fleet import Fleet, Truck, sequential_round
 from sightfield.systems.numerics.harvest.schedule.limits import best_round, driving_scale
 from sightfield.systems.numerics.harvest.schedule.periodic_plan import (
     Aim,
     plan_round,
     travel_scale_max,
 )
-from sightfield.systems.numerics.harvest.schedule.rounds import sequential_round
 from sightfield.systems.numerics.harvest.schedule.simulation import (
     CartRun,
     plan_timetable,

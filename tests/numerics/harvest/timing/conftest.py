@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 import shapely
 
-from sightfield.systems.numerics.harvest.machines.combine import Combine
-from sightfield.systems.numerics.harvest.machines.outlines import combine_outline
-from sightfield.systems.numerics.harvest.paths.machine_path import MachinePath
+from sightfield.systems.numerics.harvest.machines import Combine, combine_outline
+from sightfield.systems.numerics.harvest.paths import MachinePath
 from sightfield.systems.numerics.harvest.timing.rule import hold_of
 from sightfield.systems.numerics.harvest.timing.sweep import grid_stations, sweep_of
 from sightfield.systems.numerics.harvest.timing.timed_drive import Journey

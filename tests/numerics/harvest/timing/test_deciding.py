@@ -5,20 +5,21 @@ import pytest
 from scipy import ndimage
 
 from sightfield.systems.numerics.harvest.timing.conflicts import conflict_set
-from sightfield.systems.numerics.harvest.timing.dead_ends import find_dead_ends, is_dead_end
 from sightfield.systems.numerics.harvest.timing.deciding import (
     bring_on,
     drive_first_come,
     orders_of,
+    search_course,
 )
 from sightfield.systems.numerics.harvest.timing.rule import (
+    find_dead_ends,
     free_rule,
     gather_meetings,
     hold_of,
+    is_dead_end,
     set_orders,
     set_precedence,
 )
-from sightfield.systems.numerics.harvest.timing.searching import search_course
 
 
 def conflicts_of(matrix):

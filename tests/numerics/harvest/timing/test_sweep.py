@@ -5,9 +5,8 @@ import pytest
 import shapely
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.harvest.machines.cart import Cart
-from sightfield.systems.numerics.harvest.machines.outlines import cart_outline
-from sightfield.systems.numerics.harvest.paths.machine_path import MachinePath
+from sightfield.systems.numerics.harvest.machines import Cart, cart_outline
+from sightfield.systems.numerics.harvest.paths import MachinePath
 from sightfield.systems.numerics.harvest.timing.sweep import (
     cart_sweep,
     grid_stations,

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.harvest.paths.speed_profile import fastest_profile
+from sightfield.systems.numerics.harvest.paths import fastest_profile
 from sightfield.systems.numerics.harvest.timing.conflicts import GAP
 from sightfield.systems.numerics.harvest.timing.rule import free_rule, set_orders
-from sightfield.systems.numerics.harvest.timing.standstill import Standstill
 from sightfield.systems.numerics.harvest.timing.sweep import grid_stations, sweep_of
 from sightfield.systems.numerics.harvest.timing.timed_drive import (
     Journey,
@@ -17,7 +16,11 @@ from sightfield.systems.numerics.harvest.timing.timed_drive import (
     nominal_durations,
     paces_of,
 )
-from sightfield.systems.numerics.harvest.timing.timetable import MachineTimetable, time_machines
+from sightfield.systems.numerics.harvest.timing.timetable import (
+    MachineTimetable,
+    Standstill,
+    time_machines,
+)
 
 
 def check_is_driven(path, journey):

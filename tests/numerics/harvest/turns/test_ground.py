@@ -9,11 +9,13 @@ import shapely
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.harvest.field.field import Field
-from sightfield.systems.numerics.harvest.machines.combine import Combine
-from sightfield.systems.numerics.harvest.machines.outlines import combine_outline
-from sightfield.systems.numerics.harvest.turns.borders import border_distance, make_borders
+from sightfield.systems.numerics.harvest.machines import Combine, combine_outline
+from sightfield.systems.numerics.harvest.turns.borders import (
+    StandingCrop,
+    border_distance,
+    make_borders,
+)
 from sightfield.systems.numerics.harvest.turns.ground import Ground
-from sightfield.systems.numerics.harvest.turns.standing_crop import StandingCrop
 from sightfield.systems.numerics.harvest.turns.turn import combine_footprint, path_of_pieces
 
 COMBINE = Combine(header_width=6.5, header_depth=1.6, turning_radius=5.0, length=9.0, width=3.1)

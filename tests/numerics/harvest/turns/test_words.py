@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.harvest.paths.machine_path import MachinePath
-from sightfield.systems.numerics.harvest.paths.speed_profile import fastest_profile
+from sightfield.systems.numerics.harvest.paths import MachinePath, fastest_profile
 from sightfield.systems.numerics.harvest.turns.words import (
     WORD_COUNT,
     driving_time,

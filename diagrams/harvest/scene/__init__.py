@@ -1,1 +1,0 @@
-"""The harvest in Meshcat: the field turns from crop to stubble, tanks fill, carts carry."""

@@ -1,0 +1,310 @@
+"""Unloading: where grain has still to flow, who waits for whom, and what a step does to grain.
+
+**At their visits** combines and carts that are tied look at s + v^2 / 2 a of one another instead of
+at s, as no machine can stand before that: so they slow down together and speed up together, and
+each is beside the other as the plan has it, but for the slack.
+
+**In a step** crop comes in at a constant rate and the auger takes it at its own, so that the tank
+is linear in time between its events: it is empty, it is full, the cart is full. Then the amounts of
+the whole step follow without looking at the events: the auger gives all that there is, but no more
+than it can and than there is room for. Each kilogram is added to one place.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...compiled import compiled, kernel
+from ..machines import (
+    BLOCK_TIME,
+    BLOCKED,
+    COLUMNS,
+    CUT,
+    CUTTING,
+    DONE,
+    FULL,
+    LOST,
+    MODE,
+    OVERFLOW_TIME,
+    STATION,
+    STOP_TIME,
+    TANK,
+    UNLOADING,
+    WAITING,
+)
+from .fleet import cut_up_to, planned_at, planned_time
+from .orders import PASSED, SLACK, last_below
+from .planned_work import PIECE
+
+# How long grain may still have to flow, at the auger's rate, when tied machines part on the way; it
+# is taken by the next visit [s].
+REST = 1.5
+# Grain that is nothing [kg].
+NOTHING = 1e-6
+# How far before and after a visit a cart may be filled [m].
+NEAR = 10.0
+
+# Part of a tank that is nothing.
+ROUNDING = 1e-12
+
+
+class Loads(NamedTuple):
+    """Where the grain is.
+
+    Attributes:
+        tank: In each combine, shape (N,) [kg].
+        given: By each combine to carts, since the beginning, shape (N,) [kg].
+        pouring: Whether it pours into a cart that has room, shape (N,).
+        room: In each cart, shape (K,) [kg].
+        load: In each cart, shape (K,) [kg].
+    """
+
+    tank: np.ndarray
+    given: np.ndarray
+    pouring: np.ndarray
+    room: np.ndarray
+    load: np.ndarray
+
+
+@compiled
+def loads_of(accounts, alongside, room, load):
+    """Where the grain is.
+
+    Args:
+        accounts: Of the combines, columns as in `machines`, shape (N * 8,).
+        alongside: The cart that each combine pours into, or -1, shape (N,).
+        room, load: Of the carts, shape (K,) [kg].
+    """
+    count = len(accounts) // COLUMNS
+    tank, given = np.empty(count), np.empty(count)
+    pouring = np.zeros(count, dtype=np.bool_)
+    for n in range(count):
+        tank[n] = accounts[n * COLUMNS + TANK]
+        given[n] = accounts[n * COLUMNS + CUT] - accounts[n * COLUMNS + LOST] - tank[n]
+        cart = int(alongside[n])
+        pouring[n] = cart >= 0 and room[cart] > NOTHING
+    return Loads(tank, given, pouring, room, load)
+
+
+@kernel
+def tie_hold(fleet, ties, loads, stations, speeds, m, trusts):
+    """How far a machine may drive for those it is tied to [m].
+
+    Args:
+        fleet: The machines.
+        ties: Visits.
+        loads: Where the grain is.
+        stations, speeds: Of all machines, shape (M,) [m], [m/s].
+        m: Number of the machine.
+        trusts: Whether it is on time, and nobody is disturbed.
+    """
+    hold = np.inf
+    own = 0 if m < fleet.combines else 1
+    reach = stations[m] + speeds[m] * speeds[m] / (2 * fleet.brakes[m])
+    for t in range(len(ties.machines)):
+        if ties.machines[t, own] != m or ties.ends[t, own] < stations[m] - PASSED:
+            continue
+        if ties.begins[t, own] > reach + 100.0:
+            break
+        n = ties.machines[t, 1 - own]
+        if stations[n] > ties.ends[t, 1 - own] + PASSED:
+            # It could leave, and so can this one, though the tank fills again.
+            continue
+        begin, end = ties.begins[t, own], ties.ends[t, own]
+        moves = ties.ends[t, 0] > ties.begins[t, 0]
+        # What has still to flow, and what flows until the machine is at the end.
+        rest = rest_of(fleet, ties, loads, stations, t)
+        soon = 0.0
+        if moves and not ties.last[t]:
+            soon = REST + (end - stations[m]) / max(speeds[m], 0.1)
+        elif moves and trusts:
+            # A machine beside one that may be late cannot count on what flows on the way.
+            soon = max(end - stations[m], 0.0) / max(speeds[m], 0.1) - 0.5
+        if rest <= max(fleet.unload_rates[ties.machines[t, 0]] * soon, NOTHING):
+            continue
+        far = stations[n] + speeds[n] * speeds[n] / (2 * fleet.brakes[n])
+        beyond = ties.slacks[t, own] - begin
+        beyond += _beside(fleet, ties, t, own, far)
+        if trusts and moves and not ties.last[t] and beyond > 0.0:
+            continue
+        hold = min(
+            hold, begin + max(min(beyond, end - begin), min(ties.waits[t, own], end - begin))
+        )
+    return hold
+
+
+@kernel
+def rest_of(fleet, ties, loads, stations, t):
+    """Grain that has still to flow in a visit [kg].
+
+    Args:
+        fleet: The machines.
+        ties: Visits.
+        loads: Where the grain is.
+        stations: Of all machines, shape (M,) [m].
+        t: Number of the visit.
+    """
+    n, k = ties.machines[t, 0], ties.machines[t, 1] - fleet.combines
+    coming = cut_up_to(fleet, n, ties.ends[t, 0]) - cut_up_to(fleet, n, stations[n])
+    rest = min(ties.given[t] - loads.given[n], loads.tank[n] + max(coming, 0.0))
+    return max(min(rest, loads.room[k]), 0.0)
+
+
+@kernel
+def _beside(fleet, ties, t, own, station):
+    """Where one of two tied machines is in the plan when the other one is at a station [m]."""
+    begin = ties.begins[t, 1 - own]
+    if station <= begin:
+        return ties.begins[t, own] + station - begin
+    n = ties.machines[t, 1 - own]
+    time = planned_time(fleet.planned, n, min(station, ties.ends[t, 1 - own]))
+    return planned_at(fleet.planned, ties.machines[t, own], time)[0]
+
+
+@kernel
+def place_beside(fleet, ties, stations, speeds, m, step):
+    """Where a cart is beside its combine a step later, with the slack; infinite if it is not [m].
+
+    Args:
+        fleet: The machines.
+        ties: Visits.
+        stations, speeds: Of all machines, shape (M,) [m], [m/s].
+        m: Number of the machine.
+        step: [s].
+    """
+    if m < fleet.combines:
+        return np.inf
+    for t in range(len(ties.machines)):
+        if ties.machines[t, 1] != m or ties.ends[t, 1] < stations[m] - PASSED:
+            continue
+        n = ties.machines[t, 0]
+        if ties.begins[t, 1] > stations[m] or ties.ends[t, 0] < stations[n]:
+            return np.inf
+        return _beside(fleet, ties, t, 1, stations[n]) + speeds[n] * step + SLACK
+    return np.inf
+
+
+@kernel
+def full_hold(fleet, loads, station, n):
+    """Where a combine's tank will be full, if nobody takes anything [m].
+
+    Args:
+        fleet: The machines.
+        loads: Where the grain is.
+        station: Of the combine [m].
+        n: Its number.
+    """
+    if fleet.spill[n] or loads.pouring[n]:
+        return np.inf
+    full = cut_up_to(fleet, n, station) + fleet.capacities[n] - loads.tank[n]
+    low, high = fleet.grain_at[n], fleet.grain_at[n + 1]
+    k = last_below(fleet.grain, low, high, full)
+    if k == high - 1:
+        return np.inf
+    way = PIECE * (k - low) + PIECE * (full - fleet.grain[k]) / (
+        fleet.grain[k + 1] - fleet.grain[k]
+    )
+    return max(way, station)
+
+
+@compiled
+def wanted_by(fleet, ties, loads, stations):
+    """The combine that each cart is to empty now, or -1, shape (K,).
+
+    Args:
+        fleet: The machines.
+        ties: Visits.
+        loads: Where the grain is.
+        stations: Of all machines, shape (M,) [m].
+    """
+    wanted = np.full(len(stations) - fleet.combines, -1.0)
+    for t in range(len(ties.machines)):
+        n, m = ties.machines[t]
+        k = m - fleet.combines
+        if wanted[k] < 0.0 and (
+            ties.begins[t, 1] - NEAR <= stations[m] <= ties.ends[t, 1] + NEAR
+            and ties.begins[t, 0] - NEAR <= stations[n] <= ties.ends[t, 0] + NEAR
+            and rest_of(fleet, ties, loads, stations, t) > NOTHING
+        ):
+            wanted[k] = n
+    return wanted
+
+
+@compiled
+def wanted_at(fleet, ties, stations, accounts, room, carts):
+    """The combine that each cart is to empty now, or -1, shape (K,); arguments as in `drive_on`."""
+    nobody = np.full(len(stations), -1.0)
+    loads = loads_of(accounts, nobody, room, room)
+    return wanted_by(fleet, ties, loads, np.concatenate((stations, carts[: len(carts) // 2])))
+
+
+@kernel
+def work_for(account, station, end, cut, capacity, unload_rate, room, duration):
+    """Let a combine work for a while.
+
+    Args:
+        account: Its columns at the beginning, changed to those at the end, shape (8,).
+        station: Where it is at the end of it [m].
+        end: Of its path [m].
+        cut: What it cuts meanwhile [kg].
+        capacity: Of the tank [kg].
+        unload_rate: Of the auger; 0: no cart is alongside [kg/s].
+        room: What the cart alongside can still take [kg].
+        duration: [s].
+
+    Returns:
+        What flowed into the cart [kg].
+    """
+    moved = station > account[STATION]
+    before = account[TANK] + cut
+    given = max(min(unload_rate * duration, before, room), 0.0)
+    left = before - given
+    # A combine stops where its tank is full: what rounding leaves over goes where it came from.
+    over = max(left - capacity, 0.0)
+    lost = over if over > ROUNDING * capacity else 0.0
+    full = left >= (1.0 - ROUNDING) * capacity
+    account[STATION] = station
+    account[CUT] += cut - (over - lost)
+    account[LOST] += lost
+    account[TANK] = left - over
+    if lost > 0.0:
+        account[OVERFLOW_TIME] += duration
+    if station >= end:
+        account[MODE] = DONE
+    elif moved:
+        account[MODE] = UNLOADING if given > 0.0 else CUTTING
+    elif station <= 0.0:
+        account[MODE] = WAITING
+    elif full:
+        account[MODE] = FULL
+        account[STOP_TIME] += duration
+    else:
+        account[MODE] = BLOCKED
+        account[BLOCK_TIME] += duration
+    return given
+
+
+@compiled
+def work_together(fleet, accounts, stations, ends, alongside, room, given, duration):
+    """Let all combines work for a while.
+
+    Args:
+        fleet: The machines.
+        accounts: Of the combines, changed, shape (N, 8).
+        stations: Where they are at the end of it, shape (N,) [m].
+        ends: Of their paths, shape (N,) [m].
+        alongside: Number of the cart that each one pours into, or -1, shape (N,).
+        room: In each cart, shape (K,) [kg].
+        given: What flows into each cart is added to it, shape (K,) [kg].
+        duration: [s].
+    """
+    for n in range(len(accounts)):
+        cut = cut_up_to(fleet, n, stations[n]) - cut_up_to(fleet, n, accounts[n, STATION])
+        cart = int(alongside[n])
+        rate = fleet.unload_rates[n] if cart >= 0 else 0.0
+        free = room[cart] - given[cart] if cart >= 0 else 0.0
+        amount = work_for(
+            accounts[n], stations[n], ends[n], cut, fleet.capacities[n], rate, free, duration
+        )
+        if cart >= 0:
+            given[cart] += amount

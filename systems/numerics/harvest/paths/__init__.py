@@ -1,1 +1,0 @@
-"""Where machines drive: poses by way and by time."""

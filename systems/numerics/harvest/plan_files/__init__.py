@@ -1,1 +1,0 @@
-"""Plans as files that other programs and farm machines read."""

@@ -1,0 +1,232 @@
+"""Paths of machines, their times, and the fastest ways to drive them."""
+
+import numpy as np
+import pytest
+
+from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.harvest.paths import (
+    TRANSIT,
+    MachinePath,
+    TimedPath,
+    cornering_limits,
+    fastest_profile,
+    join_paths,
+)
+
+
+def arc_path(start, radius, turn, gear, pieces):
+    """Along a circle, in a few pieces; a turn is to the left where it is positive."""
+    share = np.linspace(0.0, 1.0, pieces + 1)
+    theta = start[2] + turn * share
+    side = np.sign(turn) * gear
+    # The centre is to the left of the heading when the turn and the gear agree.
+    centre = np.array(start[:2]) + side * radius * np.array([-np.sin(start[2]), np.cos(start[2])])
+    points = centre + side * radius * np.column_stack([np.sin(theta), -np.cos(theta)])
+    return MachinePath(
+        np.column_stack([points, theta]),
+        np.full(pieces, gear),
+        np.ones(pieces, dtype=bool),
+        np.full(pieces, 3),
+    )
+
+
+@pytest.mark.parametrize("gear", [1, -1])
+@pytest.mark.parametrize("turn", [2.3, -1.1])
+def test_a_few_poses_tell_the_whole_arc(gear, turn):
+    start, radius = (3.0, -2.0, 0.7), 6.5
+    coarse = arc_path(start, radius, turn, gear, 3)
+    fine = arc_path(start, radius, turn, gear, 300)
+    assert coarse.length == pytest.approx(radius * abs(turn), abs=1e-9)
+    assert coarse.pose_at(np.linspace(0, coarse.length, 301)) == pytest.approx(fine.poses, abs=1e-9)
+    assert np.abs(coarse.curvatures) == pytest.approx(1 / radius)
+
+
+def test_stations_beyond_the_ends_are_clipped():
+    path = arc_path((0.0, 0.0, 0.4), 4.0, 1.0, 1, 2)
+    assert path.pose_at([-1.0, 99.0]) == pytest.approx(path.poses[[0, -1]])
+
+
+def test_a_joined_path_turns_on_and_has_a_cusp_where_the_gear_changes():
+    first = arc_path((0.0, 0.0, 0.4), 4.0, 1.0, 1, 2)
+    x, y, theta = first.poses[-1]
+    second = arc_path((x, y, theta + 2 * np.pi), 4.0, -0.5, -1, 2)
+    both = join_paths([first, second])
+    assert both.length == pytest.approx(first.length + second.length)
+    assert both.cusps == pytest.approx([first.length])
+    assert np.abs(np.diff(both.poses[:, 2])).max() < 0.6
+    with pytest.raises(InvalidInput, match="begin where"):
+        join_paths([second, second])
+
+
+def test_a_single_pose_is_a_path_of_no_length():
+    none = np.zeros(0, dtype=int)
+    path = MachinePath(np.array([[1.0, 2.0, 0.3]]), none, none.astype(bool), none + TRANSIT)
+    assert path.length == 0
+    assert path.pose_at([0.0, 5.0]) == pytest.approx(np.array([[1.0, 2.0, 0.3]] * 2))
+
+
+def test_paths_are_joined_across_a_single_pose():
+    first = arc_path((0.0, 0.0, 0.0), 5.0, 1.0, 1, 3)
+    end = first.poses[-1]
+    none = np.zeros(0, dtype=int)
+    stands = MachinePath(end[None], none, none.astype(bool), none)
+    second = arc_path(end, 5.0, 1.0, 1, 3)
+    joined = join_paths([first, stands, second])
+    assert joined.length == pytest.approx(first.length + second.length)
+    np.testing.assert_allclose(joined.poses[-1], second.poses[-1])
+
+
+def test_evenly_spaced_stations_reach_both_ends():
+    path = arc_path((0.0, 0.0, 0.4), 4.0, 1.3, 1, 2)
+    at = path.stations_every(1.0)
+    assert at[[0, -1]] == pytest.approx([0.0, path.length])
+    assert np.diff(at).max() <= 1.0
+
+
+STRAIGHT = MachinePath(
+    np.array([[1.0, 2.0, 0.5], [1.0 + 20 * np.cos(0.5), 2.0 + 20 * np.sin(0.5), 0.5]]),
+    np.array([1]),
+    np.array([True]),
+    np.array([0]),
+)
+# From rest to 2 m/s in 4 s, 6 s at that, to rest in 4 s.
+TIMED = TimedPath(
+    STRAIGHT,
+    np.array([3.0, 7.0, 13.0, 17.0]),
+    np.array([0.0, 4.0, 16.0, 20.0]),
+    np.array([0.0, 2.0, 2.0, 0.0]),
+)
+
+
+def test_stations_and_speeds_follow_the_accelerations():
+    times = [0.0, 3.0, 5.0, 7.0, 10.0, 15.0, 17.0, 40.0]
+    assert TIMED.station_at(times) == pytest.approx([0, 0, 1, 4, 10, 19, 20, 20])
+    assert TIMED.speed_at(times) == pytest.approx([0, 0, 1, 2, 2, 1, 0, 0])
+    assert TIMED.end == 17.0
+
+
+def test_poses_lie_on_the_path():
+    way = TIMED.station_at(9.0)
+    expected = [1.0 + way * np.cos(0.5), 2.0 + way * np.sin(0.5), 0.5]
+    assert TIMED.pose_at(9.0) == pytest.approx(expected)
+
+
+def test_what_decreases_is_refused():
+    with pytest.raises(InvalidInput, match="stations"):
+        TimedPath(STRAIGHT, np.array([0.0, 1.0]), np.array([1.0, 0.0]), np.zeros(2))
+    with pytest.raises(InvalidInput, match="times"):
+        TimedPath(STRAIGHT, np.array([1.0, 0.0]), np.array([0.0, 1.0]), np.zeros(2))
+
+
+def straights(lengths, gears=None):
+    """A path along a line, of pieces driven to and fro."""
+    ways = np.asarray(lengths, dtype=float)
+    driven = np.ones(len(ways), dtype=int) if gears is None else np.array(gears)
+    along = np.concatenate([[0.0], np.cumsum(ways * driven)])
+    poses = np.column_stack([2 + along * np.cos(0.4), 3 + along * np.sin(0.4), 0 * along + 0.4])
+    return MachinePath(poses, driven, np.zeros(len(ways), dtype=bool), np.zeros(len(ways), int))
+
+
+def integrated(path, limits, acceleration, stops, end_speeds, step=0.0005):
+    """Time by a fine integration: what each small step of way allows, forwards and backwards."""
+    count = int(np.ceil(path.length / step))
+    stations = np.linspace(0, path.length, count + 1)
+    spacing = stations[1]
+    piece = np.searchsorted(path.stations, stations[:-1] + spacing / 2) - 1
+    squares = np.full(count + 1, np.inf)
+    squares[:-1] = np.array(limits)[piece] ** 2
+    squares[1:] = np.minimum(squares[1:], np.array(limits)[piece] ** 2)
+    for station in [*stops, *path.cusps]:
+        squares[round(station / spacing)] = 0.0
+    squares[0], squares[-1] = np.square(end_speeds)
+    for k in range(count):
+        squares[k + 1] = min(squares[k + 1], squares[k] + 2 * acceleration * spacing)
+    for k in range(count)[::-1]:
+        squares[k] = min(squares[k], squares[k + 1] + 2 * acceleration * spacing)
+    speeds = np.sqrt(squares)
+    return (2 * spacing / (speeds[1:] + speeds[:-1])).sum()
+
+
+def test_a_long_straight_from_rest_to_rest_costs_one_stop_more_than_its_way():
+    timed = fastest_profile(straights([30.0, 10.0]), 1.5, 0.5, begin=7.0)
+    assert timed.end == pytest.approx(7.0 + 40 / 1.5 + 1.5 / 0.5)
+    assert timed.speed_at(8.0) == pytest.approx(0.5)
+
+
+def test_a_short_way_is_a_triangle():
+    timed = fastest_profile(straights([2.0]), 3.0, 0.7)
+    assert timed.end == pytest.approx(2 * np.sqrt(2.0 / 0.7))
+    assert timed.speeds.max() == pytest.approx(np.sqrt(2.0 * 0.7))
+
+
+def test_it_brakes_before_a_slower_piece_and_speeds_up_behind_it():
+    timed = fastest_profile(
+        straights([20.0, 5.0, 30.0]), [2.0, 0.8, 3.0], 0.4, end_speeds=(2.0, 1.0)
+    )
+    braking, gaining, slowing = (4 - 0.64) / 0.8, (9 - 0.64) / 0.8, (9 - 1) / 0.8
+    expected = (20 - braking) / 2 + 1.2 / 0.4 + 5 / 0.8
+    expected += 2.2 / 0.4 + (30 - gaining - slowing) / 3 + 2.0 / 0.4
+    assert timed.end == pytest.approx(expected)
+    assert timed.speed_at(timed.end) == pytest.approx(1.0)
+
+
+def test_cusps_are_stops_and_at_stops_it_stands():
+    path = straights([12.0, 4.0, 9.0], [1, -1, 1])
+    timed = fastest_profile(path, 1.5, 0.5, stops=[20.0, 0.0], dwells=[11.0, 2.5])
+    # Four runs of 12, 4, 4 and 5 m between stops, of which two are too short for 1.5 m/s.
+    moving = 12 / 1.5 + 3 + 2 * 2 * np.sqrt(4 / 0.5) + 5 / 1.5 + 3
+    assert timed.end == pytest.approx(2.5 + moving + 11.0)
+    arrival = timed.times[np.flatnonzero(timed.stations == 20.0)[0]]
+    assert timed.station_at([arrival, arrival + 10.9]) == pytest.approx(20.0)
+    assert timed.station_at(2.0) == 0.0
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_it_is_the_fastest_within_limits(seed):
+    rng = np.random.default_rng(seed)
+    lengths = np.round(rng.uniform(0.2, 9.0, 12), 1)
+    gears = rng.choice([1, 1, -1], 12)
+    path = straights(lengths, gears)
+    limits, acceleration = rng.uniform(0.4, 4.0, 12), rng.uniform(0.2, 1.2)
+    stops = [round(rng.uniform(0.3, 0.6) * path.length, 1)]
+    ends = (0.1, 0.15)
+    timed = fastest_profile(path, limits, acceleration, stops=stops, end_speeds=ends)
+    reference = integrated(path, limits, acceleration, stops, ends)
+    assert timed.end == pytest.approx(reference, rel=2e-3)
+    times = np.linspace(0, timed.end, 4001)
+    speeds, stations = timed.speed_at(times), timed.station_at(times)
+    assert np.abs(np.diff(speeds)).max() <= acceleration * times[1] * (1 + 1e-6)
+    inside = np.abs(stations[:, None] - path.stations).min(axis=1) > 1e-6
+    assert (speeds[inside] <= limits[path.piece_at(stations[inside])] + 1e-9).all()
+    # Stations are the integral of the speeds, between which they change evenly.
+    ways = (timed.speeds[1:] + timed.speeds[:-1]) / 2 * np.diff(timed.times)
+    assert np.diff(timed.stations) == pytest.approx(ways, abs=1e-9)
+    for halt in [*path.cusps, *stops]:
+        at = np.abs(timed.stations - halt) < 1e-9
+        assert timed.speeds[at] == pytest.approx(0.0)
+
+
+def test_a_bend_limits_the_speed_by_the_acceleration_across():
+    angle = np.linspace(0, 1.2, 4)
+    arc = np.column_stack([8 * np.sin(angle), 8 - 8 * np.cos(angle), angle])
+    poses = np.vstack([[-5.0, 0.0, 0.0], arc])
+    path = MachinePath(poses, np.ones(4, int), np.zeros(4, bool), np.zeros(4, int))
+    assert cornering_limits(path, 6.0, 2.0) == pytest.approx([6.0, 4.0, 4.0, 4.0])
+
+
+def test_what_cannot_be_driven_is_refused():
+    path = straights([3.0])
+    with pytest.raises(InvalidInput, match="end_speeds"):
+        fastest_profile(path, 5.0, 0.5, end_speeds=(4.0, 0.0))
+    with pytest.raises(InvalidInput, match="limits"):
+        fastest_profile(path, 0.0, 0.5)
+    with pytest.raises(InvalidInput, match="stops"):
+        fastest_profile(path, 1.0, 0.5, stops=[3.1])
+    with pytest.raises(InvalidInput, match="dwells"):
+        fastest_profile(path, 1.0, 0.5, stops=[1.0], dwells=-1.0)
+
+
+def test_a_single_pose_takes_no_time():
+    none = np.zeros(0, dtype=int)
+    path = MachinePath(np.array([[1.0, 2.0, 0.3]]), none, none.astype(bool), none)
+    assert fastest_profile(path, 1.0, 0.5, begin=4.0).end == 4.0
