@@ -13,16 +13,17 @@ import pytest
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.tracking.game import with_random_starts
 from sightfield.diagrams.vision import scenarios
-from sightfield.diagrams.vision.tracking.picture_game import set_up_picture_game
-from sightfield.diagrams.vision.tracking.practice import practise
-from sightfield.diagrams.vision.tracking.run import run_picture_tracking
-from sightfield.diagrams.vision.tracking.scenario import PictureTrackingScenario
-from sightfield.diagrams.vision.tracking.summary import summarise_picture_tracking
-from sightfield.systems.numerics.vision.ray_table import make_ray_table
+from sightfield.diagrams.vision.report import summarise_picture_tracking
+from sightfield.diagrams.vision.run import run_picture_tracking
+from sightfield.diagrams.vision.scenario import (
+    PictureTrackingScenario,
+    practise,
+    set_up_picture_game,
+)
+from sightfield.systems.numerics.vision.omni_optics import make_ray_table
 from sightfield.systems.numerics.vision.rendering import render
 from sightfield.systems.numerics.vision.sensor import expose
-from sightfield.systems.numerics.vision.shells import SHELL_COLOURS, shell_of
-from sightfield.systems.numerics.vision.surroundings import Surroundings
+from sightfield.systems.numerics.vision.surroundings import SHELL_COLOURS, Surroundings, shell_of
 
 pytestmark = pytest.mark.benchmarks
 

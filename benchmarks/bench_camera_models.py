@@ -35,7 +35,7 @@ from sightfield.systems.numerics.vision.camera_models.camera_model import (
     angle_between,
     in_picture,
 )
-from sightfield.systems.numerics.vision.camera_models.mei import MeiCamera
+from sightfield.systems.numerics.vision.camera_models.central_cameras import MeiCamera
 
 pytestmark = pytest.mark.benchmarks
 

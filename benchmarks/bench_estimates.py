@@ -20,21 +20,25 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.vision.estimation.calibration import Calibration, calibrate
+from sightfield.systems.numerics.vision.estimation.calibration import (
+    THESIS_DISTANCES,
+    Calibration,
+    calibrate,
+)
 from sightfield.systems.numerics.vision.estimation.labelled_pictures import (
     read_pictures,
     simulated_pictures,
 )
-from sightfield.systems.numerics.vision.estimation.readings import THESIS_DISTANCES
-from sightfield.systems.numerics.vision.estimation.shell_colours import chosen_colours
-from sightfield.systems.numerics.vision.estimation.shell_estimate import ShellEstimate, locate
-from sightfield.systems.numerics.vision.estimation.shell_search import search_shells
-from sightfield.systems.numerics.vision.omni_optics import OmniCamera, pixel_rays
-from sightfield.systems.numerics.vision.ray_table import make_ray_table
+from sightfield.systems.numerics.vision.estimation.shell_detection import chosen_colours
+from sightfield.systems.numerics.vision.estimation.shell_estimate import (
+    ShellEstimate,
+    locate,
+    search_shells,
+)
+from sightfield.systems.numerics.vision.omni_optics import OmniCamera, make_ray_table, pixel_rays
 from sightfield.systems.numerics.vision.rendering import render
 from sightfield.systems.numerics.vision.sensor import Sensor, expose
-from sightfield.systems.numerics.vision.shells import Shell
-from sightfield.systems.numerics.vision.surroundings import Surroundings
+from sightfield.systems.numerics.vision.surroundings import Shell, Surroundings
 
 pytestmark = pytest.mark.benchmarks
 

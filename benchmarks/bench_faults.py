@@ -34,11 +34,11 @@ from sightfield.diagrams.station.hardware import (
     read_run_log,
 )
 from sightfield.diagrams.station.ports import STANDING
-from sightfield.diagrams.station.station_files import load_station
+from sightfield.diagrams.station.scenario import load_station
 from sightfield.diagrams.tracking.game import set_up_game
-from sightfield.hardware_io.dds.node import LOOPBACK
-from sightfield.hardware_io.mocap.lcm_message import PosesMessage, encode
-from sightfield.systems.numerics.station.reasons import Standing
+from sightfield.hardware_io.kinds.dds_node import LOOPBACK
+from sightfield.hardware_io.mocap.lcm_poses import PosesMessage, encode
+from sightfield.systems.numerics.station.supervision import Standing
 
 pytestmark = pytest.mark.benchmarks
 

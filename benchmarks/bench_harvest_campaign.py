@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sightfield.benchmarks.drawn_fields import draw_crew, draw_field
 from sightfield.diagrams.harvest.job import prepare_harvest
 from sightfield.diagrams.harvest.report import summarise_harvest
 from sightfield.diagrams.harvest.run import run_harvest
@@ -26,8 +27,6 @@ from sightfield.diagrams.harvest.scenario import (
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.carts.visit_choice import STRATEGIES
 from sightfield.systems.numerics.harvest.machines import Combine
-
-from .drawn_fields import draw_crew, draw_field
 
 pytestmark = pytest.mark.benchmarks
 

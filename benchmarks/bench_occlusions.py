@@ -8,11 +8,11 @@ import pytest
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.tracking.game import set_up_game
 from sightfield.diagrams.vision import scenarios
-from sightfield.diagrams.vision.tracking.scenario import PictureTrackingScenario
+from sightfield.diagrams.vision.scenario import PictureTrackingScenario
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
 from sightfield.systems.numerics.vision.whereabouts.evader_tracks import Search
 from sightfield.systems.numerics.vision.whereabouts.occlusion_trial import run_occlusion_trial
-from sightfield.systems.numerics.vision.whereabouts.place_grid import make_place_grid
+from sightfield.systems.numerics.vision.whereabouts.reachable_set import make_place_grid
 
 pytestmark = pytest.mark.benchmarks
 

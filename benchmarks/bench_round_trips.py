@@ -20,12 +20,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sightfield.hardware_io.dds.dds_link import DdsLink
 from sightfield.hardware_io.device_process.process_link import ProcessLink
-from sightfield.hardware_io.kinds.find_kind import find_kind
+from sightfield.hardware_io.kinds.dds_link import DdsLink
+from sightfield.hardware_io.kinds.known_kinds import find_kind
+from sightfield.hardware_io.kinds.mavlink_link import MavlinkLink
 from sightfield.hardware_io.kinds.robot_kind import RobotFleet, RobotKind
 from sightfield.hardware_io.links.robot_link import brisk_threads
-from sightfield.hardware_io.mavlink.mavlink_link import MavlinkLink
 from sightfield.systems.numerics.station.motion_checks import Chassis
 
 pytestmark = pytest.mark.benchmarks
@@ -37,8 +37,8 @@ COMMANDS = int(os.environ.get("COMMANDS", "400"))
 DDS_ECHO = f"""
 from sightfield.hardware_io.device_process.link_host import go_first
 go_first()
-from sightfield.hardware_io.dds.messages import *
-from sightfield.hardware_io.dds.node import LOOPBACK, Node, open_domain
+from sightfield.hardware_io.kinds.dds_node import *
+from sightfield.hardware_io.kinds.dds_node import LOOPBACK, Node, open_domain
 domain = open_domain({DOMAIN}, LOOPBACK)
 node, number = Node({DOMAIN}), 0
 pairs = [(node.reader(f"robot{{k}}/cmd_vel", Twist), node.writer(f"robot{{k}}/odom", Odometry))
@@ -57,7 +57,7 @@ import selectors, socket
 from sightfield.hardware_io.device_process.link_host import go_first
 go_first()
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from sightfield.hardware_io.mavlink.packets import AUTOPILOT, GUIDED, Packer
+from sightfield.hardware_io.kinds.mavlink_link import AUTOPILOT, GUIDED, Packer
 ready = selectors.DefaultSelector()
 for k in {ROBOTS}:
     each = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

@@ -1,1 +1,1 @@
-"""The `sightfield` command line, one command to a file."""
+"""The `sightfield` command line, a file for each command."""

@@ -1,12 +1,176 @@
-"""`sightfield camera`: calibrate an omni-directional camera, take pictures, and read them."""
+"""`sightfield camera`: calibrate an omni-directional camera, take pictures, and read them.
+
+`track` has pursuers that know of evaders only what their pictures show.
+"""
+
+import json
+import sys
+from contextlib import nullcontext
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
 
 import typer
+from rich.console import Console
+from rich.table import Table
 
-from .camera_commands.calibrate import calibrate
-from .camera_commands.convert import convert
-from .camera_commands.estimate import estimate
-from .camera_commands.render import render
-from .camera_commands.track import track_on_pictures
+from ...systems.numerics.errors import InvalidInput, require, require_non_negative
+from ..outputs import output_folder
+from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
+from ..tracking.game import with_random_starts
+from ..tracking.live_page import open_live_page
+from ..vision import scenarios
+from ..vision.report import (
+    WeightSweep,
+    summarise_picture_tracking,
+    sweep_weights,
+    write_picture_report,
+    write_sweep,
+)
+from ..vision.run import run_picture_tracking
+from ..vision.scenario import PictureTrackingScenario, set_up_picture_game
+from .camera_calibrate import calibrate
+from .camera_pictures import convert, estimate, render
+from .shared import JsonSummaryOption, print_summary, progress_bar, shown
+
+
+def track_on_pictures(
+    scenario: Annotated[
+        str,
+        typer.Argument(help=f"YAML file, or one of: {', '.join(builtin_scenarios(scenarios))}."),
+    ] = "omni_1v1",
+    setting: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Set a key, as vision.quality.noise=8."),
+    ] = None,
+    weight: Annotated[
+        float | None, typer.Option(help="w of (2.7): 1 the pursuit field alone, 0 the pull alone.")
+    ] = None,
+    truth: Annotated[
+        bool, typer.Option("--truth", help="Track on true positions instead, to compare.")
+    ] = False,
+    sweep: Annotated[
+        str | None,
+        typer.Option(metavar="W,W,...", help="Run at each of these weights, and compare."),
+    ] = None,
+    seeds: Annotated[
+        int,
+        typer.Option(help="With --sweep: runs at each weight; more than 1 start at random places."),
+    ] = 1,
+    seconds: Annotated[float | None, typer.Option(help="Horizon [s].")] = None,
+    seed: Annotated[int | None, typer.Option(help="Of everything random.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for summary, log, plots and replay.")
+    ] = None,
+    as_json: JsonSummaryOption = False,
+    meshcat: Annotated[
+        bool | None, typer.Option(help="Watch it live [default: in a terminal].")
+    ] = None,
+    replay: Annotated[bool, typer.Option(help="With --out: write replay.html.")] = True,
+    realtime: Annotated[
+        float | None,
+        typer.Option(
+            help="Simulated seconds per second, 0: as fast as possible [default: 1 live, else 0]."
+        ),
+    ] = None,
+) -> None:
+    """Track on the pictures of omni-cameras alone, by the modified pursuit field."""
+    require_non_negative("--realtime", realtime or 0.0)
+    settings = list(setting or [])
+    for key, value in (("vision.weight", weight), ("seconds", seconds), ("seed", seed)):
+        if value is not None:
+            settings.append(f"{key}={value}")
+    if truth:
+        settings.append("vision.senses=truth")
+    path = find_scenario(scenario, scenarios)
+    loaded = load_scenario(PictureTrackingScenario, path, settings)
+    loaded = replace(loaded, world=loaded.world.beside(path.parent))
+    console = Console(stderr=as_json)
+    if sweep is not None:
+        _sweep(loaded, _weights(sweep), seeds, out, as_json, console)
+        return
+    attended = sys.stdout.isatty() and sys.stdin.isatty() and not as_json
+    live = attended if meshcat is None else meshcat
+    rate = realtime if realtime is not None else float(live)
+    game = set_up_picture_game(loaded)
+    # A folder that cannot be written is found out before the run, not after it.
+    with output_folder(out) if out is not None else nullcontext() as folder:
+        recording = folder is not None and replay
+        page = open_live_page() if live or recording else None
+        if live and page is not None:
+            console.print(f"Watch it at [bold]{page.web_url()}[/]")
+        with progress_bar(console, attended) as bar:
+            task = bar.add_task("simulated", total=loaded.seconds)
+            run = run_picture_tracking(
+                game,
+                page,
+                recording=recording,
+                live=live,
+                realtime_rate=rate,
+                progress=lambda time: bar.update(task, completed=time),
+            )
+        summary = summarise_picture_tracking(run, path.stem)
+        written = write_picture_report(run, summary, folder) if folder is not None else []
+    if as_json:
+        print(json.dumps(summary, indent=2))
+    else:
+        print_summary(console, summary)
+        if out is not None:
+            console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
+    if live and attended and page is not None:
+        console.input("The page stays open until you press Enter.")
+
+
+def _sweep(
+    scenario: PictureTrackingScenario,
+    weights: list[float],
+    seeds: int,
+    out: Path | None,
+    as_json: bool,
+    console: Console,
+) -> None:
+    """Run every weight with every seed, and show the means."""
+    require(seeds > 0, "--seeds", "be positive", seeds)
+    if seeds > 1:
+        elsewhere = with_random_starts(scenario)
+        scenario = replace(scenario, pursuers=elsewhere.pursuers, evaders=elsewhere.evaders)
+    numbers = range(scenario.seed, scenario.seed + seeds)
+    with output_folder(out) if out is not None else nullcontext() as folder:
+        with progress_bar(console, console.is_terminal) as bar:
+            task = bar.add_task("runs", total=len(weights) * seeds)
+            found = sweep_weights(
+                scenario, weights, numbers, lambda done: bar.update(task, completed=done)
+            )
+        written = write_sweep(found, folder) if folder is not None else []
+    if as_json:
+        print(json.dumps({"seeds": found.seeds.tolist(), "means": found.table()}, indent=2))
+        return
+    console.print(_sweep_table(found))
+    if out is not None:
+        console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
+
+
+def _sweep_table(sweep: WeightSweep) -> Table:
+    rows = sweep.table()
+    units = {"tracking_time": "s", "estimation_error_rms": "m", "mean_distance": "m"}
+    table = Table(box=None, padding=(0, 2))
+    for name in rows[0]:
+        unit = f" [{units[name]}]" if name in units else ""
+        # Square brackets would be markup.
+        table.add_column(f"{name.replace('_', ' ')}{unit}".replace("[", r"\["), justify="right")
+    for row in rows:
+        # A run in which sight was kept says only that it would have lasted at least so long.
+        least = {"tracking_time": ">="} if row["censored_runs"] else {}
+        table.add_row(*(least.get(name, "") + shown(value) for name, value in row.items()))
+    return table
+
+
+def _weights(words: str) -> list[float]:
+    try:
+        return [float(word) for word in words.split(",")]
+    except ValueError:
+        raise InvalidInput(f"`--sweep` must be numbers, as 0,0.5,1; got {words}") from None
+
 
 camera = typer.Typer(
     help="Calibrate an omni-directional camera, take pictures with it, and read them.",

@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
 from ...systems.numerics.errors import require, require_positive
 from ...systems.numerics.tracking.corner_fields import FIELDS, field_grid, partition
@@ -21,6 +20,7 @@ from ...systems.numerics.tracking.corner_game import (
 )
 from ..outputs import output_folder
 from ..tracking.corner_picture import save_corner_picture
+from .shared import JsonOption, summary_table
 
 # Unit and meaning of each entry of a summary.
 ROWS = {
@@ -59,9 +59,7 @@ def corner(
     out: Annotated[
         Path | None, typer.Option(help="Folder to leave corner.png and summary.json in.")
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object and nothing else.")
-    ] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """One pursuer, one evader, one corner: who wins, and what each should do.
 
@@ -77,7 +75,7 @@ def corner(
     if as_json:
         typer.echo(text)
     else:
-        Console().print(_table(summary))
+        Console().print(summary_table("Corner", summary, ROWS))
 
 
 def summarise(
@@ -116,21 +114,3 @@ def summarise(
         "field": field,
         "direction": [ux, uy],
     }
-
-
-def _table(summary: dict[str, object]) -> Table:
-    table = Table(title="Corner")
-    table.add_column("")
-    table.add_column("value", justify="right")
-    table.add_column("unit")
-    table.add_column("meaning")
-    for key, value in summary.items():
-        if value is not None:
-            table.add_row(key, _shown(value), *ROWS[key])
-    return table
-
-
-def _shown(value: object) -> str:
-    if isinstance(value, list):
-        return ", ".join(_shown(entry) for entry in value)
-    return f"{value:.4g}" if isinstance(value, float) else str(value)

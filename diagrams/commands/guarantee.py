@@ -1,4 +1,7 @@
-"""`sightfield guarantee`: how long sight can be kept on a map, whatever the evader does."""
+"""`sightfield guarantee`: how long sight can be kept on a map, whatever the evader does.
+
+With `--certify`, games of certified pursuers, and whether every promise was kept.
+"""
 
 import json
 import math
@@ -7,12 +10,12 @@ import time
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 from rich.console import Console
-from rich.progress import Progress
+from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
 from ...systems.numerics.errors import require, require_positive
@@ -27,12 +30,14 @@ from ...systems.numerics.tracking.visibility_game.files import (
 from ...systems.numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
 from ..outputs import output_folder
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
+from ..tracking.certified_games import CertifiedGame, play_certified_games, tally
 from ..tracking.game import TrackingGame, set_up_game
 from ..tracking.guarantee_picture import save_guarantee_picture
+from ..tracking.promises_picture import save_promises_picture
 from ..tracking.scenario import Evaders, Pursuers, TrackingScenario
 from ..tracking.solved_game import games_folder, recall_or_solve
 from ..world_source import WorldSource
-from .certify import certify
+from .shared import JsonOption, summary_table
 
 # Unit and meaning of each entry of a summary.
 ROWS = {
@@ -125,9 +130,7 @@ def guarantee(
     ] = False,
     games: Annotated[int, typer.Option(help="With --certify: starts, against each evader.")] = 5,
     seed: Annotated[int, typer.Option(help="With --certify: of the starts.")] = 0,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object and nothing else.")
-    ] = False,
+    as_json: JsonOption = False,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -302,21 +305,121 @@ def _positions(
 
 
 def _table(summary: dict[str, object]) -> Table:
-    table = Table(title="The visibility game")
-    table.add_column("")
-    table.add_column("value", justify="right")
-    table.add_column("unit")
-    table.add_column("meaning")
-    for key, value in summary.items():
-        unit, meaning = ROWS[key]
-        if key == "guaranteed_time" and summary["evader"] is not None:
-            table.add_row(key, "for ever" if value is None else f"{value:.4g}", unit, meaning)
-        elif value is not None and key not in BOUNDS:
-            table.add_row(key, _shown(value), unit, meaning)
+    shown = {key: value for key, value in summary.items() if key not in BOUNDS}
+    if summary["evader"] is not None and summary["guaranteed_time"] is None:
+        shown["guaranteed_time"] = "for ever"
+    return summary_table("The visibility game", shown, ROWS)
+
+
+def certify(game: TrackingGame, *, games: int, seed: int, as_json: bool, out: Path | None) -> None:
+    """Play games of certified pursuers against every evader; say whether all promises were kept.
+
+    Args:
+        game: Whose world, robots and sizes of teams.
+        games: Starts, each against every policy.
+        seed: Of the starts.
+        as_json: Print one JSON object and nothing else.
+        out: Folder to leave promises.png and summary.json in.
+
+    Raises:
+        InvalidInput: A number is out of its range, or these robots cannot be certified.
+        Exit: With code 1, if a promise was broken.
+    """
+    console = Console(stderr=True)
+    columns = (
+        *Progress.get_default_columns()[:-1],
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(elapsed_when_finished=True),
+    )
+    quiet = as_json or not console.is_terminal
+    with output_folder(out) if out is not None else nullcontext() as folder:
+        with Progress(*columns, console=console, transient=True, disable=quiet) as bar:
+            task = bar.add_task("games", total=None)
+            found = play_certified_games(
+                game.scenario,
+                games=games,
+                seed=seed,
+                world=game.world,
+                progress=lambda done, total: bar.update(task, completed=done, total=total),
+            )
+        summary = summarise_games(found, game, seed)
+        text = json.dumps(summary, indent=2)
+        if folder is not None:
+            (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+            save_promises_picture(folder / "promises.png", found, game.scenario.seconds)
+    if as_json:
+        typer.echo(text)
+    else:
+        Console().print(_games_table(summary))
+    for each in found:
+        if each.promises.breach:
+            typer.echo(f"broken: {_game_name(each)}: {each.promises.breach}", err=True)
+    if any(each.promises.breach for each in found):
+        raise typer.Exit(1)
+
+
+def summarise_games(games: list[CertifiedGame], game: TrackingGame, seed: int) -> dict[str, Any]:
+    """What is said of all games, ready for JSON: infinite and missing times are null.
+
+    Args:
+        games: As played.
+        game: Whose world, robots and sizes of teams.
+        seed: Of the starts.
+
+    Returns:
+        pursuers, evaders (sizes), seconds (horizon) [s], seed; policies: of each the games, how
+        many kept every promise, how many promised something that stood to the end, how many lost
+        sight, least margin [s] and promises withdrawn; broken: policy, number, seed and words of
+        each game with a broken promise; games: of each policy, number, seed, tracking_time [s],
+        certificate (the one that stood and was tried hardest, null for ever) [s], lasted (sight
+        from then on) [s], margin [s], withdrawn, reassignments.
+    """
+    return {
+        "pursuers": game.scenario.pursuers.size,
+        "evaders": game.scenario.evaders.size,
+        "seconds": game.scenario.seconds,
+        "seed": seed,
+        "policies": {policy: each._asdict() for policy, each in tally(games).items()},
+        "broken": [
+            {"policy": g.policy, "game": g.number, "seed": g.seed, "breach": g.promises.breach}
+            for g in games
+            if g.promises.breach
+        ],
+        "games": [
+            {
+                "policy": g.policy,
+                "game": g.number,
+                "seed": g.seed,
+                "tracking_time": g.tracking_time,
+                "lost_evader": g.lost_evader,
+                "certificate": _or_null(g.promises.claimed),
+                "lasted": g.promises.lasted,
+                "margin": _or_null(g.promises.margin),
+                "withdrawn": g.promises.withdrawn,
+                "reassignments": g.reassignments,
+            }
+            for g in games
+        ],
+    }
+
+
+def _or_null(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _game_name(game: CertifiedGame) -> str:
+    return f"game {game.number} against {game.policy} (seed {game.seed})"
+
+
+def _games_table(summary: dict[str, Any]) -> Table:
+    sizes = f"{summary['pursuers']} against {summary['evaders']}"
+    table = Table(title=f"Certified pursuers, {sizes}, {summary['seconds']:g} s")
+    table.add_column("evaders", no_wrap=True)
+    for head in ("kept", "of", "certified", "sight lost", "least T - C [s]", "withdrawn"):
+        table.add_column(head, justify="right")
+    for policy, each in summary["policies"].items():
+        margin = "-" if each["margin"] is None else f"{each['margin']:.2f}"
+        counts = (each[key] for key in ("kept", "games", "promised", "lost"))
+        table.add_row(policy, *map(str, counts), margin, str(each["withdrawn"]))
     return table
-
-
-def _shown(value: object) -> str:
-    if isinstance(value, list):
-        return ", ".join(_shown(entry) for entry in value)
-    return f"{value:.4g}" if isinstance(value, float) else str(value)

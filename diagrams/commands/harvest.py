@@ -7,7 +7,7 @@ import typer
 from .harvest_commands.audit import audit
 from .harvest_commands.plan import plan
 from .harvest_commands.run import run
-from .run_by_default import RunByDefault
+from .shared import RunByDefault
 
 harvest: Any = typer.Typer(
     cls=RunByDefault,

@@ -2,7 +2,8 @@
 
 import json
 import math
-from contextlib import nullcontext
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +12,7 @@ import typer
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ...systems.numerics.errors import InvalidInput, require
@@ -19,13 +21,14 @@ from ...systems.numerics.planning.footprint import discs_from_text
 from ...systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from ...systems.numerics.planning.trailer import Trailer
 from ...systems.numerics.planning.value_function.grid import THESIS_STEP
+from ...systems.numerics.planning.value_function.solve import Progress as Report
 from ..outputs import output_folder
 from ..planning.methods import METHODS, PlanningQuestion, chosen_methods, quarter_of_memory
 from ..planning.pictures import save_sweep_picture
 from ..planning.report import as_object, as_table, write_planning_report
 from ..planning.sweep import DirectionSweep, sweep_ratios
 from ..planning.verdict import ask_methods, contradictions
-from .solving import solving_shown
+from .shared import JsonOption
 
 plan = typer.Typer(
     help="Drive the grain cart from one configuration to another in the least time.",
@@ -91,9 +94,7 @@ def compare_planners(
         typer.Option(help="That a table may take [GB] [default: a quarter of the machine's]."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for results, plots and replay.")] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object and nothing else.")
-    ] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Ask one planner or all of them, and drive what they answer through the plant."""
     if context.invoked_subcommand is not None:
@@ -149,9 +150,7 @@ def sweep(
     count: Annotated[int, typer.Option(help="Number of ratios from 0.5 to 3.")] = 26,
     grid: GridOption = "thesis",
     out: Annotated[Path | None, typer.Option(help="Folder for sweep.json and sweep.png.")] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object and nothing else.")
-    ] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Travel time over the ratio (x_g - x_i) / (y_g - y_i), y_g - y_i = 4 (Figure 3.10)."""
     names, step = chosen_methods(method), _grid_step(grid)
@@ -211,3 +210,48 @@ def _sweep_table(results: DirectionSweep) -> Table:
 
 def _time_words(time: float) -> str:
     return "-" if math.isnan(time) else f"{time:.4f}"
+
+
+# A node that had no way to the goal before this pass changes by more than this [s].
+_REACHING = 1e6
+
+
+@contextmanager
+def solving_shown(wanted: bool, console: Console | None = None) -> Iterator[Report | None]:
+    """A bar while a value function is solved; it disappears at the end of the block.
+
+    How many passes there will be is not known, so the bar only says that there are some, with
+    their number and the largest change in the last of them.
+
+    Args:
+        wanted: Whether to show one.
+        console: Where; by default standard error.
+
+    Yields:
+        What `solve_value_function` reports to; None where nothing is shown because it is not
+        wanted, or because nobody watches: the console is no terminal.
+    """
+    console = console or Console(stderr=True)
+    if not (wanted and console.is_terminal):
+        yield None
+        return
+    columns = (
+        TextColumn("Value function"),
+        BarColumn(),
+        TextColumn("pass {task.completed:.0f}, {task.fields[change]}"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = None
+
+        def report(number: int, change: float) -> None:
+            nonlocal task
+            words = f"change {change:.1g} s" if change < _REACHING else "reaching farther"
+            # Planners that solve nothing leave the terminal as it is.
+            if task is None:
+                task = progress.add_task("", total=None, change=words)
+            elif number == 1:
+                progress.reset(task, total=None)
+            progress.update(task, completed=number, change=words)
+
+        yield report

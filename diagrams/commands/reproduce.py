@@ -20,6 +20,7 @@ from ..reproduction.make_exhibits import FAILED, Made, chosen_exhibits, make_exh
 from ..reproduction.page import make_page
 from ..studies.opponents import POLICIES, read_opponent_runs
 from ..world_source import WorldSource
+from .shared import JsonOption
 
 
 def reproduce(
@@ -56,9 +57,7 @@ def reproduce(
     out: Annotated[
         Path, typer.Option(help="Folder for report.html, summary.json and the pictures.")
     ] = Path("out/reproduction"),
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object and nothing else.")
-    ] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Make the thesis's figures and tables again, and say where they agree with what it states.
 

@@ -17,6 +17,7 @@ from ..outputs import output_folder
 from ..schedule.load_diagram import save_load_diagram
 from ..schedule.schedule_table import schedule_tables
 from ..schedule.summary import summarise_schedule
+from .shared import JsonOption
 
 # More take splits and programmes of a size that nobody waits for.
 _MOST_COMBINES = 20
@@ -66,9 +67,7 @@ def schedule(
     out: Annotated[
         Path | None, typer.Option(help="Folder to leave loads.png and summary.json in.")
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object and nothing else.")
-    ] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Serve combines in turn so that all keep cutting and no tank runs over.
 

@@ -1,29 +1,65 @@
 """`sightfield social`: find an evader in the pictures of friends, and go to it; a server to try."""
 
 import json
+import signal
 import sys
-from contextlib import nullcontext
+import tempfile
+import threading
+from contextlib import ExitStack, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import Progress, TimeRemainingColumn
-from rich.table import Table
 
-from ...systems.numerics.errors import require_non_negative
+from ...systems.numerics.errors import require, require_non_negative
 from ..outputs import output_folder
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
 from ..social import scenarios
-from ..social.networks import NetworkChoice, open_network
+from ..social.networks import NetworkChoice, open_network, open_trial_server
 from ..social.report import summarise_search, write_search_report
 from ..social.run import run_social_search
 from ..social.scenario import SocialScenario
 from ..social.social_game import set_up_social_game
 from ..tracking.live_page import open_live_page
-from .run_by_default import RunByDefault
-from .social_server import server
+from .shared import JsonSummaryOption, RunByDefault, print_summary, progress_bar
+
+
+def server(
+    agents: Annotated[int, typer.Option(help="Common agents; the thesis's maze has three.")] = 3,
+    port: Annotated[int, typer.Option(help="Of this machine, where the server listens.")] = 8008,
+    accounts: Annotated[
+        Path, typer.Option(help="New file of accounts and tokens; it goes with the server.")
+    ] = Path("accounts.yaml"),
+) -> None:
+    """Run a Matrix homeserver (Synapse) with accounts for trying, until Ctrl-C.
+
+    It listens on this machine alone, knows no other server, and forgets everything at its end.
+    """
+    require(agents >= 1, "--agents", "be at least 1", agents)
+    require(1024 <= port <= 65535, "--port", "be from 1024 to 65535", port)
+    require(not accounts.exists(), "--accounts", "be a new file", accounts)
+    console, ended = Console(highlight=False), threading.Event()
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = {number: signal.signal(number, lambda *_: ended.set()) for number in numbers}
+    try:
+        with ExitStack() as stack:
+            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="sightfield-synapse-"))
+            console.print("Setting up Synapse and its accounts: about ten seconds.")
+            opened = stack.enter_context(open_trial_server(Path(folder), port))
+            stack.callback(accounts.unlink, missing_ok=True)
+            opened.make_accounts(agents, accounts)
+            console.print(f"The server is up at [bold]{opened.url}[/]. In another terminal:")
+            console.print(
+                f"sightfield social --network matrix --accounts {accounts}", soft_wrap=True
+            )
+            console.print("Ctrl-C ends it, and its accounts with it.")
+            while not ended.wait(0.5):
+                opened.check()
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def run(
@@ -54,7 +90,7 @@ def run(
     out: Annotated[
         Path | None, typer.Option(help="Folder for summary, log, plots and replay.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
+    as_json: JsonSummaryOption = False,
     meshcat: Annotated[
         bool | None, typer.Option(help="Watch it live [default: in a terminal].")
     ] = None,
@@ -91,7 +127,7 @@ def run(
         page = open_live_page() if live or recording else None
         if live and page is not None:
             console.print(f"Watch it at [bold]{page.web_url()}[/]")
-        with open_network(game, choice) as opened, _bar(console, attended) as bar:
+        with open_network(game, choice) as opened, progress_bar(console, attended) as bar:
             task = bar.add_task("simulated", total=loaded.seconds)
             done = run_social_search(
                 game,
@@ -106,35 +142,11 @@ def run(
     if as_json:
         print(json.dumps(summary, indent=2))
     else:
-        table = Table(show_header=False, box=None, padding=(0, 2))
-        for key, value in summary.items():
-            table.add_row(key.replace("_", " "), _show(value))
-        console.print(table)
+        print_summary(console, summary)
         if out is not None:
             console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
     if live and attended and page is not None:
         console.input("The page stays open until you press Enter.")
-
-
-def _bar(console: Console, attended: bool) -> Progress:
-    return Progress(
-        *Progress.get_default_columns()[:-1],
-        TimeRemainingColumn(),
-        console=console,
-        transient=True,
-        disable=not attended,
-    )
-
-
-def _show(value: object) -> str:
-    """A number, several, or none, for people."""
-    if isinstance(value, float):
-        return f"{value:.4g}"
-    if isinstance(value, list):
-        return ", ".join(_show(each) for each in value)
-    if isinstance(value, dict):
-        return ", ".join(f"{key} {_show(each)}" for key, each in value.items())
-    return str(value)
 
 
 social: Any = typer.Typer(

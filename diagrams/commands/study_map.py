@@ -29,6 +29,7 @@ from ..studies.map_study import (
     summarise_maps,
     write_map_report,
 )
+from .shared import JsonSummaryOption
 
 
 def study_map(
@@ -61,7 +62,7 @@ def study_map(
         int | None, typer.Option(help="Processes; 0: solve in this one [default: one a core].")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for table, summary and picture.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
+    as_json: JsonSummaryOption = False,
 ) -> None:
     """What the map decides: which part of what a pursuer sees can be kept in sight for ever.
 

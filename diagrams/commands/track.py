@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.progress import Progress, TimeRemainingColumn
-from rich.table import Table
 
 from ...systems.numerics.errors import require, require_non_negative
 from ..outputs import output_folder
@@ -22,6 +21,7 @@ from ..tracking.report import summarise_tracking, write_tracking_report, write_t
 from ..tracking.run import TrackingRun, run_tracking
 from ..tracking.scenario import TrackingScenario
 from ..world_source import WorldSource
+from .shared import JsonSummaryOption, print_summary
 
 # What the log is called for other tools.
 _MCAP = "log.mcap"
@@ -42,7 +42,7 @@ def track(
         typer.Option(help="Play in this world (WKT, GeoJSON or ROS map), from random starts."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for summary, log and replay.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
+    as_json: JsonSummaryOption = False,
     meshcat: Annotated[
         bool | None, typer.Option(help="Watch it live [default: in a terminal].")
     ] = None,
@@ -127,11 +127,7 @@ def _policies(game: TrackingGame) -> list[str]:
 
 def _show(console: Console, run: TrackingRun, summary: dict[str, object]) -> None:
     """Print the summary as a table."""
-    table = Table(show_header=False, box=None, padding=(0, 2))
-    for key, value in summary.items():
-        text = f"{value:.4g}" if isinstance(value, float) else str(value)
-        table.add_row(key.replace("_", " "), text)
-    console.print(table)
+    print_summary(console, summary)
     if run.lost_evader is None:
         console.print(f"Every evader was in sight for {run.tracking_time:.2f} s.")
     else:

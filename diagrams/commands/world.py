@@ -6,13 +6,12 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 from ...systems.numerics.geometry.occupancy_outline import OutlineOptions
 from ...systems.numerics.geometry.world_files import LoadedWorld, load_world
 from ..outputs import output_folder
 from ..world_picture import save_world_picture
+from .shared import JsonOption, summary_table
 
 DEFAULTS = OutlineOptions()
 
@@ -36,9 +35,7 @@ def world(
         Path,
         typer.Argument(help="WKT (.wkt), GeoJSON (.geojson, .json) or ROS map (.yaml, .yml)."),
     ],
-    json_: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object and nothing else.")
-    ] = False,
+    json_: JsonOption = False,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder to leave world.png and summary.json in."),
@@ -84,7 +81,7 @@ def world(
     if json_:
         typer.echo(text)
     else:
-        Console().print(_table(file.name, summary))
+        Console().print(summary_table(file.name, summary, ROWS, digits=6))
 
 
 def summarise(loaded: LoadedWorld) -> dict[str, object]:
@@ -103,22 +100,3 @@ def summarise(loaded: LoadedWorld) -> dict[str, object]:
         "bounds": world.bounds.tolist(),
         "geographic_origin": None if origin is None else list(origin),
     }
-
-
-def _table(title: str, summary: dict[str, object]) -> Table:
-    table = Table(title=escape(title))
-    table.add_column("")
-    table.add_column("value", justify="right")
-    table.add_column("unit")
-    table.add_column("meaning")
-    for key, value in summary.items():
-        if value is not None:
-            unit, meaning = ROWS[key]
-            table.add_row(key, _shown(value), unit, meaning)
-    return table
-
-
-def _shown(value: object) -> str:
-    if isinstance(value, list):
-        return ", ".join(_shown(entry) for entry in value)
-    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...systems.numerics.errors import require
-from ...systems.numerics.station.reasons import Reason
+from ...systems.numerics.station.supervision import Reason
 from ..tracking.game import TrackingGame
 from .hardware import (
     Devices,

@@ -13,14 +13,17 @@ from pathlib import Path
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
-from ...hardware_io.cameras.camera_address import without_password
-from ...hardware_io.cameras.camera_port import CameraPort
-from ...hardware_io.cameras.frame_source import FrameSource, NoCamera
-from ...hardware_io.cameras.opencv_capture import OpenCvCapture
-from ...hardware_io.cameras.picture_folder import PictureFolder
+from ...hardware_io.cameras import (
+    CameraPort,
+    FrameSource,
+    NoCamera,
+    OpenCvCapture,
+    PictureFolder,
+    without_password,
+)
 from ...hardware_io.device_process.process_link import ProcessLink
 from ...hardware_io.emulation.air import AirSettings, Flight
-from ...hardware_io.kinds.find_kind import KINDS, find_kind
+from ...hardware_io.kinds.known_kinds import KINDS, find_kind
 from ...hardware_io.kinds.robot_kind import (
     LATE,
     REORDERED,
@@ -32,38 +35,31 @@ from ...hardware_io.kinds.robot_kind import (
 )
 from ...hardware_io.links.radio_commander import RadioCommander
 from ...hardware_io.links.robot_link import OLDEST_POSES, RobotLink, brisk_threads
-from ...hardware_io.mocap.emulated_poses import EmulatedPoses
-from ...hardware_io.mocap.faulty_poses import (
+from ...hardware_io.mocap.lcm_poses import LcmPoses
+from ...hardware_io.mocap.motion_capture import MotionCapture
+from ...hardware_io.mocap.pose_receiver import PoseReading, PoseReceiver, PoseSource
+from ...hardware_io.mocap.stand_in_poses import (
+    EmulatedPoses,
     FaultyPoses,
     PoseFault,
+    RecordedPoses,
     displaced,
     frozen,
     stuck,
     swapped,
 )
-from ...hardware_io.mocap.lcm_poses import LcmPoses
-from ...hardware_io.mocap.motion_capture import MotionCapture
-from ...hardware_io.mocap.pose_receiver import PoseReceiver
-from ...hardware_io.mocap.pose_source import PoseReading, PoseSource
-from ...hardware_io.mocap.recorded_poses import RecordedPoses
 from ...hardware_io.recording.mcap_log import McapRunWriter
-from ...hardware_io.recording.port_recorder import PortRecorder, port_name
-from ...hardware_io.recording.run_log import RunLog, read_run_log
+from ...hardware_io.recording.run_log import PortRecorder, RunLog, port_name, read_run_log
 from ...hardware_io.recording.run_writer import RunWriter
-from ...hardware_io.viewer.keyboard import keys
-from ...hardware_io.viewer.launch import find_view, open_view
 from ...hardware_io.viewer.messages import Scene
-from ...hardware_io.viewer.operator import Operator
-from ...hardware_io.viewer.operator_port import OperatorPort
-from ...hardware_io.viewer.state_publisher import Shows, StatePublisher
-from ...hardware_io.viewer.stop_page import StopPage
-from ...hardware_io.viewer.viewer_link import ViewerLink
+from ...hardware_io.viewer.operator import Operator, OperatorPort, StopPage, keys
+from ...hardware_io.viewer.view_address import find_view, open_view
+from ...hardware_io.viewer.viewer_link import Shows, StatePublisher, ViewerLink
 from ...systems.numerics.errors import require
-from ...systems.station.age_limit import AgeLimit
+from ...systems.station.gates import AgeLimit
 from ..tracking.game import TrackingGame
-from .ports import IMAGE
+from .ports import IMAGE, split_teams
 from .scenario import Mocap, OmniCameraDevice, StationScenario
-from .wiring import split_teams
 
 __all__ = [
     "KINDS",
@@ -218,7 +214,7 @@ def build_emulator() -> str:
     Raises:
         SightfieldError: A tool is missing, or refuses.
     """
-    from ...hardware_io.emulation.toolchain import firmware_path, runner_path
+    from ...hardware_io.emulation.robot_cores import firmware_path, runner_path
 
     return f"the firmware is built, {firmware_path()}, and what runs it, {runner_path()}"
 

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...systems.numerics.station.supervision import view_is_gone
-from ...systems.numerics.station.transitions import transitions
+from ...systems.numerics.station.supervision import transitions, view_is_gone
 from ..tracking.game import TrackingGame
 from ..tracking.report import summarise_tracking, write_tracking_report
 from ..tracking.run import LOGGED, TrackingRun

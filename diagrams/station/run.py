@@ -11,7 +11,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, System
 
-from ...systems.station.command_gate import STOPPED
+from ...systems.station.gates import STOPPED
 from ..tracking.game import TrackingGame
 from ..tracking.make_tracking import OwnAssignment
 from ..tracking.run import LOGGED
@@ -27,8 +27,8 @@ from .hardware import (
     StatePublisher,
     port_name,
 )
-from .make_station import MakeStation
-from .memory import Memory
+from .laboratories import Gaps
+from .make_station import AddStationTracking, MakeStation
 from .ports import (
     CLOCK,
     COMMANDS,
@@ -40,11 +40,8 @@ from .ports import (
     device_ports,
     supervisor_ports,
 )
-from .record import open_run_writer
-from .recorded import Gaps
+from .recording import Memory, open_run_writer, station_tree
 from .scenario import StationScenario
-from .station_files import station_tree
-from .station_tracking import AddStationTracking
 
 # How a run may end.
 HORIZON, LOSS, STOP = "the horizon", "an evader was lost", "the operator stopped it"

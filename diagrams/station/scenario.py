@@ -1,6 +1,8 @@
-"""What a laboratory is made of: a game, robots, and a device after the other."""
+"""What a laboratory is made of: a game, robots, and a device after the other; from YAML files."""
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import ClassVar
 
 from pydantic import ConfigDict
@@ -14,8 +16,9 @@ from ...systems.numerics.errors import (
 from ...systems.numerics.station.channel import Channel
 from ...systems.numerics.station.motion_checks import Chassis
 from ...systems.numerics.station.supervision import STAND, SupervisionRules
-from ..scenario_files import NO_OTHER_KEYS
+from ..scenario_files import NO_OTHER_KEYS, build, find_scenario, read_tree, with_settings
 from ..tracking.scenario import TrackingScenario
+from . import scenarios
 
 MOCAP_SOURCES = ("vicon", "optitrack", "optitrack_closed_source", "qualisys", "nokov", "vrpn")
 MOCAP_SOURCES += ("mock", "lcm", "ros2", "log")
@@ -313,3 +316,31 @@ class StationScenario:
     def robots(self) -> list[int]:
         """Number of each robot on the radio."""
         return self.radio.robots or list(range(1, self.size + 1))
+
+
+def load_station(scenario: str | Path, overrides: Sequence[str] = ()) -> StationScenario:
+    """Read a laboratory; its `tracking` is the name or file of a scenario of `sightfield track`.
+
+    Args:
+        scenario: Its file, or the name of a built-in one.
+        overrides: `key=value` settings, the game's below `tracking.`.
+
+    Raises:
+        InvalidInput: See `load_scenario`.
+    """
+    path = find_scenario(scenario, scenarios) if isinstance(scenario, str) else scenario
+    tree = with_settings(read_tree(path), [each for each in overrides if _names_game(each)])
+    game = tree.get("tracking")
+    folder = path.parent
+    if isinstance(game, str):
+        file = path.parent / game
+        file = file if file.is_file() else find_scenario(game)
+        tree["tracking"], folder = read_tree(file), file.parent
+    settings = [each for each in overrides if not _names_game(each)]
+    station = build(StationScenario, with_settings(tree, settings))
+    tracking = station.tracking
+    return replace(station, tracking=replace(tracking, world=tracking.world.beside(folder)))
+
+
+def _names_game(override: str) -> bool:
+    return override.split("=")[0] == "tracking"

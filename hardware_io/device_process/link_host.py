@@ -18,11 +18,21 @@ from collections.abc import Callable
 import numpy as np
 
 from ...systems.numerics.errors import InvalidInput, SightfieldError
-from ..kinds.find_kind import find_kind
+from ..kinds.known_kinds import find_kind
 from ..links.robot_link import OLDEST_POSES, LinkError, RobotLink
-from .channel import Channel, Ended
-from .notice_board import NoticeBoard
-from .words import Answer, ArmAgain, Ask, Close, Drive, Hail, Notice, Open
+from .channel import (
+    Answer,
+    ArmAgain,
+    Ask,
+    Channel,
+    Close,
+    Drive,
+    Ended,
+    Hail,
+    Notice,
+    NoticeBoard,
+    Open,
+)
 
 # Robots whose controller has said nothing for so long stand [s], before any of them stops by itself
 # and says that it is deaf; until it speaks again that is repeated [s].

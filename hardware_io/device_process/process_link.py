@@ -15,10 +15,20 @@ import numpy as np
 from ...systems.numerics.errors import InvalidInput, require_non_negative
 from ..kinds.robot_kind import RobotFleet
 from ..links.robot_link import LinkError, LinkHealth, RobotLink, RobotReport
-from .channel import Channel, Ended
+from .channel import (
+    Answer,
+    ArmAgain,
+    Ask,
+    Channel,
+    Close,
+    Drive,
+    Ended,
+    Hail,
+    Notice,
+    NoticeBoard,
+    Open,
+)
 from .link_host import go_first
-from .notice_board import NoticeBoard
-from .words import Answer, ArmAgain, Ask, Close, Drive, Hail, Notice, Open
 
 # How long the process may take to open the devices, and to close them [s].
 _OPENING, _CLOSING = 20.0, 1.6

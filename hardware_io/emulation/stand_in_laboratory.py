@@ -19,8 +19,7 @@ from ...systems.numerics.social.routes.infrared import InfraredRing, infrared_ra
 from ..links.robot_link import require_robots
 from .air import Air, AirSettings, Flight
 from .laboratory import LaboratorySnapshot
-from .robot_body import RobotBody
-from .stand_in_wheels import StandInWheels
+from .robot_body import RobotBody, StandInWheels
 
 # Of messages and wheels, and at most, where the laboratory is behind the wall clock [s].
 _STEP, _LONGEST_STEP = 0.004, 0.02

@@ -1,10 +1,18 @@
-"""What a work station knows of its link: what was sent, what came back, how long it took."""
+"""What a work station works out of what its robots report.
 
+That is, how their link does, how late their clocks make their reports, and what their encoders
+would count where they tell only where they are.
+"""
+
+import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median
 
+import numpy as np
+
+from ...systems.numerics.station.motion_checks import Chassis, wheel_ways
 from .robot_link import LinkHealth
 
 # Counts of robots go round.
@@ -123,3 +131,80 @@ class LinkRecord:
         (_, first_sent, first_taken), (_, last_sent, last_taken) = progress[0], progress[-1]
         sent, taken = last_sent - first_sent, (last_taken - first_taken) % _MODULUS
         return min(taken / sent, 1.0) if sent > 0 else 0.0
+
+
+# Over which the fastest report is sought, so that crystals may differ [s].
+_CLOCK_WINDOW = 10.0
+# A clock that goes on by another time than ours by more than this was set [s].
+_SET = 1.0
+
+
+class RobotClock:
+    """How late each report of a robot is.
+
+    The fastest report of the last seconds says by how much its clock is behind ours, and of the
+    others by how much they were late: on the air, or before a busy machine took them.
+
+    Args:
+        settable: Whether the clock may be set, as that of a computer; a report that seems to be
+            more than a second late begins anew then.
+    """
+
+    def __init__(self, *, settable: bool = False) -> None:
+        self._settable = settable
+        # When reports came, and their time on the way plus what the clock is behind [s].
+        self._behind: deque[tuple[float, float]] = deque()
+
+    @property
+    def behind(self) -> float:
+        """What the clock is behind ours, and the way of the fastest report [s]."""
+        return min(each for _, each in self._behind)
+
+    def late(self, came: float, stamp: float) -> float:
+        """By how much a report is later than the fastest [s].
+
+        Args:
+            came: When it came, by time.monotonic [s].
+            stamp: When it was made, by the robot's clock [s].
+        """
+        if not math.isfinite(stamp):
+            return 0.0
+        if self._behind and self._settable and came - stamp - self.behind > _SET:
+            self._behind.clear()
+        self._behind.append((came, came - stamp))
+        while self._behind[0][0] < came - _CLOCK_WINDOW:
+            self._behind.popleft()
+        return came - stamp - self.behind
+
+
+# Wheels do not go further between two reports; a pose that jumps was started anew [m].
+_FURTHEST = 0.5
+
+
+class OdometryCounts:
+    """Counts of two wheels, made of poses one after the other.
+
+    Args:
+        chassis: The wheels.
+    """
+
+    def __init__(self, chassis: Chassis) -> None:
+        self._chassis, self._ways = chassis, np.zeros(2)
+        self._pose: np.ndarray | None = None
+
+    def begin_anew(self) -> None:
+        """Count nothing between the last pose and the next."""
+        self._pose = None
+
+    def after(self, pose: np.ndarray) -> tuple[int, int]:
+        """Counts of the left and the right wheel when the robot has come to a pose.
+
+        Args:
+            pose: x, y [m] and heading [rad], shape (3,).
+        """
+        if self._pose is not None:
+            step = wheel_ways(self._chassis, self._pose[np.newaxis], pose[np.newaxis])[0]
+            self._ways += np.where(np.abs(step) < _FURTHEST, step, 0.0)
+        self._pose = pose
+        left, right = np.rint(self._chassis.counts_per_metre * self._ways).astype(int).tolist()
+        return left, right

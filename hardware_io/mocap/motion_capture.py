@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 
 from ...systems.numerics.errors import InvalidInput, require, require_one_of
-from .pose_source import NewestPoses, PoseReading
+from .pose_receiver import NewestPoses, PoseReading
 
 # The package's names of systems; "mock" is its own stand-in, which sees nothing.
 KINDS = ("vicon", "optitrack", "optitrack_closed_source", "qualisys", "nokov", "vrpn", "mock")

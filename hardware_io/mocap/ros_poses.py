@@ -6,9 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from ...systems.numerics.errors import require, require_one_of
-from ..dds.messages import Odometry, PoseStamped, TFMessage, planar
-from ..dds.node import Node
-from .pose_source import NewestPoses, PoseReading
+from ..kinds.dds_node import Node, Odometry, PoseStamped, TFMessage, planar
+from .pose_receiver import NewestPoses, PoseReading
 
 # How often the receiving thread looks whether it is to end [s].
 _LOOK = 0.1

@@ -1,17 +1,167 @@
-"""A log that is written while the run goes on, and is whole up to the moment of a crash."""
+"""A log that is written while the run goes on, and is whole up to the moment of a crash.
+
+A record is its header, `HEADER`, and as many bytes as that says:
+
+====== ======== ====================================================
+bytes  type     what
+====== ======== ====================================================
+0-3    uint32   length of the body
+4-7    uint32   CRC-32 of the rest of the header and the body
+8      uint8    kind: 0 about, 1 samples, 2 picture, 3 end, 4 memory
+9-16   float64  time in the diagram [s]
+====== ======== ====================================================
+
+All little-endian. The body of kind 0, which is first and stands there twice, is JSON; of kind 1
+the samples of all ports in the order that it names, float64; of kind 2 the number of the port,
+uint16, and a PNG picture; of kind 3 nothing; of kind 4 what the diagram keeps from tick to tick,
+in the order that the JSON names, float64. Where a record is damaged, reading goes on at the next
+one that is whole.
+"""
 
 import json
 import os
+import struct
 import time
-from collections.abc import Mapping
+import zlib
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...diagrams.outputs import RunRecord, open_record
 from ...systems.numerics.errors import InvalidInput
-from .log_format import ABOUT, END, MAGIC, MEMORY, PICTURE, SAMPLES, pack
+
+MAGIC = b"sightfield run log, version 1\n"
+HEADER = struct.Struct("<IIBd")
+ABOUT, SAMPLES, PICTURE, END, MEMORY = range(5)
+# No record is longer: a length beyond is damage.
+LONGEST = 1 << 26
+# How many bytes are looked through at a time for the next whole record.
+_STRETCH = 1 << 20
+
+
+class Record(NamedTuple):
+    """One record.
+
+    Attributes:
+        kind: ABOUT, SAMPLES, PICTURE, END or MEMORY.
+        time: In the diagram [s].
+        body: As the kind says.
+        start: Where it starts in the data.
+        end: Where it ends.
+    """
+
+    kind: int
+    time: float
+    body: bytes
+    start: int
+    end: int
+
+
+def pack(kind: int, time: float, body: bytes) -> bytes:
+    """A record as it is written."""
+    rest = struct.pack("<Bd", kind, time) + body
+    return struct.pack("<II", len(body), zlib.crc32(rest)) + rest
+
+
+def records(data: bytes) -> Iterator[Record]:
+    """The whole records of a log from the first that says what it is about; none if it is no log.
+
+    Args:
+        data: The log's bytes.
+    """
+    at = len(MAGIC) if data.startswith(MAGIC) else 0
+    begun = False
+    while at < len(data):
+        record = _record_at(data, at)
+        if record is None or not (begun or record.kind == ABOUT):
+            record = _next_record(data, at + 1, begun)
+        if record is None:
+            return
+        begun = True
+        yield record
+        at = record.end
+
+
+def lost_records(data: bytes, found: list[Record], sizes: Mapping[int, int]) -> tuple[int, int]:
+    """How many records are damaged, at least, and how many bytes at the end were never finished.
+
+    Args:
+        data: The log's bytes.
+        found: Its records.
+        sizes: Of bodies, by kind, where all of a kind are as long.
+    """
+    lost, at = 0, 0 if found[0].start < len(MAGIC) or not data.startswith(MAGIC) else len(MAGIC)
+    for record in found:
+        lost += _records_within(data, at, record.start)
+        at = record.end
+    if _is_cut_off(data, at, sizes):
+        return lost, len(data) - at
+    return lost + _records_within(data, at, len(data)), 0
+
+
+def _record_at(data: bytes, at: int) -> Record | None:
+    """The record that starts there, if one does and is whole."""
+    if at + HEADER.size > len(data):
+        return None
+    length, checksum, kind, time = HEADER.unpack_from(data, at)
+    end = at + HEADER.size + length
+    if length > LONGEST or end > len(data) or kind > MEMORY:
+        return None
+    if zlib.crc32(memoryview(data)[at + 8 : end]) != checksum:
+        return None
+    return Record(kind, time, data[at + HEADER.size : end], at, end)
+
+
+def _next_record(data: bytes, at: int, begun: bool) -> Record | None:
+    """The first whole record that starts there or later."""
+    for start in _headers(data, at, begun):
+        record = _record_at(data, start)
+        if record is not None:
+            return record
+    return None
+
+
+def _headers(data: bytes, at: int, begun: bool) -> Iterator[int]:
+    """Where headers may start: the kind is one, and the length fits it."""
+    last = len(data) - HEADER.size
+    while at <= last:
+        count = min(_STRETCH, last + 1 - at)
+        part = np.frombuffer(data, dtype=np.uint8, count=count + 8, offset=at)
+        length = np.zeros(count, dtype=np.int64)
+        for k in range(4):
+            length += part[k : k + count].astype(np.int64) << 8 * k
+        kind = part[8 : 8 + count]
+        if begun:
+            fits = ((kind == SAMPLES) | (kind == MEMORY)) & (length > 0) & (length % 8 == 0)
+            fits |= ((kind == PICTURE) & (length > 2)) | ((kind == END) & (length == 0))
+        else:
+            fits = (kind == ABOUT) & (length > 0)
+        room = last - at - np.arange(count)
+        for where in np.flatnonzero(fits & (length <= np.minimum(LONGEST, room))):
+            yield at + int(where)
+        at += count
+
+
+def _records_within(data: bytes, start: int, end: int) -> int:
+    """How many records a damaged stretch held: as its headers say if they fit, or else one."""
+    count, at = 0, start
+    while at + HEADER.size <= end:
+        length = HEADER.unpack_from(data, at)[0]
+        at += HEADER.size + length
+        count += 1
+    return count if at == end else 1
+
+
+def _is_cut_off(data: bytes, at: int, sizes: Mapping[int, int]) -> bool:
+    """Whether the log ends within a record that starts there and is not damaged otherwise."""
+    if at + HEADER.size > len(data):
+        return at < len(data)
+    length, _, kind, _ = HEADER.unpack_from(data, at)
+    fits = kind == PICTURE or sizes.get(kind) == length
+    return fits and length <= LONGEST and at + HEADER.size + length > len(data)
+
 
 # What the disk may lose when the machine itself fails [s].
 _SYNC_PERIOD = 1.0

@@ -18,8 +18,17 @@ from ...systems.numerics.errors import require, require_whole
 from ...systems.numerics.social.network.acceptance import Temperaments, draw_responses
 from ...systems.numerics.social.network.interface import Answer, Picture
 from .accounts import AgentAccount, ServerRefusal, SocialDirectory
-from .persistence import Background, Mailbox, follow, make_client, memberships, persist
-from .picture_events import media_type, message_of, transaction_of
+from .matrix_client import (
+    Background,
+    Mailbox,
+    follow,
+    make_client,
+    media_type,
+    memberships,
+    message_of,
+    persist,
+    transaction_of,
+)
 
 _LOG = logging.getLogger(__name__)
 

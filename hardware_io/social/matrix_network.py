@@ -20,10 +20,9 @@ from ...systems.numerics.errors import require, require_whole
 from ...systems.numerics.social.network.acceptance import Temperaments
 from ...systems.numerics.social.network.interface import NotFriends, Picture, Response
 from .accounts import SocialDirectory
-from .album_mirror import Run
 from .common_agents import CommonAgents
-from .persistence import Background
-from .pursuer_account import PursuerAccount
+from .matrix_client import Background
+from .pursuer_account import PursuerAccount, Run
 
 # Pictures of each album whose files are held.
 _NEWEST = 16

@@ -1,7 +1,12 @@
-"""The operator's view: a web server that draws what controllers tell it, and outlives them."""
+"""The operator's view: a web server that draws what controllers tell it, and outlives them.
 
+Run as `python -m sightfield.hardware_io.viewer.server PORT`.
+"""
+
+import contextlib
 import json
 import os
+import sys
 import time
 from dataclasses import asdict
 from pathlib import Path
@@ -14,11 +19,9 @@ import zmq
 from meshcat.servers.zmqserver import WebSocketHandler
 from zmq.eventloop.zmqstream import ZMQStream
 
-from .drawing import Drawing
-from .endpoints import endpoints
+from .drawing import Drawing, SceneStore
 from .messages import PRESENT, WORDS, Scene, State, Word, decode, encode_word
-from .scene_store import SceneStore
-from .web_guard import HEADERS, is_host, is_origin
+from .view_address import HEADERS, endpoints, is_host, is_origin
 
 # After so long without a word what is shown is stale [s].
 STALE_AFTER = 1.0
@@ -232,3 +235,8 @@ def serve(port: int) -> None:
     """
     ViewServer(port)
     tornado.ioloop.IOLoop.current().start()
+
+
+if __name__ == "__main__":
+    with contextlib.suppress(KeyboardInterrupt):
+        serve(int(sys.argv[1]))

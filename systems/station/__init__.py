@@ -1,19 +1,9 @@
 """LeafSystems between a controller and its robots: channels, receivers, gates, players."""
 
-from .age_limit import AgeLimit
-from .command_gate import CommandGate
-from .command_timeout import CommandTimeout
-from .floor_guard import FloorGuard
-from .imperfect_channel import ImperfectChannel
-from .infrared_reflex import InfraredReflex
-from .motion_check import MotionCheck
-from .picture_player import PicturePlayer
-from .pose_gate import PoseGate
-from .pose_parts import PoseParts
-from .robot_supervisor import RobotSupervisor
-from .sample_player import SamplePlayer
-from .sampled_receiver import SampledReceiver
-from .wheel_encoders import WheelEncoders
+from .gates import AgeLimit, CommandGate, InfraredReflex, PoseParts
+from .players import PicturePlayer, SamplePlayer
+from .simulated_devices import CommandTimeout, ImperfectChannel, SampledReceiver, WheelEncoders
+from .supervision import FloorGuard, MotionCheck, PoseGate, RobotSupervisor
 
 __all__ = [
     "AgeLimit",

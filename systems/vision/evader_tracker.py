@@ -11,7 +11,7 @@ from ..drake_types import AbstractValue, read, state_vector
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.world import World
-from ..numerics.vision.estimation.outcomes import Outcome
+from ..numerics.vision.estimation.shell_detection import Outcome
 from ..numerics.vision.whereabouts.evader_tracks import (
     HYPOTHESIS_SIZE,
     TRACK_SIZE,
@@ -23,8 +23,7 @@ from ..numerics.vision.whereabouts.evader_tracks import (
     positions_now,
     take_in,
 )
-from ..numerics.vision.whereabouts.place_grid import make_place_grid
-from ..numerics.vision.whereabouts.reachable_set import members
+from ..numerics.vision.whereabouts.reachable_set import make_place_grid, members
 
 Frame = namedview("Frame", ["number", "time", "arrived"])
 # Of each camera's inputs: name and size for each evader, or size alone.

@@ -9,12 +9,10 @@ from pydrake.systems.sensors import ImageRgba8U
 
 from ..drake_types import AbstractValue, read
 from ..numerics.errors import require, require_positive
-from ..numerics.vision.omni_optics import OmniCamera
-from ..numerics.vision.ray_table import make_ray_table
+from ..numerics.vision.omni_optics import OmniCamera, make_ray_table
 from ..numerics.vision.rendering import render
 from ..numerics.vision.sensor import Sensor, expose, is_dropped
-from ..numerics.vision.shells import Shell
-from ..numerics.vision.surroundings import Surroundings
+from ..numerics.vision.surroundings import Shell, Surroundings
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,9 +10,8 @@ from ..drake_types import AbstractValue, read
 from ..numerics.errors import require_one_of
 from ..numerics.vision.estimation.calibration import Calibration
 from ..numerics.vision.estimation.range_models import MODELS
-from ..numerics.vision.estimation.shell_colours import chosen_colours
-from ..numerics.vision.estimation.shell_estimate import ShellEstimate, locate
-from ..numerics.vision.estimation.shell_search import search_shells
+from ..numerics.vision.estimation.shell_detection import chosen_colours
+from ..numerics.vision.estimation.shell_estimate import ShellEstimate, locate, search_shells
 
 
 class ShellEstimator(LeafSystem):

@@ -12,7 +12,7 @@ from sightfield.diagrams.commands.camera import camera
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.vision.camera_models.camera_files import load_camera_model
 from sightfield.systems.numerics.vision.camera_models.camera_model import angle_between
-from sightfield.systems.numerics.vision.camera_models.mei import MeiCamera
+from sightfield.systems.numerics.vision.camera_models.central_cameras import MeiCamera
 
 TRUTH = MeiCamera(
     xi=0.9, focal_x=130.0, focal_y=130.0, centre_x=244.0, centre_y=176.0, width=480, height=360

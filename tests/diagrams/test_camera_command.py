@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from sightfield.diagrams.commands.camera import camera
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.vision.estimation.calibration_files import load_calibration
+from sightfield.systems.numerics.vision.estimation.calibration import load_calibration
 
 
 def invoke(*arguments):

@@ -18,7 +18,7 @@ LIVE = {
         1.0,
     ),
     ("camera", "track"): (
-        "sightfield.diagrams.commands.camera_commands.track.run_picture_tracking",
+        "sightfield.diagrams.commands.camera.run_picture_tracking",
         "[default: 1 live, else 0]",
         0.0,
         1.0,

@@ -14,7 +14,7 @@ from sightfield.diagrams.scenario_files import (
 )
 from sightfield.diagrams.social.scenario import SocialScenario
 from sightfield.diagrams.tracking.scenario import TrackingScenario
-from sightfield.diagrams.vision.tracking.scenario import PictureTrackingScenario
+from sightfield.diagrams.vision.scenario import PictureTrackingScenario
 from sightfield.systems.numerics.errors import InvalidInput, require_positive
 
 

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from sightfield.diagrams.commands.station_commands import run
+from sightfield.diagrams.commands import station_run
 from sightfield.diagrams.station.hardware import Operator
 
 
@@ -29,7 +29,7 @@ def wait_until(condition):
 )
 def test_the_first_signal_stops_the_robots(number, who):
     operator, before = Operator(), signal.getsignal(number)
-    with run._Ending(operator).caught() as ending:
+    with station_run._Ending(operator).caught() as ending:
         ending.under_way = True
         os.kill(os.getpid(), number)
         wait_until(lambda: operator.stopped is not None)
@@ -43,7 +43,7 @@ def test_the_first_signal_stops_the_robots(number, who):
 def codes(monkeypatch):
     """What the program ended with, at once instead of after its patience."""
     found: list[int] = []
-    monkeypatch.setattr(run, "_end_soon", lambda: found.append(run._INTERRUPTED))
+    monkeypatch.setattr(station_run, "_end_soon", lambda: found.append(station_run._INTERRUPTED))
     return found
 
 
@@ -58,7 +58,7 @@ def test_a_signal_breaks_off_what_is_no_run_or_was_stopped_before(codes, under_w
     operator = Operator()
 
     def play():
-        with run._Ending(operator).caught() as ending:
+        with station_run._Ending(operator).caught() as ending:
             ending.under_way = under_way
             press(times)
             time.sleep(10)
@@ -74,10 +74,10 @@ def test_a_signal_breaks_off_what_is_no_run_or_was_stopped_before(codes, under_w
 # handler is not called.
 HANGS = """
 import threading, time
-from sightfield.diagrams.commands.station_commands import run
+from sightfield.diagrams.commands import station_run
 from sightfield.diagrams.station.hardware import Operator
 
-with run._Ending(Operator()).caught() as ending:
+with station_run._Ending(Operator()).caught() as ending:
     ending.under_way = True
     print("up", flush=True)
     held = threading.Lock()
@@ -113,6 +113,6 @@ def test_the_second_ends_the_program_in_two_seconds_though_its_devices_never_clo
 
 def test_threads_of_a_program_that_caught_signals_have_ended():
     before = threading.active_count()
-    with run._Ending(Operator()).caught():
+    with station_run._Ending(Operator()).caught():
         assert threading.active_count() == before + 1
     assert threading.active_count() == before

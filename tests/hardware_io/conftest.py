@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from sightfield.hardware_io.emulation.toolchain import (
+from sightfield.hardware_io.emulation.robot_cores import (
     FIRMWARE,
     MissingTool,
     firmware_path,

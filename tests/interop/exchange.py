@@ -12,8 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from sightfield.hardware_io.dds.messages import Odometry, Twist, Vector3
-from sightfield.hardware_io.dds.node import LOOPBACK, Node, open_domain
+from sightfield.hardware_io.kinds.dds_node import (
+    LOOPBACK,
+    Node,
+    Odometry,
+    Twist,
+    Vector3,
+    open_domain,
+)
 
 BUILT = Path(__file__).resolve().parents[2] / "build" / "interop"
 PEERS = {"cyclone": "Cyclone DDS", "fast": "Fast DDS"}

@@ -20,9 +20,9 @@ import yaml
 
 from sightfield.diagrams.scenario_files import find_scenario
 from sightfield.diagrams.station import scenarios
-from sightfield.diagrams.station.station_files import load_station
+from sightfield.diagrams.station.scenario import load_station
 from sightfield.diagrams.tracking.game import TrackingGame, set_up_game
-from sightfield.hardware_io.dds.node import LOOPBACK
+from sightfield.hardware_io.kinds.dds_node import LOOPBACK
 
 ROOT = Path(__file__).resolve().parents[2]
 PYTHON = ROOT / "build" / "peers" / "irsim" / "bin" / "python"

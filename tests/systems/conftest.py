@@ -18,18 +18,14 @@ from sightfield.diagrams.social.social_scene import SocialScene
 from sightfield.diagrams.tracking.controls import MeshcatVelocity
 from sightfield.diagrams.tracking.scene import TrackingScene
 from sightfield.diagrams.vision import scenarios
-from sightfield.diagrams.vision.tracking.picture_game import set_up_picture_game
-from sightfield.diagrams.vision.tracking.picture_scene import PictureScene
-from sightfield.diagrams.vision.tracking.scenario import PictureTrackingScenario
-from sightfield.hardware_io.cameras.camera_port import CameraPort
-from sightfield.hardware_io.cameras.frame_source import NoCamera
+from sightfield.diagrams.vision.picture_scene import PictureScene
+from sightfield.diagrams.vision.scenario import PictureTrackingScenario, set_up_picture_game
+from sightfield.hardware_io.cameras import CameraPort, NoCamera
 from sightfield.hardware_io.links.radio_commander import RadioCommander
-from sightfield.hardware_io.mocap.pose_receiver import PoseReceiver
-from sightfield.hardware_io.mocap.pose_source import NewestPoses
-from sightfield.hardware_io.recording.port_recorder import PortRecorder
-from sightfield.hardware_io.viewer.operator import Operator
-from sightfield.hardware_io.viewer.operator_port import OperatorPort
-from sightfield.hardware_io.viewer.state_publisher import StatePublisher
+from sightfield.hardware_io.mocap.pose_receiver import NewestPoses, PoseReceiver
+from sightfield.hardware_io.recording.run_log import PortRecorder
+from sightfield.hardware_io.viewer.operator import Operator, OperatorPort
+from sightfield.hardware_io.viewer.viewer_link import StatePublisher
 from sightfield.systems.harvest.machine_drivers import MachineDrivers
 from sightfield.systems.harvest.teams import AugerTransfer, CombineTeam, GrainCartTeam
 from sightfield.systems.numerics.geometry.world import make_world
@@ -62,12 +58,14 @@ from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times impor
     solve_visibility_game,
 )
 from sightfield.systems.numerics.tracking.visibility_game.two_evaders import solve_two_evaders
-from sightfield.systems.numerics.vision.estimation.calibration import Calibration, calibrate
-from sightfield.systems.numerics.vision.estimation.readings import Readings
+from sightfield.systems.numerics.vision.estimation.calibration import (
+    Calibration,
+    Readings,
+    calibrate,
+)
 from sightfield.systems.numerics.vision.omni_optics import OmniCamera, project_omni
 from sightfield.systems.numerics.vision.sensor import Sensor
-from sightfield.systems.numerics.vision.shells import shell_of
-from sightfield.systems.numerics.vision.surroundings import Surroundings
+from sightfield.systems.numerics.vision.surroundings import Surroundings, shell_of
 from sightfield.systems.planning import PathFollower, TractorTrailer, ValueFunctionFeedback
 from sightfield.systems.social.agent_interest import AgentInterest
 from sightfield.systems.social.common_robots import CrowdGuard, InfraredSensors, Wanderers
@@ -76,20 +74,20 @@ from sightfield.systems.social.forward_cameras import ForwardCameras, PicturePos
 from sightfield.systems.social.network_evolution import ImageScanner, NetworkEvolution
 from sightfield.systems.social.route_pursuer import RoutePursuer
 from sightfield.systems.standoff import BiasedRangeEstimator, StandoffClosedLoop, StandoffPid
-from sightfield.systems.station.age_limit import AgeLimit
-from sightfield.systems.station.command_gate import CommandGate
-from sightfield.systems.station.command_timeout import CommandTimeout
-from sightfield.systems.station.floor_guard import FloorGuard
-from sightfield.systems.station.imperfect_channel import ImperfectChannel
-from sightfield.systems.station.infrared_reflex import InfraredReflex
-from sightfield.systems.station.motion_check import MotionCheck
-from sightfield.systems.station.picture_player import PicturePlayer
-from sightfield.systems.station.pose_gate import PoseGate
-from sightfield.systems.station.pose_parts import PoseParts
-from sightfield.systems.station.robot_supervisor import RobotSupervisor
-from sightfield.systems.station.sample_player import SamplePlayer
-from sightfield.systems.station.sampled_receiver import SampledReceiver
-from sightfield.systems.station.wheel_encoders import WheelEncoders
+from sightfield.systems.station.gates import AgeLimit, CommandGate, InfraredReflex, PoseParts
+from sightfield.systems.station.players import PicturePlayer, SamplePlayer
+from sightfield.systems.station.simulated_devices import (
+    CommandTimeout,
+    ImperfectChannel,
+    SampledReceiver,
+    WheelEncoders,
+)
+from sightfield.systems.station.supervision import (
+    FloorGuard,
+    MotionCheck,
+    PoseGate,
+    RobotSupervisor,
+)
 from sightfield.systems.tracking.adversarial_evaders import AdversarialEvaders
 from sightfield.systems.tracking.agent_team import AgentTeam, DifferentialDriveTeam
 from sightfield.systems.tracking.assignment import Assignment

@@ -13,8 +13,8 @@ from sightfield.systems.numerics.standoff.loop import ErrorModel, StandoffLoop
 from sightfield.systems.numerics.standoff.sampled_loop import SampledPid
 from sightfield.systems.planning import TractorTrailer
 from sightfield.systems.standoff import BiasedRangeEstimator, StandoffClosedLoop, StandoffPid
-from sightfield.systems.station.age_limit import AgeLimit
-from sightfield.systems.station.command_timeout import CommandTimeout
+from sightfield.systems.station.gates import AgeLimit
+from sightfield.systems.station.simulated_devices import CommandTimeout
 from sightfield.systems.tracking.adversarial_evaders import AdversarialEvaders
 from sightfield.systems.tracking.agent_team import AgentTeam, DifferentialDriveTeam
 from sightfield.systems.tracking.heading_controller import HeadingController, TurnFirstController

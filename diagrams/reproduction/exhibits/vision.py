@@ -6,19 +6,17 @@ import numpy as np
 
 from ....systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop, wanted_equilibrium
 from ....systems.numerics.standoff.response import respond, still_integral
-from ....systems.numerics.vision.estimation.calibration import calibrate
+from ....systems.numerics.vision.estimation.calibration import THESIS_DISTANCES, calibrate
 from ....systems.numerics.vision.estimation.labelled_pictures import (
     read_pictures,
     simulated_pictures,
 )
 from ....systems.numerics.vision.estimation.range_models import implied_k
-from ....systems.numerics.vision.estimation.readings import THESIS_DISTANCES
-from ....systems.numerics.vision.estimation.shell_colours import chosen_colours
+from ....systems.numerics.vision.estimation.shell_detection import chosen_colours
 from ....systems.numerics.vision.sensor import Sensor
-from ....systems.numerics.vision.shells import shell_of
+from ....systems.numerics.vision.surroundings import shell_of
 from ...standoff.pictures import save_response_picture
-from ...vision.calibration.camera_file import load_camera
-from ...vision.calibration.plots import save_direction_spread, save_error_curves
+from ...vision.calibration import load_camera, save_direction_spread, save_error_curves
 from .evidence import SHOWN, Evidence, Exhibit, Finding, Picture, Workshop, judged
 
 # The thesis's k [px/rad].

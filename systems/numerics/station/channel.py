@@ -1,4 +1,4 @@
-"""A channel that delays, loses and rounds what goes through it.
+"""A channel that delays, loses and rounds what goes through it, and how old what came is.
 
 Samples of every member are taken together and travel apart: each is lost or late on its own, and
 one that overtakes an older one makes that worthless.
@@ -121,3 +121,19 @@ def send(channel: Channel, flight: Flight, tick: int, values: np.ndarray) -> Fli
     sent[slot], taken[slot] = values, time
     arrivals[slot] = np.where(lost, np.inf, time + late)
     return Flight(sent, arrivals, taken, held, stamps)
+
+
+def freshness(now: float, stamps: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
+    """Validity and ages.
+
+    Args:
+        now: Time [s].
+        stamps: When each member was last seen, shape (N,) [s]; minus infinity if never.
+        limit: Age beyond which nothing is valid [s].
+
+    Returns:
+        valid: 1 up to the limit, else 0, shape (N,).
+        ages: Shape (N,) [s]; infinite if never seen.
+    """
+    ages = np.maximum(now - stamps, 0.0)
+    return (ages <= limit + 1e-9).astype(float), ages

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..errors import require_non_negative, require_positive
 from .pose_checks import angle_between
-from .reasons import Reason
+from .supervision import Reason
 
 # Of the predicted motion: lag [s].
 _LAG = 0.1

@@ -1,18 +1,92 @@
-"""Which robots may run: reasons against it, those that only the operator clears, and re-arming."""
+"""Which robots may run: reasons against it, those that only the operator clears, and re-arming.
 
+What is decided is said in words too, when it changes.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
 from ..errors import require_one_of, require_positive
-from .reasons import NAMES, ONLY_OPERATOR, Reason, Standing
+
+
+class Standing(IntEnum):
+    """What a robot may do."""
+
+    ARMED = 0
+    RUNNING = 1
+    HELD = 2
+    LOST = 3
+
+
+class Reason(IntEnum):
+    """Why a robot is held or lost. Of several reasons the one with the lowest number is told.
+
+    OBSTACLE alone holds no more than the forward motion of a robot, which runs otherwise.
+    """
+
+    NONE = 0
+    OPERATOR_STOP = 1
+    SILENT = 2
+    FOREIGN_STOP = 3
+    RESET = 4
+    MOTOR = 5
+    NOT_SEEN = 6
+    OUTSIDE = 7
+    JUMP = 8
+    FLIP = 9
+    TOO_FAST = 10
+    ODOMETRY = 11
+    NOT_FOLLOWING = 12
+    FENCE = 13
+    SPACING = 14
+    DEAF = 15
+    LOW_BATTERY = 16
+    VIEW = 17
+    OBSTACLE = 18
+
+
+WORDS = {
+    Reason.NONE: "",
+    Reason.OPERATOR_STOP: "the operator stopped the run",
+    Reason.SILENT: "nothing is heard of it",
+    Reason.FOREIGN_STOP: "somebody else stopped it",
+    Reason.RESET: "it was reset",
+    Reason.MOTOR: "it cut its motors, since a wheel does not turn as told",
+    Reason.NOT_SEEN: "the motion capture does not see it",
+    Reason.OUTSIDE: "its pose lies outside the world",
+    Reason.JUMP: "its pose jumped",
+    Reason.FLIP: "its heading flipped",
+    Reason.TOO_FAST: "its pose moves faster than a robot can",
+    Reason.ODOMETRY: "its encoders and the motion capture disagree",
+    Reason.NOT_FOLLOWING: "its pose does not follow its commands",
+    Reason.FENCE: "it left the floor",
+    Reason.SPACING: "it is too near to another",
+    Reason.DEAF: "it does not hear the station",
+    Reason.LOW_BATTERY: "its battery is low",
+    Reason.VIEW: "the operator's view is gone",
+    Reason.OBSTACLE: "an obstacle is near ahead",
+}
+
+# Nothing that a robot does while it stands shows that these are over.
+ONLY_OPERATOR = frozenset({Reason.FOREIGN_STOP, Reason.MOTOR, Reason.ODOMETRY})
+
+# Names of reasons that a scenario may leave to the operator.
+NAMES = {
+    reason.name.lower(): reason
+    for reason in Reason
+    if reason not in {Reason.NONE, Reason.OPERATOR_STOP, Reason.OBSTACLE}
+}
+
 
 STAND, GO_ON = "stand", "go_on"
 # The operator's view is gone when it has been silent for longer [s].
 VIEW_AFTER = 1.0
 
-# States that a robot's firmware reports, as of hardware_io/radio/messages.py; -1 is none.
+# States that a robot's firmware reports, as of hardware_io/kinds/xbee_frames.py; -1 is none.
 _DISARMED, _LOST, _STOPPED = 0, 3, 4
 # Flags that it reports: a low battery; a left or right motor that was cut off.
 _LOW_BATTERY, _MOTOR_CUT = 1, 8 | 16
@@ -193,3 +267,65 @@ def _present(rules: SupervisionRules, signs: Signs, seen: np.ndarray) -> np.ndar
     present[:, Reason.LOW_BATTERY] = (flags & _LOW_BATTERY) != 0
     present[:, Reason.VIEW] = (rules.view == STAND) & view_is_gone(signs.view_age)
     return present
+
+
+class Transition(NamedTuple):
+    """A robot, or all of them, came to stand otherwise.
+
+    Attributes:
+        robot: Its name, "" for all.
+        text: What it is now, and why.
+        fault: Whether something is wrong.
+    """
+
+    robot: str
+    text: str
+    fault: bool
+
+
+def standing_name(standing: float) -> str:
+    """armed, running, held or lost; unknown for a number that is none of theirs, as a log may hold.
+
+    Args:
+        standing: Number of Standing [-].
+    """
+    known = standing in tuple(Standing)
+    return Standing(int(standing)).name.lower() if known else "unknown"
+
+
+def reason_words(reason: float) -> str:
+    """A reason in words, "" for none or a number that is none of theirs.
+
+    Args:
+        reason: Number of Reason [-].
+    """
+    return WORDS[Reason(int(reason))] if reason in tuple(Reason) else ""
+
+
+def transitions(
+    names: Sequence[str],
+    before: tuple[np.ndarray, np.ndarray] | None,
+    now: tuple[np.ndarray, np.ndarray],
+) -> list[Transition]:
+    """What has changed from one tick to the next; what is the same of all robots is told once.
+
+    Args:
+        names: Of the robots.
+        before: Numbers of Standing and Reason a tick ago, shape (N,) each; None at the first tick.
+        now: The same now, shape (N,) each.
+    """
+    numbers = np.stack(now, axis=1)
+    changed = np.ones(len(names), bool)
+    if before is not None:
+        changed = (numbers != np.stack(before, axis=1)).any(axis=1)
+    if changed.all() and (numbers == numbers[0]).all():
+        return [_transition("", *numbers[0])]
+    told = zip(names, numbers, changed, strict=True)
+    return [_transition(name, *each) for name, each, new in told if new]
+
+
+def _transition(robot: str, standing: float, reason: float) -> Transition:
+    why = reason_words(reason)
+    name = standing_name(standing)
+    fault = name in ("held", "lost") and int(reason) != Reason.OPERATOR_STOP
+    return Transition(robot, f"{name}: {why}" if why else name, fault)

@@ -7,11 +7,12 @@ import stat
 import numpy as np
 import pytest
 
-from sightfield.diagrams.station.recorded import ticks_of
+from sightfield.diagrams.station.laboratories import ticks_of
 from sightfield.diagrams.station.replay import load_recording, replay_station
 from sightfield.diagrams.station.report import summarise_station, write_station_report
 from sightfield.diagrams.station.run import HORIZON, StationRun, run_station
-from sightfield.hardware_io.recording.log_format import (
+from sightfield.hardware_io.recording.run_log import read_run_log
+from sightfield.hardware_io.recording.run_writer import (
     ABOUT,
     MAGIC,
     PICTURE,
@@ -19,7 +20,6 @@ from sightfield.hardware_io.recording.log_format import (
     pack,
     records,
 )
-from sightfield.hardware_io.recording.run_log import read_run_log
 from sightfield.systems.numerics.errors import InvalidInput
 
 # What a header may hold that it should not.

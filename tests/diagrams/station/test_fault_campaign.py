@@ -4,7 +4,7 @@ import pytest
 
 from sightfield.diagrams.station.fault_campaign import FAULTS, run_faults
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.station.reasons import Reason
+from sightfield.systems.numerics.station.supervision import Reason
 
 # Of these one at least is said; what is wrong with the air shows in several ways.
 TOLD = {

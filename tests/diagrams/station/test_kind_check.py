@@ -10,12 +10,11 @@ import pytest
 from sightfield.diagrams.commands.app import main
 from sightfield.diagrams.station.kind_check import check_kind
 from sightfield.hardware_io.emulation.stand_in_laboratory import DatagramWire, StandInLaboratory
-from sightfield.hardware_io.kinds.find_kind import KINDS
+from sightfield.hardware_io.kinds.known_kinds import KINDS, UDP
 from sightfield.hardware_io.kinds.robot_kind import LATE
-from sightfield.hardware_io.kinds.udp import UDP
+from sightfield.hardware_io.kinds.udp_board import UdpBoard
+from sightfield.hardware_io.kinds.udp_link import UdpLink
 from sightfield.hardware_io.links.robot_link import RobotState
-from sightfield.hardware_io.udp.udp_board import UdpBoard
-from sightfield.hardware_io.udp.udp_link import UdpLink
 
 
 @pytest.mark.parametrize("name", [name for name in KINDS if name != "xbee"])
@@ -146,7 +145,7 @@ def test_reports_that_come_twice_count_once():
 def test_the_command_tells_each_trial_and_fails_with_one(monkeypatch, capsys, tmp_path):
     (tmp_path / "silent_robots.py").write_text(
         "from dataclasses import replace\n"
-        "from sightfield.hardware_io.kinds.udp import UDP\n"
+        "from sightfield.hardware_io.kinds.known_kinds import UDP\n"
         "SILENT = replace(UDP, silence=None)\n"
     )
     monkeypatch.chdir(tmp_path)

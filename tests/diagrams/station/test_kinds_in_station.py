@@ -7,8 +7,8 @@ from sightfield.diagrams.station.hardware import Operator, read_run_log
 from sightfield.diagrams.station.replay import load_recording, replay_station
 from sightfield.diagrams.station.run import HORIZON, run_station
 from sightfield.diagrams.station.session import open_laboratory
-from sightfield.hardware_io.kinds.find_kind import KINDS
-from sightfield.systems.numerics.station.reasons import Reason
+from sightfield.hardware_io.kinds.known_kinds import KINDS
+from sightfield.systems.numerics.station.supervision import Reason
 
 
 # Robots with the real firmware play in `test_emulated_laboratory.py`.

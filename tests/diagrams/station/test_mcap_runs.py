@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
-from sightfield.diagrams.station.convert import convert_recording
-from sightfield.diagrams.station.replay import load_recording, replay_station
+from sightfield.diagrams.station.replay import convert_recording, load_recording, replay_station
 from sightfield.diagrams.station.run import run_station
 
 

@@ -20,10 +20,10 @@ from sightfield.diagrams.station.ports import (
     supervisor_ports,
 )
 from sightfield.diagrams.station.run import HORIZON, LOSS, STOP, run_station
-from sightfield.hardware_io.cameras.frame_source import NoCamera
-from sightfield.hardware_io.mocap.pose_source import NewestPoses
+from sightfield.hardware_io.cameras import NoCamera
+from sightfield.hardware_io.mocap.pose_receiver import NewestPoses
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.station.reasons import Reason
+from sightfield.systems.numerics.station.supervision import Reason
 
 
 def ports(station):

@@ -13,7 +13,7 @@ from sightfield.diagrams.station.report import (
     write_station_report,
 )
 from sightfield.diagrams.station.run import run_station
-from sightfield.systems.numerics.station.reasons import Reason, Standing
+from sightfield.systems.numerics.station.supervision import Reason, Standing
 
 
 @pytest.fixture(scope="module")

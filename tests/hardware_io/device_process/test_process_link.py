@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from sightfield.hardware_io.device_process.process_link import ProcessLink
-from sightfield.hardware_io.kinds.find_kind import find_kind
+from sightfield.hardware_io.kinds.known_kinds import find_kind
 from sightfield.hardware_io.kinds.robot_kind import RobotFleet, Surroundings
 from sightfield.hardware_io.links.robot_link import LinkError, RobotState
 from sightfield.systems.numerics.errors import InvalidInput

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from sightfield.hardware_io.emulation.laboratory import EmulatedLaboratory
+from sightfield.hardware_io.kinds.xbee_link import RadioLink
 from sightfield.hardware_io.links.robot_link import RobotState
-from sightfield.hardware_io.radio.link import RadioLink
 from sightfield.systems.numerics.errors import InvalidInput, SightfieldError
 from sightfield.systems.numerics.geometry.world import make_world
 

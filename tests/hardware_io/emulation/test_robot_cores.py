@@ -1,5 +1,9 @@
-"""The real firmware drives, stops, senses and recovers, on processors in simavr."""
+"""Firmware and runner are built once, and what is missing is named with its package.
 
+The real firmware drives, stops, senses and recovers, on processors in simavr.
+"""
+
+import shutil
 import signal
 import subprocess
 import time
@@ -8,11 +12,17 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from sightfield.hardware_io.emulation.robot_cores import EmulationError, RobotCores
-from sightfield.hardware_io.emulation.toolchain import firmware_path
-from sightfield.hardware_io.emulation.xbee_api import ApiParser, api_frame
-from sightfield.hardware_io.radio.frames import decode, encode
-from sightfield.hardware_io.radio.messages import (
+from sightfield.hardware_io.emulation import robot_cores
+from sightfield.hardware_io.emulation.emulated_radio import ApiParser, api_frame
+from sightfield.hardware_io.emulation.robot_cores import (
+    EmulationError,
+    MissingTool,
+    RobotCores,
+    ToolchainError,
+    firmware_path,
+    runner_path,
+)
+from sightfield.hardware_io.kinds.xbee_frames import (
     Acknowledgement,
     Arm,
     Command,
@@ -23,8 +33,40 @@ from sightfield.hardware_io.radio.messages import (
     RobotState,
     Stop,
     Telemetry,
+    decode,
+    encode,
 )
 from sightfield.systems.numerics.errors import InvalidInput
+
+
+def test_without_a_compiler_the_line_to_type_is_said(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(MissingTool, match="avr-gcc is not installed: sudo apt-get install gcc-avr"):
+        firmware_path()
+    with pytest.raises(MissingTool, match="cc is not installed: sudo apt-get install gcc"):
+        runner_path()
+
+
+@pytest.mark.usefixtures("emulator")
+def test_a_build_is_kept_until_its_sources_change(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    first = firmware_path()
+    made = first.stat().st_mtime_ns
+    assert firmware_path() == first
+    assert first.stat().st_mtime_ns == made
+
+    changed = tmp_path / "firmware"
+    shutil.copytree(robot_cores.FIRMWARE, changed)
+    monkeypatch.setattr(robot_cores, "FIRMWARE", changed)
+    robot = (changed / "robot.h").read_text()
+    (changed / "robot.h").write_text(robot.replace("170U", "160U"))
+    assert firmware_path() != first
+
+    (changed / "main.c").write_text("int main(void) { return nothing; }\n")
+    with pytest.raises(ToolchainError, match=r"robot.elf cannot be built: main\.c"):
+        firmware_path()
+
 
 pytestmark = pytest.mark.usefixtures("emulator")
 

@@ -7,20 +7,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sightfield.hardware_io.emulation.xbee_api import ApiParser, api_frame
-from sightfield.hardware_io.radio.frames import FrameError, decode, encode
-from sightfield.hardware_io.radio.messages import (
+from sightfield.hardware_io.emulation.emulated_radio import ApiParser, api_frame
+from sightfield.hardware_io.kinds.xbee_frames import (
     Acknowledgement,
     Arm,
     Command,
     Entry,
     Form,
+    FrameError,
     Heartbeat,
     Kind,
     RobotFlag,
     RobotState,
     Stop,
     Telemetry,
+    decode,
+    encode,
 )
 
 u8, u16 = st.integers(0, 255), st.integers(0, 65535)

@@ -6,10 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sightfield.hardware_io.emulation.emulated_radio import api_frame
 from sightfield.hardware_io.emulation.robot_cores import RobotCores
-from sightfield.hardware_io.emulation.xbee_api import api_frame
-from sightfield.hardware_io.radio.frames import encode
-from sightfield.hardware_io.radio.messages import Arm, Command, Entry, Form
+from sightfield.hardware_io.kinds.xbee_frames import Arm, Command, Entry, Form, encode
 
 SESSION = 77
 

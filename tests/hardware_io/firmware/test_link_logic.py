@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sightfield.hardware_io.radio.messages import RobotState
+from sightfield.hardware_io.kinds.xbee_frames import RobotState
 
 ROBOT, SESSION = 3, 500
 COMMAND, HEARTBEAT, STOP, ARM = 1, 2, 3, 4

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from sightfield.hardware_io.emulation.robot_body import RobotBody, sensor_voltages
-from sightfield.hardware_io.emulation.toolchain import FIRMWARE
+from sightfield.hardware_io.emulation.robot_cores import FIRMWARE
 from sightfield.systems.numerics.social.routes.infrared import InfraredRing
 
 

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from sightfield.hardware_io.kinds.find_kind import KINDS, find_kind
+from sightfield.hardware_io.kinds.known_kinds import KINDS, find_kind
 from sightfield.hardware_io.kinds.robot_kind import RobotFleet, RobotKind, Surroundings
 from sightfield.systems.numerics.errors import InvalidInput
 

@@ -8,8 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.lcm import DrakeLcm
 
-from sightfield.hardware_io.mocap.lcm_message import FINGERPRINT, PosesMessage, decode, encode
-from sightfield.hardware_io.mocap.lcm_poses import LcmPoses
+from sightfield.hardware_io.mocap.lcm_poses import (
+    FINGERPRINT,
+    LcmPoses,
+    PosesMessage,
+    decode,
+    encode,
+)
 from sightfield.systems.numerics.errors import InvalidInput
 
 # What the Python that lcm-gen 1.5.1 makes of sightfield_poses.lcm encodes.

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from sightfield.hardware_io.mocap.emulated_poses import EmulatedPoses
-from sightfield.hardware_io.mocap.pose_receiver import PoseReceiver
-from sightfield.hardware_io.mocap.pose_source import NewestPoses, PoseReading
-from sightfield.hardware_io.mocap.recorded_poses import RecordedPoses
+from sightfield.hardware_io.mocap.pose_receiver import NewestPoses, PoseReading, PoseReceiver
+from sightfield.hardware_io.mocap.stand_in_poses import EmulatedPoses, RecordedPoses
 from sightfield.hardware_io.recording.run_log import RunLog
 from sightfield.systems.numerics.errors import InvalidInput
 

@@ -7,8 +7,10 @@ import pytest
 
 from sightfield.diagrams.station import hardware
 from sightfield.diagrams.station.scenario import Mocap
-from sightfield.hardware_io.dds.messages import (
+from sightfield.hardware_io.kinds.dds_node import (
+    LOOPBACK,
     Header,
+    Node,
     Odometry,
     Point,
     Pose,
@@ -20,8 +22,8 @@ from sightfield.hardware_io.dds.messages import (
     Transform,
     TransformStamped,
     Vector3,
+    open_domain,
 )
-from sightfield.hardware_io.dds.node import LOOPBACK, Node, open_domain
 from sightfield.hardware_io.mocap.ros_poses import ROS_MESSAGES, RosPoses
 from sightfield.systems.numerics.errors import InvalidInput
 

@@ -16,10 +16,15 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 from pydrake.systems.sensors import ImageRgba8U
 
-from sightfield.hardware_io.recording.log_format import ABOUT, MAGIC, SAMPLES, lost_records, records
-from sightfield.hardware_io.recording.port_recorder import PortRecorder
-from sightfield.hardware_io.recording.run_log import read_run_log
-from sightfield.hardware_io.recording.run_writer import RunWriter
+from sightfield.hardware_io.recording.run_log import PortRecorder, read_run_log
+from sightfield.hardware_io.recording.run_writer import (
+    ABOUT,
+    MAGIC,
+    SAMPLES,
+    RunWriter,
+    lost_records,
+    records,
+)
 from sightfield.systems.numerics.errors import InvalidInput
 
 PORTS = {"a.pose": 3, "b": 1}

@@ -51,7 +51,7 @@ def test_requests_that_come_and_go_while_the_server_is_away_do_not_pile_up(maze,
 
 
 def test_a_burst_of_pictures_meets_the_rate_limit_and_arrives_in_order(maze, caplog):
-    caplog.set_level(logging.INFO, "sightfield.hardware_io.social.persistence")
+    caplog.set_level(logging.INFO, "sightfield.hardware_io.social.matrix_client")
     with MatrixNetwork(maze.directory(), maze.always()) as network:
         maze.befriend(network, 0)
         for number in range(14):

@@ -12,8 +12,6 @@ from pathlib import Path
 
 import pytest
 
-from sightfield.hardware_io.viewer.endpoints import endpoints
-from sightfield.hardware_io.viewer.launch import open_view
 from sightfield.hardware_io.viewer.messages import (
     Event,
     RobotState,
@@ -26,11 +24,11 @@ from sightfield.hardware_io.viewer.messages import (
     encode_word,
     lock_of,
 )
-from sightfield.hardware_io.viewer.operator import Operator
-from sightfield.hardware_io.viewer.stop_page import StopPage
+from sightfield.hardware_io.viewer.operator import Operator, StopPage
+from sightfield.hardware_io.viewer.view_address import endpoints, open_view
 from sightfield.hardware_io.viewer.viewer_link import ViewerLink
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.station.command_gate import PAUSED, RUNNING, STOPPED
+from sightfield.systems.station.gates import PAUSED, RUNNING, STOPPED
 
 SCENE = Scene(
     title="two robots",

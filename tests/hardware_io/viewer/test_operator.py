@@ -7,11 +7,9 @@ import threading
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from sightfield.hardware_io.viewer.keyboard import keys
 from sightfield.hardware_io.viewer.messages import Scene, State, decode, encode, or_none
-from sightfield.hardware_io.viewer.operator import Operator
-from sightfield.hardware_io.viewer.operator_port import OperatorPort
-from sightfield.systems.station.command_gate import PAUSED, RUNNING, STOPPED
+from sightfield.hardware_io.viewer.operator import Operator, OperatorPort, keys
+from sightfield.systems.station.gates import PAUSED, RUNNING, STOPPED
 
 
 def test_a_run_can_be_paused_and_go_on():

@@ -14,12 +14,12 @@ from dataclasses import asdict
 
 import pytest
 
-from sightfield.hardware_io.viewer.launch import find_view, open_view
 from sightfield.hardware_io.viewer.messages import Scene, State
 from sightfield.hardware_io.viewer.operator import Operator
+from sightfield.hardware_io.viewer.view_address import find_view, open_view
 from sightfield.hardware_io.viewer.viewer_link import ViewerLink
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.station.command_gate import PAUSED, RUNNING, STOPPED
+from sightfield.systems.station.gates import PAUSED, RUNNING, STOPPED
 
 SCENE = Scene(
     title="two robots",

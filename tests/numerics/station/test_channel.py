@@ -1,4 +1,7 @@
-"""What goes through a channel comes late, rounded, or never; but never altered or out of turn."""
+"""What goes through a channel comes late, rounded, or never; but never altered or out of turn.
+
+How old is too old.
+"""
 
 import numpy as np
 import pytest
@@ -6,7 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.station.channel import Channel, empty_flight, received, send
+from sightfield.systems.numerics.station.channel import (
+    Channel,
+    empty_flight,
+    freshness,
+    received,
+    send,
+)
 
 
 def run(channel, ticks, values, looks):
@@ -104,3 +113,19 @@ def test_what_is_received_was_sent_at_its_stamp_and_is_never_older_than_before(
 def test_a_channel_that_cannot_be_is_refused(setting, message):
     with pytest.raises(InvalidInput, match=message):
         Channel(**setting)
+
+
+def test_valid_up_to_the_limit_and_not_beyond():
+    valid, ages = freshness(10.0, np.array([9.95, 9.9, 9.89]), 0.1)
+    assert valid.tolist() == [1, 1, 0]
+    assert np.allclose(ages, [0.05, 0.1, 0.11])
+
+
+def test_what_was_never_seen_is_infinitely_old():
+    valid, ages = freshness(10.0, np.array([-np.inf]), 1e9)
+    assert (valid[0], ages[0]) == (0, np.inf)
+
+
+def test_a_stamp_of_the_future_is_new():
+    valid, ages = freshness(1.0, np.array([1.5]), 0.1)
+    assert (valid[0], ages[0]) == (1, 0)

@@ -9,8 +9,7 @@ import shapely
 
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.vision.omni_optics import OmniCamera, pixel_rays
-from sightfield.systems.numerics.vision.shells import Shell
-from sightfield.systems.numerics.vision.surroundings import Surroundings
+from sightfield.systems.numerics.vision.surroundings import Shell, Surroundings
 
 
 @pytest.fixture(scope="session")

@@ -1,18 +1,22 @@
-"""What an omni-directional camera sees among walls and shells."""
+"""What an omni-directional camera sees among walls and shells.
+
+Walls by the bearing at which they can be met.
+"""
 
 import dataclasses
 import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.vision.omni_optics import OmniCamera, project_omni
-from sightfield.systems.numerics.vision.ray_table import make_ray_table
-from sightfield.systems.numerics.vision.rendering import render
-from sightfield.systems.numerics.vision.shells import Shell, shell_of
-from sightfield.systems.numerics.vision.surroundings import Surroundings
+from sightfield.systems.numerics.vision.omni_optics import OmniCamera, make_ray_table, project_omni
+from sightfield.systems.numerics.vision.rendering import edges_by_sector, next_crossing, render
+from sightfield.systems.numerics.vision.surroundings import Shell, Surroundings, shell_of
 
 PLAIN = {"floor": ((150, 150, 150), (150, 150, 150)), "shading": 0.0}
 
@@ -174,3 +178,31 @@ def test_positions_and_shells_come_in_pairs(arena):
 def test_impossible_surroundings_are_refused(arena, change, message):
     with pytest.raises(InvalidInput, match=message):
         dataclasses.replace(Surroundings(world=arena), **change)
+
+
+SECTORS = 32
+
+
+@given(
+    arrays(float, (6, 4), elements=st.floats(-3, 3, width=16)),
+    st.floats(-np.pi, np.pi),
+    st.booleans(),
+)
+def test_a_bearings_own_sector_lists_every_edge_that_it_crosses(edges, bearing, entering):
+    starts, lists = edges_by_sector(edges, SECTORS)
+    sector = min(int((bearing / (2 * np.pi) + 0.5) * SECTORS), SECTORS - 1)
+    way = (np.sin(bearing), np.cos(bearing), 0.0, entering)
+    own = next_crossing(edges, lists, starts[sector], starts[sector + 1], *way)
+    everything = np.arange(len(edges))
+    every = next_crossing(edges, everything, 0, len(edges), *way)
+    assert own[0] == every[0]
+
+
+def test_sectors_list_few_edges():
+    # A regular polygon around the camera: each sector meets one or two of its sides, and its
+    # neighbours for rounding.
+    angles = np.linspace(0, 2 * np.pi, 65)
+    ring = 2 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    starts, lists = edges_by_sector(np.hstack([ring[:-1], ring[1:]]), 64)
+    assert np.diff(starts).max() <= 5
+    assert set(lists) == set(range(64))

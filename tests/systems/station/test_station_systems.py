@@ -8,16 +8,22 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.station.channel import Channel
-from sightfield.systems.numerics.station.reasons import Reason
-from sightfield.systems.station.age_limit import AgeLimit
-from sightfield.systems.station.command_gate import PAUSED, RUNNING, STOPPED, CommandGate
-from sightfield.systems.station.command_timeout import CommandTimeout
-from sightfield.systems.station.imperfect_channel import ImperfectChannel
-from sightfield.systems.station.infrared_reflex import InfraredReflex
-from sightfield.systems.station.picture_player import PicturePlayer
-from sightfield.systems.station.pose_parts import PoseParts
-from sightfield.systems.station.sample_player import SamplePlayer
-from sightfield.systems.station.sampled_receiver import SampledReceiver
+from sightfield.systems.numerics.station.supervision import Reason
+from sightfield.systems.station.gates import (
+    PAUSED,
+    RUNNING,
+    STOPPED,
+    AgeLimit,
+    CommandGate,
+    InfraredReflex,
+    PoseParts,
+)
+from sightfield.systems.station.players import PicturePlayer, SamplePlayer
+from sightfield.systems.station.simulated_devices import (
+    CommandTimeout,
+    ImperfectChannel,
+    SampledReceiver,
+)
 
 
 def evaluate(system, output, time=0.0, **inputs):

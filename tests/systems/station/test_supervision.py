@@ -16,14 +16,15 @@ from sightfield.systems.numerics.station.motion_checks import (
     with_sent,
 )
 from sightfield.systems.numerics.station.pose_checks import PoseLimits, check_poses, no_poses
-from sightfield.systems.numerics.station.reasons import Reason, Standing
 from sightfield.systems.numerics.station.supervision import (
+    Reason,
     Signs,
+    Standing,
     SupervisionRules,
     no_supervision,
     supervise,
+    transitions,
 )
-from sightfield.systems.numerics.station.transitions import transitions
 
 CHASSIS = Chassis()
 LIMITS = PoseLimits(top_speed=0.3, top_turn_rate=3.0, bounds=(-50.0, -50.0, 50.0, 50.0))

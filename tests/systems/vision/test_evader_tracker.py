@@ -6,7 +6,7 @@ from pydrake.systems.analysis import Simulator
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.vision.estimation.outcomes import Outcome
+from sightfield.systems.numerics.vision.estimation.shell_detection import Outcome
 from sightfield.systems.vision.evader_tracker import EvaderTracker
 
 WORLD = make_world([[0, 0], [4, 0], [4, 3], [0, 3]])

@@ -9,12 +9,10 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.vision.omni_optics import OmniCamera
-from sightfield.systems.numerics.vision.ray_table import make_ray_table
+from sightfield.systems.numerics.vision.omni_optics import OmniCamera, make_ray_table
 from sightfield.systems.numerics.vision.rendering import render
 from sightfield.systems.numerics.vision.sensor import Sensor, expose, is_dropped
-from sightfield.systems.numerics.vision.shells import Shell, shell_of
-from sightfield.systems.numerics.vision.surroundings import Surroundings
+from sightfield.systems.numerics.vision.surroundings import Shell, Surroundings, shell_of
 from sightfield.systems.vision.omni_camera import OmniCameraSensor
 
 CAMERA = OmniCamera(width=96, height=80, focal_length=140.0)

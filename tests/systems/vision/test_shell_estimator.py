@@ -10,12 +10,11 @@ from pydrake.systems.sensors import ImageRgba8U
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.vision.estimation.outcomes import Outcome
-from sightfield.systems.numerics.vision.estimation.shell_search import search_shells
+from sightfield.systems.numerics.vision.estimation.shell_detection import Outcome
+from sightfield.systems.numerics.vision.estimation.shell_estimate import search_shells
 from sightfield.systems.numerics.vision.omni_optics import OmniCamera
 from sightfield.systems.numerics.vision.sensor import Sensor
-from sightfield.systems.numerics.vision.shells import shell_of
-from sightfield.systems.numerics.vision.surroundings import Surroundings
+from sightfield.systems.numerics.vision.surroundings import Surroundings, shell_of
 from sightfield.systems.vision import shell_estimator
 from sightfield.systems.vision.omni_camera import OmniCameraSensor
 from sightfield.systems.vision.shell_estimator import ShellEstimator

@@ -24,9 +24,7 @@ import yaml
 
 from ...errors import InvalidInput, require, require_one_of
 from .camera_model import CameraModel
-from .kannala_brandt import KannalaBrandtCamera
-from .mei import MeiCamera
-from .scaramuzza import ScaramuzzaCamera
+from .central_cameras import KannalaBrandtCamera, MeiCamera, ScaramuzzaCamera
 
 FORMAT, VERSION = "sightfield camera model", 1
 _MODELS = {"scaramuzza": ScaramuzzaCamera, "mei": MeiCamera, "kannala_brandt": KannalaBrandtCamera}

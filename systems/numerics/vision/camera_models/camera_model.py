@@ -1,4 +1,7 @@
-"""What every model of a central camera offers: all its rays meet in one point.
+"""What every model of a central camera offers, and the parts that several of them share.
+
+All rays of a central camera meet in one point.
+
 
 The camera frame is that of OpenCV: x to the picture's right, y down in the picture, z along the
 ray of the optical axis. A mirror swaps left and right, so that the frame of a camera that looks
@@ -6,11 +9,20 @@ into ONE mirror is left-handed: angles to the axis and azimuths in the picture a
 turn from the picture's right to its bottom is counter-clockwise as the robot stands.
 
 Pixels are (column, row), whole numbers at the centres of the pixels.
+
+The part that Mei's and Kannala and Brandt's cameras share: from a plane at depth 1 to pixels.
+
+Inverses of curves that rise, for radii and angles of lenses.
 """
 
-from typing import Protocol, Self
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import ClassVar, Protocol, Self
 
 import numpy as np
+
+from ...errors import require, require_finite, require_positive
 
 
 class CameraModel(Protocol):
@@ -89,3 +101,136 @@ def angle_between(rays: np.ndarray, others: np.ndarray) -> np.ndarray:
     """
     half = 0.5 * np.linalg.norm(rays - others, axis=1)
     return 2 * np.arcsin(np.minimum(half, 1.0))
+
+
+# What every camera on the grid fits, with units.
+ON_THE_GRID: dict[str, str] = dict.fromkeys(("focal_x", "focal_y", "centre_x", "centre_y"), "px")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PixelGrid:
+    """Pixels of points (x, y) of the plane z = 1: u = f_x x + s y + u_0, v = f_y y + v_0.
+
+    Raises:
+        InvalidInput: A focal length or a size is not positive, or a number not finite.
+    """
+
+    # Units of the parameters that are fitted, by name and in order; the skew is kept as it is.
+    UNITS: ClassVar[dict[str, str]] = ON_THE_GRID
+
+    # In pixels for one unit of the plane.
+    focal_x: float
+    focal_y: float
+    # Where the axis meets the picture, in pixels.
+    centre_x: float
+    centre_y: float
+    # Of the picture, in pixels.
+    width: int
+    height: int
+    # Columns that one unit of y adds, in pixels; 0 for axes at right angles.
+    skew: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_positive("focal_x", self.focal_x)
+        require_positive("focal_y", self.focal_y)
+        for name in ("centre_x", "centre_y", "skew"):
+            require_finite(name, getattr(self, name))
+        require_size(self.width, self.height)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters, with their units; the skew is kept as it is."""
+        return tuple(f"{name} [{unit}]" for name, unit in self.UNITS.items())
+
+    @property
+    def vector(self) -> np.ndarray:
+        """The parameters, shape (p,), in the units of `names`."""
+        return np.array([getattr(self, name) for name in self.UNITS])
+
+    def with_vector(self, values: np.ndarray) -> Self:
+        """The same camera with other values of the parameters, shape (p,), as in `names`."""
+        return replace(self, **dict(zip(self.UNITS, np.asarray(values).tolist(), strict=True)))
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """Camera matrix as in OpenCV, shape (3, 3), in pixels."""
+        return np.array(
+            [
+                [self.focal_x, self.skew, self.centre_x],
+                [0.0, self.focal_y, self.centre_y],
+                [0.0, 0.0, 1.0],
+            ]
+        )
+
+    def to_pixels(self, plane: np.ndarray) -> np.ndarray:
+        """Pixels of points of the plane, shape (n, 2) -> (n, 2)."""
+        x, y = np.asarray(plane, dtype=float).T
+        column = self.focal_x * x + self.skew * y + self.centre_x
+        return np.stack([column, self.focal_y * y + self.centre_y], axis=1)
+
+    def to_plane(self, pixels: np.ndarray) -> np.ndarray:
+        """Points of the plane that pixels show, shape (n, 2) -> (n, 2)."""
+        column, row = np.asarray(pixels, dtype=float).T
+        y = (row - self.centre_y) / self.focal_y
+        x = (column - self.centre_x - self.skew * y) / self.focal_x
+        return np.stack([x, y], axis=1)
+
+
+def require_size(width: int, height: int) -> None:
+    """Refuse a width or a height of a picture that is no positive whole number of pixels."""
+    for name, value in (("width", width), ("height", height)):
+        whole = isinstance(value, int) and not isinstance(value, bool)
+        require(whole and value > 0, name, "be a positive whole number", value)
+
+
+# A table this fine leaves Newton's method a few steps.
+_TABLE = 65
+_STEPS = 60
+
+
+def invert_rising(
+    curve: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    values: np.ndarray,
+    end: float,
+) -> np.ndarray:
+    """Where a curve that rises from 0 takes given values: Newton's method, kept in brackets.
+
+    Args:
+        curve: Values and slopes, shapes (n,), at arguments of shape (n,).
+        values: Shape (n,), in the unit of the curve.
+        end: Of the arguments, which begin at 0, in their unit [-].
+
+    Returns:
+        Arguments, shape (n,); NaN where the curve does not reach the value before its end.
+    """
+    grid = np.linspace(0.0, end, _TABLE)
+    heights, _ = curve(grid)
+    reached = (values >= heights[0]) & (values <= heights[-1])
+    wanted = np.where(reached, values, heights[0])
+    found = np.interp(wanted, heights, grid)
+    low, high = np.zeros_like(found), np.full_like(found, end)
+    for _ in range(_STEPS):
+        value, slope = curve(found)
+        over = value > wanted
+        low, high = np.where(over, low, found), np.where(over, found, high)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            stepped = found - (value - wanted) / slope
+        inside = (stepped >= low) & (stepped <= high)
+        new = np.where(inside, stepped, 0.5 * (low + high))
+        moved = np.abs(new - found)
+        found = new
+        if not moved.size or moved.max() <= 1e-15 * end:
+            break
+    return np.where(reached, found, np.nan)
+
+
+def first_root(coefficients: list[float]) -> float:
+    """Least positive real root of a polynomial, infinite if there is none.
+
+    Args:
+        coefficients: Of the powers 0, 1, ..., in units of the argument's powers [-].
+    """
+    # A coefficient below the least of doubles that can be divided by is none.
+    roots = np.polynomial.Polynomial(coefficients).trim(1e-200).roots()
+    real = roots[np.abs(roots.imag) <= 1e-9 * np.abs(roots)].real
+    return float(min(real[real > 0], default=math.inf))

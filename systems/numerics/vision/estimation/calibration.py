@@ -3,27 +3,138 @@
 The thesis measures h and computes k. Here the exact optics are fitted to the same readings first,
 which gives h as well (the height of the mirror), the focal length, and the mirror's axis in the
 picture; only the mirror's radius and its distance from the pinhole are taken as known.
+
+Files are JSON in SI units, with the readings that a calibration was made from.
 """
 
+import json
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from ...errors import require, require_finite, require_non_negative, require_positive
+from ...errors import InvalidInput, require, require_finite, require_non_negative, require_positive
 from ..omni_optics import OmniCamera, bearing_of
 from .range_models import (
     MODELS,
+    Outline,
     exact_pixel_radius,
     exact_range,
     fit_parabola,
     k_values,
+    make_outline,
     thesis_range,
 )
-from .readings import ErrorCurve, Readings, error_curve
-from .shell_outline import Outline, make_outline
+
+INCH = 0.0254
+# The distances of 2.2.4.2: 15, 20, ... 60 inches [m].
+THESIS_DISTANCES = tuple(inches * INCH for inches in range(15, 61, 5))
+# An empirical curve needs a parabola and one more.
+_MIN_DISTANCES = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class Readings:
+    """Where shells stood and where they were seen, a row per picture.
+
+    Attributes:
+        distance: True distance from the mirror's axis to the shell's near side, shape (n,) [m].
+        bearing: True bearing from the robot's front, counter-clockwise, shape (n,) [rad].
+        pixels: Near point of the bottom edge in the picture (column, row), shape (n, 2).
+
+    Raises:
+        InvalidInput: Shapes differ, or a number is not finite.
+    """
+
+    distance: np.ndarray
+    bearing: np.ndarray
+    pixels: np.ndarray
+
+    def __post_init__(self) -> None:
+        count = len(self.distance)
+        shapes = (self.distance.shape, self.bearing.shape, self.pixels.shape)
+        require(
+            shapes == ((count,), (count,), (count, 2)),
+            "readings",
+            "hold a distance, a bearing and a pixel per picture",
+            shapes,
+        )
+        for name in ("distance", "bearing", "pixels"):
+            finite = np.isfinite(getattr(self, name)).all()
+            require(bool(finite), f"readings.{name}", "be finite", "something that is not")
+        require(bool(np.all(self.distance > 0)), "readings.distance", "be positive", "less")
+        different = len(self.distances)
+        require(
+            different >= _MIN_DISTANCES,
+            "readings",
+            f"hold at least {_MIN_DISTANCES} different distances",
+            different,
+        )
+
+    @property
+    def distances(self) -> np.ndarray:
+        """The different distances, rising, shape (m,) [m]."""
+        return np.unique(self.distance)
+
+    def means(self, values: np.ndarray) -> np.ndarray:
+        """Means over the directions at each of `distances`, shape (n,) -> (m,).
+
+        Args:
+            values: One for each picture, any unit, shape (n,).
+        """
+        return np.array([values[self.distance == each].mean() for each in self.distances])
+
+
+@dataclass(frozen=True, kw_only=True)
+class ErrorCurve:
+    """How a model errs at each distance, over all directions.
+
+    Attributes:
+        distance: True distances, shape (m,) [m].
+        pixel_radius: Mean p, shape (m,) [px].
+        mean_error: True distance less the mean estimate, e of (2.8); its size is Figure 2.11;
+            shape (m,) [m].
+        spread: Standard deviation of the estimates over the directions, Figure 2.12;
+            shape (m,) [m].
+        rms: Root of the mean square error, both together, shape (m,) [m].
+    """
+
+    distance: np.ndarray
+    pixel_radius: np.ndarray
+    mean_error: np.ndarray
+    spread: np.ndarray
+    rms: np.ndarray
+
+    @property
+    def mean_absolute_error(self) -> float:
+        """Mean of Figure 2.11 over the distances [m]."""
+        return float(np.abs(self.mean_error).mean())
+
+
+def error_curve(readings: Readings, radius: np.ndarray, estimate: np.ndarray) -> ErrorCurve:
+    """Compare estimates with the truth.
+
+    Args:
+        readings: The truth, n rows.
+        radius: Pixel radius of each reading, shape (n,) [px].
+        estimate: Estimated distance of each reading, shape (n,) [m].
+    """
+    error = readings.distance - estimate
+    mean = readings.means(error)
+    rms = np.sqrt(readings.means(error**2))
+    return ErrorCurve(
+        distance=readings.distances,
+        pixel_radius=readings.means(radius),
+        mean_error=mean,
+        spread=np.sqrt(np.maximum(rms**2 - mean**2, 0.0)),
+        rms=rms,
+    )
+
 
 # Residuals beyond this many pixels pull less: a picture with a wrong label must not bend all.
 _ROBUST = 0.5
@@ -280,3 +391,84 @@ def _neighbours(camera: OmniCamera, step: float) -> list[OmniCamera]:
 
 def _radius(camera: OmniCamera, readings: Readings) -> np.ndarray:
     return np.linalg.norm(readings.pixels - camera.axis_pixel, axis=1)
+
+
+FORMAT, VERSION = "sightfield camera calibration", 1
+_NUMBERS = ("base", "shell_radius", "shell_top", "height", "k", "k_spread")
+_KEYS = ("format", "version", "camera", *_NUMBERS, "parabola", "readings")
+_CAMERA_KEYS = tuple(field.name for field in fields(OmniCamera))
+_READING_KEYS = tuple(field.name for field in fields(Readings))
+
+
+def save_calibration(path: Path, calibration: Calibration) -> None:
+    """Write a calibration, for `load_calibration`."""
+    tree = {
+        "format": FORMAT,
+        "version": VERSION,
+        "camera": asdict(calibration.camera) | {"centre": calibration.camera.axis_pixel.tolist()},
+        **{key: getattr(calibration, key) for key in _NUMBERS},
+        "parabola": dict(zip("abc", calibration.parabola, strict=True)),
+        "readings": {key: getattr(calibration.readings, key).tolist() for key in _READING_KEYS},
+    }
+    path.write_text(json.dumps(tree, indent=1) + "\n", encoding="utf-8")
+
+
+def load_calibration(path: str | Path) -> Calibration:
+    """Read a calibration.
+
+    Raises:
+        InvalidInput: No readable JSON, not a calibration or of another version, keys missing or
+            unknown, or values that make no sense.
+    """
+    path = Path(path)
+    try:
+        tree = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise InvalidInput(f"`calibration` must be readable JSON; got {path} ({reason})") from None
+    is_ours = isinstance(tree, dict) and tree.get("format") == FORMAT
+    require(is_ours, "calibration", f'be a file of the format "{FORMAT}"', path)
+    version = tree.get("version")
+    require(version == VERSION, "calibration.version", f"be {VERSION}", version)
+    _require_keys("calibration", tree, _KEYS)
+    _require_keys("calibration.camera", tree["camera"], _CAMERA_KEYS)
+    _require_keys("calibration.parabola", tree["parabola"], ("a", "b", "c"))
+    _require_keys("calibration.readings", tree["readings"], _READING_KEYS)
+    camera = dict(tree["camera"])
+    camera["centre"] = tuple(_array("calibration.camera.centre", camera["centre"], 1).tolist())
+    for key in ("mirror_radius", "mirror_distance", "pinhole_height", "focal_length"):
+        camera[key] = _number(f"calibration.camera.{key}", camera[key])
+    readings = {
+        key: _array(f"calibration.readings.{key}", tree["readings"][key], ndim)
+        for key, ndim in zip(_READING_KEYS, (1, 1, 2), strict=True)
+    }
+    a, b, c = (_number(f"calibration.parabola.{key}", tree["parabola"][key]) for key in "abc")
+    return Calibration(
+        camera=OmniCamera(**camera),
+        parabola=(a, b, c),
+        readings=Readings(**readings),
+        **{key: _number(f"calibration.{key}", tree[key]) for key in _NUMBERS},
+    )
+
+
+def _require_keys(name: str, tree: Any, keys: tuple[str, ...]) -> None:
+    require(isinstance(tree, dict), name, "be a mapping", tree)
+    missing = [key for key in keys if key not in tree]
+    require(not missing, name, f"have the keys {', '.join(keys)}", f"no {', '.join(missing)}")
+    others = [key for key in tree if key not in keys]
+    require(not others, name, f"have the keys {', '.join(keys)}", f"also {', '.join(others)}")
+
+
+def _number(name: str, value: object) -> float:
+    fine = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    require(fine, name, "be a finite number", value)
+    return float(value)  # type: ignore[arg-type]  # a number, or the line above had raised
+
+
+def _array(name: str, values: object, ndim: int) -> np.ndarray:
+    try:
+        array = np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidInput(f"`{name}` must be a list of numbers; got something else") from None
+    require(array.ndim == ndim, name, f"be a list of {ndim} dimensions", array.ndim)
+    return array

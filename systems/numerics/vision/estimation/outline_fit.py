@@ -26,8 +26,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from .range_models import Outline, draw_cover
 from .shell_detection import Window
-from .shell_outline import Outline, draw_cover
 
 # The unknowns: range and bearing; shifts of base, top, left and right side; the spread of the
 # smoothing, xx, xy, yy; light, even, across and along; the colour of the floor.

@@ -21,10 +21,8 @@ from scipy.optimize import linear_sum_assignment
 
 from ...geometry.edge_index import EdgeIndex
 from ..estimation.position_filter import GATE, Track, correct_at, limit_speed, predict, start_track
-from .camera_look import see_places, view_depths
-from .place_grid import PlaceGrid
 from .reachable_set import (
-    ARRIVAL,
+    PlaceGrid,
     empty_set,
     fill_disc,
     fill_everywhere,
@@ -32,6 +30,8 @@ from .reachable_set import (
     look_and_see_nothing,
     may_be_at,
     members,
+    see_places,
+    view_depths,
 )
 
 # Numbers of a track: when the evader was last measured (-inf: never); the disc that its set began
@@ -383,14 +383,3 @@ def _look(
 def _in_doubt(search: Search, picture: Picture, colour: int) -> bool:
     """Whether something of a colour was seen that cannot be told from an evader."""
     return any(picture.doubtful[k] for k, each in enumerate(search.colours) if each == colour)
-
-
-def reached_area(search: Search, reach: np.ndarray, time: float) -> float:
-    """Area of a set [m^2].
-
-    Args:
-        search: Whose grid.
-        reach: The set, shape (4, cells).
-        time: [s].
-    """
-    return search.grid.area * int((reach[ARRIVAL] <= time).sum())

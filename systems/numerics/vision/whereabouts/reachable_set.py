@@ -1,23 +1,186 @@
 """Where an evader may be: the set that it can have reached and where no camera has seen nothing.
 
-The set is kept as times of arrival. T(c) is the earliest time at which the evader can be at the
-place of cell c, and the set at time t is all c with T(c) <= t. Each cell remembers from where and
-when it is reached in a straight line, so that distances are Euclidean along clear segments and
-turn only at walls (as in any-angle path planning: Daniel, Nash, Koenig and Felner, Theta*, JAIR 39,
-2010). A look at time t that finds nothing empties the cells that it saw; those are reached again
-from what is left of the set, at t at the earliest. Looks only take away: no time ever decreases.
+Places are cells of a grid. The set is kept as times of arrival. T(c) is the earliest time at which
+the evader can be at the place of cell c, and the set at time t is all c with T(c) <= t. Each cell
+remembers from where and when it is reached in a straight line, so that distances are Euclidean
+along clear segments and turn only at walls (as in any-angle path planning: Daniel, Nash, Koenig
+and Felner, Theta*, JAIR 39, 2010). A look at time t that finds nothing empties the cells that it
+saw whole; those are reached again from what is left of the set, at t at the earliest. Looks only
+take away: no time ever decreases.
 
 Source: ours; the set of a visibility-based search is the contaminated region of Guibas, Latombe,
 LaValle, Lin and Motwani, IJCGA 9, 1999, here with a bound on the evader's speed.
 """
 
 import heapq
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+import shapely
 
-from ...compiled import compiled
+from ...compiled import compiled, kernel
+from ...errors import require
+from ...geometry.edge_index import EdgeIndex, build_edge_index, point_is_free
 from ...geometry.segment_sight import segment_is_clear
-from .place_grid import PlaceGrid, cell_at
+from ...geometry.visibility_polygon import cast_ray
+from ...geometry.world import World
+
+
+class PlaceGrid(NamedTuple):
+    """A grid over the regions in which evaders' centres can be.
+
+    Attributes:
+        edges: Of the regions.
+        corner: Lower left corner of the grid, shape (2,) [m].
+        cell: Side of a cell [m].
+        columns, rows: Size of the grid.
+        places: A place of each cell where an evader can be: its middle, or the nearest one to
+            that; shape (columns * rows, 2) [m], NaN where the cell has none.
+        usable: Whether the cell has a place, shape (columns * rows,).
+    """
+
+    edges: EdgeIndex
+    corner: np.ndarray
+    cell: float
+    columns: int
+    rows: int
+    places: np.ndarray
+    usable: np.ndarray
+
+    @property
+    def area(self) -> float:
+        """Of a cell [m^2]."""
+        return self.cell**2
+
+
+def make_place_grid(regions: Sequence[World], cells: int = 10_000) -> PlaceGrid:
+    """Cover regions with square cells.
+
+    Args:
+        regions: Where evaders' centres can be.
+        cells: Number of cells, about; the memory of all sets of places grows with it.
+
+    Raises:
+        InvalidInput: There are fewer than 100 cells.
+    """
+    require(cells >= 100, "cells", "be at least 100", cells)
+    free = shapely.union_all([region.polygon for region in regions])
+    west, south, east, north = free.bounds
+    cell = float(np.sqrt((east - west) * (north - south) / cells))
+    columns, rows = (int(np.ceil(length / cell)) for length in (east - west, north - south))
+    row, column = np.divmod(np.arange(columns * rows), columns)
+    middles = np.stack([west + (column + 0.5) * cell, south + (row + 0.5) * cell], axis=1)
+    shapely.prepare(free)
+    left, low = west + column * cell, south + row * cell
+    boxes = np.asarray(shapely.box(left, low, left + cell, low + cell))
+    points = np.asarray(shapely.points(middles))
+    inside = shapely.contains(free, points)
+    usable = inside | shapely.intersects(free, boxes)
+    places = np.where(inside[:, None], middles, np.nan)
+    for k in np.flatnonzero(usable & ~inside):
+        part = shapely.intersection(free, boxes[k])
+        places[k] = shapely.shortest_line(part, points[k]).coords[0]
+    corner = np.array([west, south])
+    return PlaceGrid(build_edge_index(*regions), corner, cell, columns, rows, places, usable)
+
+
+@kernel
+def cell_at(grid: PlaceGrid, x: float, y: float) -> int:
+    """Number of the cell that holds a point, or of the nearest one for a point outside (kernel).
+
+    Args:
+        grid: Of places.
+        x, y: The point [m].
+    """
+    column = int(np.floor((x - grid.corner[0]) / grid.cell))
+    row = int(np.floor((y - grid.corner[1]) / grid.cell))
+    column = min(max(column, 0), grid.columns - 1)
+    row = min(max(row, 0), grid.rows - 1)
+    return row * grid.columns + column
+
+
+# Bearings at which a view's depth is known.
+RAYS = 1024
+
+
+@compiled
+def view_depths(index: EdgeIndex, x: float, y: float, bodies: np.ndarray) -> np.ndarray:
+    """How far a camera sees at each of RAYS bearings, from -pi on in equal steps.
+
+    Args:
+        index: Edges of the world's walls.
+        x, y: The camera [m].
+        bodies: x, y and radius of what stands in the way, shape (m, 3) [m].
+
+    Returns:
+        Distances to walls and bodies, shape (RAYS,) [m]; zero from inside a wall.
+    """
+    depths = np.zeros(RAYS)
+    if not point_is_free(index, x, y):
+        return depths
+    for k in range(RAYS):
+        bearing = -np.pi + 2 * np.pi * k / RAYS
+        right, left = cast_ray(index, x, y, np.cos(bearing), np.sin(bearing))
+        depths[k] = min(right, left)
+    for m in range(len(bodies)):
+        dx, dy, radius = bodies[m, 0] - x, bodies[m, 1] - y, bodies[m, 2]
+        away = np.hypot(dx, dy)
+        if away <= radius:
+            continue
+        half = np.arcsin(radius / away)
+        middle = np.arctan2(dy, dx)
+        first = int(np.floor((middle - half + np.pi) / (2 * np.pi) * RAYS))
+        last = int(np.ceil((middle + half + np.pi) / (2 * np.pi) * RAYS))
+        for k in range(first, last + 1):
+            depths[k % RAYS] = min(depths[k % RAYS], away - radius)
+    return depths
+
+
+@compiled
+def see_places(
+    grid: PlaceGrid,
+    depths: np.ndarray,
+    x: float,
+    y: float,
+    radius: float,
+    nearest: float,
+    farthest: float,
+) -> np.ndarray:
+    """Which cells a camera sees whole, with all of a shell that stands anywhere in them.
+
+    Args:
+        grid: Of places.
+        depths: Of `view_depths`, shape (RAYS,) [m].
+        x, y: The camera [m].
+        radius: Of the shell [m].
+        nearest, farthest: Distances between which the camera finds shells for certain [m].
+
+    Returns:
+        Shape (cells,), bool.
+    """
+    seen = np.zeros(len(grid.usable), dtype=np.bool_)
+    # A cell's corners are this far from its place, which may be at its side.
+    reach = 1.4143 * grid.cell
+    wide = radius + reach
+    for c in range(len(seen)):
+        if not grid.usable[c]:
+            continue
+        dx, dy = grid.places[c, 0] - x, grid.places[c, 1] - y
+        away = np.hypot(dx, dy)
+        if not (nearest + reach <= away <= farthest - reach) or away <= wide:
+            continue
+        half, middle = np.arcsin(wide / away), np.arctan2(dy, dx)
+        first = int(np.floor((middle - half + np.pi) / (2 * np.pi) * RAYS))
+        last = int(np.ceil((middle + half + np.pi) / (2 * np.pi) * RAYS))
+        clear = True
+        for k in range(first, last + 1):
+            if depths[k % RAYS] < away:
+                clear = False
+                break
+        seen[c] = clear
+    return seen
+
 
 # Rows of a set: place and time from which a cell is reached, and when.
 FROM_X, FROM_Y, FROM_TIME, ARRIVAL = range(4)

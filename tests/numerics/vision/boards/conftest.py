@@ -8,7 +8,7 @@ import pytest
 
 from sightfield.systems.numerics.vision.boards.board import Checkerboard, Pose
 from sightfield.systems.numerics.vision.camera_models.camera_model import CameraModel, in_picture
-from sightfield.systems.numerics.vision.camera_models.mei import MeiCamera
+from sightfield.systems.numerics.vision.camera_models.central_cameras import MeiCamera
 
 
 @dataclass(frozen=True)

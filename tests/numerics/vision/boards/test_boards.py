@@ -12,10 +12,10 @@ from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.vision.boards.board import Checkerboard, board_pose, find_corners
 from sightfield.systems.numerics.vision.boards.calibrate import (
     calibrate_on_board,
+    first_guess,
     fixed_names,
     nearest_camera,
 )
-from sightfield.systems.numerics.vision.boards.first_guess import first_guess
 from sightfield.systems.numerics.vision.boards.fit import (
     _Problem,
     fit_aspect,

@@ -2,9 +2,11 @@
 
 import pytest
 
-from sightfield.systems.numerics.vision.camera_models.kannala_brandt import KannalaBrandtCamera
-from sightfield.systems.numerics.vision.camera_models.mei import MeiCamera
-from sightfield.systems.numerics.vision.camera_models.scaramuzza import ScaramuzzaCamera
+from sightfield.systems.numerics.vision.camera_models.central_cameras import (
+    KannalaBrandtCamera,
+    MeiCamera,
+    ScaramuzzaCamera,
+)
 
 SIZE = {"width": 640, "height": 480}
 CAMERAS = {

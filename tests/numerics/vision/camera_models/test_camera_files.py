@@ -13,7 +13,7 @@ from sightfield.systems.numerics.vision.camera_models.camera_files import (
     load_camera_model,
     save_camera_model,
 )
-from sightfield.systems.numerics.vision.camera_models.mei import MeiCamera
+from sightfield.systems.numerics.vision.camera_models.central_cameras import MeiCamera
 
 OCAM = """#polynomial coefficients for the DIRECT mapping function
 

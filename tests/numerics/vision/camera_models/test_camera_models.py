@@ -12,12 +12,15 @@ from hypothesis import strategies as st
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.vision.camera_models.camera_model import (
     angle_between,
+    first_root,
     in_picture,
+    invert_rising,
 )
-from sightfield.systems.numerics.vision.camera_models.kannala_brandt import KannalaBrandtCamera
-from sightfield.systems.numerics.vision.camera_models.mei import MeiCamera
-from sightfield.systems.numerics.vision.camera_models.rising import first_root, invert_rising
-from sightfield.systems.numerics.vision.camera_models.scaramuzza import ScaramuzzaCamera
+from sightfield.systems.numerics.vision.camera_models.central_cameras import (
+    KannalaBrandtCamera,
+    MeiCamera,
+    ScaramuzzaCamera,
+)
 
 SIZE = {"width": 640, "height": 480}
 

@@ -6,19 +6,21 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.vision.estimation.calibration import Calibration, calibrate
+from sightfield.systems.numerics.vision.estimation.calibration import (
+    THESIS_DISTANCES,
+    Calibration,
+    Readings,
+    calibrate,
+)
 from sightfield.systems.numerics.vision.estimation.labelled_pictures import (
     read_pictures,
     simulated_pictures,
 )
-from sightfield.systems.numerics.vision.estimation.readings import THESIS_DISTANCES, Readings
-from sightfield.systems.numerics.vision.estimation.shell_colours import COLOURS
-from sightfield.systems.numerics.vision.omni_optics import OmniCamera, project_omni
-from sightfield.systems.numerics.vision.ray_table import make_ray_table
+from sightfield.systems.numerics.vision.estimation.shell_detection import COLOURS
+from sightfield.systems.numerics.vision.omni_optics import OmniCamera, make_ray_table, project_omni
 from sightfield.systems.numerics.vision.rendering import render
 from sightfield.systems.numerics.vision.sensor import Sensor, expose
-from sightfield.systems.numerics.vision.shells import Shell
-from sightfield.systems.numerics.vision.surroundings import Surroundings
+from sightfield.systems.numerics.vision.surroundings import Shell, Surroundings
 
 SHELL = Shell()
 SIZES = {"base": SHELL.base, "shell_radius": SHELL.radius, "shell_top": SHELL.top}

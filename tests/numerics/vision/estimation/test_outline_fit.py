@@ -5,17 +5,13 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.vision.estimation.outcomes import Outcome
-from sightfield.systems.numerics.vision.estimation.shell_colours import COLOURS
-from sightfield.systems.numerics.vision.estimation.shell_estimate import locate
-from sightfield.systems.numerics.vision.estimation.shell_outline import draw_cover, make_outline
-from sightfield.systems.numerics.vision.estimation.shell_search import search_shells
-from sightfield.systems.numerics.vision.omni_optics import project_omni
-from sightfield.systems.numerics.vision.ray_table import make_ray_table
+from sightfield.systems.numerics.vision.estimation.range_models import draw_cover, make_outline
+from sightfield.systems.numerics.vision.estimation.shell_detection import COLOURS, Outcome
+from sightfield.systems.numerics.vision.estimation.shell_estimate import locate, search_shells
+from sightfield.systems.numerics.vision.omni_optics import make_ray_table, project_omni
 from sightfield.systems.numerics.vision.rendering import render
 from sightfield.systems.numerics.vision.sensor import Sensor, expose
-from sightfield.systems.numerics.vision.shells import SHELL_COLOURS, Shell
-from sightfield.systems.numerics.vision.surroundings import Surroundings
+from sightfield.systems.numerics.vision.surroundings import SHELL_COLOURS, Shell, Surroundings
 
 RED = [COLOURS["red"]]
 SHELL = Shell()

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.vision.estimation.labelled_pictures import LabelledPicture
-from sightfield.systems.numerics.vision.estimation.picture_folders import (
+from sightfield.systems.numerics.vision.estimation.labelled_pictures import (
+    LabelledPicture,
     load_pictures,
     read_labels,
     save_pictures,

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.vision.estimation.outcomes import Outcome
-from sightfield.systems.numerics.vision.estimation.shell_colours import (
+from sightfield.systems.numerics.vision.estimation.shell_detection import (
     COLOURS,
+    Outcome,
     ShellColour,
     chosen_colours,
     colour_mask,
+    detect_shells,
     hue_saturation_value,
 )
-from sightfield.systems.numerics.vision.estimation.shell_detection import detect_shells
-from sightfield.systems.numerics.vision.shells import SHELL_COLOURS
+from sightfield.systems.numerics.vision.surroundings import SHELL_COLOURS
 
 AXIS = np.array([120.0, 90.0])
 RED = [COLOURS["red"]]

@@ -7,15 +7,15 @@ import pytest
 import shapely
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.vision.estimation.outcomes import Outcome
 from sightfield.systems.numerics.vision.estimation.range_models import MODELS
-from sightfield.systems.numerics.vision.estimation.shell_colours import COLOURS
 from sightfield.systems.numerics.vision.estimation.shell_detection import (
+    COLOURS,
+    Outcome,
     ShellDetection,
     detect_shells,
 )
 from sightfield.systems.numerics.vision.estimation.shell_estimate import estimate_shell, locate
-from sightfield.systems.numerics.vision.shells import Shell, shell_of
+from sightfield.systems.numerics.vision.surroundings import Shell, shell_of
 
 RED = Shell()
 

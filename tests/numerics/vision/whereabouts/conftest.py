@@ -7,7 +7,7 @@ import pytest
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
 from sightfield.systems.numerics.geometry.world import World, make_world
 from sightfield.systems.numerics.vision.whereabouts.evader_tracks import Search
-from sightfield.systems.numerics.vision.whereabouts.place_grid import make_place_grid
+from sightfield.systems.numerics.vision.whereabouts.reachable_set import make_place_grid
 
 
 @pytest.fixture(scope="session")

@@ -7,16 +7,17 @@ import pytest
 
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
 from sightfield.systems.numerics.geometry.segment_sight import segment_is_clear
-from sightfield.systems.numerics.vision.whereabouts.camera_look import see_places, view_depths
-from sightfield.systems.numerics.vision.whereabouts.place_grid import make_place_grid
 from sightfield.systems.numerics.vision.whereabouts.reachable_set import (
     empty_set,
     fill_disc,
     fill_everywhere,
     grow,
     look_and_see_nothing,
+    make_place_grid,
     may_be_at,
     members,
+    see_places,
+    view_depths,
 )
 
 SPEED = 0.5

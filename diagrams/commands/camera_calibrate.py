@@ -1,0 +1,244 @@
+"""`sightfield camera calibrate`: k, h, the exact optics, and how well each does.
+
+With `--board`, a camera's model from pictures of a checkerboard.
+"""
+
+import json
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import track
+from rich.table import Table
+
+from ...systems.numerics.errors import InvalidInput, require, require_positive
+from ...systems.numerics.vision.boards.board import Checkerboard, find_corners
+from ...systems.numerics.vision.boards.calibrate import MODELS as BOARD_MODELS
+from ...systems.numerics.vision.boards.calibrate import calibrate_on_board, fixed_names
+from ...systems.numerics.vision.boards.fit import fit_aspect, fit_intervals, held_out_residuals
+from ...systems.numerics.vision.camera_models.camera_files import forms_of, save_camera_model
+from ...systems.numerics.vision.estimation.calibration import THESIS_DISTANCES, save_calibration
+from ...systems.numerics.vision.estimation.calibration import calibrate as calibrate_readings
+from ...systems.numerics.vision.estimation.labelled_pictures import (
+    load_pictures,
+    read_labels,
+    read_pictures,
+    simulated_pictures,
+)
+from ...systems.numerics.vision.estimation.pictures import load_picture
+from ...systems.numerics.vision.estimation.range_models import MODELS
+from ...systems.numerics.vision.estimation.shell_detection import chosen_colours
+from ...systems.numerics.vision.sensor import Sensor
+from ...systems.numerics.vision.surroundings import shell_of
+from ..outputs import output_folder
+from ..vision.calibration import (
+    load_camera,
+    save_direction_spread,
+    save_error_curves,
+    save_residuals,
+    summarise_board,
+    summarise_calibration,
+)
+from .camera_pictures import (
+    COLOUR_HELP,
+    QUALITY,
+    SHELL,
+    BaseOption,
+    CameraOption,
+    NoiseOption,
+    RadiusOption,
+    SeedOption,
+    TopOption,
+)
+from .shared import JsonOption
+
+_ENDINGS = (".png", ".jpg", ".jpeg")
+_NAMES = {
+    "sightfield": "camera.json",
+    "ocamcalib": "calib_results.txt",
+    "opencv": "opencv.yaml",
+    "kalibr": "camchain.yaml",
+}
+_FOLDS = 4
+
+
+def calibrate_board(
+    pictures: Path | None, words: str, square: str, model: str, out: Path | None, as_json: bool
+) -> None:
+    """Calibrate on every picture of a folder that shows the whole board, and report."""
+    board = _board(words, square)
+    require(pictures is not None and pictures.is_dir(), "pictures", "be a folder", pictures)
+    files = sorted(
+        file for file in Path(str(pictures)).iterdir() if file.suffix.lower() in _ENDINGS
+    )
+    require(len(files) > 0, "pictures", f"hold files {', '.join(_ENDINGS)}", pictures)
+    with output_folder(out) if out is not None else nullcontext() as folder:
+        found, skipped, size = {}, [], None
+        console = Console(stderr=True)
+        for file in track(files, "Pictures", console=console, transient=True, disable=as_json):
+            picture = load_picture(file)
+            shape = picture.shape[:2]
+            size = size or shape
+            require(shape == size, "pictures", f"all be {size[1]} x {size[0]} pixels", file)
+            corners = find_corners(picture, board)
+            if corners is None:
+                skipped.append(file.name)
+            else:
+                found[file.name] = corners
+        height, width = size or (0, 0)
+        seen = list(found.values())
+        fit = calibrate_on_board(board, seen, width=width, height=height, model=model)
+        fixed, folds = fixed_names(model), min(_FOLDS, len(seen))
+        held = None
+        # A fold has to leave as many pictures as a calibration takes.
+        if len(seen) >= 5:
+            held = held_out_residuals(fit.camera, board.points, seen, folds=folds, fixed=fixed)
+        free = fit_aspect(fit, board.points, seen, fixed=fixed)
+        ends = fit_intervals(fit, board.points, seen, fixed=fixed)
+        forms = forms_of(fit.camera)
+        summary = summarise_board(fit, model, list(found), skipped, held, free, ends)
+        text = json.dumps(summary, indent=2)
+        if folder is not None:
+            for form in forms:
+                save_camera_model(folder / _NAMES[form], fit.camera, form)
+            (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+            save_residuals(folder / "residuals.png", fit, seen)
+    if as_json:
+        typer.echo(text)
+        return
+    plain = Console()
+    for name in skipped:
+        plain.print(f"Skipped {name}: the whole board was not found", markup=False)
+    table = Table("parameter", "value", "standard deviation", "95% from", "to")
+    for name, value, spread, end in zip(
+        fit.camera.names, fit.camera.vector, fit.deviations, ends, strict=True
+    ):
+        kept = f"{spread:.2g}" if spread > 0 else "kept"
+        between = [f"{each:.6g}" if spread > 0 else "" for each in end]
+        table.add_row(name.replace("[", r"\["), f"{value:.8g}", kept, *between)
+    plain.print(table)
+    outside = "" if held is None else f", {summary['left_out_rms']:.3f} px on pictures left out"
+    plain.print(f"{len(seen)} pictures: {fit.rms:.3f} px rms{outside}", markup=False)
+    plain.print(str(summary["ruler"]), markup=False)
+
+
+def _board(words: str, square: str) -> Checkerboard:
+    """The board of COLUMNSxROWS inner corners and squares of SIZE or WIDTHxHEIGHT [m]."""
+    try:
+        columns, rows = (int(word) for word in words.split("x"))
+    except ValueError:
+        raise InvalidInput(f"`--board` must have the form 11x7; got {words}") from None
+    try:
+        sides = [float(word) for word in square.split("x")]
+        width, height = sides if len(sides) == 2 else sides * 2
+    except ValueError:
+        raise InvalidInput(f"`--square` must be 0.03 or 0.03x0.031; got {square}") from None
+    return Checkerboard(columns=columns, rows=rows, square_width=width, square_height=height)
+
+
+def calibrate(
+    pictures: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of real pictures; a table shells.csv (file, distance_m or distance_in, "
+            "bearing_rad or bearing_deg) or names as 15in_90deg.png say where the shell stands: "
+            "distance from the mirror's axis to the shell's near side, bearing counter-clockwise "
+            "from the front [default: simulated pictures, 15 to 60 inches]."
+        ),
+    ] = None,
+    camera: CameraOption = None,
+    colour: Annotated[str, typer.Option(help=f"Of the shell. {COLOUR_HELP}.")] = "red",
+    base: BaseOption = SHELL.base,
+    top: TopOption = SHELL.top,
+    radius: RadiusOption = SHELL.radius,
+    board: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMNSxROWS",
+            help="Calibrate on pictures of a checkerboard instead, with so many inner corners.",
+        ),
+    ] = None,
+    square: Annotated[
+        str, typer.Option(help="With --board: of its squares, as 0.03 or 0.03x0.031 [m].")
+    ] = "0.03",
+    model: Annotated[
+        str, typer.Option(help=f"With --board: one of {', '.join(BOARD_MODELS)}.")
+    ] = "scaramuzza",
+    height: Annotated[
+        float | None,
+        typer.Option(help="h, if measured: of the mirror's focus above the bottom edge [m]."),
+    ] = None,
+    directions: Annotated[int, typer.Option(help="Simulated: bearings at each distance.")] = 24,
+    noise: NoiseOption = QUALITY.noise,
+    seed: SeedOption = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for calibration.json, summary.json, plots."),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Compute k and h, fit the exact optics, and compare both on the same pictures (2.2.4.2).
+
+    The radius of the mirror and its distance from the pinhole are taken from the optics; all else
+    is fitted, starting there. With --board a camera of any central model is fitted to the corners
+    of a checkerboard, and written for OCamCalib, OpenCV and Kalibr.
+    """
+    if board is not None:
+        calibrate_board(pictures, board, square, model, out, as_json)
+        return
+    optics, (shade,) = load_camera(camera), chosen_colours([colour])
+    shell = shell_of(colour, radius=radius, base=base, top=top)
+    if height is not None:
+        require_positive("height", height)
+    if pictures is None:
+        sensor = Sensor(noise=noise, seed=seed)
+        taken = simulated_pictures(
+            optics, sensor, shell, distances=THESIS_DISTANCES, directions=directions
+        )
+        count = len(THESIS_DISTANCES) * directions
+    else:
+        labels = read_labels(pictures)
+        taken, count = load_pictures(labels), len(labels)
+    with output_folder(out) if out is not None else nullcontext() as folder:
+        # To standard error, so that the report alone can be redirected.
+        shown = track(
+            taken,
+            "Pictures",
+            count,
+            console=Console(stderr=True),
+            transient=True,
+            disable=as_json,
+        )
+        readings, skipped = read_pictures(shown, optics, shade)
+        found = calibrate_readings(
+            readings, camera=optics, base=base, shell_radius=radius, shell_top=top, height=height
+        )
+        summary = summarise_calibration(found, skipped, optics if pictures is None else None)
+        text = json.dumps(summary, indent=2)
+        if folder is not None:
+            save_calibration(folder / "calibration.json", found)
+            (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+            save_error_curves(folder / "error_curves.png", found)
+            save_direction_spread(folder / "direction_spread.png", found)
+    if as_json:
+        typer.echo(text)
+        return
+    console = Console()
+    console.print(
+        f"k = {found.k:.3f} ± {found.k_spread:.3f} px/rad, h = {found.height:.4f} m, "
+        f"{len(readings.distance)} pictures, {len(skipped)} skipped",
+        markup=False,
+        highlight=False,
+    )
+    for line in skipped:
+        console.print(f"Skipped {line}", markup=False)
+    table = Table("model", *(escape(f"{name} [mm]") for name in ("mean error", "spread", "worst")))
+    for model in MODELS:
+        curve = found.curves[model]
+        values = (curve.mean_absolute_error, curve.spread.mean(), np.abs(curve.mean_error).max())
+        table.add_row(model, *(f"{1000 * value:.2f}" for value in values))
+    console.print(table)

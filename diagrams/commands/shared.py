@@ -1,0 +1,95 @@
+"""What commands share: options, tables of what came out, bars, and what is meant by default."""
+
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import Progress, TimeRemainingColumn
+from rich.table import Table
+from typer.core import TyperGroup
+
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+JsonSummaryOption = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
+
+
+class RunByDefault(TyperGroup):
+    """A group whose subcommand `run` is meant where none is named."""
+
+    # Any: Typer has a copy of Click of its own, or not, from version to version.
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the words, with `run` before them where no subcommand stands.
+
+        Args:
+            ctx: Click's.
+            args: The words.
+        """
+        if not args or (args[0] not in self.commands and args[0] != "--help"):
+            args = ["run", *args]
+        return super().parse_args(ctx, args)
+
+
+def shown(value: object, digits: int = 4) -> str:
+    """A number, several of them, or anything else, for people.
+
+    Args:
+        value: An entry of a summary.
+        digits: Of each number that is not whole.
+    """
+    if isinstance(value, float):
+        return f"{value:.{digits}g}"
+    if isinstance(value, list):
+        return ", ".join(shown(each, digits) for each in value)
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {shown(each, digits)}" for key, each in value.items())
+    return str(value)
+
+
+def print_summary(console: Console, summary: dict[str, object]) -> None:
+    """Print the entries of a summary, one below the other.
+
+    Args:
+        console: Where.
+        summary: Values by their names.
+    """
+    table = Table(show_header=False, box=None, padding=(0, 2))
+    for key, value in summary.items():
+        table.add_row(key.replace("_", " "), shown(value))
+    console.print(table)
+
+
+def summary_table(
+    title: str, summary: dict[str, object], rows: dict[str, tuple[str, str]], digits: int = 4
+) -> Table:
+    """A summary with units and meanings; entries that are None are left out.
+
+    Args:
+        title: Of the table.
+        summary: What `rows` describes.
+        rows: Unit and meaning of each entry.
+        digits: Of each number that is not whole.
+    """
+    table = Table(title=escape(title))
+    for heading in ("", "value", "unit", "meaning"):
+        table.add_column(heading, justify="right" if heading == "value" else "left")
+    for key, value in summary.items():
+        if value is not None:
+            table.add_row(key, shown(value, digits), *rows[key])
+    return table
+
+
+# Rich's type of it has the name of two things of ours, between which the pages could not tell.
+def progress_bar(console: Console, attended: bool):
+    """A bar with an estimate of the time left, which disappears at its end.
+
+    Args:
+        console: Where.
+        attended: Whether anybody watches; nothing is shown otherwise.
+    """
+    return Progress(
+        *Progress.get_default_columns()[:-1],
+        TimeRemainingColumn(),
+        console=console,
+        transient=True,
+        disable=not attended,
+    )

@@ -1,1 +1,0 @@
-"""Calibration of omni-directional cameras: reports, pictures, and estimates drawn into pictures."""

@@ -1,1 +1,0 @@
-"""Tracking on pictures alone: scenarios, diagram, run, scene and report."""

@@ -1,1 +1,0 @@
-"""Pictures of cameras: devices, network streams, folders of pictures."""

@@ -1,1 +1,0 @@
-"""Crazyflies and what speaks their protocol, CRTP: the link, and one that stands in."""

@@ -1,1 +1,0 @@
-"""Rovers that speak MAVLink, as ArduPilot does: the link to them, and a rover that stands in."""

@@ -1,1 +1,0 @@
-"""Commands to robots and their answers, by XBee radio."""
