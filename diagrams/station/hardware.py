@@ -48,9 +48,9 @@ from ...hardware_io.mocap.stand_in_poses import (
     stuck,
     swapped,
 )
+from ...hardware_io.recording.log_records import RunWriter
 from ...hardware_io.recording.mcap_log import McapRunWriter
 from ...hardware_io.recording.run_log import PortRecorder, RunLog, port_name, read_run_log
-from ...hardware_io.recording.run_writer import RunWriter
 from ...hardware_io.viewer.messages import Scene
 from ...hardware_io.viewer.operator import Operator, OperatorPort, StopPage, keys
 from ...hardware_io.viewer.view_address import find_view, open_view

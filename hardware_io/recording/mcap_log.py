@@ -28,7 +28,7 @@ import numpy as np
 
 from ...diagrams.outputs import RunRecord
 from ...diagrams.rosbag.bag import CDR, RosBag, nanoseconds, require_mcap
-from .run_writer import ABOUT, LONGEST, MEMORY, PICTURE, SAMPLES, Record
+from .log_records import ABOUT, LONGEST, MEMORY, PICTURE, SAMPLES, Record
 
 MAGIC = b"\x89MCAP0\r\n"
 _ABOUT, _SAMPLES, _MEMORY, _FIRST_PICTURE = 1, 2, 3, 4

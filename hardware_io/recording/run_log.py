@@ -12,8 +12,7 @@ from pydrake.systems.sensors import ImageRgba8U
 
 from ...systems.drake_types import AbstractValue, read
 from ...systems.numerics.errors import InvalidInput, require, require_non_negative, require_positive
-from .mcap_log import McapRunWriter, is_mcap, read_mcap_records
-from .run_writer import (
+from .log_records import (
     ABOUT,
     END,
     LONGEST,
@@ -26,6 +25,7 @@ from .run_writer import (
     lost_records,
     records,
 )
+from .mcap_log import McapRunWriter, is_mcap, read_mcap_records
 
 
 class PortRecorder(LeafSystem):

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from sightfield.diagrams.commands.app import main
-from sightfield.hardware_io.recording.run_writer import ABOUT, MAGIC, SAMPLES, pack, records
+from sightfield.hardware_io.recording.log_records import ABOUT, MAGIC, SAMPLES, pack, records
 
 
 @pytest.fixture(scope="module")

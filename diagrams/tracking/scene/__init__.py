@@ -1,7 +1,6 @@
 """What the tracking story looks like in Meshcat: the map, the robots, who sees whom, the clock."""
 
 from .floor_layers import LosingSet
-from .layers import View
-from .tracking_scene import TrackingScene
+from .tracking_scene import TrackingScene, View
 
 __all__ = ["LosingSet", "TrackingScene", "View"]

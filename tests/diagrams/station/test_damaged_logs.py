@@ -11,8 +11,7 @@ from sightfield.diagrams.station.laboratories import ticks_of
 from sightfield.diagrams.station.replay import load_recording, replay_station
 from sightfield.diagrams.station.report import summarise_station, write_station_report
 from sightfield.diagrams.station.run import HORIZON, StationRun, run_station
-from sightfield.hardware_io.recording.run_log import read_run_log
-from sightfield.hardware_io.recording.run_writer import (
+from sightfield.hardware_io.recording.log_records import (
     ABOUT,
     MAGIC,
     PICTURE,
@@ -20,6 +19,7 @@ from sightfield.hardware_io.recording.run_writer import (
     pack,
     records,
 )
+from sightfield.hardware_io.recording.run_log import read_run_log
 from sightfield.systems.numerics.errors import InvalidInput
 
 # What a header may hold that it should not.

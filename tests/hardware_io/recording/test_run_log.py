@@ -16,8 +16,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 from pydrake.systems.sensors import ImageRgba8U
 
-from sightfield.hardware_io.recording.run_log import PortRecorder, read_run_log
-from sightfield.hardware_io.recording.run_writer import (
+from sightfield.hardware_io.recording.log_records import (
     ABOUT,
     MAGIC,
     SAMPLES,
@@ -25,6 +24,7 @@ from sightfield.hardware_io.recording.run_writer import (
     lost_records,
     records,
 )
+from sightfield.hardware_io.recording.run_log import PortRecorder, read_run_log
 from sightfield.systems.numerics.errors import InvalidInput
 
 PORTS = {"a.pose": 3, "b": 1}
@@ -128,7 +128,7 @@ CRASH = """
 import sys, time
 from pathlib import Path
 import numpy as np
-from sightfield.hardware_io.recording.run_writer import RunWriter
+from sightfield.hardware_io.recording.log_records import RunWriter
 writer = RunWriter(Path(sys.argv[1]), ports={"x": 1})
 for tick in range(100000):
     writer.samples(float(tick), np.array([float(tick)]))
