@@ -9,9 +9,9 @@ from pydrake.systems.analysis import Simulator
 
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.tracking.game import set_up_game, with_random_starts
-from sightfield.diagrams.tracking.live_page import open_live_page
 from sightfield.diagrams.tracking.make_tracking import MakeTracking
 from sightfield.diagrams.tracking.scenario import TrackingScenario
+from sightfield.diagrams.visuals.live_page import open_live_page
 from sightfield.diagrams.world_source import WorldSource
 
 pytestmark = pytest.mark.benchmarks

@@ -3,7 +3,7 @@ from .diagrams.scenario_files import NO_OTHER_KEYS as NO_OTHER_KEYS
 from .diagrams.scenario_files import builtin_scenarios as builtin_scenarios
 from .diagrams.scenario_files import find_scenario as find_scenario
 from .diagrams.scenario_files import load_scenario as load_scenario
-from .diagrams.tracking.live_page import open_live_page as open_live_page
+from .diagrams.visuals.live_page import open_live_page as open_live_page
 from .diagrams.visuals.replay import RecordedScene as RecordedScene
 from .diagrams.visuals.replay import write_replay as write_replay
 from .systems.drake_types import read as read

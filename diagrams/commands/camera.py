@@ -18,7 +18,6 @@ from ...systems.numerics.errors import InvalidInput, require, require_non_negati
 from ..outputs import output_folder
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
 from ..tracking.game import with_random_starts
-from ..tracking.live_page import open_live_page
 from ..vision import scenarios
 from ..vision.report import (
     WeightSweep,
@@ -29,9 +28,20 @@ from ..vision.report import (
 )
 from ..vision.run import run_picture_tracking
 from ..vision.scenario import PictureTrackingScenario, set_up_picture_game
+from ..visuals.live_page import open_live_page
 from .camera_calibrate import calibrate
 from .camera_pictures import convert, estimate, render
-from .shared import JsonSummaryOption, print_summary, progress_bar, shown
+from .shared import (
+    JsonSummaryOption,
+    MeshcatOption,
+    ReplayOption,
+    RunFolderOption,
+    SecondsOption,
+    SeedOption,
+    print_summary,
+    progress_bar,
+    shown,
+)
 
 
 def track_on_pictures(
@@ -57,16 +67,12 @@ def track_on_pictures(
         int,
         typer.Option(help="With --sweep: runs at each weight; more than 1 start at random places."),
     ] = 1,
-    seconds: Annotated[float | None, typer.Option(help="Horizon [s].")] = None,
-    seed: Annotated[int | None, typer.Option(help="Of everything random.")] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for summary, log, plots and replay.")
-    ] = None,
+    seconds: SecondsOption = None,
+    seed: SeedOption = None,
+    out: RunFolderOption = None,
     as_json: JsonSummaryOption = False,
-    meshcat: Annotated[
-        bool | None, typer.Option(help="Watch it live [default: in a terminal].")
-    ] = None,
-    replay: Annotated[bool, typer.Option(help="With --out: write replay.html.")] = True,
+    meshcat: MeshcatOption = None,
+    replay: ReplayOption = True,
     realtime: Annotated[
         float | None,
         typer.Option(

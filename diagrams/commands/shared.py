@@ -1,5 +1,6 @@
 """What commands share: options, tables of what came out, bars, and what is meant by default."""
 
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -11,6 +12,13 @@ from typer.core import TyperGroup
 
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 JsonSummaryOption = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
+SecondsOption = Annotated[float | None, typer.Option(help="Horizon [s].")]
+SeedOption = Annotated[int | None, typer.Option(help="Of everything random.")]
+RunFolderOption = Annotated[
+    Path | None, typer.Option(help="Folder for summary, log, plots and replay.")
+]
+MeshcatOption = Annotated[bool | None, typer.Option(help="Watch it live [default: in a terminal].")]
+ReplayOption = Annotated[bool, typer.Option(help="With --out: write replay.html.")]
 
 
 class RunByDefault(TyperGroup):

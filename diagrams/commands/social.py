@@ -22,8 +22,18 @@ from ..social.report import summarise_search, write_search_report
 from ..social.run import run_social_search
 from ..social.scenario import SocialScenario
 from ..social.social_game import set_up_social_game
-from ..tracking.live_page import open_live_page
-from .shared import JsonSummaryOption, RunByDefault, print_summary, progress_bar
+from ..visuals.live_page import open_live_page
+from .shared import (
+    JsonSummaryOption,
+    MeshcatOption,
+    ReplayOption,
+    RunByDefault,
+    RunFolderOption,
+    SecondsOption,
+    SeedOption,
+    print_summary,
+    progress_bar,
+)
 
 
 def server(
@@ -85,16 +95,12 @@ def run(
         Path | None,
         typer.Option(help="With matrix: folder where pictures wait for the server."),
     ] = None,
-    seconds: Annotated[float | None, typer.Option(help="Horizon [s].")] = None,
-    seed: Annotated[int | None, typer.Option(help="Of everything random.")] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for summary, log, plots and replay.")
-    ] = None,
+    seconds: SecondsOption = None,
+    seed: SeedOption = None,
+    out: RunFolderOption = None,
     as_json: JsonSummaryOption = False,
-    meshcat: Annotated[
-        bool | None, typer.Option(help="Watch it live [default: in a terminal].")
-    ] = None,
-    replay: Annotated[bool, typer.Option(help="With --out: write replay.html.")] = True,
+    meshcat: MeshcatOption = None,
+    replay: ReplayOption = True,
     realtime: Annotated[
         float | None,
         typer.Option(

@@ -35,7 +35,7 @@ from ..standoff.report import (
 )
 from ..standoff.simulation import ROWS as SIMULATION_ROWS
 from ..standoff.simulation import simulation_summary, write_simulation
-from ..tracking.live_page import open_live_page
+from ..visuals.live_page import open_live_page
 from .shared import JsonOption, RunByDefault, summary_table
 
 THESIS, CLOCK = ErrorModel(), SampledPid()

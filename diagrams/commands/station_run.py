@@ -31,7 +31,7 @@ from ..station.run import HORIZON, StationRun, run_station
 from ..station.scenario import StationScenario, load_station
 from ..station.session import drive_to_start, open_laboratory, show_on_view
 from ..tracking.game import set_up_game
-from .shared import JsonOption, print_summary
+from .shared import JsonOption, SecondsOption, print_summary
 
 DEFAULT_SCENARIO = "thesis_3v3"
 ScenarioArgument = Annotated[
@@ -101,7 +101,7 @@ def run(
         bool, typer.Option("--hardware", help="The devices that the scenario names.")
     ] = False,
     setting: SettingOption = None,
-    seconds: Annotated[float | None, typer.Option(help="Horizon [s].")] = None,
+    seconds: SecondsOption = None,
     out: OutOption = None,
     as_json: JsonOption = False,
     view: ViewOption = None,

@@ -42,10 +42,10 @@ from ..studies.team_studies import (
     tracking_study,
 )
 from ..tracking.game import set_up_game
-from ..tracking.live_page import open_live_page
 from ..tracking.report import summarise_tracking, write_tracking_report
 from ..tracking.run import run_tracking
 from ..tracking.scenario import TrackingScenario
+from ..visuals.live_page import open_live_page
 from ..world_source import WorldSource
 from .study_map import study_map
 

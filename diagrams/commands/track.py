@@ -9,19 +9,26 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import Progress, TimeRemainingColumn
 
 from ...systems.numerics.errors import require, require_non_negative
 from ..outputs import output_folder
 from ..rosbag.bag import require_mcap
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
 from ..tracking.game import TrackingGame, set_up_game, with_random_starts
-from ..tracking.live_page import open_live_page
 from ..tracking.report import summarise_tracking, write_tracking_report, write_tracking_rosbag
 from ..tracking.run import TrackingRun, run_tracking
 from ..tracking.scenario import TrackingScenario
+from ..visuals.live_page import open_live_page
 from ..world_source import WorldSource
-from .shared import JsonSummaryOption, print_summary
+from .shared import (
+    JsonSummaryOption,
+    MeshcatOption,
+    ReplayOption,
+    SecondsOption,
+    SeedOption,
+    print_summary,
+    progress_bar,
+)
 
 # What the log is called for other tools.
 _MCAP = "log.mcap"
@@ -35,18 +42,16 @@ def track(
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Set a key, as pursuers.top_speed=0.4."),
     ] = None,
-    seconds: Annotated[float | None, typer.Option(help="Horizon [s].")] = None,
-    seed: Annotated[int | None, typer.Option(help="Of everything random.")] = None,
+    seconds: SecondsOption = None,
+    seed: SeedOption = None,
     world: Annotated[
         Path | None,
         typer.Option(help="Play in this world (WKT, GeoJSON or ROS map), from random starts."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for summary, log and replay.")] = None,
     as_json: JsonSummaryOption = False,
-    meshcat: Annotated[
-        bool | None, typer.Option(help="Watch it live [default: in a terminal].")
-    ] = None,
-    replay: Annotated[bool, typer.Option(help="With --out: write replay.html.")] = True,
+    meshcat: MeshcatOption = None,
+    replay: ReplayOption = True,
     mcap: Annotated[
         bool, typer.Option("--mcap", help="With --out: write log.mcap, a ROS 2 bag.")
     ] = False,
@@ -73,13 +78,7 @@ def track(
         page = open_live_page() if live or recording or "you" in _policies(game) else None
         if live and page is not None:
             console.print(f"Watch it at [bold]{page.web_url()}[/]")
-        with Progress(
-            *Progress.get_default_columns()[:-1],
-            TimeRemainingColumn(),
-            console=console,
-            transient=True,
-            disable=not attended,
-        ) as bar:
+        with progress_bar(console, attended) as bar:
             task = bar.add_task("simulated", total=game.scenario.seconds)
             run = run_tracking(
                 game,

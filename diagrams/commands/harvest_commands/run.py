@@ -78,7 +78,7 @@ def run(
     # They load Drake, which takes longer than the audit beside this command.
     from ...harvest.report import summarise_harvest, write_harvest_report
     from ...harvest.run import run_harvest
-    from ...tracking.live_page import open_live_page
+    from ...visuals.live_page import open_live_page
 
     require_non_negative("--realtime", realtime)
     asked, folder = asked_scenario(

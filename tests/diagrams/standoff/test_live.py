@@ -13,7 +13,7 @@ from sightfield.diagrams.standoff.laboratory import (
     sampled_response,
 )
 from sightfield.diagrams.standoff.make_standoff import StandoffScenario, run_standoff
-from sightfield.diagrams.tracking.live_page import open_live_page
+from sightfield.diagrams.visuals.live_page import open_live_page
 from sightfield.systems.numerics.standoff.loop import CONTROLLERS, ErrorModel, StandoffLoop
 from sightfield.systems.numerics.standoff.sampled_loop import SampledPid
 

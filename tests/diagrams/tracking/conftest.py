@@ -11,8 +11,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from sightfield.diagrams.tracking.live_page import open_live_page
 from sightfield.diagrams.tracking.scene import TrackingScene, View
+from sightfield.diagrams.visuals.live_page import open_live_page
 from sightfield.systems.numerics.geometry.world import World, make_world, world_from_polygon
 
 RADIUS = 0.12

@@ -14,8 +14,8 @@ from sightfield.diagrams.tracking.controls import (
     read_controls,
     remove_controls,
 )
-from sightfield.diagrams.tracking.live_page import open_live_page
 from sightfield.diagrams.tracking.scene import View
+from sightfield.diagrams.visuals.live_page import open_live_page
 from sightfield.systems.numerics.errors import InvalidInput
 
 pytestmark = pytest.mark.browser

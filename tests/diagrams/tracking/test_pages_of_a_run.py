@@ -5,9 +5,9 @@ import pytest
 
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.tracking.game import set_up_game
-from sightfield.diagrams.tracking.live_page import open_live_page
 from sightfield.diagrams.tracking.run import run_tracking
 from sightfield.diagrams.tracking.scenario import TrackingScenario
+from sightfield.diagrams.visuals.live_page import open_live_page
 from sightfield.diagrams.visuals.replay import write_replay
 
 pytestmark = pytest.mark.browser

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
-from sightfield.diagrams.tracking.live_page import open_live_page
 from sightfield.diagrams.visuals.lighting import paint
+from sightfield.diagrams.visuals.live_page import open_live_page
 from sightfield.diagrams.visuals.meshes import disc_mesh
 from sightfield.diagrams.visuals.replay import write_replay
 from sightfield.diagrams.visuals.stage import Stage

@@ -18,7 +18,7 @@ from ..sight_state import split_sight
 
 
 class CommonPlay(NamedTuple):
-    """What was found in the first game that got so far, turn by turn; `turns` of them so far.
+    """What was found in the first game that got so far, turn by turn.
 
     Attributes:
         turns: For how many who stood where and saw what is known, and for how many the answers,
@@ -134,18 +134,16 @@ def see_which_corners(
     """
     n, m, k = len(pursuers) // 2, len(evaders) // 2, len(corners.points)
     _, pursuer_corners, evader_corners = split_sight(sight, n, m, k)
-    before = common.sight[turn]
+    _, by_pursuers, by_evaders = split_sight(common.sight[turn], n, m, k)
     for i in range(n):
         if stands_as_before(common, turn, pursuers, i):
-            first = n * m + i * k
-            pursuer_corners[i] = before[first : first + k]
+            pursuer_corners[i] = by_pursuers[i]
         else:
             viewer = pursuers[2 * i : 2 * i + 2]
             see_corners(index, corners, viewer, own, pursuer_corners[i : i + 1])
     for e in range(m):
         if turn < common.turns[0] and e != j:
-            first = n * m + n * k + e * k
-            evader_corners[e] = before[first : first + k]
+            evader_corners[e] = by_evaders[e]
         else:
             viewer = evaders[2 * e : 2 * e + 2]
             see_corners(index, corners, viewer, own, evader_corners[e : e + 1])

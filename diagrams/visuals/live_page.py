@@ -18,7 +18,7 @@ from typing import cast
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from ...systems.numerics.errors import require
-from ..visuals.replay import SHOW_WHOLE_WORLD
+from .replay import SHOW_WHOLE_WORLD
 
 # Where Drake looks for a free port, too.
 _PORTS = range(7000, 7100)

@@ -8,7 +8,7 @@ import urllib.request
 import pytest
 from pydrake.geometry import Meshcat
 
-from sightfield.diagrams.tracking.live_page import open_live_page
+from sightfield.diagrams.visuals.live_page import open_live_page
 
 
 def get(url: str) -> bytes:
