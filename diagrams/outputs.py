@@ -7,7 +7,7 @@ import shutil
 import tempfile
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from io import BufferedRandom, FileIO
 from pathlib import Path
 from typing import Literal, NoReturn, Self, overload
@@ -146,6 +146,18 @@ def output_folder(path: str | Path) -> Iterator[Path]:
         raise
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
+
+
+def optional_folder(path: Path | None) -> AbstractContextManager[Path | None]:
+    """`output_folder`, or None within the block where nothing is to be kept.
+
+    Args:
+        path: Where the results go, if anywhere.
+
+    Raises:
+        InvalidInput: See `output_folder`.
+    """
+    return nullcontext() if path is None else output_folder(path)
 
 
 def _move(scratch: Path, path: Path) -> None:

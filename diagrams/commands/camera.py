@@ -4,8 +4,6 @@
 """
 
 import json
-import sys
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -15,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ...systems.numerics.errors import InvalidInput, require, require_non_negative
-from ..outputs import output_folder
+from ..outputs import optional_folder
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
 from ..tracking.game import with_random_starts
 from ..vision import scenarios
@@ -28,7 +26,6 @@ from ..vision.report import (
 )
 from ..vision.run import run_picture_tracking
 from ..vision.scenario import PictureTrackingScenario, set_up_picture_game
-from ..visuals.live_page import open_live_page
 from .camera_calibrate import calibrate
 from .camera_pictures import convert, estimate, render
 from .shared import (
@@ -42,6 +39,7 @@ from .shared import (
     progress_bar,
     shown,
 )
+from .watched_run import WatchedRun
 
 
 def track_on_pictures(
@@ -91,40 +89,26 @@ def track_on_pictures(
     path = find_scenario(scenario, scenarios)
     loaded = load_scenario(PictureTrackingScenario, path, settings)
     loaded = replace(loaded, world=loaded.world.beside(path.parent))
-    console = Console(stderr=as_json)
     if sweep is not None:
-        _sweep(loaded, _weights(sweep), seeds, out, as_json, console)
+        _sweep(loaded, _weights(sweep), seeds, out, as_json)
         return
-    attended = sys.stdout.isatty() and sys.stdin.isatty() and not as_json
-    live = attended if meshcat is None else meshcat
-    rate = realtime if realtime is not None else float(live)
     game = set_up_picture_game(loaded)
-    # A folder that cannot be written is found out before the run, not after it.
-    with output_folder(out) if out is not None else nullcontext() as folder:
-        recording = folder is not None and replay
-        page = open_live_page() if live or recording else None
-        if live and page is not None:
-            console.print(f"Watch it at [bold]{page.web_url()}[/]")
-        with progress_bar(console, attended) as bar:
+    watched = WatchedRun(out, as_json=as_json, meshcat=meshcat, replay=replay)
+    with watched.opened() as (folder, page):
+        with watched.bar() as bar:
             task = bar.add_task("simulated", total=loaded.seconds)
             run = run_picture_tracking(
                 game,
                 page,
-                recording=recording,
-                live=live,
-                realtime_rate=rate,
+                recording=watched.recording,
+                live=watched.live,
+                realtime_rate=realtime if realtime is not None else float(watched.live),
                 progress=lambda time: bar.update(task, completed=time),
             )
         summary = summarise_picture_tracking(run, path.stem)
         written = write_picture_report(run, summary, folder) if folder is not None else []
-    if as_json:
-        print(json.dumps(summary, indent=2))
-    else:
-        print_summary(console, summary)
-        if out is not None:
-            console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
-    if live and attended and page is not None:
-        console.input("The page stays open until you press Enter.")
+    watched.tell(summary, written, print_summary)
+    watched.stay()
 
 
 def _sweep(
@@ -133,15 +117,15 @@ def _sweep(
     seeds: int,
     out: Path | None,
     as_json: bool,
-    console: Console,
 ) -> None:
     """Run every weight with every seed, and show the means."""
     require(seeds > 0, "--seeds", "be positive", seeds)
+    console = Console(stderr=as_json)
     if seeds > 1:
         elsewhere = with_random_starts(scenario)
         scenario = replace(scenario, pursuers=elsewhere.pursuers, evaders=elsewhere.evaders)
     numbers = range(scenario.seed, scenario.seed + seeds)
-    with output_folder(out) if out is not None else nullcontext() as folder:
+    with optional_folder(out) as folder:
         with progress_bar(console, console.is_terminal) as bar:
             task = bar.add_task("runs", total=len(weights) * seeds)
             found = sweep_weights(

@@ -4,7 +4,6 @@ With `--board`, a camera's model from pictures of a checkerboard.
 """
 
 import json
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -34,7 +33,7 @@ from ...systems.numerics.vision.estimation.range_models import MODELS
 from ...systems.numerics.vision.estimation.shell_detection import chosen_colours
 from ...systems.numerics.vision.sensor import Sensor
 from ...systems.numerics.vision.surroundings import shell_of
-from ..outputs import output_folder
+from ..outputs import optional_folder
 from ..vision.calibration import (
     load_camera,
     save_direction_spread,
@@ -76,7 +75,7 @@ def calibrate_board(
         file for file in Path(str(pictures)).iterdir() if file.suffix.lower() in _ENDINGS
     )
     require(len(files) > 0, "pictures", f"hold files {', '.join(_ENDINGS)}", pictures)
-    with output_folder(out) if out is not None else nullcontext() as folder:
+    with optional_folder(out) as folder:
         found, skipped, size = {}, [], None
         console = Console(stderr=True)
         for file in track(files, "Pictures", console=console, transient=True, disable=as_json):
@@ -203,7 +202,7 @@ def calibrate(
     else:
         labels = read_labels(pictures)
         taken, count = load_pictures(labels), len(labels)
-    with output_folder(out) if out is not None else nullcontext() as folder:
+    with optional_folder(out) as folder:
         # To standard error, so that the report alone can be redirected.
         shown = track(
             taken,

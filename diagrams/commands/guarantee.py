@@ -5,9 +5,7 @@ With `--certify`, games of certified pursuers, and whether every promise was kep
 
 import json
 import math
-import sys
 import time
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -15,7 +13,6 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
 from ...systems.numerics.errors import require, require_positive
@@ -28,7 +25,7 @@ from ...systems.numerics.tracking.visibility_game.files import (
     save_guaranteed_times,
 )
 from ...systems.numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
-from ..outputs import output_folder
+from ..outputs import optional_folder
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
 from ..tracking.certified_games import CertifiedGame, play_certified_games, tally
 from ..tracking.game import TrackingGame, set_up_game
@@ -37,7 +34,7 @@ from ..tracking.promises_picture import save_promises_picture
 from ..tracking.scenario import Evaders, Pursuers, TrackingScenario
 from ..tracking.solved_game import games_folder, recall_or_solve
 from ..world_source import WorldSource
-from .shared import JsonOption, summary_table
+from .shared import JsonOption, counting_bar, progress_bar, summary_table
 
 # Unit and meaning of each entry of a summary.
 ROWS = {
@@ -161,15 +158,13 @@ def guarantee(
         # Before minutes of work.
         require(save.parent.is_dir(), "save", "be in a folder that exists", save)
     console = Console(stderr=True)
-    with output_folder(out) if out is not None else nullcontext() as folder:
+    with optional_folder(out) as folder:
         started = time.process_time()
         if load is not None:
             table, recalled = load_guaranteed_times(load), True
             _require_fit(table, game, load, speed_ratio)
         else:
-            with Progress(
-                console=console, transient=True, disable=as_json or not sys.stderr.isatty()
-            ) as bar:
+            with progress_bar(console, console.is_terminal and not as_json) as bar:
                 task = bar.add_task("settled", total=1.0)
                 table, recalled = recall_or_solve(
                     game.world,
@@ -326,22 +321,11 @@ def certify(game: TrackingGame, *, games: int, seed: int, as_json: bool, out: Pa
         Exit: With code 1, if a promise was broken.
     """
     console = Console(stderr=True)
-    columns = (
-        *Progress.get_default_columns()[:-1],
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(elapsed_when_finished=True),
-    )
-    quiet = as_json or not console.is_terminal
-    with output_folder(out) if out is not None else nullcontext() as folder:
-        with Progress(*columns, console=console, transient=True, disable=quiet) as bar:
-            task = bar.add_task("games", total=None)
+    shown = console.is_terminal and not as_json
+    with optional_folder(out) as folder:
+        with counting_bar(console, "games", shown=shown) as progress:
             found = play_certified_games(
-                game.scenario,
-                games=games,
-                seed=seed,
-                world=game.world,
-                progress=lambda done, total: bar.update(task, completed=done, total=total),
+                game.scenario, games=games, seed=seed, world=game.world, progress=progress
             )
         summary = summarise_games(found, game, seed)
         text = json.dumps(summary, indent=2)

@@ -4,9 +4,9 @@ from typing import Any
 
 import typer
 
-from .harvest_commands.audit import audit
-from .harvest_commands.plan import plan
-from .harvest_commands.run import run
+from .harvest_audit import audit
+from .harvest_plan import plan
+from .harvest_run import run
 from .shared import RunByDefault
 
 harvest: Any = typer.Typer(

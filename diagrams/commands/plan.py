@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -22,7 +22,7 @@ from ...systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from ...systems.numerics.planning.trailer import Trailer
 from ...systems.numerics.planning.value_function.grid import THESIS_STEP
 from ...systems.numerics.planning.value_function.solve import Progress as Report
-from ..outputs import output_folder
+from ..outputs import optional_folder
 from ..planning.methods import METHODS, PlanningQuestion, chosen_methods, quarter_of_memory
 from ..planning.pictures import save_sweep_picture
 from ..planning.report import as_object, as_table, write_planning_report
@@ -126,7 +126,7 @@ def compare_planners(
         footprint=None if discs is None else discs_from_text(trailer, discs),
         memory=quarter_of_memory() if memory is None else 1e9 * memory,
     )
-    with output_folder(out) if out is not None else nullcontext() as folder:
+    with optional_folder(out) as folder:
         with solving_shown(not as_json) as progress:
             verdict = ask_methods(replace(question, progress=progress), names)
         written = [] if folder is None else write_planning_report(verdict, folder)
@@ -154,7 +154,7 @@ def sweep(
 ) -> None:
     """Travel time over the ratio (x_g - x_i) / (y_g - y_i), y_g - y_i = 4 (Figure 3.10)."""
     names, step = chosen_methods(method), _grid_step(grid)
-    with output_folder(out) if out is not None else nullcontext() as folder:
+    with optional_folder(out) as folder:
         with solving_shown(not as_json) as progress:
             results = sweep_ratios(names, goal_tolerance, count, step, progress)
         text = json.dumps(results.as_object(), indent=2)

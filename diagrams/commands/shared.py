@@ -1,12 +1,18 @@
 """What commands share: options, tables of what came out, bars, and what is meant by default."""
 
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import Progress, TimeRemainingColumn
+from rich.progress import (
+    MofNCompleteColumn,
+    Progress,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.table import Table
 from typer.core import TyperGroup
 
@@ -101,3 +107,26 @@ def progress_bar(console: Console, attended: bool):
         transient=True,
         disable=not attended,
     )
+
+
+@contextmanager
+def counting_bar(console: Console, what: str, *, shown: bool):
+    """A bar that counts; it disappears at its end.
+
+    Args:
+        console: Where.
+        what: What is counted.
+        shown: Whether to show it.
+
+    Yields:
+        What is called with how many are done, and of how many.
+    """
+    columns = (
+        *Progress.get_default_columns()[:-1],
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(elapsed_when_finished=True),
+    )
+    with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
+        task = bar.add_task(what, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -1,11 +1,9 @@
 """`sightfield social`: find an evader in the pictures of friends, and go to it; a server to try."""
 
-import json
 import signal
-import sys
 import tempfile
 import threading
-from contextlib import ExitStack, nullcontext
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,7 +12,6 @@ import typer
 from rich.console import Console
 
 from ...systems.numerics.errors import require, require_non_negative
-from ..outputs import output_folder
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
 from ..social import scenarios
 from ..social.networks import NetworkChoice, open_network, open_trial_server
@@ -22,7 +19,6 @@ from ..social.report import summarise_search, write_search_report
 from ..social.run import run_social_search
 from ..social.scenario import SocialScenario
 from ..social.social_game import set_up_social_game
-from ..visuals.live_page import open_live_page
 from .shared import (
     JsonSummaryOption,
     MeshcatOption,
@@ -32,8 +28,8 @@ from .shared import (
     SecondsOption,
     SeedOption,
     print_summary,
-    progress_bar,
 )
+from .watched_run import WatchedRun
 
 
 def server(
@@ -122,37 +118,23 @@ def run(
         world = loaded.maze.world.beside(path.parent)
         loaded = replace(loaded, maze=replace(loaded.maze, world=world))
     game = set_up_social_game(loaded)
-    attended = sys.stdout.isatty() and sys.stdin.isatty() and not as_json
-    live = attended if meshcat is None else meshcat
-    # A server lives by the clock on the wall.
-    rate = realtime if realtime is not None else float(network == "matrix")
-    console = Console(stderr=as_json)
-    # A folder that cannot be written is found out before the run, not after it.
-    with output_folder(out) if out is not None else nullcontext() as folder:
-        recording = folder is not None and replay
-        page = open_live_page() if live or recording else None
-        if live and page is not None:
-            console.print(f"Watch it at [bold]{page.web_url()}[/]")
-        with open_network(game, choice) as opened, progress_bar(console, attended) as bar:
+    watched = WatchedRun(out, as_json=as_json, meshcat=meshcat, replay=replay)
+    with watched.opened() as (folder, page):
+        with open_network(game, choice) as opened, watched.bar() as bar:
             task = bar.add_task("simulated", total=loaded.seconds)
             done = run_social_search(
                 game,
                 opened,
                 page,
-                recording=recording,
-                realtime_rate=rate,
+                recording=watched.recording,
+                # A server lives by the clock on the wall.
+                realtime_rate=realtime if realtime is not None else float(network == "matrix"),
                 progress=lambda time: bar.update(task, completed=time),
             )
         summary = summarise_search(done, path.stem, network)
         written = write_search_report(done, summary, folder) if folder is not None else []
-    if as_json:
-        print(json.dumps(summary, indent=2))
-    else:
-        print_summary(console, summary)
-        if out is not None:
-            console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
-    if live and attended and page is not None:
-        console.input("The page stays open until you press Enter.")
+    watched.tell(summary, written, print_summary)
+    watched.stay()
 
 
 social: Any = typer.Typer(

@@ -8,7 +8,6 @@ import inspect
 import json
 import math
 from collections.abc import Callable
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,7 +20,7 @@ from ...systems.numerics.errors import require, require_non_negative, require_po
 from ...systems.numerics.standoff.loop import CONTROLLERS, ErrorModel, StandoffLoop
 from ...systems.numerics.standoff.response import require_start
 from ...systems.numerics.standoff.sampled_loop import SampledPid, Specification, design_gains
-from ..outputs import output_folder
+from ..outputs import optional_folder
 from ..standoff.analysis import MARGINS, StandoffAnalysis, analyse_standoff
 from ..standoff.laboratory import StandoffPage
 from ..standoff.make_standoff import StandoffScenario, run_standoff
@@ -155,7 +154,7 @@ def answer(
         as_json: Whether to print JSON in place of tables.
     """
     written: list[str] = []
-    with output_folder(out) if out is not None else nullcontext() as folder:
+    with optional_folder(out) as folder:
         if folder is not None and report is not None:
             written = write_standoff_report(folder, report, found)
     if as_json:
@@ -312,7 +311,7 @@ def design(
         value = getattr(found.margins, name)
         said[name] = value if math.isfinite(value) else None
     written: list[str] = []
-    with output_folder(out) if out is not None else nullcontext() as folder:
+    with optional_folder(out) as folder:
         if folder is not None:
             tuned = replace(scenario, loop=loop)
             analysis = analyse_standoff(loop, scenario.sampled, scenario.delay_samples)
@@ -346,7 +345,7 @@ def simulate(
     most = MOST_SAMPLES * scenario.sampled.period
     require(seconds <= most, "seconds", f"be at most {MOST_SAMPLES} samples, {most:g} s", seconds)
     written: list[str] = []
-    with output_folder(out) if out is not None else nullcontext() as folder:
+    with optional_folder(out) as folder:
         run = run_standoff(scenario, seconds)
         summary = simulation_summary(scenario, run)
         if folder is not None:

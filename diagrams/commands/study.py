@@ -6,20 +6,19 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
 from ...systems.numerics.errors import require, require_one_of
 from ...systems.numerics.geometry.random_arena import Arena
-from ..outputs import NoRoom, output_folder
+from ..outputs import NoRoom, optional_folder, output_folder
 from ..scenario_files import build, with_settings
 from ..studies.engine import run_study
 from ..studies.opponents import FEWER, OPPONENTS, POLICIES, RUNS, fewer_runs, read_opponent_runs
@@ -47,6 +46,7 @@ from ..tracking.run import run_tracking
 from ..tracking.scenario import TrackingScenario
 from ..visuals.live_page import open_live_page
 from ..world_source import WorldSource
+from .shared import counting_bar
 from .study_map import study_map
 
 study = typer.Typer(help="Play a grid of games many times over, with statistics.")
@@ -335,7 +335,9 @@ def _do(
     count = (os.cpu_count() or 1) if workers is None else workers
     try:
         with tempfile.TemporaryDirectory() if place is None else nullcontext(place) as folder:
-            with _bar(console, shown=sys.stdout.isatty() and not as_json) as progress:
+            with counting_bar(
+                console, "games", shown=sys.stdout.isatty() and not as_json
+            ) as progress:
                 result = run_study(
                     chosen, Path(folder), workers=count, cluster=cluster, progress=progress
                 )
@@ -366,7 +368,7 @@ def _replay(chosen: Study, only: str, out: Path | None, console: Console) -> dic
     require(bool(colon) and number.isdigit(), "--only", "have the form CELL:RUN", only)
     scenario = chosen.scenario(chosen.cell(name), int(number))
     game = set_up_game(scenario)
-    with output_folder(out) if out is not None else nullcontext() as folder:
+    with optional_folder(out) as folder:
         page = open_live_page() if folder is not None else None
         run = run_tracking(game, page, recording=page is not None)
         summary = summarise_tracking(run, f"{chosen.name}, cell {name}, run {number}")
@@ -377,20 +379,6 @@ def _replay(chosen: Study, only: str, out: Path | None, console: Console) -> dic
     ended = "the horizon" if run.lost_evader is None else f"the loss of evader {run.lost_evader}"
     console.print(f"{name}, run {number}: {run.tracking_time:.6f} s, to {ended}")
     return summary
-
-
-@contextmanager
-def _bar(console: Console, *, shown: bool):
-    """A progress bar with an estimate of the time left; yields what a study reports to."""
-    columns = (
-        *Progress.get_default_columns()[:-1],
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(elapsed_when_finished=True),
-    )
-    with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
-        task = bar.add_task("games", total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def _show(console: Console, summary: dict[str, Any], grid: StudyGrid) -> None:

@@ -3,21 +3,19 @@
 import json
 import os
 import sys
-from contextlib import nullcontext
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress
 from rich.table import Table
 from rich.text import Text
 
 from ...systems.numerics.errors import require, require_one_of
 from ...systems.numerics.geometry.random_arena import Arena
 from ...systems.numerics.geometry.world_files import load_world
-from ..outputs import output_folder
+from ..outputs import optional_folder
 from ..scenario_files import build, with_settings
 from ..studies.map_study import (
     FACTORS,
@@ -29,7 +27,7 @@ from ..studies.map_study import (
     summarise_maps,
     write_map_report,
 )
-from .shared import JsonSummaryOption
+from .shared import JsonSummaryOption, counting_bar
 
 
 def study_map(
@@ -72,7 +70,7 @@ def study_map(
     chosen = _choose(factor, arenas, speed_ratio, grid, bound, seed, setting or [], world)
     count = (os.cpu_count() or 1) if workers is None else workers
     console = Console(stderr=as_json)
-    with output_folder(out) if out is not None else nullcontext() as folder:
+    with optional_folder(out) as folder:
         result = _solve(chosen, count, console, shown=sys.stdout.isatty() and not as_json)
         summary = summarise_maps(result)
         written = [] if folder is None else write_map_report(result, summary, folder)
@@ -126,11 +124,5 @@ def _choose(
 
 def _solve(chosen: MapStudy, workers: int, console: Console, *, shown: bool) -> MapResult:
     """Solve all maps below a bar."""
-    columns = (*Progress.get_default_columns(), MofNCompleteColumn())
-    with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
-        task = bar.add_task("maps", total=None)
-        return run_map_study(
-            chosen,
-            workers=workers,
-            progress=lambda done, total: bar.update(task, completed=done, total=total),
-        )
+    with counting_bar(console, "maps", shown=shown) as progress:
+        return run_map_study(chosen, workers=workers, progress=progress)

@@ -1,9 +1,7 @@
 """`sightfield track`: play a tracking game, watch it, keep what happened."""
 
-import json
-import sys
-from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -11,14 +9,12 @@ import typer
 from rich.console import Console
 
 from ...systems.numerics.errors import require, require_non_negative
-from ..outputs import output_folder
 from ..rosbag.bag import require_mcap
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
-from ..tracking.game import TrackingGame, set_up_game, with_random_starts
+from ..tracking.game import set_up_game, with_random_starts
 from ..tracking.report import summarise_tracking, write_tracking_report, write_tracking_rosbag
 from ..tracking.run import TrackingRun, run_tracking
 from ..tracking.scenario import TrackingScenario
-from ..visuals.live_page import open_live_page
 from ..world_source import WorldSource
 from .shared import (
     JsonSummaryOption,
@@ -27,8 +23,8 @@ from .shared import (
     SecondsOption,
     SeedOption,
     print_summary,
-    progress_bar,
 )
+from .watched_run import WatchedRun
 
 # What the log is called for other tools.
 _MCAP = "log.mcap"
@@ -68,24 +64,17 @@ def track(
     require(out is not None or not mcap, "--mcap", "come with --out", "none")
     if mcap:
         require_mcap()
-    attended = sys.stdout.isatty() and sys.stdin.isatty() and not as_json
-    live = attended if meshcat is None else meshcat
-    rate = realtime if realtime is not None else float(live)
-    console = Console(stderr=as_json)
-    # A folder that cannot be written is found out before the run, not after it.
-    with output_folder(out) if out is not None else nullcontext() as folder:
-        recording = folder is not None and replay
-        page = open_live_page() if live or recording or "you" in _policies(game) else None
-        if live and page is not None:
-            console.print(f"Watch it at [bold]{page.web_url()}[/]")
-        with progress_bar(console, attended) as bar:
+    watched = WatchedRun(out, as_json=as_json, meshcat=meshcat, replay=replay)
+    steered = "you" in game.scenario.evaders.policy_of_each
+    with watched.opened(steered=steered) as (folder, page):
+        with watched.bar() as bar:
             task = bar.add_task("simulated", total=game.scenario.seconds)
             run = run_tracking(
                 game,
                 page,
-                recording=recording,
-                live=live,
-                realtime_rate=rate,
+                recording=watched.recording,
+                live=watched.live,
+                realtime_rate=realtime if realtime is not None else float(watched.live),
                 progress=lambda time: bar.update(task, completed=time),
             )
         name = Path(scenario).stem if world is None else f"{Path(scenario).stem} in {world.stem}"
@@ -94,14 +83,8 @@ def track(
         if folder is not None and mcap:
             write_tracking_rosbag(run, folder / _MCAP)
             written.append(_MCAP)
-    if as_json:
-        print(json.dumps(summary, indent=2))
-    else:
-        _show(console, run, summary)
-        if out is not None:
-            console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
-    if live and attended and page is not None:
-        console.input("The page stays open until you press Enter.")
+    watched.tell(summary, written, partial(_show, run))
+    watched.stay()
 
 
 def _load(
@@ -120,11 +103,7 @@ def _load(
     return replace(elsewhere, world=WorldSource(file=str(world)))
 
 
-def _policies(game: TrackingGame) -> list[str]:
-    return game.scenario.evaders.policy_of_each
-
-
-def _show(console: Console, run: TrackingRun, summary: dict[str, object]) -> None:
+def _show(run: TrackingRun, console: Console, summary: dict[str, object]) -> None:
     """Print the summary as a table."""
     print_summary(console, summary)
     if run.lost_evader is None:

@@ -1,23 +1,20 @@
 """`sightfield harvest run`, or without `run`: combines work a field, carts carry the grain away."""
 
-import json
 import sys
 from collections.abc import Sequence
-from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import Progress, TimeRemainingColumn
 from rich.table import Table
 
-from ....systems.numerics.errors import NoPlan, require_non_negative
-from ...harvest import scenarios
-from ...harvest.job import prepare_harvest
-from ...outputs import output_folder
-from ...scenario_files import builtin_scenarios
-from .asking import (
+from ...systems.numerics.errors import NoPlan, require_non_negative
+from ..harvest import scenarios
+from ..harvest.job import prepare_harvest
+from ..scenario_files import builtin_scenarios
+from .harvest_asked import (
     CombinesOption,
     CoordinatesOption,
     FieldOption,
@@ -26,8 +23,10 @@ from .asking import (
     YieldsOption,
     asked_scenario,
 )
-from .audit import UNITS as AUDIT_UNITS
-from .audit import shown
+from .harvest_audit import UNITS as AUDIT_UNITS
+from .harvest_audit import shown
+from .shared import JsonSummaryOption, MeshcatOption, ReplayOption, RunFolderOption
+from .watched_run import WatchedRun
 
 # Units of what is printed; what is not here has none.
 _UNITS = {
@@ -58,14 +57,10 @@ def run(
     combines: CombinesOption = None,
     strategy: Annotated[str | None, typer.Option(help="sequential or on-demand.")] = None,
     setting: SettingOption = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for summary, log, plots and replay.")
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
-    meshcat: Annotated[
-        bool | None, typer.Option(help="Watch it live [default: in a terminal].")
-    ] = None,
-    replay: Annotated[bool, typer.Option(help="With --out: write replay.html.")] = True,
+    out: RunFolderOption = None,
+    as_json: JsonSummaryOption = False,
+    meshcat: MeshcatOption = None,
+    replay: ReplayOption = True,
     realtime: Annotated[
         float, typer.Option(help="Simulated seconds per second, 0: as fast as possible.")
     ] = 0.0,
@@ -76,9 +71,8 @@ def run(
     with the reason; 2: bad input.
     """
     # They load Drake, which takes longer than the audit beside this command.
-    from ...harvest.report import summarise_harvest, write_harvest_report
-    from ...harvest.run import run_harvest
-    from ...visuals.live_page import open_live_page
+    from ..harvest.report import summarise_harvest, write_harvest_report
+    from ..harvest.run import run_harvest
 
     require_non_negative("--realtime", realtime)
     asked, folder = asked_scenario(
@@ -91,22 +85,9 @@ def run(
         strategy=strategy,
         yields=yields,
     )
-    attended = sys.stdout.isatty() and sys.stdin.isatty() and not as_json
-    live = attended if meshcat is None else meshcat
-    console = Console(stderr=as_json)
-    # A folder that cannot be written is found out before the run, not after it.
-    with output_folder(out) if out is not None else nullcontext() as written_to:
-        recording = written_to is not None and replay
-        page = open_live_page() if live or recording else None
-        if live and page is not None:
-            console.print(f"Watch it at [bold]{page.web_url()}[/]")
-        with Progress(
-            *Progress.get_default_columns()[:-1],
-            TimeRemainingColumn(),
-            console=console,
-            transient=True,
-            disable=not sys.stdout.isatty() or as_json,
-        ) as bar:
+    watched = WatchedRun(out, as_json=as_json, meshcat=meshcat, replay=replay)
+    with watched.opened() as (written_to, page):
+        with watched.bar() as bar:
             task = bar.add_task("plan", total=1.0)
 
             def planned(stage: str, share: float) -> None:
@@ -128,28 +109,22 @@ def run(
             done = run_harvest(
                 job,
                 page,
-                recording=recording,
+                recording=watched.recording,
                 realtime_rate=realtime,
                 progress=lambda share: bar.update(task, completed=share),
             )
         name = Path(scenario).stem if field is None else f"{Path(scenario).stem} on {field.stem}"
         summary = summarise_harvest(done, name)
         written = write_harvest_report(done, summary, written_to) if written_to is not None else []
-    if as_json:
-        print(json.dumps(summary, indent=2))
-    else:
-        _show(console, summary, job.answer.reasons)
+    watched.tell(summary, written, partial(_show, job.answer.reasons))
     if not done.finished:
         print(f"not finished: {done.stopped}", file=sys.stderr)
-    if not as_json and out is not None:
-        console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
-    if live and attended and page is not None:
-        console.input("The page stays open until you press Enter.")
+    watched.stay()
     if not done.finished:
         raise typer.Exit(1)
 
 
-def _show(console: Console, summary: dict[str, object], reasons: Sequence[str]) -> None:
+def _show(reasons: Sequence[str], console: Console, summary: dict[str, object]) -> None:
     table = Table(show_header=False, box=None, padding=(0, 2))
     for key, value in summary.items():
         table.add_row(key.replace("_", " "), *shown(value, _UNITS.get(key, "")))

@@ -8,9 +8,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from ....systems.numerics.harvest.audit.audit import GAP, HarvestAudit, audit_harvest
-from ....systems.numerics.harvest.audit.harvest_log import AuditFault, read_harvest
-from ....systems.numerics.units import area_text
+from ...systems.numerics.harvest.audit.audit import GAP, HarvestAudit, audit_harvest
+from ...systems.numerics.harvest.audit.harvest_log import AuditFault, read_harvest
+from ...systems.numerics.units import area_text
 
 # Units of the figures; those that are not here have none.
 UNITS = {

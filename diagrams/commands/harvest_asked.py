@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from ...harvest import scenarios
-from ...harvest.makers import settings_of_machines
-from ...harvest.scenario import HarvestScenario
-from ...scenario_files import find_scenario, load_scenario
+from ..harvest import scenarios
+from ..harvest.makers import settings_of_machines
+from ..harvest.scenario import HarvestScenario
+from ..scenario_files import find_scenario, load_scenario
 
 FieldOption = Annotated[
     Path | None,

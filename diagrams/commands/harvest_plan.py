@@ -2,24 +2,22 @@
 
 import json
 import sys
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.progress import Progress
 from rich.table import Table
 
-from ....systems.numerics.errors import InvalidInput, NoPlan
-from ....systems.numerics.harvest.fleets.figures import FleetFigures
-from ....systems.numerics.units import area_text
-from ...harvest import scenarios
-from ...harvest.fleet_size import MOST, WhatItTakes, as_object, find_what_it_takes
-from ...outputs import output_folder
-from ...scenario_files import builtin_scenarios
-from .asking import (
+from ...systems.numerics.errors import InvalidInput, NoPlan
+from ...systems.numerics.harvest.fleets.figures import FleetFigures
+from ...systems.numerics.units import area_text
+from ..harvest import scenarios
+from ..harvest.fleet_size import MOST, WhatItTakes, as_object, find_what_it_takes
+from ..outputs import optional_folder
+from ..scenario_files import builtin_scenarios
+from .harvest_asked import (
     CombinesOption,
     CoordinatesOption,
     FieldOption,
@@ -28,6 +26,7 @@ from .asking import (
     YieldsOption,
     asked_scenario,
 )
+from .shared import progress_bar
 
 # No table has more fleets than that.
 LARGEST = 20
@@ -85,10 +84,8 @@ def plan(
     )
     name = Path(scenario).stem if field is None else f"{Path(scenario).stem} on {field.stem}"
     console = Console(stderr=as_json)
-    with output_folder(out) if out is not None else nullcontext() as written_to:
-        with Progress(
-            console=console, transient=True, disable=not sys.stdout.isatty() or as_json
-        ) as bar:
+    with optional_folder(out) as written_to:
+        with progress_bar(console, console.is_terminal and not as_json) as bar:
             task = bar.add_task("plan", total=1.0)
 
             def progress(stage: str, share: float) -> None:
@@ -106,7 +103,7 @@ def plan(
             (written_to / "fleets.json").write_text(text + "\n", encoding="utf-8")
             if answer.table is not None:
                 # Matplotlib takes its time to import.
-                from ...harvest.fleet_size import draw_fleets
+                from ..harvest.fleet_size import draw_fleets
 
                 title = f"{name}, {area_text(answer.field.area)}, {10 * answer.density:.3g} t/ha"
                 picture = draw_fleets(answer.table, title, answer.field.area)
