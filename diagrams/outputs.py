@@ -2,6 +2,7 @@
 files that grow while a run goes on; and what is said of a full disk."""
 
 import errno
+import json
 import os
 import shutil
 import tempfile
@@ -158,6 +159,16 @@ def optional_folder(path: Path | None) -> AbstractContextManager[Path | None]:
         InvalidInput: See `output_folder`.
     """
     return nullcontext() if path is None else output_folder(path)
+
+
+def write_json(path: Path, thing: object) -> None:
+    """Write a file of one JSON object for people and programs.
+
+    Args:
+        path: Of the file.
+        thing: What json knows.
+    """
+    path.write_text(json.dumps(thing, indent=2) + "\n", encoding="utf-8")
 
 
 def _move(scratch: Path, path: Path) -> None:

@@ -3,7 +3,6 @@
 `track` has pursuers that know of evaders only what their pictures show.
 """
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -35,9 +34,10 @@ from .shared import (
     RunFolderOption,
     SecondsOption,
     SeedOption,
-    print_summary,
+    plain_table,
     progress_bar,
     shown,
+    tell,
 )
 from .watched_run import WatchedRun
 
@@ -107,7 +107,7 @@ def track_on_pictures(
             )
         summary = summarise_picture_tracking(run, path.stem)
         written = write_picture_report(run, summary, folder) if folder is not None else []
-    watched.tell(summary, written, print_summary)
+    watched.tell(summary, written, plain_table(summary))
     watched.stay()
 
 
@@ -132,12 +132,8 @@ def _sweep(
                 scenario, weights, numbers, lambda done: bar.update(task, completed=done)
             )
         written = write_sweep(found, folder) if folder is not None else []
-    if as_json:
-        print(json.dumps({"seeds": found.seeds.tolist(), "means": found.table()}, indent=2))
-        return
-    console.print(_sweep_table(found))
-    if out is not None:
-        console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
+    said = {"seeds": found.seeds.tolist(), "means": found.table()}
+    tell(said, _sweep_table(found), as_json=as_json, written=written, out=out)
 
 
 def _sweep_table(sweep: WeightSweep) -> Table:

@@ -3,7 +3,6 @@
 With `--board`, a camera's model from pictures of a checkerboard.
 """
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +12,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import track
 from rich.table import Table
+from rich.text import Text
 
 from ...systems.numerics.errors import InvalidInput, require, require_positive
 from ...systems.numerics.vision.boards.board import Checkerboard, find_corners
@@ -33,7 +33,7 @@ from ...systems.numerics.vision.estimation.range_models import MODELS
 from ...systems.numerics.vision.estimation.shell_detection import chosen_colours
 from ...systems.numerics.vision.sensor import Sensor
 from ...systems.numerics.vision.surroundings import shell_of
-from ..outputs import optional_folder
+from ..outputs import optional_folder, write_json
 from ..vision.calibration import (
     load_camera,
     save_direction_spread,
@@ -53,7 +53,7 @@ from .camera_pictures import (
     SeedOption,
     TopOption,
 )
-from .shared import JsonOption
+from .shared import JsonOption, tell
 
 _ENDINGS = (".png", ".jpg", ".jpeg")
 _NAMES = {
@@ -100,18 +100,12 @@ def calibrate_board(
         ends = fit_intervals(fit, board.points, seen, fixed=fixed)
         forms = forms_of(fit.camera)
         summary = summarise_board(fit, model, list(found), skipped, held, free, ends)
-        text = json.dumps(summary, indent=2)
         if folder is not None:
             for form in forms:
                 save_camera_model(folder / _NAMES[form], fit.camera, form)
-            (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+            write_json(folder / "summary.json", summary)
             save_residuals(folder / "residuals.png", fit, seen)
-    if as_json:
-        typer.echo(text)
-        return
-    plain = Console()
-    for name in skipped:
-        plain.print(f"Skipped {name}: the whole board was not found", markup=False)
+    remarks = [Text(f"Skipped {name}: the whole board was not found") for name in skipped]
     table = Table("parameter", "value", "standard deviation", "95% from", "to")
     for name, value, spread, end in zip(
         fit.camera.names, fit.camera.vector, fit.deviations, ends, strict=True
@@ -119,10 +113,11 @@ def calibrate_board(
         kept = f"{spread:.2g}" if spread > 0 else "kept"
         between = [f"{each:.6g}" if spread > 0 else "" for each in end]
         table.add_row(name.replace("[", r"\["), f"{value:.8g}", kept, *between)
-    plain.print(table)
     outside = "" if held is None else f", {summary['left_out_rms']:.3f} px on pictures left out"
-    plain.print(f"{len(seen)} pictures: {fit.rms:.3f} px rms{outside}", markup=False)
-    plain.print(str(summary["ruler"]), markup=False)
+    fitted = Text(f"{len(seen)} pictures: {fit.rms:.3f} px rms{outside}")
+    ruler = Text(str(summary["ruler"]))
+    written = (*(_NAMES[form] for form in forms), "summary.json", "residuals.png")
+    tell(summary, *remarks, table, fitted, ruler, as_json=as_json, written=written, out=out)
 
 
 def _board(words: str, square: str) -> Checkerboard:
@@ -217,27 +212,20 @@ def calibrate(
             readings, camera=optics, base=base, shell_radius=radius, shell_top=top, height=height
         )
         summary = summarise_calibration(found, skipped, optics if pictures is None else None)
-        text = json.dumps(summary, indent=2)
         if folder is not None:
             save_calibration(folder / "calibration.json", found)
-            (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+            write_json(folder / "summary.json", summary)
             save_error_curves(folder / "error_curves.png", found)
             save_direction_spread(folder / "direction_spread.png", found)
-    if as_json:
-        typer.echo(text)
-        return
-    console = Console()
-    console.print(
+    words = (
         f"k = {found.k:.3f} ± {found.k_spread:.3f} px/rad, h = {found.height:.4f} m, "
-        f"{len(readings.distance)} pictures, {len(skipped)} skipped",
-        markup=False,
-        highlight=False,
+        f"{len(readings.distance)} pictures, {len(skipped)} skipped"
     )
-    for line in skipped:
-        console.print(f"Skipped {line}", markup=False)
+    remarks = [Text(f"Skipped {line}") for line in skipped]
     table = Table("model", *(escape(f"{name} [mm]") for name in ("mean error", "spread", "worst")))
     for model in MODELS:
         curve = found.curves[model]
         values = (curve.mean_absolute_error, curve.spread.mean(), np.abs(curve.mean_error).max())
         table.add_row(model, *(f"{1000 * value:.2f}" for value in values))
-    console.print(table)
+    written = ("calibration.json", "summary.json", "error_curves.png", "direction_spread.png")
+    tell(summary, Text(words), *remarks, table, as_json=as_json, written=written, out=out)

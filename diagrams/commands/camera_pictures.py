@@ -1,6 +1,5 @@
 """`sightfield camera render`, `estimate` and `convert`: pictures, what is in them, their camera."""
 
-import json
 import math
 from pathlib import Path
 from typing import Annotated
@@ -8,7 +7,6 @@ from typing import Annotated
 import numpy as np
 import shapely
 import typer
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
@@ -38,9 +36,9 @@ from ...systems.numerics.vision.omni_optics import make_ray_table
 from ...systems.numerics.vision.rendering import render as render_light
 from ...systems.numerics.vision.sensor import Sensor, expose
 from ...systems.numerics.vision.surroundings import SHELL_COLOURS, Shell, Surroundings, shell_of
-from ..outputs import output_folder
+from ..outputs import optional_folder, output_folder, write_json
 from ..vision.calibration import load_camera, save_found_picture, summarise_found
-from .shared import JsonOption
+from .shared import JsonOption, tell
 
 SHELL, QUALITY = Shell(), Sensor()
 COLOUR_HELP = f"One of {', '.join(SHELL_COLOURS)}"
@@ -121,9 +119,9 @@ def render(
                     for (name, place), far, turn in zip(asked, away, turns, strict=True)
                 ],
             }
-        text = json.dumps(summary, indent=2)
-        (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
-    typer.echo(text if as_json else f"Wrote {'pictures' if practice else 'picture.png'} to {out}")
+        write_json(folder / "summary.json", summary)
+    written = ("summary.json", "pictures" if practice else "picture.png")
+    tell(summary, as_json=as_json, written=written, out=out)
 
 
 def _parsed_shell(text: str) -> tuple[str, tuple[float, float]]:
@@ -181,14 +179,10 @@ def estimate(
     pairs = search_shells(pixels, colours, known, model)
     found = [(name, *pair) for name, pair in zip(names, pairs, strict=True)]
     summary = summarise_found(found, known, pose, model)
-    text = json.dumps(summary, indent=2)
-    if out is not None:
-        with output_folder(out) as folder:
-            (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+    with optional_folder(out) as folder:
+        if folder is not None:
+            write_json(folder / "summary.json", summary)
             save_found_picture(folder / "estimate.png", pixels, found, known)
-    if as_json:
-        typer.echo(text)
-        return
     table = Table("shell", "outcome", escape("range [m]"), escape("bearing [rad]"))
     for name, _, each in found:
         spread = np.sqrt(np.diag(each.covariance))
@@ -199,7 +193,8 @@ def estimate(
                 f"{each.bearing:.4f} ± {spread[1]:.4f}",
             ]
         table.add_row(name, each.outcome.words, *numbers)
-    Console().print(table)
+    written = ("summary.json", "estimate.png")
+    tell(summary, table, as_json=as_json, written=written, out=out)
 
 
 def convert(

@@ -1,12 +1,10 @@
 """`sightfield corner`: who wins round one corner, and a picture of it."""
 
-import json
 import math
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from ...systems.numerics.errors import require, require_positive
 from ...systems.numerics.tracking.corner_fields import FIELDS, field_grid, partition
@@ -18,9 +16,9 @@ from ...systems.numerics.tracking.corner_game import (
     margins,
     to_corner_frame,
 )
-from ..outputs import output_folder
+from ..outputs import optional_folder, write_json
 from ..tracking.corner_picture import save_corner_picture
-from .shared import JsonOption, summary_table
+from .shared import JsonOption, summary_table, tell
 
 # Unit and meaning of each entry of a summary.
 ROWS = {
@@ -67,15 +65,12 @@ def corner(
     alpha further counter-clockwise.
     """
     summary = summarise(alpha, ratio, pursuer, evader, speed, field)
-    text = json.dumps(summary, indent=2)
-    if out is not None:
-        with output_folder(out) as folder:
-            (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+    with optional_folder(out) as folder:
+        if folder is not None:
+            write_json(folder / "summary.json", summary)
             save_corner_picture(folder / "corner.png", alpha, ratio, pursuer, evader, field)
-    if as_json:
-        typer.echo(text)
-    else:
-        Console().print(summary_table("Corner", summary, ROWS))
+    written = ("summary.json", "corner.png")
+    tell(summary, summary_table("Corner", summary, ROWS), as_json=as_json, written=written, out=out)
 
 
 def summarise(

@@ -3,7 +3,6 @@
 With `--certify`, games of certified pursuers, and whether every promise was kept.
 """
 
-import json
 import math
 import time
 from dataclasses import replace
@@ -25,7 +24,7 @@ from ...systems.numerics.tracking.visibility_game.files import (
     save_guaranteed_times,
 )
 from ...systems.numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
-from ..outputs import optional_folder
+from ..outputs import optional_folder, write_json
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
 from ..tracking.certified_games import CertifiedGame, play_certified_games, tally
 from ..tracking.game import TrackingGame, set_up_game
@@ -34,7 +33,7 @@ from ..tracking.promises_picture import save_promises_picture
 from ..tracking.scenario import Evaders, Pursuers, TrackingScenario
 from ..tracking.solved_game import games_folder, recall_or_solve
 from ..world_source import WorldSource
-from .shared import JsonOption, counting_bar, progress_bar, summary_table
+from .shared import JsonOption, counting_bar, progress_bar, summary_table, tell
 
 # Unit and meaning of each entry of a summary.
 ROWS = {
@@ -186,14 +185,11 @@ def guarantee(
             save_guaranteed_times(table, save)
         summary = summarise(table, p, e)
         summary |= {"recalled": recalled, "cpu_seconds": round(seconds, 3)}
-        text = json.dumps(summary, indent=2)
         if folder is not None:
-            (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+            write_json(folder / "summary.json", summary)
             save_guarantee_picture(folder / "guarantee.png", table, game.world, p, e)
-    if as_json:
-        typer.echo(text)
-    else:
-        Console().print(_table(summary))
+    written = ("summary.json", "guarantee.png")
+    tell(summary, _table(summary), as_json=as_json, written=written, out=out)
 
 
 def summarise(
@@ -328,14 +324,11 @@ def certify(game: TrackingGame, *, games: int, seed: int, as_json: bool, out: Pa
                 game.scenario, games=games, seed=seed, world=game.world, progress=progress
             )
         summary = summarise_games(found, game, seed)
-        text = json.dumps(summary, indent=2)
         if folder is not None:
-            (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+            write_json(folder / "summary.json", summary)
             save_promises_picture(folder / "promises.png", found, game.scenario.seconds)
-    if as_json:
-        typer.echo(text)
-    else:
-        Console().print(_games_table(summary))
+    written = ("summary.json", "promises.png")
+    tell(summary, _games_table(summary), as_json=as_json, written=written, out=out)
     for each in found:
         if each.promises.breach:
             typer.echo(f"broken: {_game_name(each)}: {each.promises.breach}", err=True)

@@ -1,21 +1,22 @@
 """`sightfield harvest plan`: what a harvest would take, and what other fleets would."""
 
-import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
+from rich.console import Console, RenderableType
 from rich.table import Table
+from rich.text import Text
 
 from ...systems.numerics.errors import InvalidInput, NoPlan
 from ...systems.numerics.harvest.fleets.figures import FleetFigures
 from ...systems.numerics.units import area_text
 from ..harvest import scenarios
 from ..harvest.fleet_size import MOST, WhatItTakes, as_object, find_what_it_takes
-from ..outputs import optional_folder
+from ..outputs import optional_folder, write_json
 from ..scenario_files import builtin_scenarios
 from .harvest_asked import (
     CombinesOption,
@@ -26,7 +27,7 @@ from .harvest_asked import (
     YieldsOption,
     asked_scenario,
 )
-from .shared import progress_bar
+from .shared import progress_bar, tell
 
 # No table has more fleets than that.
 LARGEST = 20
@@ -99,8 +100,7 @@ def plan(
                 raise typer.Exit(1) from None
         found = as_object(answer, name)
         if written_to is not None:
-            text = json.dumps(found, indent=2)
-            (written_to / "fleets.json").write_text(text + "\n", encoding="utf-8")
+            write_json(written_to / "fleets.json", found)
             if answer.table is not None:
                 # Matplotlib takes its time to import.
                 from ..harvest.fleet_size import draw_fleets
@@ -108,13 +108,8 @@ def plan(
                 title = f"{name}, {area_text(answer.field.area)}, {10 * answer.density:.3g} t/ha"
                 picture = draw_fleets(answer.table, title, answer.field.area)
                 picture.savefig(written_to / "fleets.png", dpi=120)
-    if as_json:
-        typer.echo(json.dumps(found, indent=2))
-        return
-    _show(console, answer, found)
-    if out is not None:
-        names = ["fleets.json", *(["fleets.png"] if answer.table is not None else [])]
-        console.print(f"Wrote {', '.join(names)} to [bold]{out}[/]")
+    written = ["fleets.json", *(["fleets.png"] if answer.table is not None else [])]
+    tell(found, *_shown(answer, found), as_json=as_json, written=written, out=out)
 
 
 def _largest(text: str) -> tuple[int, int, int]:
@@ -129,12 +124,12 @@ def _largest(text: str) -> tuple[int, int, int]:
     return numbers[0], numbers[1], numbers[2]
 
 
-def _show(console: Console, answer: WhatItTakes, found: dict[str, object]) -> None:
+def _shown(answer: WhatItTakes, found: dict[str, object]) -> Iterator[RenderableType]:
     area, figures = answer.field.area, answer.figures
     lines = Table(show_header=False, box=None, padding=(0, 2))
     for what, value in _lines(figures, area).items():
         lines.add_row(what, value)
-    console.print(lines)
+    yield lines
     if answer.table is None:
         return
     rows = Table(box=SIMPLE_HEAD, title="Fleets: combines as planned, carts by the model")
@@ -153,16 +148,15 @@ def _show(console: Console, answer: WhatItTakes, found: dict[str, object]) -> No
             f"{row.combines_for_carts / row.combine_engine_time:.1%}",
             "knee" if number == answer.table.knee else "",
         )
-    console.print(rows)
+    yield rows
     if isinstance(found.get("model_over_plan"), float):
-        console.print(
-            f"The model's time for the fleet above is {found['model_over_plan']:.3f} of the plan's."
-        )
+        ratio = f"{found['model_over_plan']:.3f}"
+        yield f"The model's time for the fleet above is {ratio} of the plan's."
     if not _counts_trucks(answer):
-        console.print("Trucks hold any amount: set trucks.capacity and trucks.road_time.")
+        yield "Trucks hold any amount: set trucks.capacity and trucks.road_time."
     for combines, carts, reason in answer.table.refused:
         who = f"{combines} combines" + (f" with {carts} carts" if carts else "")
-        console.print(f"No plan for {who}: {reason}.", soft_wrap=True)
+        yield Text(f"No plan for {who}: {reason}.")
 
 
 def _counts_trucks(answer: WhatItTakes) -> bool:

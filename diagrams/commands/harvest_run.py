@@ -1,13 +1,10 @@
 """`sightfield harvest run`, or without `run`: combines work a field, carts carry the grain away."""
 
 import sys
-from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from ...systems.numerics.errors import NoPlan, require_non_negative
@@ -116,7 +113,8 @@ def run(
         name = Path(scenario).stem if field is None else f"{Path(scenario).stem} on {field.stem}"
         summary = summarise_harvest(done, name)
         written = write_harvest_report(done, summary, written_to) if written_to is not None else []
-    watched.tell(summary, written, partial(_show, job.answer.reasons))
+    notes = [f"Note: {reason}." for reason in job.answer.reasons]
+    watched.tell(summary, written, _table(summary), *notes)
     if not done.finished:
         print(f"not finished: {done.stopped}", file=sys.stderr)
     watched.stay()
@@ -124,10 +122,8 @@ def run(
         raise typer.Exit(1)
 
 
-def _show(reasons: Sequence[str], console: Console, summary: dict[str, object]) -> None:
+def _table(summary: dict[str, object]) -> Table:
     table = Table(show_header=False, box=None, padding=(0, 2))
     for key, value in summary.items():
         table.add_row(key.replace("_", " "), *shown(value, _UNITS.get(key, "")))
-    console.print(table)
-    for reason in reasons:
-        console.print(f"Note: {reason}.")
+    return table

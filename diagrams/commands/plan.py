@@ -1,6 +1,5 @@
 """`sightfield plan`: several planners on one question, side by side."""
 
-import json
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,6 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
 from ...systems.numerics.errors import InvalidInput, require
 from ...systems.numerics.geometry.world_files import load_world
@@ -22,13 +22,13 @@ from ...systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from ...systems.numerics.planning.trailer import Trailer
 from ...systems.numerics.planning.value_function.grid import THESIS_STEP
 from ...systems.numerics.planning.value_function.solve import Progress as Report
-from ..outputs import optional_folder
+from ..outputs import optional_folder, write_json
 from ..planning.methods import METHODS, PlanningQuestion, chosen_methods, quarter_of_memory
 from ..planning.pictures import save_sweep_picture
 from ..planning.report import as_object, as_table, write_planning_report
 from ..planning.sweep import DirectionSweep, sweep_ratios
 from ..planning.verdict import ask_methods, contradictions
-from .shared import JsonOption
+from .shared import JsonOption, tell
 
 plan = typer.Typer(
     help="Drive the grain cart from one configuration to another in the least time.",
@@ -130,15 +130,9 @@ def compare_planners(
         with solving_shown(not as_json) as progress:
             verdict = ask_methods(replace(question, progress=progress), names)
         written = [] if folder is None else write_planning_report(verdict, folder)
-    if as_json:
-        typer.echo(json.dumps(as_object(verdict), indent=2))
-        return
-    console = Console()
-    console.print(as_table(verdict))
-    for sentence in contradictions(verdict):
-        console.print(f"Contradiction: {sentence}", markup=False)
-    if out is not None:
-        console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
+    remarks = [Text(f"Contradiction: {sentence}") for sentence in contradictions(verdict)]
+    said, table = as_object(verdict), as_table(verdict)
+    tell(said, table, *remarks, as_json=as_json, written=written, out=out)
 
 
 @plan.command()
@@ -157,18 +151,12 @@ def sweep(
     with optional_folder(out) as folder:
         with solving_shown(not as_json) as progress:
             results = sweep_ratios(names, goal_tolerance, count, step, progress)
-        text = json.dumps(results.as_object(), indent=2)
         if folder is not None:
-            (folder / "sweep.json").write_text(text + "\n", encoding="utf-8")
+            write_json(folder / "sweep.json", results.as_object())
             save_sweep_picture(folder / "sweep.png", results)
-    if as_json:
-        typer.echo(text)
-    elif out is not None:
-        Console().print(f"Wrote sweep.json, sweep.png to [bold]{out}[/]")
-        for remark in results.remarks:
-            Console().print(remark, markup=False)
-    else:
-        Console().print(_sweep_table(results))
+    shown = [_sweep_table(results)] if out is None else [Text(each) for each in results.remarks]
+    written = ("sweep.json", "sweep.png")
+    tell(results.as_object(), *shown, as_json=as_json, written=written, out=out)
 
 
 def _refuse_given(context: typer.Context) -> None:

@@ -1,6 +1,5 @@
 """`sightfield reproduce`: every figure and table of the thesis again, on one page."""
 
-import json
 import os
 import platform
 from dataclasses import replace
@@ -14,13 +13,13 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ...systems.numerics.errors import require, require_one_of
-from ..outputs import output_folder
+from ..outputs import output_folder, write_json
 from ..reproduction.exhibits.evidence import Exhibit, Workshop
 from ..reproduction.make_exhibits import FAILED, Made, chosen_exhibits, make_exhibits, summarise
 from ..reproduction.page import make_page
 from ..studies.opponents import POLICIES, read_opponent_runs
 from ..world_source import WorldSource
-from .shared import JsonOption
+from .shared import JsonOption, tell
 
 
 def reproduce(
@@ -90,15 +89,11 @@ def reproduce(
         )
         made = _make(exhibits, workshop, console)
         summary = summarise(made, quick=quick)
-        text = json.dumps(summary, indent=2)
         page = make_page(made, quick=quick, made_with=_made_with())
         (folder / "report.html").write_text(page, encoding="utf-8")
-        (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
-    if as_json:
-        typer.echo(text)
-    else:
-        console.print(_table(made))
-        console.print(f"Wrote report.html, summary.json and pictures to [bold]{out}[/]")
+        write_json(folder / "summary.json", summary)
+    written = ("report.html", "summary.json", "pictures")
+    tell(summary, _table(made), as_json=as_json, written=written, out=out)
     if any(each.verdict == FAILED for each in made):
         raise typer.Exit(1)
 

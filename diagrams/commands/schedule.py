@@ -1,23 +1,21 @@
 """`sightfield schedule`: can these carts serve these combines, and what is the plan?"""
 
 import csv
-import json
 import math
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from ...systems.numerics.errors import InvalidInput, require, require_positive
 from ...systems.numerics.harvest.schedule.answer import answer_schedule, drawn_timetable
 from ...systems.numerics.harvest.schedule.fleet import Fleet, Truck, line_of, require_count
 from ...systems.numerics.units import read_quantities, read_quantity
-from ..outputs import output_folder
+from ..outputs import optional_folder, write_json
 from ..schedule.load_diagram import save_load_diagram
 from ..schedule.schedule_table import schedule_tables
 from ..schedule.summary import summarise_schedule
-from .shared import JsonOption
+from .shared import JsonOption, tell
 
 # More take splits and programmes of a size that nobody waits for.
 _MOST_COMBINES = 20
@@ -98,18 +96,12 @@ def schedule(
     )
     answer = answer_schedule(fleet, carts, truck, fill, jitter)
     summary = summarise_schedule(answer, carts, gap, fill, jitter)
-    text = json.dumps(summary, indent=2, allow_nan=False)
-    if out is not None:
-        with output_folder(out) as folder:
-            (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+    with optional_folder(out) as folder:
+        if folder is not None:
+            write_json(folder / "summary.json", summary)
             save_load_diagram(folder / "loads.png", answer, drawn_timetable(answer, cycles))
-    if as_json:
-        typer.echo(text)
-        return
-    console = Console()
-    console.print(schedule_tables(summary))
-    if out is not None:
-        console.print(f"Wrote loads.png, summary.json to [bold]{out}[/]")
+    written = ("summary.json", "loads.png")
+    tell(summary, schedule_tables(summary), as_json=as_json, written=written, out=out)
 
 
 def _ways(

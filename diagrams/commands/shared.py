@@ -1,11 +1,14 @@
 """What commands share: options, tables of what came out, bars, and what is meant by default."""
 
+import inspect
+import json
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
+from rich.console import Console, RenderableType
 from rich.markup import escape
 from rich.progress import (
     MofNCompleteColumn,
@@ -14,6 +17,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 from rich.table import Table
+from rich.text import Text
 from typer.core import TyperGroup
 
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
@@ -43,6 +47,34 @@ class RunByDefault(TyperGroup):
         return super().parse_args(ctx, args)
 
 
+def takes(read: Callable[..., Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Decorator that gives a command, after its own options, those that it shares with others.
+
+    Args:
+        read: Its parameters are the shared options. The command's first parameter, which is no
+            option, is what it returns.
+    """
+    shared = inspect.signature(read).parameters
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        own = list(inspect.signature(command).parameters.values())[1:]
+
+        def run(**given: Any) -> None:
+            words = {name: given.pop(name) for name in shared}
+            command(read(**words), **given)
+
+        every = [
+            each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in (*own, *shared.values())
+        ]
+        # What Typer reads.
+        run.__name__, run.__doc__ = command.__name__, command.__doc__
+        run.__annotations__ = {each.name: each.annotation for each in every}
+        run.__signature__ = inspect.Signature(every)
+        return run
+
+    return decorate
+
+
 def shown(value: object, digits: int = 4) -> str:
     """A number, several of them, or anything else, for people.
 
@@ -59,17 +91,16 @@ def shown(value: object, digits: int = 4) -> str:
     return str(value)
 
 
-def print_summary(console: Console, summary: dict[str, object]) -> None:
-    """Print the entries of a summary, one below the other.
+def plain_table(summary: dict[str, object]) -> Table:
+    """The entries of a summary, one below the other.
 
     Args:
-        console: Where.
         summary: Values by their names.
     """
     table = Table(show_header=False, box=None, padding=(0, 2))
     for key, value in summary.items():
         table.add_row(key.replace("_", " "), shown(value))
-    console.print(table)
+    return table
 
 
 def summary_table(
@@ -90,6 +121,49 @@ def summary_table(
         if value is not None:
             table.add_row(key, shown(value, digits), *rows[key])
     return table
+
+
+def titled_table(title: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
+    """A table as a study's report has it, with its title above its left end.
+
+    Args:
+        title: Words; square brackets are no markup.
+        head: Of the columns.
+        rows: Cells of each.
+    """
+    table = Table(title=Text(title), title_justify="left", box=None)
+    for number, each in enumerate(head):
+        table.add_column(each, justify="right" if number else "left")
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def tell(
+    said: object,
+    *shown: RenderableType,
+    as_json: bool,
+    written: Sequence[str] = (),
+    out: Path | None = None,
+) -> None:
+    """Print what came out.
+
+    Args:
+        said: All of it, where one JSON object is wanted and nothing else.
+        shown: Tables and sentences for people.
+        as_json: Whether that is wanted.
+        written: Names of files in `out`, which people are told.
+        out: The folder, if there is one.
+    """
+    if as_json:
+        typer.echo(json.dumps(said, indent=2))
+        return
+    console = Console()
+    for each in shown:
+        # A sentence is one line, however narrow the terminal.
+        console.print(each, soft_wrap=isinstance(each, str | Text))
+    if out is not None:
+        console.print(f"Wrote {', '.join(written)} to [bold]{escape(str(out))}[/]", soft_wrap=True)
 
 
 # Rich's type of it has the name of two things of ours, between which the pages could not tell.

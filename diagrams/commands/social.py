@@ -27,7 +27,7 @@ from .shared import (
     RunFolderOption,
     SecondsOption,
     SeedOption,
-    print_summary,
+    plain_table,
 )
 from .watched_run import WatchedRun
 
@@ -133,7 +133,7 @@ def run(
             )
         summary = summarise_search(done, path.stem, network)
         written = write_search_report(done, summary, folder) if folder is not None else []
-    watched.tell(summary, written, print_summary)
+    watched.tell(summary, written, plain_table(summary))
     watched.stay()
 
 

@@ -4,23 +4,19 @@ All subcommands share the options of one scenario. Without a subcommand `run` is
 what becomes of one start.
 """
 
-import inspect
-import json
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from ...systems.numerics.errors import require, require_non_negative, require_positive
 from ...systems.numerics.standoff.loop import CONTROLLERS, ErrorModel, StandoffLoop
 from ...systems.numerics.standoff.response import require_start
 from ...systems.numerics.standoff.sampled_loop import SampledPid, Specification, design_gains
-from ..outputs import optional_folder
+from ..outputs import optional_folder, write_json
 from ..standoff.analysis import MARGINS, StandoffAnalysis, analyse_standoff
 from ..standoff.laboratory import StandoffPage
 from ..standoff.make_standoff import StandoffScenario, run_standoff
@@ -35,7 +31,7 @@ from ..standoff.report import (
 from ..standoff.simulation import ROWS as SIMULATION_ROWS
 from ..standoff.simulation import simulation_summary, write_simulation
 from ..visuals.live_page import open_live_page
-from .shared import JsonOption, RunByDefault, summary_table
+from .shared import JsonOption, RunByDefault, summary_table, takes, tell
 
 THESIS, CLOCK = ErrorModel(), SampledPid()
 # A longer delay line makes matrices whose poles take seconds.
@@ -109,27 +105,6 @@ def read_scenario(
     )
 
 
-def takes_scenario(command: Callable[..., None]) -> Callable[..., None]:
-    """Put the scenario's options before a command's own, and hand it the scenario.
-
-    Args:
-        command: Its first parameter is the scenario.
-    """
-    shared = inspect.signature(read_scenario).parameters
-    own = list(inspect.signature(command).parameters.values())[1:]
-
-    def run(**given: Any) -> None:
-        words = {name: given.pop(name) for name in shared}
-        command(read_scenario(**words), **given)
-
-    every = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in (*shared.values(), *own)]
-    # What Typer reads.
-    run.__name__, run.__doc__ = command.__name__, command.__doc__
-    run.__annotations__ = {each.name: each.annotation for each in every}
-    run.__signature__ = inspect.Signature(every)
-    return run
-
-
 def analyse_and_answer(scenario: StandoffScenario, out: Path | None, as_json: bool) -> None:
     """Analyse a scenario, and follow its start if a folder is to be written.
 
@@ -157,17 +132,11 @@ def answer(
     with optional_folder(out) as folder:
         if folder is not None and report is not None:
             written = write_standoff_report(folder, report, found)
-    if as_json:
-        said = found.as_object() if found is not None else report.summary if report else {}
-        typer.echo(json.dumps(said, indent=2))
-        return
-    console = Console()
-    if found is not None:
-        console.print(_analysis_table(found))
+    said = found.as_object() if found is not None else report.summary if report else {}
+    shown = [] if found is None else [_analysis_table(found)]
     if report is not None:
-        console.print(summary_table("Stand-off", report.summary, ROWS, digits=5))
-    if out is not None:
-        console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
+        shown.append(summary_table("Stand-off", report.summary, ROWS, digits=5))
+    tell(said, *shown, as_json=as_json, written=written, out=out)
 
 
 def _analysis_table(found: StandoffAnalysis) -> Table:
@@ -238,7 +207,7 @@ def _end(end: float) -> str:
     return "unbounded below" if end < 0 else "unbounded above"
 
 
-@takes_scenario
+@takes(read_scenario)
 def run(
     scenario: StandoffScenario,
     analyse: Annotated[bool, typer.Option("--analyse", help="As the command `analyse`.")] = False,
@@ -252,7 +221,7 @@ def run(
         answer(standoff_report(scenario), None, out, as_json)
 
 
-@takes_scenario
+@takes(read_scenario)
 def analyse(scenario: StandoffScenario, out: OutOption = None, as_json: JsonOption = False) -> None:
     """Equilibria, poles, singularities, regions of attraction and margins of a loop.
 
@@ -275,7 +244,7 @@ DESIGN_ROWS = {
 }
 
 
-@takes_scenario
+@takes(read_scenario)
 def design(
     scenario: StandoffScenario,
     phase_margin: Annotated[float, typer.Option(help="Least phase margin [degrees].")] = 60.0,
@@ -316,24 +285,18 @@ def design(
             tuned = replace(scenario, loop=loop)
             analysis = analyse_standoff(loop, scenario.sampled, scenario.delay_samples)
             written = write_standoff_report(folder, standoff_report(tuned), analysis)
-            (folder / "design.json").write_text(json.dumps(said, indent=2) + "\n", "utf-8")
+            write_json(folder / "design.json", said)
             written.append("design.json")
-    if as_json:
-        typer.echo(json.dumps(said, indent=2))
-        return
-    console = Console()
-    console.print(
-        summary_table("Stand-off: gains for the margins asked for", said, DESIGN_ROWS, digits=5)
-    )
-    if out is not None:
-        console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
+    title = "Stand-off: gains for the margins asked for"
+    table = summary_table(title, said, DESIGN_ROWS, digits=5)
+    tell(said, table, as_json=as_json, written=written, out=out)
 
 
 # So that nobody waits for a slip of the finger.
 MOST_SAMPLES = 400_000
 
 
-@takes_scenario
+@takes(read_scenario)
 def simulate(
     scenario: StandoffScenario,
     seconds: Annotated[float, typer.Option(help="How long [s].")] = 10.0,
@@ -350,20 +313,15 @@ def simulate(
         summary = simulation_summary(scenario, run)
         if folder is not None:
             written = write_simulation(folder, scenario, run, summary)
-    if as_json:
-        typer.echo(json.dumps(summary, indent=2))
-        return
-    console = Console()
-    console.print(summary_table("Stand-off: simulation", summary, SIMULATION_ROWS, digits=5))
-    if out is not None:
-        console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
+    table = summary_table("Stand-off: simulation", summary, SIMULATION_ROWS, digits=5)
+    tell(summary, table, as_json=as_json, written=written, out=out)
 
 
 # A finer clock would make every picture wait.
 LEAST_PERIOD = 1e-3
 
 
-@takes_scenario
+@takes(read_scenario)
 def live(
     scenario: StandoffScenario,
     port: Annotated[

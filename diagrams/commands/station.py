@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 
 from ...systems.numerics.errors import InvalidInput, require, require_non_negative
-from ..outputs import output_folder
+from ..outputs import optional_folder, output_folder, write_json
 from ..station.check import Finding, Identity, all_found, check_laboratory, identify
 from ..station.hardware import KINDS, Devices, Operator, find_kind, open_view
 from ..station.kind_check import KindTrial, check_kind
@@ -173,10 +173,9 @@ def replay(
         "greatest_difference": result.greatest_difference,
         "differing": list(result.differing),
     }
-    if out is not None:
-        with output_folder(out) as folder:
-            text = json.dumps(summary, indent=2) + "\n"
-            (folder / "summary.json").write_text(text, encoding="utf-8")
+    with optional_folder(out) as folder:
+        if folder is not None:
+            write_json(folder / "summary.json", summary)
     if as_json:
         print(json.dumps(summary, indent=2))
     elif result.identical:

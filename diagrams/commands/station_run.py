@@ -3,7 +3,6 @@
 Its options stand first; the other subcommands of `sightfield station` share most of them.
 """
 
-import json
 import os
 import signal
 import socket
@@ -17,10 +16,10 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 import typer
-from rich.console import Console
+from rich.console import Console, RenderableType
 
 from ...systems.numerics.errors import InvalidInput, require, require_non_negative
-from ..outputs import output_folder, refuse
+from ..outputs import optional_folder, refuse
 from ..rosbag.bag import require_mcap
 from ..scenario_files import builtin_scenarios, find_scenario
 from ..station import scenarios
@@ -31,7 +30,7 @@ from ..station.run import HORIZON, StationRun, run_station
 from ..station.scenario import StationScenario, load_station
 from ..station.session import drive_to_start, open_laboratory, show_on_view
 from ..tracking.game import set_up_game
-from .shared import JsonOption, SecondsOption, print_summary
+from .shared import JsonOption, SecondsOption, plain_table, tell
 
 DEFAULT_SCENARIO = "thesis_3v3"
 ScenarioArgument = Annotated[
@@ -207,14 +206,11 @@ def run(
             link.end(done.how)
         record = read_run_log(log)
         summary = summarise_station(done, record, game, name, laboratory.seconds, mode)
-        written = []
-        if out is not None:
-            with output_folder(out) as folder:
+        written: list[str] = []
+        with optional_folder(out) as folder:
+            if folder is not None:
                 written = [log.name, *write_station_report(done, record, game, summary, folder)]
-    if as_json:
-        print(json.dumps(summary, indent=2))
-    else:
-        _tell(console, summary, done, written, out)
+    tell(summary, *_shown(summary, done), as_json=as_json, written=written, out=out)
     if ending.first is not None:
         # As a shell says it of a program that a signal has ended.
         raise typer.Exit(128 + ending.first)
@@ -222,25 +218,17 @@ def run(
         raise typer.Exit(1)
 
 
-def _tell(
-    console: Console,
-    summary: dict[str, object],
-    done: StationRun,
-    written: list[str],
-    out: Path | None,
-) -> None:
-    """Print the summary, the events and how it ended."""
+def _shown(summary: dict[str, object], done: StationRun) -> Iterator[RenderableType]:
+    """The summary, the events and how it ended."""
     events: Any = summary["events"]
-    print_summary(console, {key: value for key, value in summary.items() if key != "events"})
+    yield plain_table({key: value for key, value in summary.items() if key != "events"})
     for event in events:
         mark = "[red]fault[/] " if event["fault"] else ""
         robot = f"{event['robot']} " if event["robot"] else ""
-        console.print(f"{event['time']:8.2f} s  {mark}{robot}{event['text']}", soft_wrap=True)
+        yield f"{event['time']:8.2f} s  {mark}{robot}{event['text']}"
     ending = "Every evader was in sight" if done.lost_evader is None else "Sight was kept"
     more = "" if done.how == HORIZON else f"; {done.how}"
-    console.print(f"{ending} for {done.tracking_time:.2f} s{more}.")
-    if written:
-        console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
+    yield f"{ending} for {done.tracking_time:.2f} s{more}."
 
 
 def _mode(simulate: bool, emulate: bool, hardware: bool) -> str:

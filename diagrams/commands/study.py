@@ -1,6 +1,5 @@
 """`sightfield study`: play grids of games, compare them, replay any single one."""
 
-import json
 import os
 import sys
 import tempfile
@@ -12,9 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
+from rich.console import Console, RenderableType
 
 from ...systems.numerics.errors import require, require_one_of
 from ...systems.numerics.geometry.random_arena import Arena
@@ -46,7 +43,7 @@ from ..tracking.run import run_tracking
 from ..tracking.scenario import TrackingScenario
 from ..visuals.live_page import open_live_page
 from ..world_source import WorldSource
-from .shared import counting_bar
+from .shared import JsonSummaryOption, counting_bar, takes, tell, titled_table
 from .study_map import study_map
 
 study = typer.Typer(help="Play a grid of games many times over, with statistics.")
@@ -57,154 +54,146 @@ def _runs_option(runs: int) -> Any:
     return typer.Option(help=f"Runs of each cell [default: {runs}].")
 
 
-Opponents = Annotated[
+OpponentsOption = Annotated[
     list[str] | None,
     typer.Option(
         metavar="POLICY",
         help=f"Evaders to play against; again for more [default: {', '.join(OPPONENTS)}].",
     ),
 ]
-OpponentRuns = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="POLICY=RUNS",
-        help="Runs of each cell against these evaders, where not --runs [default: "
-        f"{', '.join(f'{name}={number}' for name, number in FEWER.items())}, or --runs if fewer].",
-    ),
-]
-Seed = Annotated[int | None, typer.Option(help="Root of all seeds [default: 0].")]
-Seconds = Annotated[float | None, typer.Option(help=f"Horizon [s] [default: {SECONDS:g}].")]
-Settings = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="KEY=VALUE",
-        help="Set a key of every game, as evaders.top_speed=0.15, or of the random worlds, as "
-        "arena.obstacles=8.",
-    ),
-]
-OneWorld = Annotated[
-    Path | None,
-    typer.Option(
-        "--world", help="Play in this world (WKT, GeoJSON or ROS map), not in random ones."
-    ),
-]
-Workers = Annotated[
-    int | None, typer.Option(help="Processes; 0: play in this one [default: one a core].")
-]
-Cluster = Annotated[
-    str | None, typer.Option(help="Dask scheduler to play on instead, as tcp://host:8786.")
-]
-Resume = Annotated[
-    Path | None, typer.Option(help="Folder of an interrupted study: go on where it stopped.")
-]
-Only = Annotated[
-    str | None,
-    typer.Option(metavar="CELL:RUN", help="Replay this run, as 3v4-uniform-best_response:17."),
-]
-Out = Annotated[
-    Path | None, typer.Option(help="Folder for table, summary and pictures; or of the replay.")
-]
-AsJson = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wanted:
-    """What the options say of a study; None: nothing.
+class Asked:
+    """What options say that all studies share; None: nothing.
 
     Attributes:
-        runs: Of each cell.
-        opponents: Policies of the evaders.
-        opponent_runs: Runs against some of them, "best_response=100".
+        opponent_runs: Runs against some of the evaders, "best_response=100".
         seed: Root of all seeds.
         seconds: Horizon [s].
         settings: "key=value", for every game or, as "arena.key=value", for the random worlds.
         world: A map in which all is played.
-        sizes: Of the teams, "3v4".
-        starts: Runs that share an arena.
-        pursuers: Names in the study of policies.
+        workers: Processes; 0: this one.
+        cluster: Address of Dask's scheduler.
+        resume: Folder of an interrupted study.
+        only: "CELL:RUN", which is to be replayed.
+        out: Folder of results.
+        as_json: Whether to print JSON.
     """
 
-    runs: int | None
-    opponents: list[str] | None
     opponent_runs: list[str] | None
     seed: int | None
     seconds: float | None
     settings: list[str] | None
     world: Path | None
-    sizes: list[str] | None = None
-    starts: int | None = None
-    pursuers: list[str] | None = None
+    workers: int | None
+    cluster: str | None
+    resume: Path | None
+    only: str | None
+    out: Path | None
+    as_json: bool
+
+    @property
+    def study(self) -> list[object]:
+        """What is said of the games, not of how they are played."""
+        return [self.opponent_runs, self.seed, self.seconds, self.settings, self.world]
+
+
+def read_asked(
+    opponent_runs: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="POLICY=RUNS",
+            help="Runs of each cell against these evaders, where not --runs [default: "
+            f"{', '.join(f'{name}={number}' for name, number in FEWER.items())}, or --runs if "
+            "fewer].",
+        ),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Root of all seeds [default: 0].")] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help=f"Horizon [s] [default: {SECONDS:g}].")
+    ] = None,
+    setting: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Set a key of every game, as evaders.top_speed=0.15, or of the random worlds, as "
+            "arena.obstacles=8.",
+        ),
+    ] = None,
+    world: Annotated[
+        Path | None,
+        typer.Option(help="Play in this world (WKT, GeoJSON or ROS map), not in random ones."),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes; 0: play in this one [default: one a core].")
+    ] = None,
+    cluster: Annotated[
+        str | None, typer.Option(help="Dask scheduler to play on instead, as tcp://host:8786.")
+    ] = None,
+    resume: Annotated[
+        Path | None, typer.Option(help="Folder of an interrupted study: go on where it stopped.")
+    ] = None,
+    only: Annotated[
+        str | None,
+        typer.Option(metavar="CELL:RUN", help="Replay this run, as 3v4-uniform-best_response:17."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for table, summary and pictures; or of the replay.")
+    ] = None,
+    as_json: JsonSummaryOption = False,
+) -> Asked:
+    """What the options say."""
+    return Asked(
+        opponent_runs=opponent_runs,
+        seed=seed,
+        seconds=seconds,
+        settings=setting,
+        world=world,
+        workers=workers,
+        cluster=cluster,
+        resume=resume,
+        only=only,
+        out=out,
+        as_json=as_json,
+    )
 
 
 @study.command()
+@takes(read_asked)
 def tracking(
+    asked: Asked,
     runs: Annotated[int | None, _runs_option(RUNS)] = None,
-    opponent: Opponents = None,
-    opponent_runs: OpponentRuns = None,
-    seed: Seed = None,
-    seconds: Seconds = None,
-    setting: Settings = None,
-    world: OneWorld = None,
-    workers: Workers = None,
-    cluster: Cluster = None,
-    resume: Resume = None,
-    only: Only = None,
-    out: Out = None,
-    as_json: AsJson = False,
+    opponent: OpponentsOption = None,
 ) -> None:
     """How long 1 to 4 pursuers keep 1 to 4 evaders in sight, with each risk vector.
 
     Figures 2.16 to 2.18 of the thesis, against each opponent.
     """
-    wanted = Wanted(
-        runs=runs,
-        opponents=opponent,
-        opponent_runs=opponent_runs,
-        seed=seed,
-        seconds=seconds,
-        settings=setting,
-        world=world,
-    )
-    chosen = _choose(tracking_study, "tracking", wanted, resume, OPPONENTS, RUNS)
-    _do(chosen, tracking_grid, workers, cluster, resume, only, out, as_json)
+    chosen = _choose(tracking_study, "tracking", asked, (runs, RUNS), (opponent, OPPONENTS))
+    _do(chosen, tracking_grid, asked)
 
 
 @study.command()
+@takes(read_asked)
 def assignment(
+    asked: Asked,
     runs: Annotated[int | None, _runs_option(RUNS)] = None,
-    opponent: Opponents = None,
-    opponent_runs: OpponentRuns = None,
-    seed: Seed = None,
-    seconds: Seconds = None,
-    setting: Settings = None,
-    world: OneWorld = None,
-    workers: Workers = None,
-    cluster: Cluster = None,
-    resume: Resume = None,
-    only: Only = None,
-    out: Out = None,
-    as_json: AsJson = False,
+    opponent: OpponentsOption = None,
 ) -> None:
     """Whether three pursuers with three risk functions gain from ranking and aggregation.
 
     Figure 2.19 of the thesis, against each opponent.
     """
-    wanted = Wanted(
-        runs=runs,
-        opponents=opponent,
-        opponent_runs=opponent_runs,
-        seed=seed,
-        seconds=seconds,
-        settings=setting,
-        world=world,
-    )
-    chosen = _choose(assignment_study, "assignment", wanted, resume, OPPONENTS, RUNS)
-    _do(chosen, assignment_grid, workers, cluster, resume, only, out, as_json)
+    chosen = _choose(assignment_study, "assignment", asked, (runs, RUNS), (opponent, OPPONENTS))
+    _do(chosen, assignment_grid, asked)
 
 
 @study.command()
+@takes(read_asked)
 def policies(
+    asked: Asked,
     runs: Annotated[int | None, _runs_option(POLICY_RUNS)] = None,
     opponent: Annotated[
         list[str] | None,
@@ -212,7 +201,6 @@ def policies(
             metavar="POLICY", help="Evaders to play against; again for more [default: all of them]."
         ),
     ] = None,
-    opponent_runs: OpponentRuns = None,
     size: Annotated[
         list[str] | None,
         typer.Option(metavar="NvM", help=f"Teams; again for more [default: {', '.join(SIZES)}]."),
@@ -227,81 +215,61 @@ def policies(
     starts: Annotated[
         int | None, typer.Option(help="Runs that share a random arena [default: 1].")
     ] = None,
-    seed: Seed = None,
-    seconds: Seconds = None,
-    setting: Settings = None,
-    world: OneWorld = None,
-    workers: Workers = None,
-    cluster: Cluster = None,
-    resume: Resume = None,
-    only: Only = None,
-    out: Out = None,
-    as_json: AsJson = False,
 ) -> None:
     """What each way to pursue is worth against each way to escape: a matrix for each pair of teams.
 
     The thesis's pursuers, with and without holding their assignments, on the field of margins, with
     a look ahead, and by the solved visibility game.
     """
-    wanted = Wanted(
-        runs=runs,
-        opponents=opponent,
-        opponent_runs=opponent_runs,
-        seed=seed,
-        seconds=seconds,
-        settings=setting,
-        world=world,
-        sizes=size,
-        starts=starts,
-        pursuers=pursuers,
-    )
-    chosen = _choose(policies_study, "policies", wanted, resume, POLICIES, POLICY_RUNS)
-    _do(chosen, policies_grid, workers, cluster, resume, only, out, as_json)
+    own = {"sizes": size, "starts": starts, "pursuers": pursuers}
+    counted, against = (runs, POLICY_RUNS), (opponent, POLICIES)
+    chosen = _choose(policies_study, "policies", asked, counted, against, **own)
+    _do(chosen, policies_grid, asked)
 
 
 def _choose(
     make: Callable[..., Study],
     name: str,
-    wanted: Wanted,
-    resume: Path | None,
-    opponents: Sequence[str],
-    runs: int,
+    asked: Asked,
+    runs: tuple[int | None, int],
+    opponents: tuple[Sequence[str] | None, Sequence[str]],
+    **own: object,
 ) -> Study:
     """The study that is begun in a folder, or that the options describe.
 
-    Opponents and runs are those of a study of which the options say nothing.
+    Runs and opponents are what is asked for, and those of a study of which nothing is said; `own`
+    is what only this study has.
     """
-    if resume is not None:
+    if asked.resume is not None:
+        said = (*asked.study, runs[0], opponents[0], *own.values())
         require(
-            all(each is None for each in vars(wanted).values()),
+            all(each is None for each in said),
             "--resume",
             "come without options of the study, which its folder knows",
             "one of them",
         )
-        begun = recorded_study(resume)
+        begun = recorded_study(asked.resume)
         require(begun.name == name, "--resume", f"hold the study {name}", begun.name)
         return begun
-    world, settings = wanted.world, wanted.settings or []
+    world, settings = asked.world, asked.settings or []
     source = None if world is None else WorldSource(file=str(world.resolve()))
-    base = thesis_base(SECONDS if wanted.seconds is None else wanted.seconds, source)
+    base = thesis_base(SECONDS if asked.seconds is None else asked.seconds, source)
     arena = [each.removeprefix("arena.") for each in settings if each.startswith("arena.")]
     others = [each for each in settings if not each.startswith("arena.")]
     known = [each.name for each in fields(Arena)]
     for each in arena:
         require_one_of("--set arena", each.partition("=")[0], known)
     require(not (arena and world), "--set", "not set the arena with --world", f"arena.{arena[:1]}")
-    against = wanted.opponents or opponents
-    number = runs if wanted.runs is None else wanted.runs
+    against = opponents[0] or opponents[1]
+    number = runs[1] if runs[0] is None else runs[0]
     chosen = make(
         runs=number,
         opponents=against,
-        opponent_runs=fewer_runs(against, number, read_opponent_runs(wanted.opponent_runs or [])),
-        seed=0 if wanted.seed is None else wanted.seed,
+        opponent_runs=fewer_runs(against, number, read_opponent_runs(asked.opponent_runs or [])),
+        seed=0 if asked.seed is None else asked.seed,
         base=build(TrackingScenario, with_settings(asdict(base), others)),
         arena=build(Arena, with_settings(asdict(Arena()), arena)) if world is None else None,
-        **({} if wanted.sizes is None else {"sizes": wanted.sizes}),
-        **({} if wanted.starts is None else {"starts": wanted.starts}),
-        **({} if wanted.pursuers is None else {"pursuers": wanted.pursuers}),
+        **{key: value for key, value in own.items() if value is not None},
     )
     # What every cell sets itself would be lost without a word.
     varied = {key.partition("=")[0] for cell in chosen.cells for key in cell.settings}
@@ -311,35 +279,24 @@ def _choose(
     return chosen
 
 
-def _do(
-    chosen: Study,
-    grid_of: Callable[[Study], StudyGrid],
-    workers: int | None,
-    cluster: str | None,
-    resume: Path | None,
-    only: str | None,
-    out: Path | None,
-    as_json: bool,
-) -> None:
+def _do(chosen: Study, grid_of: Callable[[Study], StudyGrid], asked: Asked) -> None:
     """Play a study or one run of it, show what came out, and keep it."""
+    resume, out, as_json = asked.resume, asked.out, asked.as_json
     console = Console(stderr=as_json)
-    if only is not None:
-        summary = _replay(chosen, only, out, console)
-        if as_json:
-            print(json.dumps(summary, indent=2))
+    if asked.only is not None:
+        tell(_replay(chosen, asked.only, out, console), as_json=as_json)
         return
     require(resume is None or out in (None, resume), "--out", "be left out with --resume", out)
     place = resume or out
     again = f"sightfield study {chosen.name} --resume {place}"
     grid = grid_of(chosen)
-    count = (os.cpu_count() or 1) if workers is None else workers
+    count = (os.cpu_count() or 1) if asked.workers is None else asked.workers
+    shown = sys.stdout.isatty() and not as_json
     try:
         with tempfile.TemporaryDirectory() if place is None else nullcontext(place) as folder:
-            with counting_bar(
-                console, "games", shown=sys.stdout.isatty() and not as_json
-            ) as progress:
+            with counting_bar(console, "games", shown=shown) as progress:
                 result = run_study(
-                    chosen, Path(folder), workers=count, cluster=cluster, progress=progress
+                    chosen, Path(folder), workers=count, cluster=asked.cluster, progress=progress
                 )
             summary = summarise_study(result, grid)
             written = ["table.parquet"]
@@ -354,12 +311,7 @@ def _do(
         if place is None or not (place / "study.json").is_file():
             raise
         raise NoRoom(f"{error}; with room go on with: {again}") from None
-    if as_json:
-        print(json.dumps(summary, indent=2))
-        return
-    _show(console, summary, grid)
-    if place is not None:
-        console.print(f"Wrote {', '.join(written)} to [bold]{place}[/]")
+    tell(summary, *_shown(summary, grid), as_json=as_json, written=written, out=place)
 
 
 def _replay(chosen: Study, only: str, out: Path | None, console: Console) -> dict[str, object]:
@@ -381,22 +333,15 @@ def _replay(chosen: Study, only: str, out: Path | None, console: Console) -> dic
     return summary
 
 
-def _show(console: Console, summary: dict[str, Any], grid: StudyGrid) -> None:
-    """Print restricted means, whom they are worst against, and the clearest comparisons."""
-    for each in mean_tables(summary, grid):
-        # Text: Rich would take [s] for markup.
-        table = Table(title=Text(each.title), title_justify="left", box=None)
-        table.add_column(each.head[0])
-        for head in each.head[1:]:
-            table.add_column(head, justify="right")
-        for row in each.rows:
-            table.add_row(*row)
-        console.print(table)
+def _shown(summary: dict[str, Any], grid: StudyGrid) -> list[RenderableType]:
+    """Restricted means, whom they are worst against, and the clearest comparisons."""
+    tables = [titled_table(each.title, each.head, each.rows) for each in mean_tables(summary, grid)]
     worst = [each for row in summary["worst"].values() for each in row.values()]
     counts = ", ".join(f"{opponent} {count}" for opponent, count in Counter(worst).most_common())
-    console.print(f"Strongest opponent, of {len(worst)} pairs of teams and pursuers: {counts}.")
     clear = [each for each in summary["comparisons"] if each["holm_p"] < 0.05]
-    console.print(
+    return [
+        *tables,
+        f"Strongest opponent, of {len(worst)} pairs of teams and pursuers: {counts}.",
         f"{len(clear)} of {len(summary['comparisons'])} paired differences are significant at 5% "
-        "after Holm's correction; summary.json has all."
-    )
+        "after Holm's correction; summary.json has all.",
+    ]

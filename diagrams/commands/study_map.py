@@ -1,6 +1,5 @@
 """`sightfield study map`: how much of what is seen can be kept in sight, on which maps."""
 
-import json
 import os
 import sys
 from dataclasses import asdict, fields
@@ -9,8 +8,6 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from ...systems.numerics.errors import require, require_one_of
 from ...systems.numerics.geometry.random_arena import Arena
@@ -27,7 +24,7 @@ from ..studies.map_study import (
     summarise_maps,
     write_map_report,
 )
-from .shared import JsonSummaryOption, counting_bar
+from .shared import JsonSummaryOption, counting_bar, tell, titled_table
 
 
 def study_map(
@@ -74,19 +71,8 @@ def study_map(
         result = _solve(chosen, count, console, shown=sys.stdout.isatty() and not as_json)
         summary = summarise_maps(result)
         written = [] if folder is None else write_map_report(result, summary, folder)
-    if as_json:
-        typer.echo(json.dumps(summary, indent=2))
-        return
-    for each in map_tables(summary):
-        # Text: Rich would take [m] for markup.
-        table = Table(title=Text(each.title), title_justify="left", box=None)
-        for head in each.head:
-            table.add_column(head, justify="right")
-        for row in each.rows:
-            table.add_row(*row)
-        console.print(table)
-    if out is not None:
-        console.print(f"Wrote {', '.join(written)} to [bold]{out}[/]")
+    tables = [titled_table(each.title, each.head, each.rows) for each in map_tables(summary)]
+    tell(summary, *tables, as_json=as_json, written=written, out=out)
 
 
 def _choose(

@@ -1,12 +1,10 @@
 """`sightfield track`: play a tracking game, watch it, keep what happened."""
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from ...systems.numerics.errors import require, require_non_negative
 from ..rosbag.bag import require_mcap
@@ -22,7 +20,7 @@ from .shared import (
     ReplayOption,
     SecondsOption,
     SeedOption,
-    print_summary,
+    plain_table,
 )
 from .watched_run import WatchedRun
 
@@ -83,7 +81,7 @@ def track(
         if folder is not None and mcap:
             write_tracking_rosbag(run, folder / _MCAP)
             written.append(_MCAP)
-    watched.tell(summary, written, partial(_show, run))
+    watched.tell(summary, written, plain_table(summary), _ending(run))
     watched.stay()
 
 
@@ -103,10 +101,7 @@ def _load(
     return replace(elsewhere, world=WorldSource(file=str(world)))
 
 
-def _show(run: TrackingRun, console: Console, summary: dict[str, object]) -> None:
-    """Print the summary as a table."""
-    print_summary(console, summary)
+def _ending(run: TrackingRun) -> str:
     if run.lost_evader is None:
-        console.print(f"Every evader was in sight for {run.tracking_time:.2f} s.")
-    else:
-        console.print(f"Evader {run.lost_evader} was out of sight at {run.tracking_time:.2f} s.")
+        return f"Every evader was in sight for {run.tracking_time:.2f} s."
+    return f"Evader {run.lost_evader} was out of sight at {run.tracking_time:.2f} s."

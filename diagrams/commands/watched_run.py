@@ -1,16 +1,15 @@
 """How a command runs a story: below a bar, on a live page, with a folder of results, or none."""
 
-import json
 import sys
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
+from rich.console import Console, RenderableType
 
 from ..outputs import optional_folder
-from .shared import progress_bar
+from .shared import progress_bar, tell
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
@@ -61,25 +60,15 @@ class WatchedRun:
         """See `progress_bar`."""
         return progress_bar(self.console, self.attended)
 
-    def tell(
-        self,
-        summary: dict[str, object],
-        written: list[str],
-        show: Callable[[Console, dict[str, object]], None],
-    ) -> None:
+    def tell(self, summary: dict[str, object], written: list[str], *shown: RenderableType) -> None:
         """Print what came out, and what was written.
 
         Args:
             summary: As JSON.
             written: Names of files.
-            show: Prints it for people.
+            shown: Tables and sentences for people.
         """
-        if self._as_json:
-            print(json.dumps(summary, indent=2))
-        else:
-            show(self.console, summary)
-            if written:
-                self.console.print(f"Wrote {', '.join(written)} to [bold]{self._out}[/]")
+        tell(summary, *shown, as_json=self._as_json, written=written, out=self._out)
 
     def stay(self) -> None:
         """Keep the live page while somebody looks at it."""

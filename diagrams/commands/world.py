@@ -1,17 +1,15 @@
 """`sightfield world`: what is in a world file."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from ...systems.numerics.geometry.occupancy_outline import OutlineOptions
 from ...systems.numerics.geometry.world_files import LoadedWorld, load_world
-from ..outputs import output_folder
+from ..outputs import optional_folder, write_json
 from ..world_picture import save_world_picture
-from .shared import JsonOption, summary_table
+from .shared import JsonOption, summary_table, tell
 
 DEFAULTS = OutlineOptions()
 
@@ -73,15 +71,13 @@ def world(
     )
     loaded = load_world(file, options=options, coordinates="wgs84" if wgs84 else "metres")
     summary = summarise(loaded)
-    text = json.dumps(summary, indent=2)
-    if out is not None:
-        with output_folder(out) as folder:
-            (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+    with optional_folder(out) as folder:
+        if folder is not None:
+            write_json(folder / "summary.json", summary)
             save_world_picture(folder / "world.png", loaded.world, file.name)
-    if json_:
-        typer.echo(text)
-    else:
-        Console().print(summary_table(file.name, summary, ROWS, digits=6))
+    table = summary_table(file.name, summary, ROWS, digits=6)
+    written = ("summary.json", "world.png")
+    tell(summary, table, as_json=json_, written=written, out=out)
 
 
 def summarise(loaded: LoadedWorld) -> dict[str, object]:

@@ -28,6 +28,7 @@ from ...systems.numerics.harvest.machines import (
     combine_outline,
 )
 from ...systems.numerics.harvest.plan.plan_files import plan_geojson, plan_taskdata
+from ..outputs import write_json
 from ..visuals.replay import write_replay
 from .colours import combine_colour
 from .driver_map import draw_map
@@ -260,10 +261,10 @@ def write_harvest_report(run: HarvestRun, summary: dict[str, object], folder: Pa
     """
     names = ["summary.json", LOG_FILE, MACHINES_FILE, "log_units.json", "loads.png", "field.png"]
     names += ["plan.geojson", TASKDATA, "timetable.png", "map.png"]
-    (folder / names[0]).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    write_json(folder / names[0], summary)
     np.savez_compressed(folder / names[1], **log_arrays(run))  # type: ignore[arg-type]  # none is called allow_pickle
-    (folder / names[2]).write_text(json.dumps(machines(run), indent=2) + "\n", encoding="utf-8")
-    (folder / names[3]).write_text(json.dumps(UNITS, indent=2) + "\n", encoding="utf-8")
+    write_json(folder / names[2], machines(run))
+    write_json(folder / names[3], UNITS)
     draw_tank_loads(run).savefig(folder / names[4], dpi=120)
     draw_field(run).savefig(folder / names[5], dpi=120)
     plan = run.job.plan

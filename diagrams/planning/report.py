@@ -1,6 +1,5 @@
 """What a verdict leaves: a table to read, numbers to parse, a folder of pictures and a replay."""
 
-import json
 import math
 from pathlib import Path
 
@@ -9,6 +8,7 @@ from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
+from ..outputs import write_json
 from .pictures import save_paths_picture, save_states_picture, save_value_picture
 from .replay import write_planning_replay
 from .verdict import PlanningVerdict, Row, contradictions, reasons, status_of
@@ -138,8 +138,7 @@ def write_planning_report(verdict: PlanningVerdict, folder: Path) -> list[str]:
         folder: Exists.
     """
     names = ["verdict.json", "paths.npz", "paths.png", "replay.html"]
-    text = json.dumps(as_object(verdict), indent=2)
-    (folder / names[0]).write_text(text + "\n", encoding="utf-8")
+    write_json(folder / names[0], as_object(verdict))
     arrays: dict[str, np.ndarray] = {}
     for row in verdict.rows:
         if row.plan.path is not None:

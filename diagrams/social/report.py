@@ -4,7 +4,6 @@ Among the plots is who was the pursuer's friend when, Figure 2.34.
 """
 
 import itertools
-import json
 from pathlib import Path
 
 import cv2
@@ -14,6 +13,7 @@ from matplotlib.figure import Figure
 
 from ...systems.numerics.geometry.edge_index import build_edge_index, clearances
 from ...systems.numerics.vision.estimation.pictures import save_picture
+from ..outputs import write_json
 from ..visuals.replay import write_replay
 from ..world_picture import draw_world
 from .crowd_layer import agent_rgb
@@ -178,9 +178,9 @@ def write_search_report(run: SocialRun, summary: dict[str, object], folder: Path
         folder: Exists.
     """
     names = ["summary.json", "log.npz", "log_units.json", "connectivity.png", "search.png"]
-    (folder / names[0]).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    write_json(folder / names[0], summary)
     np.savez_compressed(folder / names[1], **log_arrays(run))  # type: ignore[arg-type]  # none is called allow_pickle
-    (folder / names[2]).write_text(json.dumps(UNITS, indent=2) + "\n", encoding="utf-8")
+    write_json(folder / names[2], UNITS)
     connectivity = Figure(figsize=(9, 1.4 + 0.6 * run.game.scenario.agents.size))
     connectivity.set_layout_engine("constrained")
     log = run.log

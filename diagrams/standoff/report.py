@@ -1,6 +1,5 @@
 """What `sightfield standoff` says and leaves in a folder."""
 
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from ...systems.numerics.errors import require
 from ...systems.numerics.standoff.attraction import region_of_attraction
 from ...systems.numerics.standoff.loop import wanted_equilibrium
 from ...systems.numerics.standoff.response import DIVERGED, respond
+from ..outputs import write_json
 from .analysis import StandoffAnalysis
 from .make_standoff import StandoffRun, StandoffScenario, run_standoff
 from .pictures import (
@@ -110,10 +110,10 @@ def write_standoff_report(
     """
     loop, start = report.scenario.loop, report.scenario.start
     names = ["summary.json", "responses.png"]
-    _write_json(folder / "summary.json", report.summary if found is None else found.as_object())
+    write_json(folder / "summary.json", report.summary if found is None else found.as_object())
     save_response_picture(folder / "responses.png", loop, start)
     if found is not None:
-        _write_json(folder / "run.json", report.summary)
+        write_json(folder / "run.json", report.summary)
         names += ["run.json", *save_linear_pictures(folder, found)]
         names += [*save_sampled_pictures(folder, found), "phase.png"]
         save_phase_picture(folder / "phase.png", found)
@@ -128,7 +128,3 @@ def _settling_time(times: np.ndarray, y: np.ndarray, end: float) -> float | None
         return None
     outside = np.flatnonzero(np.abs(y - end) > 0.02 * abs(y[0] - end))
     return float(times[min(outside[-1] + 1, len(times) - 1)]) if len(outside) else 0.0
-
-
-def _write_json(path: Path, thing: object) -> None:
-    path.write_text(json.dumps(thing, indent=2) + "\n", encoding="utf-8")

@@ -3,7 +3,6 @@
 The replay is one page that plays back without a server or a network.
 """
 
-import json
 import math
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from matplotlib.figure import Figure
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from ...systems.numerics.standoff.loop import wanted_equilibrium
+from ..outputs import write_json
 from ..visuals.lighting import paint, set_lights
 from ..visuals.meshes import bar_mesh, disc_mesh, extruded_mesh, flat_mesh
 from ..visuals.replay import write_replay
@@ -287,8 +287,7 @@ def write_simulation(
         run: Its samples.
         summary: See `simulation_summary`.
     """
-    text = json.dumps(summary, indent=2) + "\n"
-    (folder / "summary.json").write_text(text, encoding="utf-8")
+    write_json(folder / "summary.json", summary)
     columns = [run.times, run.evader, run.pursuer, run.estimate, run.command]
     np.savetxt(
         folder / "run.csv",

@@ -7,7 +7,6 @@ at a time: the number of obstacles, of the same size or of the same area in all;
 least gap between them; the ratio.
 """
 
-import json
 import multiprocessing
 from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor
@@ -27,6 +26,7 @@ from ...systems.numerics.geometry.world import World
 from ...systems.numerics.statistics import Estimate, paired_difference, run_seed
 from ...systems.numerics.tracking.visibility_game.bounds import BOUNDS
 from ...systems.numerics.tracking.visibility_game.guaranteed_times import solve_visibility_game
+from ..outputs import write_json
 from .summary import MeanTable, to_markdown
 
 # The thesis's top speed of pursuers [m/s]; what is kept for ever hangs on the ratio alone.
@@ -396,7 +396,7 @@ def write_map_report(result: MapResult, summary: dict[str, Any], folder: Path) -
         for k, each in enumerate(some)
     ]
     pq.write_table(pa.Table.from_pylist(rows), folder / "table.parquet")
-    (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    write_json(folder / "summary.json", summary)
     tables = to_markdown(map_tables(summary))
     (folder / "tables.md").write_text(tables, encoding="utf-8")
     draw_maps(result).savefig(folder / "map.png", dpi=120)

@@ -1,6 +1,5 @@
 """What a study leaves in its folder beside its table: numbers and pictures."""
 
-import json
 import math
 from dataclasses import asdict
 from pathlib import Path
@@ -12,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from ...systems.numerics.statistics import kaplan_meier, restricted_mean
+from ..outputs import write_json
 from ..tracking.scenario import TrackingScenario
 from .opponents import runs_in_words
 from .records import StudyResult
@@ -179,7 +179,7 @@ def write_study_report(
         summary: From `summarise_study`.
         folder: Exists.
     """
-    (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    write_json(folder / "summary.json", summary)
     tables = to_markdown(mean_tables(summary, grid))
     (folder / "tables.md").write_text(tables, encoding="utf-8")
     pictures = {

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from ...systems.numerics.geometry.edge_index import build_edge_index, clearances
 from ...systems.numerics.tracking.body_gaps import count_contacts, gaps_between_samples, pair_gaps
+from ..outputs import write_json
 from ..rosbag.bag import RosBag
 from ..visuals.replay import write_replay
 from ..world_picture import draw_world
@@ -124,9 +125,9 @@ def write_tracking_report(run: TrackingRun, summary: dict[str, object], folder: 
         folder: Exists.
     """
     names = ["summary.json", "log.npz", "log_units.json", "tracks.png"]
-    (folder / names[0]).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    write_json(folder / names[0], summary)
     np.savez_compressed(folder / names[1], **log_arrays(run))  # type: ignore[arg-type]  # none is called allow_pickle
-    (folder / names[2]).write_text(json.dumps(units_of(run), indent=2) + "\n", encoding="utf-8")
+    write_json(folder / names[2], units_of(run))
     draw_tracks(run).savefig(folder / names[3], dpi=120)
     if run.scene is not None and run.scene.recording:
         write_replay(run.scene, folder / "replay.html", title="Sightfield: tracking")

@@ -3,7 +3,6 @@
 A sweep of the weight w of (2.7) says how long sight is kept, and how good estimates are, at each.
 """
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..outputs import write_json
 from ..tracking.report import UNITS, draw_tracks, log_arrays, summarise_tracking
 from ..visuals.replay import write_replay
 from .run import PictureRun, run_picture_tracking
@@ -159,9 +159,9 @@ def write_picture_report(run: PictureRun, summary: dict[str, object], folder: Pa
         folder: Exists.
     """
     names = ["summary.json", "log.npz", "log_units.json", "tracks.png", "estimates.png"]
-    (folder / names[0]).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    write_json(folder / names[0], summary)
     np.savez_compressed(folder / names[1], **picture_log_arrays(run))  # type: ignore[arg-type]  # none is called allow_pickle
-    (folder / names[2]).write_text(json.dumps(PICTURE_UNITS, indent=2) + "\n", encoding="utf-8")
+    write_json(folder / names[2], PICTURE_UNITS)
     draw_tracks(run.tracking).savefig(folder / names[3], dpi=120)
     draw_estimates(run).savefig(folder / names[4], dpi=120)
     if run.tracking.scene is not None and run.tracking.scene.recording:
@@ -214,7 +214,7 @@ def write_sweep(sweep: WeightSweep, folder: Path) -> list[str]:
         },
         "censored": sweep.censored.tolist(),
     }
-    (folder / names[0]).write_text(json.dumps(tree, indent=2) + "\n", encoding="utf-8")
+    write_json(folder / names[0], tree)
     draw_sweep(sweep).savefig(folder / names[1], dpi=120)
     return names
 
