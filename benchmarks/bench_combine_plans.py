@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from .drawn_fields import draw_field
 
-from sightfield.benchmarks.drawn_fields import draw_field
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
 from sightfield.systems.numerics.harvest.machines import Combine

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from .drawn_fields import draw_crew, draw_field
 
-from sightfield.benchmarks.drawn_fields import draw_crew, draw_field
 from sightfield.diagrams.harvest.job import prepare_harvest
 from sightfield.diagrams.harvest.report import summarise_harvest
 from sightfield.diagrams.harvest.run import run_harvest

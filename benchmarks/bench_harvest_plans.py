@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from .drawn_fields import draw_crew, draw_field
 
-from sightfield.benchmarks.drawn_fields import draw_crew, draw_field
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
 from sightfield.systems.numerics.harvest.carts.visit_choice import STRATEGIES

@@ -128,10 +128,11 @@ def _drop(
                         hits[t, b, j, i] = FAR
 
 
-# Arcs before the last: how many, the lattice of their durations, in angles between theta nodes, and
-# how long a word may be [1 / turn rate].
+# Arcs before the last: how many, the lattice of their durations, and how long a word may be
+# [1 / turn rate]. The lattice is the whole part of an angle between theta nodes that is next to
+# this one: so turns end on the faces of a box as wide as the cells.
 BEFORE_LAST = 2
-LATTICE = 0.5
+LATTICE = 1 / 16
 LONGEST = 4.0
 # Distance of samples of the last arc, between which entries are interpolated [1 / turn rate].
 SAMPLE = 0.05
@@ -145,6 +146,7 @@ def first_hits(
     *,
     walls: Walls | None = None,
     mirrored: bool = False,
+    longest: float = LONGEST,
 ) -> np.ndarray:
     """When the best word from each node first enters the box; zero inside it.
 
@@ -159,6 +161,7 @@ def first_hits(
         scale: Length of a turning radius [m].
         walls: What words must not lead through.
         mirrored: Whether the mirror images of nodes take as long.
+        longest: Of the words of several arcs [1 / turn rate].
 
     Returns:
         Shape of the grid, float32 [1 / turn rate]; FAR where no word enters it.
@@ -171,7 +174,8 @@ def first_hits(
     box = np.concatenate([place, goal.state[2:]])
     # Rounding must not drop a node on the face of the box.
     widths = np.array(goal.tolerance) / [grid.step, grid.step, 1.0, 1.0] + 1e-9
-    words = words_of(trailer, BEFORE_LAST, LONGEST, LATTICE * grid.theta_step)
+    lattice = grid.theta_step / max(1, round(grid.theta_step / LATTICE))
+    words = words_of(trailer, BEFORE_LAST, longest, lattice)
     limited = trailer.jackknife < math.pi
     allowed = within_jackknife(words, betas, trailer.jackknife)
     rows = len(thetas) // 2 + 1 if mirrored else len(thetas)
@@ -180,7 +184,7 @@ def first_hits(
     corner = np.array([x_min, y_min, grid.step])
     table = np.full(grid.shape, FAR, dtype=np.float32)
     found = np.zeros((0, 0, 0, 0) if walls is None else grid.shape, dtype=np.int32)
-    for last in endings_of(trailer, words, LONGEST, reach, SAMPLE):
+    for last in endings_of(trailer, words, longest, reach, SAMPLE):
         for part in [last] if walls is None else alike(words, last):
             hits = table if walls is None else np.full(grid.shape, FAR, dtype=np.float32)
             first = part.words.ends * cells, part.words.maps, allowed[part.numbers], part.lengths

@@ -5,11 +5,15 @@ from above, and the passes go up and down in theta: some twenty of them with lin
 then a few with limited cubic interpolation, whose values replace the old ones (their minimum would
 lock undershoot in).
 
+Close to the goal the time to go bends within a cell, with the faces of the box and the ways just
+past it, and what is mixed there is carried over the whole plane. So it is solved on steps half as
+long there first, in the open, and held.
+
 Source: Zhang 2014, 3.5.1; semi-Lagrangian steps that end on theta nodes are ours.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from time import perf_counter
 
@@ -91,6 +95,12 @@ LINEAR_LIMIT = 400
 LINEAR_CHANGE = 1e-3
 ROUGH_CHANGE = 0.1
 
+# Times that are held close to the goal: as long as so many steps of the grid take, and at most so
+# long [1 / turn rate].
+HELD_STEPS, LONGEST_HELD = 7.0, 2.0
+# How much longer words are that are looked for there [1 / turn rate].
+BEYOND_HELD = 0.3
+
 Progress = Callable[[int, float], None]
 
 
@@ -132,7 +142,6 @@ def solve_value_function(
     box, warnings = widened(goal, grid)
     scale = trailer.speed / trailer.turn_rate
     cart = normalised(trailer)
-    motions = make_motions(grid, cart, scale)
     walls = shut = finer = None
     if obstacles is not None:
         body = discs or covering_discs(trailer)
@@ -140,7 +149,10 @@ def solve_value_function(
         shut = shut_ways(grid, cart, walls, scale)
     mirrored = walls is None and is_mirrored(grid, box)
     near = first_hits(grid, cart, box, scale, walls=walls, mirrored=mirrored)
-    sweep = _Sweep(grid, near, motions, mirrored, shut)
+    held = np.zeros(near.shape, dtype=bool)
+    if walls is None:
+        held = _hold_close(near, trailer, box, grid, polish)
+    sweep = _Sweep(grid, near, held, make_motions(grid, cart, scale), mirrored, shut)
     unit = 1.0 / trailer.turn_rate
     if warm_start is not None:
         require(polish > 0, "polish", "be positive with a warm start", polish)
@@ -149,13 +161,7 @@ def solve_value_function(
         require(same, "warm_start", "be for the goal as the grid resolves it", warm_start.goal)
         sweep.start_from(carried_over(warm_start, grid) / np.float32(unit))
     sweeps, change = 0, math.inf
-    while sweeps < LINEAR_LIMIT and change >= (ROUGH_CHANGE if polish else LINEAR_CHANGE):
-        change = sweep(cubic=False, upwards=sweeps % 2 == 0)
-        sweeps += 1
-        if progress:
-            progress(sweeps, change * unit)
-    for _ in range(polish):
-        change = sweep(cubic=True, upwards=sweeps % 2 == 0)
+    for change in sweep.passes(polish):
         sweeps += 1
         if progress:
             progress(sweeps, change * unit)
@@ -173,6 +179,55 @@ def solve_value_function(
         warnings=warnings,
         walls=finer,
     )
+
+
+def _hold_close(
+    near: np.ndarray, trailer: Trailer, box: Goal, grid: StateGrid, polish: int
+) -> np.ndarray:
+    """Put the times close to the goal into the near field; returns where they are to be held."""
+    scale = trailer.speed / trailer.turn_rate
+    cart = normalised(trailer)
+    longest = min(HELD_STEPS * grid.step / scale, LONGEST_HELD)
+    close = grid.halved(*_surroundings(trailer, box, longest))
+    mirrored = is_mirrored(close, box)
+    # Beyond what is held only what its cells reach into matters.
+    first = first_hits(close, cart, box, scale, mirrored=mirrored, longest=longest + BEYOND_HELD)
+    free = np.zeros(first.shape, dtype=bool)
+    sweep = _Sweep(close, first, free, make_motions(close, cart, scale), mirrored, None)
+    for _ in sweep.passes(polish):
+        pass
+    # Every second node is one of the grid's.
+    times = sweep.times()[::2, ::2, ::2, ::2]
+    i, j = (
+        round((a - b) / grid.step)
+        for a, b in ((close.x_min, grid.x_min), (close.y_min, grid.y_min))
+    )
+    part = (..., slice(j, j + times.shape[2]), slice(i, i + times.shape[3]))
+    held = np.zeros(near.shape, dtype=bool)
+    held[part] = times <= longest
+    near[part] = np.where(held[part], times, near[part])
+    return held
+
+
+def _surroundings(
+    trailer: Trailer, box: Goal, longest: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Corners of a rectangle that holds every way into the box that takes no longer [m]."""
+    reach = longest * trailer.speed / trailer.turn_rate
+    x, y, theta, _ = box.state
+    c, s = math.cos(theta), math.sin(theta)
+    wide = abs(c) * box.tolerance[0] + abs(s) * box.tolerance[1]
+    tall = abs(s) * box.tolerance[0] + abs(c) * box.tolerance[1]
+    # Back along a turn from the largest heading of the box, a cart that drives forwards stays
+    # behind the box for so long.
+    behind = not trailer.reverse and longest <= math.pi - 2 * box.tolerance[2]
+
+    def extent(ahead: float) -> float:
+        """Of the disc, or its half behind the box, in a direction that is so far ahead."""
+        return reach * math.sqrt(1 - max(ahead, 0.0) ** 2) if behind else reach
+
+    low = x - wide - extent(-c), y - tall - extent(-s)
+    return low, (x + wide + extent(c), y + tall + extent(s))
 
 
 def widened(goal: Goal, grid: StateGrid) -> tuple[Goal, tuple[str, ...]]:
@@ -224,6 +279,7 @@ class _Sweep:
         self,
         grid: StateGrid,
         near: np.ndarray,
+        held: np.ndarray,
         motions: Motions,
         mirrored: bool,
         shut: np.ndarray | None,
@@ -234,6 +290,7 @@ class _Sweep:
         columns = ((0, 0), (0, 0), (0, 0), (0, gap))
         wide = np.pad(near, columns, constant_values=FAR)
         self._near = wide.reshape(grid.theta_count, grid.beta_count, -1)
+        self._held = np.pad(held, columns).reshape(self._near.shape)
         self._table = self._near.copy()
         self._best = np.empty(self._table.shape[1:], dtype=np.float32)
         self._shut = None if shut is None else np.pad(shut, columns).reshape(self._near.shape)
@@ -254,6 +311,15 @@ class _Sweep:
         table = self._table.reshape(*grid.shape[:3], self._width)[..., : grid.x_count]
         np.minimum(table, times, out=table)
 
+    def passes(self, polish: int) -> Iterator[float]:
+        """Linear passes until little changes, then so many cubic ones; yields the changes."""
+        number, change = 0, math.inf
+        while number < LINEAR_LIMIT and change >= (ROUGH_CHANGE if polish else LINEAR_CHANGE):
+            yield (change := self(cubic=False, upwards=number % 2 == 0))
+            number += 1
+        for more in range(polish):
+            yield self(cubic=True, upwards=(number + more) % 2 == 0)
+
     def __call__(self, *, cubic: bool, upwards: bool) -> float:
         """One pass; returns the largest change."""
         count = self._grid.theta_count
@@ -266,8 +332,8 @@ class _Sweep:
             else:
                 walled = (self._table, t, cubic, self._shut)
                 sweep_walled_row(*walled, *self._motions, width, self._best)
-            row = (self._table, t, self._best, self._near, width, columns, self._mirrored)
-            change = max(change, float(settle_row(*row)))
+            row = (self._table, t, self._best, self._near, self._held, width, columns)
+            change = max(change, float(settle_row(*row, self._mirrored)))
         return change
 
     def times(self) -> np.ndarray:

@@ -27,7 +27,7 @@ from ..trailer import Trailer
 from .grid import THESIS_ANGLES, StateGrid
 
 # Durations of the steps on the thesis's grid, in angles between theta nodes.
-MULTIPLES = (1, 2, 4)
+MULTIPLES = (1, 2, 3, 6)
 # With which power of the distance of nodes they get shorter. Each step adds an error of
 # interpolation: were they shortened in proportion, halving the grid would gain little.
 SHORTENING = 0.75
@@ -66,8 +66,7 @@ class Motions:
 def step_multiples(grid: StateGrid) -> tuple[int, ...]:
     """Durations of steps, in angles between theta nodes."""
     finer = (grid.theta_count / THESIS_ANGLES) ** SHORTENING
-    # In doubt rather longer: at a step of 0.125, shorter ones had twice the median error.
-    unit = max(1, math.floor(finer + 0.6))
+    unit = max(1, round(finer))
     return tuple(multiple * unit for multiple in MULTIPLES)
 
 
@@ -233,7 +232,7 @@ def sweep_row(table, t, cubic, durations, turns, xc, xp, yc, yp, bc, bp, width, 
 
 
 @compiled
-def settle_row(table, t, best, near, width, x_count, mirrored):
+def settle_row(table, t, best, near, held, width, x_count, mirrored):
     """Write a row, bounded by the near field, and its mirror image; return the largest change.
 
     Args:
@@ -241,6 +240,7 @@ def settle_row(table, t, best, near, width, x_count, mirrored):
         t: Number of the row in theta.
         best: New values of the row, shape (beta, y x).
         near: Bounds near the goal, shape of the table.
+        held: Where such a bound is the time itself, shape of the table.
         width: Entries from one y to the next, those beyond the grid included.
         x_count: Nodes along x.
         mirrored: Whether the row -theta has the mirror image of the values.
@@ -248,11 +248,11 @@ def settle_row(table, t, best, near, width, x_count, mirrored):
     theta_count, beta_count, n = table.shape
     change = np.float32(0.0)
     for b in range(beta_count):
-        old, new, bound = table[t, b], best[b], near[t, b]
+        old, new, bound, known = table[t, b], best[b], near[t, b], held[t, b]
         for i in range(x_count, n, width):
             new[i : i + width - x_count] = FAR
         for i in range(n):
-            value = new[i] if new[i] < bound[i] else bound[i]
+            value = new[i] if new[i] < bound[i] and not known[i] else bound[i]
             value = value if value < LIMIT else FAR
             step = abs(value - old[i])
             change = step if step > change else change

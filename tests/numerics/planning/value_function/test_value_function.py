@@ -12,6 +12,7 @@ from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
+from sightfield.systems.numerics.planning.value_function.policy import attained_times
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 
 # Least times of the thesis's case, by multiple shooting from every Dubins word.
@@ -70,6 +71,37 @@ def test_halving_the_grid_halves_the_error(states):
         errors.append(np.median(np.abs(value.time_to_go(starts) / best - 1)))
     assert errors[0] < 0.02
     assert errors[1] < 0.5 * errors[0]
+
+
+def test_promises_are_kept_to_less_than_a_per_cent(solved):
+    # Before times close to the goal were held, the median was 0.86%, the mean 1.1%.
+    rng = np.random.default_rng(314)
+    starts = rng.uniform([-4, -4, -math.pi, -1.5], [4, 4, math.pi, 1.5], (60, 4))
+    value = solved()
+    errors = np.abs(value.time_to_go(starts) / attained_times(value, starts) - 1)
+    assert np.median(errors) < 0.007
+    assert errors.mean() < 0.0095
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.7])
+def test_close_to_the_goal_times_are_those_of_half_the_step(heading):
+    goal = Goal(state=(0, 0, heading, 0), tolerance=(0.4, 0.4, 0.55, 0.55))
+    whole = StateGrid.of_step(0.4)
+    halved = whole.halved((-6, -6), (6, 6))
+    assert halved.shape == (24, 24, 61, 61)
+    coarse, fine = (solve_value_function(Trailer(), goal, grid).table for grid in (whole, halved))
+    its = fine[::2, ::2, ::2, ::2]
+    close = (its < 1.9) & (its > 0)
+    assert close.sum() > 100
+    # Where they are not held, a tenth is off by more than 0.06, or 0.08 with the turned goal.
+    assert np.percentile(np.abs(coarse[close] - its[close]), 90) < 0.05
+
+
+def test_a_goal_of_any_heading_is_entered_from_ahead_too():
+    goal = Goal(state=(0, 0, 0, 0), tolerance=(0.4, 0.4, math.inf, math.inf))
+    value = solve_value_function(Trailer(), goal, StateGrid.of_step(0.4))
+    starts = [[1.2, 0, math.pi, 0], [0, 1.2, -math.pi / 2, 0], [-1.2, 0, 0, 0], [0, -1.6, 1.57, 0]]
+    np.testing.assert_allclose(value.time_to_go(starts), [0.8, 0.8, 0.8, 1.2], atol=0.05)
 
 
 def test_mirror_images_take_as_long(solved, states):
