@@ -127,34 +127,6 @@ class StateGrid:
             beta_count=square.beta_count,
         )
 
-    def halved(self, low: tuple[float, float], high: tuple[float, float]) -> "StateGrid":
-        """The part of the grid around a rectangle, with every step halved.
-
-        Its nodes are among those of this grid, and between them.
-
-        Args:
-            low, high: Corners of the rectangle [m]; what lies off the grid is left out.
-        """
-        firsts, counts = [], []
-        axes = (self.x_min, self.x_count), (self.y_min, self.y_count)
-        for (start, count), least, most in zip(axes, low, high, strict=True):
-            # Rounding must not take a cell more on one side than on the other.
-            first = math.floor((least - start) / self.step + 1e-6)
-            last = math.ceil((most - start) / self.step - 1e-6)
-            first = min(max(first, 0), count - 5)
-            last = min(max(last, first + 4), count - 1)
-            firsts.append(start + first * self.step)
-            counts.append(2 * (last - first) + 1)
-        return StateGrid(
-            x_min=firsts[0],
-            y_min=firsts[1],
-            step=self.step / 2,
-            x_count=counts[0],
-            y_count=counts[1],
-            theta_count=2 * self.theta_count,
-            beta_count=2 * self.beta_count,
-        )
-
     @property
     def shape(self) -> tuple[int, int, int, int]:
         """Of a table: theta, beta, y, x."""

@@ -129,8 +129,8 @@ def _drop(
 
 
 # Arcs before the last: how many, the lattice of their durations, and how long a word may be
-# [1 / turn rate]. The lattice is the whole part of an angle between theta nodes that is next to
-# this one: so turns end on the faces of a box as wide as the cells.
+# [1 / turn rate]. The lattice is made to fit the angle between theta nodes: so turns end on the
+# faces of a box as wide as the cells.
 BEFORE_LAST = 2
 LATTICE = 1 / 16
 LONGEST = 4.0
@@ -147,6 +147,7 @@ def first_hits(
     walls: Walls | None = None,
     mirrored: bool = False,
     longest: float = LONGEST,
+    lattice: float = LATTICE,
 ) -> np.ndarray:
     """When the best word from each node first enters the box; zero inside it.
 
@@ -162,6 +163,7 @@ def first_hits(
         walls: What words must not lead through.
         mirrored: Whether the mirror images of nodes take as long.
         longest: Of the words of several arcs [1 / turn rate].
+        lattice: Of their durations, about; see LATTICE [1 / turn rate].
 
     Returns:
         Shape of the grid, float32 [1 / turn rate]; FAR where no word enters it.
@@ -174,8 +176,8 @@ def first_hits(
     box = np.concatenate([place, goal.state[2:]])
     # Rounding must not drop a node on the face of the box.
     widths = np.array(goal.tolerance) / [grid.step, grid.step, 1.0, 1.0] + 1e-9
-    lattice = grid.theta_step / max(1, round(grid.theta_step / LATTICE))
-    words = words_of(trailer, BEFORE_LAST, longest, lattice)
+    step = grid.theta_step / max(1, round(grid.theta_step / lattice))
+    words = words_of(trailer, BEFORE_LAST, longest, step)
     limited = trailer.jackknife < math.pi
     allowed = within_jackknife(words, betas, trailer.jackknife)
     rows = len(thetas) // 2 + 1 if mirrored else len(thetas)

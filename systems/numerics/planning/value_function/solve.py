@@ -6,8 +6,8 @@ then a few with limited cubic interpolation, whose values replace the old ones (
 lock undershoot in).
 
 Close to the goal the time to go bends within a cell, with the faces of the box and the ways just
-past it, and what is mixed there is carried over the whole plane. So it is solved on steps half as
-long there first, in the open, and held.
+past it: what is mixed there is too short, and carried over the whole plane. So in the open the
+short words are held, for they are exact.
 
 Source: Zhang 2014, 3.5.1; semi-Lagrangian steps that end on theta nodes are ours.
 """
@@ -25,7 +25,7 @@ from ..arc_words.words import normalised
 from ..footprint import Discs, covering_discs
 from ..goal import Goal, require_plannable_cart
 from ..trailer import Trailer
-from .grid import StateGrid, grid_around
+from .grid import THESIS_STEP, StateGrid, grid_around
 from .near_field import first_hits
 from .obstacles import FINENESS, FINER, make_walls, shut_ways
 from .sweeps import FAR, LIMIT, Motions, make_motions, settle_row, sweep_row, sweep_walled_row
@@ -95,11 +95,11 @@ LINEAR_LIMIT = 400
 LINEAR_CHANGE = 1e-3
 ROUGH_CHANGE = 0.1
 
-# Times that are held close to the goal: as long as so many steps of the grid take, and at most so
-# long [1 / turn rate].
-HELD_STEPS, LONGEST_HELD = 7.0, 2.0
-# How much longer words are that are looked for there [1 / turn rate].
-BEYOND_HELD = 0.3
+# Words into the goal no longer than this are held, on the thesis's grid [1 / turn rate]; on others
+# it goes with the root of the step. Longer ones may have more arcs than are looked for.
+HELD = 1.4
+# The lattice of their durations [1 / turn rate].
+HELD_LATTICE = 1 / 32
 
 Progress = Callable[[int, float], None]
 
@@ -151,7 +151,12 @@ def solve_value_function(
     near = first_hits(grid, cart, box, scale, walls=walls, mirrored=mirrored)
     held = np.zeros(near.shape, dtype=bool)
     if walls is None:
-        held = _hold_close(near, trailer, box, grid, polish)
+        longest = HELD * math.sqrt(grid.step / (scale * THESIS_STEP))
+        short = first_hits(
+            grid, cart, box, scale, mirrored=mirrored, longest=longest, lattice=HELD_LATTICE
+        )
+        np.minimum(near, short, out=near)
+        held = near <= longest
     sweep = _Sweep(grid, near, held, make_motions(grid, cart, scale), mirrored, shut)
     unit = 1.0 / trailer.turn_rate
     if warm_start is not None:
@@ -179,55 +184,6 @@ def solve_value_function(
         warnings=warnings,
         walls=finer,
     )
-
-
-def _hold_close(
-    near: np.ndarray, trailer: Trailer, box: Goal, grid: StateGrid, polish: int
-) -> np.ndarray:
-    """Put the times close to the goal into the near field; returns where they are to be held."""
-    scale = trailer.speed / trailer.turn_rate
-    cart = normalised(trailer)
-    longest = min(HELD_STEPS * grid.step / scale, LONGEST_HELD)
-    close = grid.halved(*_surroundings(trailer, box, longest))
-    mirrored = is_mirrored(close, box)
-    # Beyond what is held only what its cells reach into matters.
-    first = first_hits(close, cart, box, scale, mirrored=mirrored, longest=longest + BEYOND_HELD)
-    free = np.zeros(first.shape, dtype=bool)
-    sweep = _Sweep(close, first, free, make_motions(close, cart, scale), mirrored, None)
-    for _ in sweep.passes(polish):
-        pass
-    # Every second node is one of the grid's.
-    times = sweep.times()[::2, ::2, ::2, ::2]
-    i, j = (
-        round((a - b) / grid.step)
-        for a, b in ((close.x_min, grid.x_min), (close.y_min, grid.y_min))
-    )
-    part = (..., slice(j, j + times.shape[2]), slice(i, i + times.shape[3]))
-    held = np.zeros(near.shape, dtype=bool)
-    held[part] = times <= longest
-    near[part] = np.where(held[part], times, near[part])
-    return held
-
-
-def _surroundings(
-    trailer: Trailer, box: Goal, longest: float
-) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Corners of a rectangle that holds every way into the box that takes no longer [m]."""
-    reach = longest * trailer.speed / trailer.turn_rate
-    x, y, theta, _ = box.state
-    c, s = math.cos(theta), math.sin(theta)
-    wide = abs(c) * box.tolerance[0] + abs(s) * box.tolerance[1]
-    tall = abs(s) * box.tolerance[0] + abs(c) * box.tolerance[1]
-    # Back along a turn from the largest heading of the box, a cart that drives forwards stays
-    # behind the box for so long.
-    behind = not trailer.reverse and longest <= math.pi - 2 * box.tolerance[2]
-
-    def extent(ahead: float) -> float:
-        """Of the disc, or its half behind the box, in a direction that is so far ahead."""
-        return reach * math.sqrt(1 - max(ahead, 0.0) ** 2) if behind else reach
-
-    low = x - wide - extent(-c), y - tall - extent(-s)
-    return low, (x + wide + extent(c), y + tall + extent(s))
 
 
 def widened(goal: Goal, grid: StateGrid) -> tuple[Goal, tuple[str, ...]]:

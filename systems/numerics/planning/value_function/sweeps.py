@@ -26,11 +26,9 @@ from ..arc_words.words import control_set, hold_beta, shift_of
 from ..trailer import Trailer
 from .grid import THESIS_ANGLES, StateGrid
 
-# Durations of the steps on the thesis's grid, in angles between theta nodes.
-MULTIPLES = (1, 2, 3, 6)
-# With which power of the distance of nodes they get shorter. Each step adds an error of
-# interpolation: were they shortened in proportion, halving the grid would gain little.
-SHORTENING = 0.75
+# Durations of the steps, in angles between theta nodes of the thesis's grid. Finer grids have
+# them too: each step adds an error of interpolation, so that shorter ones would gain little.
+DURATIONS = (1.0, 1.5, 2.0, 3.0, 6.0)
 # A foot point this near to a node, in cells, is on it.
 SNAP = 1e-4
 
@@ -65,9 +63,8 @@ class Motions:
 
 def step_multiples(grid: StateGrid) -> tuple[int, ...]:
     """Durations of steps, in angles between theta nodes."""
-    finer = (grid.theta_count / THESIS_ANGLES) ** SHORTENING
-    unit = max(1, round(finer))
-    return tuple(multiple * unit for multiple in MULTIPLES)
+    finer = max(1.0, grid.theta_count / THESIS_ANGLES)
+    return tuple(sorted({round(duration * finer) for duration in DURATIONS}))
 
 
 def make_motions(grid: StateGrid, trailer: Trailer, scale: float) -> Motions:
