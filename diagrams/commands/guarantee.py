@@ -33,14 +33,14 @@ from ..tracking.promises_picture import save_promises_picture
 from ..tracking.scenario import Evaders, Pursuers, TrackingScenario
 from ..tracking.solved_game import games_folder, recall_or_solve
 from ..world_source import WorldSource
-from .shared import JsonOption, counting_bar, progress_bar, summary_table, tell
+from .shared import JsonOption, counting_bar, given_options, progress_bar, summary_table, tell
 
 # Unit and meaning of each entry of a summary.
 ROWS = {
     "bound": ("", "which of the three bounds"),
     "pursuer": ("m", "position"),
     "evader": ("m", "position"),
-    "in_sight": ("", "whether the one sees the other"),
+    "in_sight": ("", "whether the one sees the other; null without an evader"),
     "guaranteed_time": ("s", "until sight is lost, by that bound; null: for ever"),
     "lower": ("s", "what is certified, where the lower bound was asked for"),
     "middle": ("s", "by the middle bound, where that was asked for"),
@@ -59,7 +59,29 @@ ROWS = {
 }
 
 
+# What says nothing beside an option: of one place and one table beside games, and of games beside
+# these; of how to solve beside a table that is solved; of a scenario beside a world of points.
+_SHORT = {"certify_games": "certify", "setting": "set"}
+UNLESS_GAMES = ("games", "seed")
+BESIDE = {
+    "certify": (
+        "pursuer",
+        "evader",
+        "save",
+        "load",
+        "bound",
+        "horizon",
+        "sight_range",
+        "memory",
+        "cache",
+    ),
+    "load": ("grid", "bound", "horizon", "sight_range", "memory", "cache"),
+    "world": ("scenario", "set"),
+}
+
+
 def guarantee(
+    context: typer.Context,
     scenario: Annotated[
         str, typer.Argument(help=f"YAML file, or one of: {', '.join(builtin_scenarios())}.")
     ] = "thesis_3v4",
@@ -139,13 +161,10 @@ def guarantee(
 
     The game of the two is solved on a grid, with all corners of the map at once.
     """
+    _refuse_unused(given_options(context))
+    require_positive("memory", memory)
     game = _game(scenario, setting or [], world)
     if certify_games:
-        # What belongs to one place and one table says nothing of games.
-        for name, given in (("pursuer", pursuer), ("evader", evader), ("save", save)):
-            require(given is None, name, "be left out with certify", given)
-        require(load is None, "load", "be left out with certify", load)
-        require(math.isinf(sight_range), "sight_range", "be left out with certify", sight_range)
         certify(_with(game, grid, speed_ratio), games=games, seed=seed, as_json=as_json, out=out)
         return
     fast = game.scenario.pursuers.top_speed
@@ -205,7 +224,7 @@ def summarise(
         InvalidInput: One of the two cannot be there.
     """
     table.nearest_place(pursuer)
-    found, seen = None, False
+    found, seen = None, None
     if evader is not None:
         value = table.time(pursuer, evader)
         found = None if math.isinf(value) else value
@@ -230,6 +249,16 @@ def summarise(
         "megabytes": table.nbytes / 1e6,
         "sight_range": None if math.isinf(table.sight_range) else table.sight_range,
     }
+
+
+def _refuse_unused(given: dict[str, Any]) -> None:
+    """Refuse options that would change nothing beside others."""
+    given = {_SHORT.get(name, name): value for name, value in given.items()}
+    for option, unused in BESIDE.items():
+        for name in unused if given.get(option) else ():
+            require(name not in given, name, f"be left out with {option}", given.get(name))
+    for name in UNLESS_GAMES if not given.get("certify") else ():
+        require(name not in given, name, "come with certify", given.get(name))
 
 
 def _require_fit(

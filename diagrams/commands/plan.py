@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
-from ...systems.numerics.errors import InvalidInput, require
+from ...systems.numerics.errors import InvalidInput, require, require_positive
 from ...systems.numerics.geometry.world_files import load_world
 from ...systems.numerics.planning.footprint import discs_from_text
 from ...systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
@@ -27,8 +27,8 @@ from ..planning.methods import METHODS, PlanningQuestion, chosen_methods, quarte
 from ..planning.pictures import save_sweep_picture
 from ..planning.report import as_object, as_table, write_planning_report
 from ..planning.sweep import DirectionSweep, sweep_ratios
-from ..planning.verdict import ask_methods, contradictions
-from .shared import JsonOption, tell
+from ..planning.verdict import PlanningVerdict, ask_methods, contradictions, status_of
+from .shared import JsonOption, given_options, tell
 
 plan = typer.Typer(
     help="Drive the grain cart from one configuration to another in the least time.",
@@ -76,15 +76,15 @@ def compare_planners(
     ] = None,
     width: Annotated[
         float | None,
-        typer.Option(help="Of the cart, for walls [m] [default: half of its length]."),
+        typer.Option(help="With --world: of the cart [m] [default: half of its length]."),
     ] = None,
     discs: Annotated[
         str | None,
         typer.Option(
             metavar="BODY AHEAD RADIUS, ...",
             help=(
-                "What the cart covers instead, each disc so far ahead of its body's axle [m], [m]: "
-                "'tractor 0 0.4, tractor 0.5 0.4, trailer 0 0.5'."
+                "With --world: what the cart covers instead, each disc so far ahead of its body's "
+                "axle [m], [m]: 'tractor 0 0.4, tractor 0.5 0.4, trailer 0 0.5'."
             ),
         ),
     ] = None,
@@ -96,7 +96,10 @@ def compare_planners(
     out: Annotated[Path | None, typer.Option(help="Folder for results, plots and replay.")] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Ask one planner or all of them, and drive what they answer through the plant."""
+    """Ask one planner or all of them, and drive what they answer through the plant.
+
+    Exit code 0: a planner arrives; 1: none does, with the reasons; 2: bad input.
+    """
     if context.invoked_subcommand is not None:
         _refuse_given(context)
         return
@@ -107,6 +110,11 @@ def compare_planners(
         goal_tolerance,
     )
     tolerance = (0.0, 0.0, 0.0, 0.0) if point else goal_tolerance or THESIS_TOLERANCE
+    for name, given in (("width", width), ("discs", discs)):
+        # In the open nothing asks how much room the cart takes.
+        require(given is None or world is not None, f"--{name}", "come with --world", given)
+    if memory is not None:
+        require_positive("memory", memory)
     names = chosen_methods(method)
     trailer = Trailer(
         speed=speed,
@@ -133,6 +141,9 @@ def compare_planners(
     remarks = [Text(f"Contradiction: {sentence}") for sentence in contradictions(verdict)]
     said, table = as_object(verdict), as_table(verdict)
     tell(said, table, *remarks, as_json=as_json, written=written, out=out)
+    if math.isinf(verdict.best_time):
+        typer.echo(f"no plan: {_refusals(verdict)}", err=True)
+        raise typer.Exit(1)
 
 
 @plan.command()
@@ -159,14 +170,15 @@ def sweep(
     tell(results.as_object(), *shown, as_json=as_json, written=written, out=out)
 
 
+def _refusals(verdict: PlanningVerdict) -> str:
+    """What each planner says, in one line."""
+    return "; ".join(f"{row.method}: {status_of(verdict, row)}" for row in verdict.rows)
+
+
 def _refuse_given(context: typer.Context) -> None:
     """Refuse options that stand before a subcommand, which has its own."""
-    sources = {
-        option.opts[0]: context.get_parameter_source(option.name)
-        for option in context.command.params
-        if option.name
-    }
-    given = [name for name, source in sources.items() if source and source.name == "COMMANDLINE"]
+    names = given_options(context)
+    given = [option.opts[0] for option in context.command.params if option.name in names]
     what = f"stand without {', '.join(given)} before it"
     require(not given, f"plan {context.invoked_subcommand}", what, "both")
 

@@ -31,6 +31,23 @@ MeshcatOption = Annotated[bool | None, typer.Option(help="Watch it live [default
 ReplayOption = Annotated[bool, typer.Option(help="With --out: write replay.html.")]
 
 
+def given_options(context: typer.Context) -> dict[str, Any]:
+    """Options and arguments that stand on the command line, not those left to their defaults.
+
+    Args:
+        context: Of the command.
+
+    Returns:
+        Values by the parameter's name.
+    """
+    sources = {name: context.get_parameter_source(name) for name in context.params}
+    return {
+        name: context.params[name]
+        for name, source in sources.items()
+        if source is not None and source.name == "COMMANDLINE"
+    }
+
+
 class RunByDefault(TyperGroup):
     """A group whose subcommand `run` is meant where none is named."""
 

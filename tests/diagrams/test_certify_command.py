@@ -83,6 +83,8 @@ def test_a_broken_promise_names_its_game(play, monkeypatch):
         (["--speed-ratio", 1.0], "must be below pursuers.top_speed"),
         (["--pursuer", 1, 1], "`pursuer` must be left out with certify"),
         (["--load", "x.npz"], "`load` must be left out with certify"),
+        (["--bound", "upper"], "`bound` must be left out with certify; got upper"),
+        (["--no-cache"], "`cache` must be left out with certify"),
         (
             ["--set", "evaders.radius=0.1", "--set", "bodies_block_sight=true"],
             "`bodies_block_sight` must be false",

@@ -85,6 +85,7 @@ def test_who_is_hidden_is_lost_already(report):
 def test_without_places_it_takes_the_best_to_watch_from(report):
     found = report()
     assert found["evader"] is None
+    assert found["in_sight"] is None
     assert found["guaranteed_time"] is None
     x, y = found["pursuer"]
     # From where it sees both arms of the room.
@@ -133,24 +134,24 @@ def test_a_game_is_solved_once(report, tmp_path, monkeypatch):
         assert again[key] == first[key]
 
 
-def test_a_saved_game_is_loaded(run, report, tmp_path):
+def test_a_saved_game_is_loaded(run, report, room, tmp_path):
     path, place = tmp_path / "game.npz", ("--pursuer", 0.5, 1.9, "--evader", 2.2, 1.9)
     saved = report(*place, "--bound", "lower", "--sight-range", 3.0, "--save", path)
-    loaded = report(*place, "--load", path)
+    loaded = json.loads(run("--json", "--world", room, *place, "--load", path).stdout)
     assert loaded["recalled"]
     for key in saved.keys() - {"recalled", "cpu_seconds"}:
         assert loaded[key] == saved[key]
     with pytest.raises(
         InvalidInput, match=r"`speed_ratio` must be that of the table, which is 0\.3"
     ):
-        report("--load", path, "--speed-ratio", 0.2)
+        run("--world", room, "--load", path, "--speed-ratio", 0.2)
     other = tmp_path / "other.wkt"
     other.write_text("POLYGON ((0 0, 4 0, 4 4, 0 4, 0 0))")
     with pytest.raises(InvalidInput, match="`load` must be of this world and of robots of this"):
         run("--world", other, "--load", path)
     path.write_bytes(path.read_bytes()[:1000])
     with pytest.raises(InvalidInput, match="`file` must be a whole sightfield visibility game"):
-        report("--load", path)
+        run("--world", room, "--load", path)
 
 
 @pytest.mark.parametrize(
@@ -169,6 +170,14 @@ def test_a_saved_game_is_loaded(run, report, tmp_path):
         (["--save", "no/such/folder/game.npz"], "`save` must be in a folder that exists"),
         (["--load", "no/such/file.npz"], "`file` must be readable"),
         (["--horizon", 0], "`horizon` must be positive"),
+        (["--memory", -2], "`memory` must be positive; got -2"),
+        # Nothing is dropped in silence.
+        (["--load", "x.npz", "--grid", 0.3], "`grid` must be left out with load; got 0.3"),
+        (["--load", "x.npz", "--bound", "middle"], "`bound` must be left out with load"),
+        (["--load", "x.npz", "--no-cache"], "`cache` must be left out with load"),
+        (["--games", 3], "`games` must come with certify; got 3"),
+        (["--set", "pursuers.radius=0.1"], "`set` must be left out with world"),
+        (["thesis_3v3"], "`scenario` must be left out with world; got thesis_3v3"),
     ],
 )
 def test_nonsense_is_refused_in_one_line(run, room, arguments, message):

@@ -18,6 +18,9 @@ from sightfield.diagrams.commands.app import make_app
 from sightfield.diagrams.commands.plan import solving_shown
 from sightfield.systems.numerics.errors import InvalidInput
 
+# Stands for a world with walls far off, for what is said of walls alone.
+ROOM = ("--world", "room.wkt")
+
 
 @pytest.fixture
 def run():
@@ -71,7 +74,11 @@ def test_a_folder_gets_numbers_paths_and_pictures(run, tmp_path):
 @pytest.mark.filterwarnings("error")
 def test_without_a_path_there_is_nothing_over_time(run, tmp_path):
     case = ("--method", "primitive", "--jackknife", 0.1, "--out", tmp_path)
-    assert "unreachable" in run(*case).stdout
+    done = run(*case)
+    assert "unreachable" in done.stdout
+    assert done.exit_code == 1
+    assert done.stderr.startswith("no plan: primitive: unreachable")
+    assert done.stderr.count("\n") == 1
     assert (tmp_path / "paths.png").stat().st_size > 5000
     assert not (tmp_path / "states.png").exists()
 
@@ -143,9 +150,12 @@ def test_neither_end_may_be_in_an_obstacle(run, tmp_path):
 
 
 def test_a_goal_that_the_grid_cannot_resolve_is_said_to_be_wider(run):
-    text = " ".join(run("--point", "--method", "value-function", "--grid", 0.5).stdout.split())
+    done = run("--point", "--method", "value-function", "--grid", 0.5)
+    text = " ".join(done.stdout.split())
     assert "tolerance below one cell of the grid" in text
     assert "arrived in a wider box" in text
+    # Which is not the goal asked for.
+    assert done.exit_code == 1
 
 
 def test_a_start_too_far_for_any_grid_leaves_the_others_to_answer(run):
@@ -155,6 +165,16 @@ def test_a_start_too_far_for_any_grid_leaves_the_others_to_answer(run):
     assert said["value-function"]["time"] is None
     assert "its grid would have" in said["value-function"]["status"]
     assert "GB are needed and 0.5 GB allowed" in said["value-function"]["status"]
+
+
+def test_one_planner_that_arrives_is_enough(run):
+    # The closed forms are of a cart whose radius is its length; a table is of any.
+    cart = ("--length", 0.6, "--goal-tolerance", 0, 0, 0, "inf", "--json")
+    alone = run(*cart, "--method", "extremal")
+    assert alone.exit_code == 1
+    assert json.loads(alone.stdout)["best_time"] is None
+    assert "not applicable" in alone.stderr
+    assert run(*cart, "--method", "casadi").exit_code == 0
 
 
 def test_the_defaults_are_the_case_of_figure_3_9(run):
@@ -179,17 +199,25 @@ def test_the_defaults_are_the_case_of_figure_3_9(run):
         (("--turn-rate", 1e300), "`length` must be 0.001 to 1000 turning radii"),
         (("--speed", 1e300, "--turn-rate", 1e-300), "must be a turning radius"),
         (("--hitch-offset", 1e12), "`hitch_offset` must be at most 100 lengths"),
-        (("--width", 0), "`width` must be positive"),
-        (("--width", 1e-9), "`width` must be at least a fiftieth"),
-        (("--discs", "tractor 0"), "`discs` must be discs such as tractor 0.5 0.4, trailer 0 0.4"),
-        (("--discs", "plough 0 1"), "trailer 0 0.4; got plough 0 1"),
-        (("--discs", "tractor 0 1,"), "trailer 0 0.4; got nothing"),
-        (("--discs", "tractor nan 1"), "`discs` must be a finite number"),
-        (("--discs", "trailer 0 -1"), "`discs` must be positive"),
-        (("--discs", "trailer 0 1e9"), "`discs` must be within 100 m of their axles"),
-        (("--discs", "trailer 0 1," * 64 + "trailer 0 1"), "`discs` must be at most 64; got 65"),
-        (("--discs", "trailer 0 1", "--width", 1), "`width` must stand without discs"),
-        (("--memory", 0), "`memory` must be positive"),
+        (("--width", 1), "`--width` must come with --world"),
+        (("--discs", "tractor 0 1"), "`--discs` must come with --world"),
+        ((*ROOM, "--width", 0), "`width` must be positive"),
+        ((*ROOM, "--width", 1e-9), "`width` must be at least a fiftieth"),
+        (
+            (*ROOM, "--discs", "tractor 0"),
+            "`discs` must be discs such as tractor 0.5 0.4, trailer 0 0.4",
+        ),
+        ((*ROOM, "--discs", "plough 0 1"), "trailer 0 0.4; got plough 0 1"),
+        ((*ROOM, "--discs", "tractor 0 1,"), "trailer 0 0.4; got nothing"),
+        ((*ROOM, "--discs", "tractor nan 1"), "`discs` must be a finite number"),
+        ((*ROOM, "--discs", "trailer 0 -1"), "`discs` must be positive"),
+        ((*ROOM, "--discs", "trailer 0 1e9"), "`discs` must be within 100 m of their axles"),
+        (
+            (*ROOM, "--discs", "trailer 0 1," * 64 + "trailer 0 1"),
+            "`discs` must be at most 64; got 65",
+        ),
+        ((*ROOM, "--discs", "trailer 0 1", "--width", 1), "`width` must stand without discs"),
+        (("--memory", -2), "`memory` must be positive; got -2"),
         (("--memory", "nan"), "`memory` must be a finite number"),
         (("--turn-rate", -1), "`turn_rate` must be positive"),
         (("--goal-tolerance", 0, 0, -1, 0), "`tolerance` must be zero or positive"),
@@ -211,7 +239,9 @@ def test_the_defaults_are_the_case_of_figure_3_9(run):
         (("sweep", "--goal-tolerance", 0, 0, 0, -1), "`tolerance` must be zero or positive"),
     ],
 )
-def test_bad_input_is_one_clear_line(run, options, words):
+def test_bad_input_is_one_clear_line(run, tmp_path, monkeypatch, options, words):
+    monkeypatch.chdir(tmp_path)
+    Path("room.wkt").write_text("POLYGON ((-9 -9, 9 -9, 9 9, -9 9, -9 -9))", encoding="utf-8")
     with pytest.raises(InvalidInput) as error:
         run(*options)
     assert words in str(error.value)
@@ -236,7 +266,8 @@ def test_bad_input_leaves_one_line_and_nothing_else(command, tmp_path):
 
 
 def test_json_is_all_that_is_written():
-    done = sightfield("plan", "--method", "value-function", "--grid", 0.5, "--json")
+    box = ("--goal-tolerance", 0.5, 0.5, 0.7, 0.7)
+    done = sightfield("plan", "--method", "value-function", "--grid", 0.5, *box, "--json")
     assert (done.returncode, done.stderr) == (0, "")
     assert "value-function" in json.loads(done.stdout)["methods"]
 
