@@ -144,7 +144,7 @@ class HarvestRun:
         delivered: By each cart to its truck, shape (K,) [kg].
         finished: Whether all was cut and delivered.
         stopped: Why the run ended before that, who stands where; empty if it finished.
-        makespan: When it ended [s].
+        makespan: When all was cut and delivered; of a run that did not get there, its end [s].
         wall_time: How long it took to simulate [s].
         scene: What has recorded it, or None.
     """
@@ -231,19 +231,29 @@ def run_harvest(
     for name, row in LOGGED.items():
         data = log[name].data().T
         arrays[name] = data.reshape(len(data), -1, row) if row else data
+    times = np.asarray(log["tank"].sample_times())
+    ended = float(context.get_time())
     return HarvestRun(
         job=job,
-        times=np.asarray(log["tank"].sample_times()),
+        times=times,
         log=arrays,
         account=now("account").reshape(-1, COLUMNS).copy(),
         load=now("load").copy(),
         delivered=now("delivered").copy(),
         finished=finished,
-        stopped="" if finished else _why(arrays, context.get_time(), moved, horizon),
-        makespan=float(context.get_time()),
+        stopped="" if finished else _why(arrays, ended, moved, horizon),
+        makespan=_done_at(arrays, times, ended) if finished else ended,
         wall_time=wall_time,
         scene=scene if recording and isinstance(scene, HarvestScene) else None,
     )
+
+
+def _done_at(log: dict[str, np.ndarray], times: np.ndarray, ended: float) -> float:
+    """The first sample from which nothing is left to do; a run goes on until somebody looks [s]."""
+    left = (log["mode"] != DONE).any(axis=1)
+    left |= (log["tank"] > EMPTY).any(axis=1) | (log["load"] > EMPTY).any(axis=1)
+    first = int(np.flatnonzero(left).max(initial=-1)) + 1
+    return float(times[first]) if first < len(times) else ended
 
 
 def _why(log: dict[str, np.ndarray], time: float, moved: float, horizon: float) -> str:

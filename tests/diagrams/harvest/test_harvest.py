@@ -14,12 +14,13 @@ from sightfield.diagrams.harvest.driver_map import draw_map
 from sightfield.diagrams.harvest.job import prepare_harvest
 from sightfield.diagrams.harvest.pictures import draw_timetable
 from sightfield.diagrams.harvest.report import planned_tanks, summarise_harvest
-from sightfield.diagrams.harvest.run import STILL, run_harvest
+from sightfield.diagrams.harvest.run import LOG_PERIOD, STILL, run_harvest
 from sightfield.diagrams.harvest.scenario import FieldSource, HarvestScenario
 from sightfield.diagrams.scenario_files import builtin_scenarios, find_scenario, load_scenario
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
 from sightfield.systems.numerics.harvest.audit.harvest_log import read_harvest
+from sightfield.systems.numerics.harvest.carts.visit_choice import EMPTY
 from sightfield.systems.numerics.harvest.field.field_files import read_field
 from sightfield.systems.numerics.harvest.plan.plan_files import swaths_of
 
@@ -76,6 +77,12 @@ def test_two_combines_hardly_wait_and_are_not_much_longer_than_full_headers(summ
     assert summary["waiting"] <= 0.03
     assert summary["unloads"] >= 4
     assert summary["trips"] >= 1
+
+
+def test_the_harvest_ends_with_the_last_grain_not_when_somebody_looks(run, summary):
+    gone = run.times[np.flatnonzero(run.log["load"].sum(axis=1) > EMPTY).max()]
+    assert summary["makespan"] == pytest.approx(gone, abs=2 * LOG_PERIOD)
+    assert summary["makespan"] == pytest.approx(summary["makespan_planned"], abs=2.0)
 
 
 def test_tanks_follow_the_plan_and_none_holds_more_than_it_can(run, summary):
