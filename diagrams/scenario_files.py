@@ -172,6 +172,9 @@ def _describe(invalid: ValidationError, schema: type) -> str:
         refused = f"`{key}` must be a key of the scenario; got {first['input']!r}"
         keys = _keys_beside(schema, first["loc"])
         return f"{refused} (there are {', '.join(keys)})" if keys else refused
+    if first["type"] == "missing":
+        # What came is all that stands beside it.
+        return f"`{key}` must be given; got nothing"
     wanted = first["msg"].removeprefix("Input should be ")
     return f"`{key}` must be {wanted[0].lower()}{wanted[1:]}; got {first['input']!r}"
 

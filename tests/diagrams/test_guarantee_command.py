@@ -162,6 +162,8 @@ def test_a_saved_game_is_loaded(run, report, room, tmp_path):
         (["--grid", 0], "`grid` must be positive"),
         (["--grid", math.nan], "`grid` must be a finite number"),
         (["--grid", 1e-4], "`grid` must be coarser for so large a world"),
+        (["--grid", 1e-308], "`grid` must be coarser for so large a world"),
+        (["--grid", 1e-4, "--sight-range", 1e200], "`grid` must be coarser"),
         (["--grid", 0.02, "--memory", 0.01], "so that the table takes at most 0.01 GB"),
         (["--bound", "best"], "`bound` must be one of lower, middle, upper"),
         (["--pursuer", 9, 9], "`pursuer` must be where the robot has room"),
@@ -180,6 +182,7 @@ def test_a_saved_game_is_loaded(run, report, room, tmp_path):
         (["thesis_3v3"], "`scenario` must be left out with world; got thesis_3v3"),
     ],
 )
+@pytest.mark.filterwarnings("error")
 def test_nonsense_is_refused_in_one_line(run, room, arguments, message):
     with pytest.raises(InvalidInput, match=message) as error:
         run("--world", room, *arguments)

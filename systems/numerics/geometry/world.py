@@ -19,6 +19,10 @@ from shapely.geometry.base import BaseGeometry
 
 from ..errors import InvalidInput, require, require_non_negative
 
+# Farther from the origin a wall cannot be told from a crack, and squares of squares soon are no
+# numbers any more [m].
+FARTHEST = 1e12
+
 # A vertex this close to the line of its neighbours, relative to the ring's size, is collinear.
 COLLINEAR = 1e-9
 
@@ -51,6 +55,8 @@ def clean_ring(name: str, ring: object) -> np.ndarray:
         "no points" if points.size == 0 else f"an array of shape {points.shape}",
     )
     require(bool(np.isfinite(points).all()), name, "have finite coordinates", points.tolist())
+    near = bool((np.abs(points) <= FARTHEST).all())
+    require(near, name, f"have coordinates within {FARTHEST:g} m", points.tolist())
     original = points
     points = _drop_redundant(points)
     require(len(points) >= 3, name, "enclose an area", original.tolist())

@@ -8,6 +8,8 @@ import numpy as np
 from ..compiled import compiled
 from ..errors import require, require_finite, require_non_negative, require_positive
 
+# A blur wider than any picture, and light and noise that saturate all of it.
+_WIDEST_BLUR, _MOST_LIGHT = 1e3, 1e6
 # Separates the random numbers of dropped frames from those of noise.
 _NOISE, _DROPS = 0, 1
 
@@ -37,6 +39,13 @@ class Sensor:
         require_positive("exposure", self.exposure)
         require_non_negative("blur", self.blur)
         require_non_negative("noise", self.noise)
+        for name, most in (
+            ("exposure", _MOST_LIGHT),
+            ("blur", _WIDEST_BLUR),
+            ("noise", _MOST_LIGHT),
+        ):
+            value = getattr(self, name)
+            require(value <= most, name, f"be at most {most:g}", value)
         require(self.bits in range(1, 9), "bits", "be a whole number from 1 to 8", self.bits)
         require_finite("drop_share", self.drop_share)
         require(0 <= self.drop_share <= 1, "drop_share", "lie in [0, 1]", self.drop_share)

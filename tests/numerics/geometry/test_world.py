@@ -80,6 +80,8 @@ def test_obstacles_that_touch_grow_together():
         ([[0, 0], [1, 1], [2, 2]], [], "`boundary` must enclose an area"),
         ([[0, 0], [1, 1], [1, 0], [0, 1]], [], "`boundary` must not cross itself"),
         ([[0, 0], [1, np.nan], [1, 1]], [], "`boundary` must have finite coordinates"),
+        ([[0, 0], [1e308, 0], [1e308, 1e308]], [], "`boundary` must have coordinates within"),
+        (ARENA, [[[3, 3], [3, 1e308], [2, 3]]], r"`obstacles\[0\]` must have coordinates within"),
         (7, [], "`boundary` must be a list of .*got 7"),
         ([[0, 0, 0], [1, 0, 0], [1, 1, 0]], [], r"shape \(3, 3\)"),
         (ARENA, [[[3, 3], [5, 3], [5, 5]]], r"`obstacles\[0\]` must lie inside the boundary"),

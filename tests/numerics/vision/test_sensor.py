@@ -75,12 +75,21 @@ def test_the_share_of_lost_pictures_is_the_one_asked_for():
     assert all(is_dropped(Sensor(drop_share=1.0), frame) for frame in range(10))
 
 
+@pytest.mark.filterwarnings("error")
+def test_the_worst_sensors_that_there_are_still_take_pictures():
+    worst = Sensor(exposure=1e6, blur=1e3, noise=1e6)
+    assert expose(worst, np.full((12, 16, 3), 0.5), 0).shape == (12, 16, 4)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         ({"exposure": 0.0}, "`exposure` must be positive; got 0.0"),
         ({"blur": -1.0}, "`blur` must be zero or positive; got -1.0"),
         ({"noise": math.inf}, "`noise` must be a finite number; got inf"),
+        ({"exposure": 1e308}, r"`exposure` must be at most 1e\+06; got 1e\+308"),
+        ({"blur": 1e9}, r"`blur` must be at most 1000; got 1000000000"),
+        ({"noise": 1e308}, r"`noise` must be at most 1e\+06; got 1e\+308"),
         ({"bits": 9}, "`bits` must be a whole number from 1 to 8; got 9"),
         ({"drop_share": 1.5}, r"`drop_share` must lie in \[0, 1\]; got 1.5"),
         ({"seed": -1}, "`seed` must be zero or positive; got -1"),

@@ -341,10 +341,14 @@ def _require_few(
 ) -> None:
     """Refuse grids that are not even worth a look."""
     width, height = world.bounds[2:] - world.bounds[:2]
-    seen = min(width * height, math.pi * sight_range**2)
+    # First of the rows alone, so that no number of nodes is too large for a number.
+    few = bool(max(width, height) <= MOST_NODES_A_ROW * evader_spacing)
+    require(few, "grid", "be coarser for so large a world", f"{grid:.6g}")
+    reach = min(sight_range, math.hypot(width, height))
+    seen = min(width * height, math.pi * reach**2)
     pairs = width * height * seen / (spacing * evader_spacing) ** 2
     # With a rim on either side, for an evader that is followed.
     rows, columns = height / evader_spacing + 6.0, width / evader_spacing + 6.0
     few = pairs <= MOST_PAIRS and rows * columns <= MOST_NODES
-    few = few and max(rows, columns) <= MOST_NODES_A_ROW
+    few = bool(few and max(rows, columns) <= MOST_NODES_A_ROW)
     require(few, "grid", "be coarser for so large a world", f"{grid:.6g}")
