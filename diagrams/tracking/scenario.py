@@ -76,6 +76,7 @@ class RobotTeam:
         require_positive("top_turn_rate", self.top_turn_rate)
         require_positive("heading_gain", self.heading_gain)
         require_non_negative("radius", self.radius)
+        require(self.count % 1 == 0, "count", "be a whole number", self.count)
         require(self.count >= 0, "count", "be zero or positive", self.count)
         for i, point in enumerate(self.positions):
             require(len(point) == 2, f"positions.{i}", "be [x, y]", point)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort, System
 
+from ...systems.numerics.errors import require
 from ...systems.numerics.geometry.world import World
 from ...systems.tracking.agent_team import AgentTeam, DifferentialDriveTeam
 from ...systems.tracking.collision_avoidance import CollisionAvoidance, CollisionStop
@@ -62,9 +63,14 @@ def AddTeam(
             have no bodies, and drive through one another.
         rank, pace: Whether others yield to the team or it yields to them, and the top speed of who
             is yielded to [m/s]; as of `CollisionAvoidance`.
+
+    Raises:
+        InvalidInput: Not one start for each robot, or a parameter is out of its range.
     """
     starts = np.asarray(starts, dtype=float)
-    add, connect, _count = builder.AddNamedSystem, builder.Connect, len(starts)
+    whole = starts.shape == (team.size, 3)
+    require(whole, "starts", f"have shape ({team.size}, 3), a pose a robot", starts.shape)
+    add, connect = builder.AddNamedSystem, builder.Connect
     yielding = {"rank": rank, "pace": pace}
     avoidance = AddAvoidance(builder, name, team, regions, period, other_radii, **yielding)
     velocity = avoidance.GetInputPort("velocity")

@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
 from sightfield.diagrams.tracking.game import TrackingGame, set_up_game
 from sightfield.diagrams.tracking.make_tracking import MakeTracking
 from sightfield.diagrams.tracking.run import run_tracking
-from sightfield.diagrams.tracking.scenario import TrackingScenario
+from sightfield.diagrams.tracking.scenario import RobotTeam, TrackingScenario
+from sightfield.diagrams.tracking.team_ports import AddTeam
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.tracking.assignment.rules import nearest
 from sightfield.systems.tracking.pursuit_field_controller import PursuitFieldController
@@ -25,6 +26,20 @@ def game() -> TrackingGame:
     path = find_scenario("thesis_3v4")
     settings = ("seconds=2", "pursuers.assignment=nearest")
     return set_up_game(load_scenario(TrackingScenario, path, settings))
+
+
+@pytest.mark.parametrize("starts", [[[1.0, 1.0, 0.0]], [[1.0, 1.0], [2.0, 2.0]], [], [1, 2, 3]])
+@pytest.mark.parametrize("model", ["point", "differential_drive"])
+def test_a_team_has_a_pose_for_each_robot(game, model, starts):
+    team = RobotTeam(model=model, top_speed=0.3, count=2)
+    with pytest.raises(InvalidInput, match=r"`starts` must have shape \(2, 3\), a pose a robot"):
+        AddTeam(DiagramBuilder(), "pursuer", team, starts, game.pursuer_regions, 0.05)
+
+
+@pytest.mark.parametrize("count", [1.5, float("nan")])
+def test_no_team_has_part_of_a_robot(count):
+    with pytest.raises(InvalidInput, match="`count` must be a whole number"):
+        RobotTeam(top_speed=0.3, count=count)
 
 
 class Part(LeafSystem):

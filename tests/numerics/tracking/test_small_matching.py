@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.tracking.assignment.matching import match_pairs, match_small
 
 
@@ -42,3 +43,20 @@ def test_no_other_choice_is_better(greatest, seed, n, m):
             assert len(pairs) <= count
             if len(pairs) == count:
                 assert (other <= total + 1e-9) if greatest else (other >= total - 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("cost", "visible", "message"),
+    [
+        (
+            np.zeros((2, 3)),
+            np.ones((2, 2), bool),
+            r"`visible` must have the shape of cost, \(2, 3\)",
+        ),
+        (np.zeros(3), np.ones(3, bool), r"`cost` must be a table of rows and columns"),
+        (np.array([[1.0, np.nan]]), np.ones((1, 2), bool), "`cost` must be finite"),
+    ],
+)
+def test_what_is_no_table_of_pairs_is_refused(cost, visible, message):
+    with pytest.raises(InvalidInput, match=message):
+        match_pairs(cost, visible)

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ...compiled import compiled
+from ...errors import require
 from .team_view import UNASSIGNED, TeamView
 
 # How little the distance counts beside the risk.
@@ -104,7 +105,15 @@ def match_pairs(cost: np.ndarray, visible: np.ndarray, *, maximise: bool = False
 
     Returns:
         Column of each row, -1 for none, shape (n,).
+
+    Raises:
+        InvalidInput: The two differ in shape, or a cost is not finite.
     """
+    # Compiled code below would read beyond the end of the smaller one.
+    require(cost.ndim == 2, "cost", "be a table of rows and columns", cost.shape)
+    same = visible.shape == cost.shape
+    require(same, "visible", f"have the shape of cost, {cost.shape}", visible.shape)
+    require(bool(np.isfinite(cost).all()), "cost", "be finite", cost.tolist())
     rows, columns = linear_sum_assignment(_padded(cost, visible, maximise))
     return _kept(rows, columns, visible)
 
