@@ -4,8 +4,8 @@ The `motioncapture` package holds Python's lock while it waits for a connection 
 waits for ever: in the controller's own process it would stand still with it.
 
 Run as `python -m sightfield.hardware_io.mocap.tracker_process KIND HOSTNAME`; each line is JSON,
-first "connected", then the time by `time.monotonic()`, which is the same for all processes of a
-machine, and the poses of the bodies seen.
+"connected" after the first frame, then the time by `time.monotonic()`, which is the same for all
+processes of a machine, and the poses of the bodies seen.
 """
 
 import json
@@ -48,6 +48,8 @@ def main() -> None:
 
     kind, hostname = sys.argv[1:3]
     system = motioncapture.connect(kind, {"hostname": hostname})
+    # Of some kinds the package returns a system that nobody has answered: a frame is the proof.
+    system.waitForNextFrame()
     sys.stdout.write(json.dumps("connected") + "\n")
     sys.stdout.flush()
     while True:
