@@ -12,7 +12,7 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from ...systems.harvest.machine_drivers import MachineDrivers
 from ...systems.harvest.teams import AugerTransfer, CombineTeam, GrainCartTeam
-from ...systems.numerics.harvest.carts.visit_choice import EMPTY
+from ...systems.numerics.harvest.carts.tanks import EMPTY
 from ...systems.numerics.harvest.machines import COLUMNS, CUT, DONE
 from .harvest_scene import HarvestScene
 from .job import HarvestJob, prepare_harvest

@@ -36,6 +36,7 @@ class MachineDrivers(LeafSystem):
         - command
         - control
         - wanted
+        - asked
         - emptying
         - late
 
@@ -52,6 +53,7 @@ class MachineDrivers(LeafSystem):
     command    2 N     m, m/s            path     all but state
     control    2 K     m/s, rad/s        tractor  all
     wanted     K       -                 -        station, account, room
+    asked      K       kg                -        station, account, room
     emptying   K       -                 -        load
     late       N + K   s                 -        station
     =========  ======  ================  =======  ======================
@@ -59,8 +61,8 @@ class MachineDrivers(LeafSystem):
     `station`, `speed` and `account` are the outputs of `CombineTeam`, `state`, `room` and `load` of
     `GrainCartTeam`, `alongside` of `AugerTransfer`. `command` holds, combine by combine, station
     and speed at the end of the period; `wanted` is the combine that each cart is to empty now, or
-    -1; `emptying` is 1 while a cart with grain stands where a truck takes it; `late` is how long
-    ago each machine should have been where it is.
+    -1, `asked` what it is still to take from it; `emptying` is 1 while a cart with grain stands
+    where a truck takes it; `late` is how long ago each machine should have been where it is.
 
     Source: ours.
 
@@ -123,6 +125,7 @@ class MachineDrivers(LeafSystem):
             *(port.ticket() for port in (self._station, self._account, self._room)),
         }
         self.DeclareVectorOutputPort("wanted", carts, self._calc_wanted, placed)
+        self.DeclareVectorOutputPort("asked", carts, self._calc_asked, placed)
         parked = {
             self.discrete_state_ticket(self._carts),
             self._load.ticket(),
@@ -180,17 +183,22 @@ class MachineDrivers(LeafSystem):
         state = read(self._state, context).reshape(-1, 4)
         output.set_value(steer(self._tracks, state, driven, after, self._period))
 
-    def _calc_wanted(self, context, output):
-        output.set_value(
-            wanted_at(
-                self._fleet,
-                self._orders.ties,
-                read(self._station, context),
-                read(self._account, context),
-                read(self._room, context),
-                self._driven(context),
-            )
+    def _wanted_now(self, context) -> tuple[np.ndarray, np.ndarray]:
+        """Whom each cart is to empty, and what it is to take, shapes (K,)."""
+        return wanted_at(
+            self._fleet,
+            self._orders.ties,
+            read(self._station, context),
+            read(self._account, context),
+            read(self._room, context),
+            self._driven(context),
         )
+
+    def _calc_wanted(self, context, output):
+        output.set_value(self._wanted_now(context)[0])
+
+    def _calc_asked(self, context, output):
+        output.set_value(self._wanted_now(context)[1])
 
     def _calc_emptying(self, context, output):
         load = read(self._load, context)

@@ -37,6 +37,7 @@ class CombineTeam(LeafSystem):
         input_ports:
         - alongside
         - room
+        - asked
         - command
         output_ports:
         - pose
@@ -53,6 +54,7 @@ class CombineTeam(LeafSystem):
     =========  ====  =========  =====  ===========
     alongside  N     -          -      -
     room       K     kg         -      -
+    asked      K     kg         -      -
     command    2 N   m, m/s     path   -
     pose       3 N   m, m, rad  world  -
     station    N     m          path   -
@@ -65,11 +67,11 @@ class CombineTeam(LeafSystem):
     =========  ====  =========  =====  ===========
 
     `alongside` is the number of the cart that stands under a combine's auger, or -1; `room` what
-    each cart can still take; `command` station and speed at the end of the period, combine by
-    combine; `pose` the middle of the header; `station` the way driven; `speed` that along the path,
-    never negative; `mode` a number in `machines.MODES`; `cutting` 1 while the header is
-    down; `account` the columns of that module, combine by combine; `unloaded` what each cart has
-    taken over since the start.
+    each cart can still take, `asked` what it is to take in its visit; `command` station and speed
+    at the end of the period, combine by combine; `pose` the middle of the header; `station` the way
+    driven; `speed` that along the path, never negative; `mode` a number in `machines.MODES`;
+    `cutting` 1 while the header is down; `account` the columns of that module, combine by combine;
+    `unloaded` what each cart has taken over since the start.
 
     Source: Zhang 2014, 3.2.1 and 3.4; stopping and spilling are ours.
 
@@ -91,6 +93,7 @@ class CombineTeam(LeafSystem):
         count, carts = len(work.plans), len(work.motions)
         self._alongside = self.DeclareVectorInputPort("alongside", count)
         self._room = self.DeclareVectorInputPort("room", carts)
+        self._asked = self.DeclareVectorInputPort("asked", carts)
         self._command = self.DeclareVectorInputPort("command", 2 * count)
         accounts = np.zeros((count, COLUMNS))
         accounts[:, STATION] = [plan.stations[0] for plan in work.plans]
@@ -114,7 +117,7 @@ class CombineTeam(LeafSystem):
     def _work(self, context, discrete_state):
         accounts = self._accounts(context).copy()
         alongside = read(self._alongside, context).astype(int)
-        room = read(self._room, context)
+        room = np.minimum(read(self._room, context), read(self._asked, context))
         given = np.zeros(len(room))
         command = read(self._command, context).reshape(-1, 2)
         work_together(

@@ -27,6 +27,7 @@ WIRES = [
     ("augers.alongside", "drivers.alongside"),
     ("augers.alongside", "combines.alongside"),
     ("carts.room", "combines.room"),
+    ("drivers.asked", "combines.asked"),
     ("drivers.command", "combines.command"),
     ("drivers.control", "carts.control"),
     ("combines.unloaded", "carts.received"),

@@ -16,7 +16,7 @@ from .cart_plan import FOR_EVER, CartVisit, Job, Stop
 from .cut_times import opens_along
 from .service import SET_OUT, Service
 from .surroundings import SAME, changed_surroundings, is_in_reach, standing_poses
-from .visit_choice import EMPTY
+from .tanks import EMPTY
 
 # How many places for a stop, or beside a combine that stands, are tried.
 PLACES_TRIED = 8

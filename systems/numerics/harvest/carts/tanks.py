@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from .cut_times import CELL, CutTimes
 TICK = 1.0
 # So long a cart stays beside a tank that is empty for the last grain of its combine [s].
 LAST_GRAIN = 20.0
+# A tank of which less is left is empty [kg].
+EMPTY = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,17 +82,28 @@ class Tank:
         if len(done):
             k = int(done[0])
             pour = Pour(begin, begin + float(lasting[k]), float(min(there[k], room)))
-            return self._to_the_last(pour, latest, room)
-        return Pour(begin, begin + float(lasting[-1]), float(gone[-1]))
+        else:
+            pour = Pour(begin, begin + float(lasting[-1]), float(gone[-1]))
+        return self._to_the_last(pour, latest, room)
 
     def _to_the_last(self, pour: Pour, latest: float, room: float) -> Pour:
-        """The same visit, or if the combine has soon done its work, one that takes all."""
+        """The same visit, or if the combine has soon done its work, one that takes all.
+
+        A visit that ends while the last grain is cut, and could not be longer, leaves what is cut
+        in that moment to another one: else nobody would come for it.
+        """
         # What is cut last has to flow too.
         end = float(self.times[np.searchsorted(self.cut, self.cut[-1])]) + TICK
         longer, more = end - pour.end, self.left - pour.taken
-        soon = 0.0 < longer <= LAST_GRAIN and end <= latest
-        if soon and 0.0 < more <= self._combine.unload_rate * longer and self.left <= room:
+        if longer <= 0.0:
+            return pour
+        soon = longer <= LAST_GRAIN and end <= latest and self.left <= room
+        if soon and 0.0 <= more <= self._combine.unload_rate * longer:
             return Pour(pour.begin, end, self.left)
+        if more <= EMPTY:
+            last = self.cut[-1] - float(np.interp(pour.end - TICK, self.times, self.cut))
+            taken = self.left - last - 2 * EMPTY
+            return replace(pour, taken=taken) if taken > 0.0 else Pour(pour.begin, pour.begin, 0.0)
         return pour
 
     def take(self, pour: Pour) -> None:

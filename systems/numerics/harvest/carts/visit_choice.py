@@ -11,7 +11,7 @@ import numpy as np
 
 from ..machines import Combine
 from .routes import LONGEST
-from .tanks import Tank
+from .tanks import EMPTY, Tank
 
 # In which order combines are served.
 STRATEGIES = ("sequential", "on-demand")
@@ -23,8 +23,6 @@ LEAST = 0.1
 AROUND = 25.0
 # From the node near it to a place beside a combine [s].
 NEAR = 5.0
-# A tank of which less is left is empty [kg].
-EMPTY = 1.0
 
 
 class Beginnings(NamedTuple):

@@ -18,7 +18,8 @@ from .cart_plan import CartPlan, CartVisit, Failure, Supply, retime_alone
 from .service import PlanSoFar, Retime, Service
 from .stops import collect, let_wait
 from .surroundings import make_surroundings
-from .visit_choice import EMPTY, LEAST, STRATEGIES, Attempt, FreeCart, Outlook, choose_visits
+from .tanks import EMPTY
+from .visit_choice import LEAST, STRATEGIES, Attempt, FreeCart, Outlook, choose_visits
 from .windows import drive_beside
 
 # Part of a cart's accelerations that is planned with: what is driven and logged differs a little.

@@ -23,7 +23,7 @@ from ...units import PerHour, Seconds
 from ..carts.cart_plan import Failure
 from .fleet import fastest_at, planned_at
 from .orders import PASSED, hold_by, last_below
-from .unloading import NOTHING, full_hold, loads_of, place_beside, tie_hold
+from .unloading import NOTHING, full_hold, loads_of, place_beside, pour_alongside, tie_hold
 
 # How long a machine keeps its slowness [s], and in what time it stops once at most [s].
 PACE_SLOT, STOP_SLOT = 45.0, 600.0
@@ -165,7 +165,8 @@ def drive_on(
         orders: What they need of one another.
         pace: How they are disturbed.
         stations, speeds: Of the combines, shape (N,) [m], [m/s].
-        accounts, alongside, room, load: See `loads_of`.
+        accounts, room, load: See `loads_of`.
+        alongside: The cart that each combine pours into, or -1, shape (N,).
         carts: Stations and then speeds of the carts, shape (2 K,) [m], [m/s].
         now: [s].
         step: [s].
@@ -173,12 +174,14 @@ def drive_on(
     half = len(carts) // 2
     count = len(stations) + half
     after = np.empty(2 * count)
+    loads, places = loads_of(accounts, room, load), np.concatenate((stations, carts[:half]))
+    pour_alongside(fleet, orders.ties, loads, places, alongside)
     advance(
         fleet,
         orders,
         pace,
-        loads_of(accounts, alongside, room, load),
-        np.concatenate((stations, carts[:half])),
+        loads,
+        places,
         np.concatenate((speeds, carts[half:])),
         now,
         step,

@@ -18,11 +18,13 @@ needs: it can go on. The same holds for ties: the one who is behind has the othe
 ahead. So while a machine has not arrived, one may drive on, as long as grain flows beside it.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ...compiled import compiled, kernel
+from ..carts.cart_plan import CartVisit
 from ..carts.cut_times import CELL, LOOKS, REACH
 from ..carts.traffic import cart_boxes
 from ..paths import TimedPath
@@ -34,6 +36,9 @@ from .planned_work import PlannedWork, grain_stations
 AHEAD = 1800.0
 # How far a tied machine may be beyond its place beside the other one [m].
 SLACK = 0.5
+# How long grain may still have to flow, at the auger's rate, when tied machines part on the way; it
+# is taken by the next visit [s].
+REST = 1.5
 # A station is passed this much before it, for rounding [m].
 PASSED = 1e-6
 
@@ -68,7 +73,10 @@ class Ties(NamedTuple):
             neither has to brake if both are on time, shape (T, 2) [m].
         slacks: How far each may be beyond its place beside the point at which the other one would
             come to stand if it braked, shape (T, 2) [m].
-        given: What the combine has given in all when the visit is over, shape (T,) [kg].
+        given: What the combine has given in all when the visit is over, infinite at its last one,
+            which takes all that there is, shape (T,) [kg].
+        rests: What may be left of that to the combine's next visit, whose cart has room for it
+            beside all that it is to take until it is emptied, shape (T,) [kg].
         last: Whether it is the combine's last visit, shape (T,).
     """
 
@@ -78,6 +86,7 @@ class Ties(NamedTuple):
     waits: np.ndarray
     slacks: np.ndarray
     given: np.ndarray
+    rests: np.ndarray
     last: np.ndarray
 
 
@@ -154,7 +163,38 @@ def find_ties(work: PlannedWork) -> Ties:
         total[visit.combine] += visit.taken
         given[t] = total[visit.combine] * _more(work, visit.combine, rows["ends"][t, 0])
         last[t] = all(other.combine != visit.combine for other in visits[t + 1 :])
-    return Ties(machines, **rows, given=given, last=last)
+    rests = _rests(work, visits, given)
+    return Ties(machines, **rows, given=np.where(last, np.inf, given), rests=rests, last=last)
+
+
+def _rests(work: PlannedWork, visits: Sequence[CartVisit], given: np.ndarray) -> np.ndarray:
+    """What each visit may leave to its combine's next one, shape (T,) [kg].
+
+    Carts that are planned full have no room for it. So every cart has room for all that it may have
+    to take, and the last visits leave nothing.
+
+    Args:
+        work: The plan.
+        visits: In order.
+        given: By each combine in all when each visit is over, shape (T,) [kg].
+    """
+    combines = np.array([visit.combine for visit in visits], dtype=np.int64)
+    taken = given.copy()
+    for n in set(combines.tolist()):
+        taken[combines == n] = np.diff(given[combines == n], prepend=0.0)
+    # Visits of one cart between two of its trips.
+    tours: dict[tuple[int, int], list[int]] = {}
+    for t, visit in enumerate(visits):
+        trips = sum(trip.cart == visit.cart and trip.begin < visit.begin for trip in work.trips)
+        tours.setdefault((visit.cart, trips), []).append(t)
+    spare = np.zeros(len(visits))
+    for tour in tours.values():
+        spare[tour] = max(work.cart.capacity - taken[tour].sum(), 0.0) / len(tour)
+    rests = np.zeros(len(visits))
+    for n in set(combines.tolist()):
+        own = np.flatnonzero(combines == n)
+        rests[own[:-1]] = np.minimum(REST * work.combines[n].unload_rate, spare[own[1:]])
+    return rests
 
 
 def _more(work: PlannedWork, combine: int, station: float) -> float:

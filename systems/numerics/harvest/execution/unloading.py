@@ -5,9 +5,14 @@ at s, as no machine can stand before that: so they slow down together and speed 
 each is beside the other as the plan has it, but for the slack.
 
 **In a step** crop comes in at a constant rate and the auger takes it at its own, so that the tank
-is linear in time between its events: it is empty, it is full, the cart is full. Then the amounts of
-the whole step follow without looking at the events: the auger gives all that there is, but no more
-than it can and than there is room for. Each kilogram is added to one place.
+is linear in time between its events: it is empty, it is full, the cart is full, the visit has given
+what it should. Then the amounts of the whole step follow without looking at the events: the auger
+gives all that there is, but no more than it can, than there is room for, and than the visit still
+has to give. Each kilogram is added to one place.
+
+**At the end** nothing is left in a tank: a visit gives no more than planned, so that no cart lacks
+room at a later one; it leaves no more to the combine's next visit than that one's cart has room
+for, and the last visit takes all that there is.
 """
 
 from typing import NamedTuple
@@ -36,9 +41,6 @@ from .fleet import cut_up_to, planned_at, planned_time
 from .orders import PASSED, SLACK, last_below
 from .planned_work import PIECE
 
-# How long grain may still have to flow, at the auger's rate, when tied machines part on the way; it
-# is taken by the next visit [s].
-REST = 1.5
 # Grain that is nothing [kg].
 NOTHING = 1e-6
 # How far before and after a visit a cart may be filled [m].
@@ -54,36 +56,50 @@ class Loads(NamedTuple):
     Attributes:
         tank: In each combine, shape (N,) [kg].
         given: By each combine to carts, since the beginning, shape (N,) [kg].
-        pouring: Whether it pours into a cart that has room, shape (N,).
+        free: What each combine can still pour into the cart alongside, 0 without one, shape (N,)
+            [kg].
         room: In each cart, shape (K,) [kg].
         load: In each cart, shape (K,) [kg].
     """
 
     tank: np.ndarray
     given: np.ndarray
-    pouring: np.ndarray
+    free: np.ndarray
     room: np.ndarray
     load: np.ndarray
 
 
 @compiled
-def loads_of(accounts, alongside, room, load):
-    """Where the grain is.
+def loads_of(accounts, room, load):
+    """Where the grain is, while no cart is alongside.
 
     Args:
         accounts: Of the combines, columns as in `machines`, shape (N * 8,).
-        alongside: The cart that each combine pours into, or -1, shape (N,).
         room, load: Of the carts, shape (K,) [kg].
     """
     count = len(accounts) // COLUMNS
     tank, given = np.empty(count), np.empty(count)
-    pouring = np.zeros(count, dtype=np.bool_)
     for n in range(count):
         tank[n] = accounts[n * COLUMNS + TANK]
         given[n] = accounts[n * COLUMNS + CUT] - accounts[n * COLUMNS + LOST] - tank[n]
+    return Loads(tank, given, np.zeros(count), room, load)
+
+
+@compiled
+def pour_alongside(fleet, ties, loads, stations, alongside):
+    """Tell in `loads` what combines can still pour into the carts alongside.
+
+    Args:
+        fleet: The machines.
+        ties: Visits.
+        loads: Where the grain is; `free` is written.
+        stations: Of all machines, shape (M,) [m].
+        alongside: The cart that each combine pours into, or -1, shape (N,).
+    """
+    asked = wanted_by(fleet, ties, loads, stations)[1]
+    for n in range(len(loads.free)):
         cart = int(alongside[n])
-        pouring[n] = cart >= 0 and room[cart] > NOTHING
-    return Loads(tank, given, pouring, room, load)
+        loads.free[n] = min(asked[cart], loads.room[cart]) if cart >= 0 else 0.0
 
 
 @kernel
@@ -116,11 +132,12 @@ def tie_hold(fleet, ties, loads, stations, speeds, m, trusts):
         rest = rest_of(fleet, ties, loads, stations, t)
         soon = 0.0
         if moves and not ties.last[t]:
-            soon = REST + (end - stations[m]) / max(speeds[m], 0.1)
+            soon = (end - stations[m]) / max(speeds[m], 0.1)
         elif moves and trusts:
             # A machine beside one that may be late cannot count on what flows on the way.
             soon = max(end - stations[m], 0.0) / max(speeds[m], 0.1) - 0.5
-        if rest <= max(fleet.unload_rates[ties.machines[t, 0]] * soon, NOTHING):
+        flows = fleet.unload_rates[ties.machines[t, 0]] * soon
+        if rest <= max(ties.rests[t] + flows, NOTHING):
             continue
         far = stations[n] + speeds[n] * speeds[n] / (2 * fleet.brakes[n])
         beyond = ties.slacks[t, own] - begin
@@ -186,7 +203,7 @@ def place_beside(fleet, ties, stations, speeds, m, step):
 
 @kernel
 def full_hold(fleet, loads, station, n):
-    """Where a combine's tank will be full, if nobody takes anything [m].
+    """Where a combine's tank will be full, if nobody takes more than the cart alongside can [m].
 
     Args:
         fleet: The machines.
@@ -194,9 +211,9 @@ def full_hold(fleet, loads, station, n):
         station: Of the combine [m].
         n: Its number.
     """
-    if fleet.spill[n] or loads.pouring[n]:
+    if fleet.spill[n]:
         return np.inf
-    full = cut_up_to(fleet, n, station) + fleet.capacities[n] - loads.tank[n]
+    full = cut_up_to(fleet, n, station) + fleet.capacities[n] - loads.tank[n] + loads.free[n]
     low, high = fleet.grain_at[n], fleet.grain_at[n + 1]
     k = last_below(fleet.grain, low, high, full)
     if k == high - 1:
@@ -209,15 +226,19 @@ def full_hold(fleet, loads, station, n):
 
 @compiled
 def wanted_by(fleet, ties, loads, stations):
-    """The combine that each cart is to empty now, or -1, shape (K,).
+    """The combine that each cart is to empty now, or -1, and what it is to take from it still [kg].
 
     Args:
         fleet: The machines.
         ties: Visits.
         loads: Where the grain is.
         stations: Of all machines, shape (M,) [m].
+
+    Returns:
+        Both, shapes (K,).
     """
     wanted = np.full(len(stations) - fleet.combines, -1.0)
+    asked = np.zeros(len(wanted))
     for t in range(len(ties.machines)):
         n, m = ties.machines[t]
         k = m - fleet.combines
@@ -227,14 +248,14 @@ def wanted_by(fleet, ties, loads, stations):
             and rest_of(fleet, ties, loads, stations, t) > NOTHING
         ):
             wanted[k] = n
-    return wanted
+            asked[k] = max(ties.given[t] - loads.given[n], 0.0)
+    return wanted, asked
 
 
 @compiled
 def wanted_at(fleet, ties, stations, accounts, room, carts):
-    """The combine that each cart is to empty now, or -1, shape (K,); arguments as in `drive_on`."""
-    nobody = np.full(len(stations), -1.0)
-    loads = loads_of(accounts, nobody, room, room)
+    """What `wanted_by` tells; arguments as in `drive_on`."""
+    loads = loads_of(accounts, room, room)
     return wanted_by(fleet, ties, loads, np.concatenate((stations, carts[: len(carts) // 2])))
 
 
@@ -294,7 +315,7 @@ def work_together(fleet, accounts, stations, ends, alongside, room, given, durat
         stations: Where they are at the end of it, shape (N,) [m].
         ends: Of their paths, shape (N,) [m].
         alongside: Number of the cart that each one pours into, or -1, shape (N,).
-        room: In each cart, shape (K,) [kg].
+        room: What each cart may take, for it has room for it and is to take it, shape (K,) [kg].
         given: What flows into each cart is added to it, shape (K,) [kg].
         duration: [s].
     """

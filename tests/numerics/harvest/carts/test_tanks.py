@@ -5,7 +5,7 @@ import pytest
 
 from sightfield.systems.numerics.harvest.carts.cart_plan import Stop, with_stop
 from sightfield.systems.numerics.harvest.carts.cut_times import cut_times
-from sightfield.systems.numerics.harvest.carts.tanks import LAST_GRAIN, Tank, make_tanks
+from sightfield.systems.numerics.harvest.carts.tanks import EMPTY, LAST_GRAIN, Tank, make_tanks
 from sightfield.systems.numerics.harvest.field.yield_map import YieldMap
 from sightfield.systems.numerics.harvest.machines import Combine
 
@@ -94,6 +94,22 @@ def test_a_cart_stays_for_the_last_grain_and_no_longer(begin, latest, room, stay
         assert pour.end < begin + 3.0
         assert pour.taken < 1100.0
     assert pour.end <= begin + 3.0 + LAST_GRAIN
+
+
+def test_a_visit_that_ends_while_the_last_grain_is_cut_leaves_it_to_another_one():
+    times = np.arange(0.0, 200.0)
+    tank = Tank(Combine(unload_rate=69.9), times, 10.0 * np.minimum(times, 110.4))
+    # It has time until all is out, or it has to leave as soon as the last grain is there.
+    whole, short = tank.pour(95.0, np.inf, np.inf), tank.pour(95.0, 111.0, np.inf)
+    assert whole.end == 112.0
+    assert whole.taken == tank.left
+    assert short.end == 111.0
+    assert EMPTY < tank.left - short.taken < 10.0
+    tank.take(short)
+    rest = tank.pour(150.0, np.inf, np.inf)
+    assert rest.taken == pytest.approx(tank.left)
+    # One that would leave all that there is does not come.
+    assert tank.pour(110.0, 111.0, np.inf).taken == 0.0
 
 
 @pytest.mark.parametrize("where", [0.02, 0.4, 0.999])

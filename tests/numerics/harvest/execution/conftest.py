@@ -23,6 +23,7 @@ from sightfield.systems.numerics.harvest.execution.planned_work import PlannedWo
 from sightfield.systems.numerics.harvest.execution.unloading import (
     NOTHING,
     Loads,
+    pour_alongside,
     wanted_by,
     work_together,
 )
@@ -101,8 +102,8 @@ class Crew:
             room = np.maximum(cart.capacity - load, 0.0)
             tank = accounts[:, TANK].copy()
             given = accounts[:, CUT] - accounts[:, LOST] - tank
-            loads = Loads(tank, given, np.zeros(count, dtype=np.bool_), room, load)
-            wanted = wanted_by(fleet, self.orders.ties, loads, stations)
+            loads = Loads(tank, given, np.zeros(count), room, load)
+            wanted, asked = wanted_by(fleet, self.orders.ties, loads, stations)
             alongside = np.full(count, -1)
             if (wanted >= 0).any():
                 alongside = pair_up(
@@ -114,8 +115,7 @@ class Crew:
                     cart.hitch_offset,
                     reach,
                 ).astype(int)
-            pouring = np.array([k >= 0 and room[k] > NOTHING for k in alongside])
-            loads = loads._replace(pouring=pouring)
+            pour_alongside(fleet, self.orders.ties, loads, stations, alongside)
             emptying = at_trucks(fleet, stations[count:], load, tick * step)
             rows.append(
                 (
@@ -130,7 +130,11 @@ class Crew:
                 )
             )
             there = bool((stations >= self.ends - 1e-6).all())
-            arrived = there and not emptying.any() and not (pouring & (tank > NOTHING)).any()
+            arrived = (
+                there
+                and not emptying.any()
+                and not ((loads.free > NOTHING) & (tank > NOTHING)).any()
+            )
             after, after_speeds = np.empty(count + carts), np.empty(count + carts)
             advance(
                 fleet,
@@ -146,7 +150,14 @@ class Crew:
             )
             more = np.zeros(carts)
             work_together(
-                fleet, accounts, after[:count], self.ends[:count], alongside, room, more, step
+                fleet,
+                accounts,
+                after[:count],
+                self.ends[:count],
+                alongside,
+                np.minimum(room, asked),
+                more,
+                step,
             )
             received += more
             delivered += np.where(

@@ -1,9 +1,20 @@
-"""What a combine cuts, pours, keeps and spills in a step, against small steps."""
+"""What a combine cuts, pours, keeps and spills in a step, against small steps; and in visits."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.harvest.execution.unloading import work_for
+from sightfield.systems.numerics.harvest.execution.advance import Disturbance
+from sightfield.systems.numerics.harvest.execution.fleet import cut_up_to
+from sightfield.systems.numerics.harvest.execution.orders import REST, find_ties
+from sightfield.systems.numerics.harvest.execution.planned_work import grain_stations
+from sightfield.systems.numerics.harvest.execution.unloading import (
+    NEAR,
+    Loads,
+    full_hold,
+    work_for,
+)
 from sightfield.systems.numerics.harvest.machines import (
     BLOCKED,
     COLUMNS,
@@ -82,3 +93,76 @@ def test_what_rounding_leaves_over_in_a_full_tank_is_no_loss():
     assert found[TANK] == 9000.0
     assert found[LOST] == 0.0
     assert found[CUT] == 9000.0
+
+
+def full_carts(served):
+    """The same plan with a cart that it fills to the brim."""
+    most = served.loads_at(np.arange(0.0, served.end, 0.25)).max()
+    return replace(served, cart=replace(served.cart, capacity=float(most)))
+
+
+def early_leaving(served):
+    """The same plan with a first visit that leaves a tonne in the tank to the second one."""
+    first, second, *others = sorted(served.visits, key=lambda visit: visit.begin)
+    shifted = [
+        each._replace(taken=each.taken + more) for each, more in ((first, -1e3), (second, 1e3))
+    ]
+    return replace(served, visits=[*shifted, *others])
+
+
+@pytest.mark.parametrize("step", [0.1, 0.5])
+def test_a_visit_gives_what_it_should_and_no_more_whatever_the_step(crew_of, served, step):
+    crew = crew_of(early_leaving(served), step=step)
+    driven = crew.run(Disturbance(slowness=0.2, stops=6.0, seed=2))
+    ties, given = crew.orders.ties, (driven.cut - driven.tank)[:, 0]
+    assert len(ties.given) > 2
+    before = 0.0
+    for t in range(len(ties.given) - 1):
+        following = driven.stations[:, 0] < ties.begins[t + 1, 0] - NEAR
+        most = given[following].max()
+        assert before + 1000.0 < most <= ties.given[t] + 1e-6
+        before = most
+
+
+@pytest.mark.parametrize("seed", [None, 0, 1, 2])
+def test_full_carts_leave_nothing_in_a_tank(crew_of, served, seed):
+    work = full_carts(early_leaving(served))
+    disturbance = None if seed is None else Disturbance(slowness=0.2, stops=6.0, seed=seed)
+    driven = crew_of(work, step=0.5).run(disturbance)
+    assert driven.arrived
+    assert driven.load.max() <= work.cart.capacity + 1e-6
+    assert driven.load.max() > work.cart.capacity - 200.0
+    held = driven.tank.sum(axis=1) + driven.load.sum(axis=1) + driven.delivered
+    assert held == pytest.approx(driven.cut.sum(axis=1), abs=1e-6)
+    assert driven.lost.max() == 0.0
+    assert driven.delivered[-1] == pytest.approx(work.grain[0][-1], abs=1e-6)
+
+
+def test_what_a_visit_may_leave_is_what_the_next_cart_has_room_for(served):
+    for work in (served, full_carts(served)):
+        ties = find_ties(work)
+        # One combine: what visits take, and what may come on top of it from the one before.
+        taken = [visit.taken for visit in sorted(work.visits, key=lambda each: each.begin)]
+        on_top = np.append(0.0, ties.rests[:-1])
+        tours = np.searchsorted([trip.begin for trip in work.trips], [v.begin for v in work.visits])
+        for tour in np.unique(tours):
+            assert (np.add(taken, on_top))[tours == tour].sum() <= work.cart.capacity + 1e-6
+        assert ties.rests[-1] == 0.0
+        assert ties.given[-1] == np.inf
+    assert find_ties(served).rests.max() == REST * served.combines[0].unload_rate
+    assert (find_ties(full_carts(served)).rests == 0.0).any()
+
+
+def test_all_is_cut_when_the_last_visit_is_over(served):
+    at = grain_stations(served.plans[0].path)
+    end = find_ties(served).ends[-1, 0]
+    assert np.interp(end, at, served.grain[0]) == served.grain[0][-1]
+
+
+def test_a_full_tank_goes_on_as_far_as_the_cart_alongside_has_still_to_take(crew_of, served):
+    crew = crew_of(served)
+    fleet, tank = crew.fleet, float(served.combines[0].capacity)
+    loads = Loads(np.array([tank]), np.zeros(1), np.array([40.0]), np.full(1, 1e9), np.zeros(1))
+    begin = 200.0
+    hold = full_hold(fleet, loads, begin, 0)
+    assert cut_up_to(fleet, 0, hold) - cut_up_to(fleet, 0, begin) == pytest.approx(40.0)
