@@ -15,13 +15,13 @@ from ..field.yield_map import YieldMap, grain_on_cells
 from ..machines import Cart, Combine, CombineSize, cart_outline, combine_outline, size_of
 from ..paths import MachinePath, TimedPath
 from ..plan.harvest_plan import HarvestPlan
-from ..timing.sweep import Sweep, cart_sweep, grid_stations, sweep_of
+from ..timing.sweep import Sweep, cart_sweep, grid_stations, outline_ways, sweep_of
 
 # Distance of stations between which crop comes in evenly [m].
 PIECE = 0.5
-# Longest cell on which machines wait for one another. A machine may be late by so much against one
-# that the plan has near it at the same time, and comes nearer to it by no more than that: of the
-# half metre that plans keep 0.3 m are left [m].
+# How far any point of a machine moves on a cell on which machines wait for one another, at most. A
+# machine may be a cell late against one that the plan has near it at the same time, and comes
+# nearer to it by no more than that: of the half metre that plans keep 0.3 m are left [m].
 LONGEST_CELL = 0.2
 
 
@@ -150,14 +150,18 @@ class PlannedWork:
             # Where it stands for carts cells end, as they do in the plan.
             stops = [plan.station_at(v.begin) for v in self.visits if v.combine == n]
             halts = np.unique(np.array([s for s in stops if 0 < s < plan.path.length]))
-            grid = grid_stations(plan.path, LONGEST_CELL, halts)
+            moved = outline_ways(plan.path.poses, combine)
+            grid = grid_stations(plan.path, LONGEST_CELL, halts, moved)
             found.append(sweep_of(plan.path, combine, grid))
         for motion, (path, trailer) in zip(self.motions, self.towed, strict=True):
             timed = motion.timed
             still = np.flatnonzero(np.diff(timed.stations) < 1e-9)
             halts = np.unique(timed.stations[still])
             halts = halts[(halts > 1e-3) & (halts < path.length - 1e-3)]
-            grid = grid_stations(path, LONGEST_CELL, halts)
+            moved = np.maximum(
+                outline_ways(path.poses, [cart.tractor]), outline_ways(trailer, [cart.trailer])
+            )
+            grid = grid_stations(path, LONGEST_CELL, halts, moved)
             found.append(cart_sweep(path, trailer, cart, grid))
         return found
 

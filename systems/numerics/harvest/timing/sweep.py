@@ -57,7 +57,10 @@ class Sweep(NamedTuple):
 
 
 def grid_stations(
-    path: MachinePath, spacing: float = 1.0, stops: Sequence[float] | np.ndarray = ()
+    path: MachinePath,
+    spacing: float = 1.0,
+    stops: Sequence[float] | np.ndarray = (),
+    moved: np.ndarray | None = None,
 ) -> np.ndarray:
     """Stations of a grid: evenly spaced ones, the path's cusps and its stops; both ends twice.
 
@@ -65,6 +68,8 @@ def grid_stations(
         path: Where the machine drives.
         spacing: Longest cell [m].
         stops: Stations at which it stands for a reason of its own, shape (k,) [m].
+        moved: Way on each piece of the path of what counts for the length of a cell, by default the
+            reference point; see `outline_ways`; shape (p - 1,) for p poses [m].
 
     Returns:
         Never decreasing, shape (n + 1,) [m]; a path of no length has one cell.
@@ -80,9 +85,31 @@ def grid_stations(
         return np.zeros(2)
     kept = np.sort(np.concatenate([[0.0, path.length], halts, path.cusps]))
     kept = kept[np.append(True, np.diff(kept) > SAME)]
-    even = path.stations_every(spacing)
+    if moved is None:
+        even = path.stations_every(spacing)
+    else:
+        ways = np.append(0.0, np.cumsum(moved))
+        count = max(1, int(np.ceil(ways[-1] / spacing - 1e-9)))
+        even = np.interp(np.linspace(0.0, ways[-1], count + 1), ways, path.stations)
     near = _away(even, kept)
     return np.sort(np.concatenate([kept, even[near > SAME], [0.0, path.length]]))
+
+
+def outline_ways(poses: np.ndarray, outline: Sequence[np.ndarray]) -> np.ndarray:
+    """How far some point of a machine moves at most between poses, shape (n - 1,) [m].
+
+    In a turn the end of a header, and the tail, go much farther than the reference point: over an
+    arc of length l that turns by phi a point (x, y) goes no more than |(l + phi |y|, phi x)|.
+
+    Args:
+        poses: Of the reference point, which moves along its heading, shape (n, 3).
+        outline: Convex parts in its frame, each of shape (c, 2) [m].
+    """
+    turned = np.abs(np.diff(poses[:, 2]))
+    lengths = np.hypot(*np.diff(poses[:, :2], axis=0).T) / np.sinc(turned / (2 * np.pi))
+    x, y = np.abs(np.concatenate(outline)).T
+    ways = np.hypot(lengths[:, None] + turned[:, None] * y, turned[:, None] * x)
+    return ways.max(axis=1, initial=0.0)
 
 
 def sweep_of(path: MachinePath, outline: Sequence[np.ndarray], stations: np.ndarray) -> Sweep:

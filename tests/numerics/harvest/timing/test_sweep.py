@@ -1,5 +1,7 @@
 """The ground that machines cover, against their outlines at many poses."""
 
+import itertools
+
 import numpy as np
 import pytest
 import shapely
@@ -10,6 +12,7 @@ from sightfield.systems.numerics.harvest.paths import MachinePath
 from sightfield.systems.numerics.harvest.timing.sweep import (
     cart_sweep,
     grid_stations,
+    outline_ways,
     poses_between,
     sweep_of,
 )
@@ -115,6 +118,28 @@ def test_a_grid_has_both_ends_twice_and_cusps_and_stops_once(fleets):
         assert np.abs(stations - wanted).min() < 1e-9
     with pytest.raises(InvalidInput, match="stops"):
         grid_stations(path, 1.0, stops=[99.0])
+
+
+def test_no_point_of_a_machine_goes_farther_than_told_on_a_cell_even_in_turns(fleets):
+    path = fleets.drive((1.0, 2.0, 0.3), (30.3, 0.0), (12.0, 0.15), (-9.1, -0.16), (9.0, 0.0))
+    most = 0.2
+
+    def farthest(stations):
+        far = 0.0
+        for begin, end in itertools.pairwise(stations):
+            at = np.linspace(begin, end, 9)
+            for shapes in fleets.outlines_at(path, fleets.outline, at):
+                corners = np.array([shapely.get_coordinates(shape) for shape in shapes])
+                steps = np.hypot(*np.moveaxis(np.diff(corners, axis=0), -1, 0))
+                far = max(far, steps.sum(axis=0).max())
+        return far
+
+    by_outline = grid_stations(path, most, moved=outline_ways(path.poses, fleets.outline))
+    assert 0.9 * most < farthest(by_outline) <= most + 1e-6
+    # The reference point alone does not tell.
+    assert farthest(grid_stations(path, most)) > 1.5 * most
+    # On straights cells are as long as told.
+    assert np.diff(by_outline).max() == pytest.approx(most, rel=0.02)
 
 
 def test_a_machine_without_a_way_has_one_cell(fleets):
