@@ -57,11 +57,14 @@ class Driver:
         ground: What it may drive on, as it knows by now.
         paths: Driven so far.
         roads: Loops on cut ground along which it gets about.
+        ways_back: From where it is to where it came in, if that lies in crop that stands: backwards
+            over what it has cut, the shortest first.
     """
 
     def __init__(self, ground: CutGround, combine: Combine, roads: list[Loop]) -> None:
         self.ground, self.combine, self.roads = ground, combine, roads
         self.paths: list[MachinePath] = []
+        self.ways_back: list[MachinePath] = []
 
     @property
     def pose(self) -> np.ndarray:
@@ -104,9 +107,10 @@ class Driver:
             self.paths.append(MachinePath.of([goal]))
             return
         self.drive(self.way_to(self.pose, goal))
+        self.ways_back = []
 
     def way_to(self, start: np.ndarray, goal: np.ndarray) -> MachinePath:
-        """The quickest way found between two poses.
+        """The quickest way found between two poses; where there is none, one over a way back.
 
         Args:
             start: x, y, theta, shape (3,) [m], [m], [rad].
@@ -115,6 +119,17 @@ class Driver:
         Raises:
             NoWay: None was found.
         """
+        way = self._quickest(start, goal)
+        for back in self.ways_back if way is None else ():
+            onto = self._quickest(start, back.poses[0])
+            off = None if onto is None else self._quickest(back.poses[-1], goal)
+            if onto is not None and off is not None:
+                return join_paths([onto, back, off])
+        if way is None:
+            raise NoWay(f"from {np.round(start, 1)} to {np.round(goal, 1)}")
+        return way
+
+    def _quickest(self, start: np.ndarray, goal: np.ndarray) -> MachinePath | None:
         apart = goal - start
         if np.abs(apart[:2]).max() < 1e-6 and abs(math.remainder(apart[2], math.tau)) < 1e-6:
             return MachinePath.of([start])
@@ -129,9 +144,8 @@ class Driver:
         if not found:
             direct = self.ground.turn(start, goal, search=True)
             found = [] if direct is None else [direct]
-        if not found:
-            raise NoWay(f"from {np.round(start, 1)} to {np.round(goal, 1)}")
-        return min(found, key=lambda way: way.length + len(way.cusps) * stop_time(self.combine))
+        cost = stop_time(self.combine)
+        return min(found, key=lambda way: way.length + len(way.cusps) * cost, default=None)
 
     def cut_towards(self, goal: np.ndarray, longest: float) -> bool:
         """Cut a way straight to a pose, in curves in which the body keeps to what is cut.
@@ -359,17 +373,47 @@ def find_gate(
     raise NoWay("to the rings round a hole")
 
 
+def drive_gate(driver: Driver, gate: Gate, swath: MachinePath | None, work: int) -> int:
+    """Drive to some rings and round them; the number of the next work.
+
+    Rings of a narrow header leave little room between the hole and the crop that stands round them:
+    the combine may have to go out as it came in.
+
+    Args:
+        driver: Who stands at the gate's start.
+        gate: The way to the rings.
+        swath: That is driven before the gate's path, if there is one.
+        work: Number of the first ring.
+
+    Raises:
+        NoWay: A ring cannot be entered from the one outside of it.
+    """
+    begun = len(driver.paths)
+    if swath is not None:
+        driver.drive(swath)
+    driver.drive(gate.path)
+    came_in = len(driver.paths)
+    work = drive_rings(driver, gate.group, work)
+    ways = [driver.paths[begun:end] for end in (came_in, len(driver.paths))]
+    driver.ways_back = [_backwards(join_paths(way)) for way in ways if way]
+    return work
+
+
+def _backwards(path: MachinePath) -> MachinePath:
+    """From the end of a path to its beginning in the other gear, the header up."""
+    return MachinePath.of(path.poses[::-1], gears=(-path.gears[::-1]).tolist())
+
+
 def drive_rings(driver: Driver, group: tuple[Loop, ...], work: int) -> int:
     """Drive rings from the outermost inwards; the number of the next work.
 
     Raises:
         NoWay: A ring cannot be entered from the one outside of it.
     """
-    radius = cutting_radius(driver.combine)
     for number, ring in enumerate(group):
         begin = ring.station(driver.pose)
         if number > 0:
-            begin = _next_ring(driver, ring, radius)
+            begin = _next_ring(driver, ring)
         points = ring.part(begin, begin + ring.length + OVERLAP)
         path = drive_line(points, cutting=True, work=work)
         path = _from_pose(path, driver.pose)
@@ -378,15 +422,17 @@ def drive_rings(driver: Driver, group: tuple[Loop, ...], work: int) -> int:
     return work
 
 
-def _next_ring(driver: Driver, ring: Loop, radius: float) -> float:
+def _next_ring(driver: Driver, ring: Loop) -> float:
     stations = np.arange(0.0, ring.length, SPACING / 2)
     goals = np.array([ring.pose(s) for s in stations])
-    lengths = dubins_lengths(tuple(driver.pose), goals, radius)
-    for k in np.argsort(lengths):
-        path = curve_path(dubins_paths(tuple(driver.pose), tuple(goals[k]), radius)[0])
-        if driver.ground.admits(path, cutting=True):
-            driver.drive(path)
-            return float(stations[k])
+    # The tail may swing out, over the ring outside of this one, which is cut.
+    for radius in (cutting_radius(driver.combine), SPARE * driver.combine.turning_radius):
+        lengths = dubins_lengths(tuple(driver.pose), goals, radius)
+        for k in np.argsort(lengths)[: np.count_nonzero(np.isfinite(lengths))]:
+            path = curve_path(dubins_paths(tuple(driver.pose), tuple(goals[k]), radius)[0])
+            if driver.ground.admits(path, cutting=True):
+                driver.drive(path)
+                return float(stations[k])
     raise NoWay("to the inner ring round a hole")
 
 

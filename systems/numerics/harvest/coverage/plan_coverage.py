@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -19,14 +20,22 @@ from .driver import (
     Gate,
     NoWay,
     detours,
-    drive_rings,
+    drive_gate,
     find_gate,
     lay_out_roads,
     ring_groups,
     stop_time,
 )
 from .loops import crop_to_offset
-from .precedence import WITHIN, CropPrecedence, CutGround, can_finish, covered_area, find_precedence
+from .precedence import (
+    MOST_UNDER_BODIES,
+    WITHIN,
+    CropPrecedence,
+    CutGround,
+    can_finish,
+    covered_area,
+    find_precedence,
+)
 from .rounds import Arc, bay_shifts, come_ahead, drive_arc, line_up, split_loops
 from .swaths import (
     OPEN,
@@ -51,10 +60,6 @@ MOST_TRIED = 24
 # Least share of the crop that a plan cuts, and the same with three holes and more [-].
 LEAST_COVERAGE = 0.995
 LEAST_COVERAGE_HOLES = 0.985
-
-# Largest share of the crop over which bodies drive, of which the audit, which looks closer, finds a
-# quarter more and allows a fifth of a percent [-].
-MOST_UNDER_BODIES = 0.0015
 
 # A path's curvature at most, times the least radius of turns: polylines along arcs turn a little
 # more sharply [-].
@@ -142,7 +147,7 @@ def find_coverages(
         f"be larger than the body's width of {size.width:g} m",
         size.header_width,
     )
-    faults: list[str] = []
+    faults = _Faults([], [])
     every = _sound_coverages(field, combines, pattern, faults)
     first = sorted(itertools.islice(every, BUILT), key=lambda coverage: coverage.times.max())
     if not first:
@@ -150,16 +155,32 @@ def find_coverages(
             f"`field` must have room for {len(combines)} combines with headers of "
             f"{size.header_width:g} m and turns of {size.turning_radius:g} m; "
             f"got {field.area / 1e4:.2f} ha with a margin "
-            f"of {field.margin:g} m" + (f" ({faults[0]})" if faults else "")
+            f"of {field.margin:g} m" + "".join(f" ({fault})" for fault in faults.told())
         )
     yield from first
     yield from every
 
 
+class _Faults(NamedTuple):
+    """Why ways to cut a field are not taken.
+
+    Attributes:
+        ways: Of those that cannot be driven: what could not be reached.
+        plans: Of those that can: what they do wrong, which tells more.
+    """
+
+    ways: list[str]
+    plans: list[str]
+
+    def told(self) -> list[str]:
+        """The first that tells most, if there is one."""
+        return (self.plans or self.ways)[:1]
+
+
 def _sound_coverages(
-    field: Field, combines: Sequence[Combine], pattern: str, faults: list[str]
+    field: Field, combines: Sequence[Combine], pattern: str, faults: _Faults
 ) -> Iterator[CoveragePaths]:
-    """Coverages that do what they should, one by one; what the others do is added to `faults`."""
+    """Coverages that do what they should, one by one; `faults` is told what is wrong with more."""
     size = size_of(combines)
     region = crop_to_offset(field, size)
     ground = CutGround.of(field, combines[0])
@@ -170,21 +191,22 @@ def _sound_coverages(
         try:
             plan = _build(field, combines, candidate, ground, adjacent=pattern == "thesis")
         except NoWay as fault:
-            faults.append(str(fault))
+            faults.ways.append(str(fault))
             continue
+        under = plan.precedence.crop_under_bodies / field.area
         if plan.coverage < least:
-            faults.append(f"{plan.coverage:.1%} would be cut")
+            faults.plans.append(f"{plan.coverage:.1%} would be cut")
         elif not can_finish(plan.precedence):
-            faults.append("combines would wait for one another")
-        elif plan.precedence.crop_under_bodies > MOST_UNDER_BODIES * field.area:
-            faults.append("bodies would drive over crop")
+            faults.plans.append("combines would wait for one another")
+        elif under > MOST_UNDER_BODIES:
+            faults.plans.append(f"bodies would drive over {under:.2%} of the crop")
         elif not all(bare.admits(path, footprint) for path in plan.paths):
-            faults.append("combines would leave the ground")
+            faults.plans.append("combines would leave the ground")
         elif any(
             np.abs(path.curvatures).max(initial=0.0) > SHARPER / size.turning_radius
             for path in plan.paths
         ):
-            faults.append("combines would turn too sharply")
+            faults.plans.append("combines would turn too sharply")
         else:
             yield plan
 
@@ -286,8 +308,7 @@ def _drive_early_rings(drivers: list[Driver], candidate: Candidate, number: int,
             away = [float(np.hypot(*(driver.pose - gate.start)[:2])) for driver in drivers]
             driver = drivers[int(np.argmin(away))]
             driver.go(gate.start)
-            driver.drive(gate.path)
-            work = drive_rings(driver, group, work)
+            work = drive_gate(driver, gate, None, work)
     _share_ground(drivers)
     return work
 
@@ -378,11 +399,11 @@ def _drive_swaths(
         mine.sort(key=lambda gate: gate.node is not None)
         for gate in mine:
             driver.go(gate.start)
+            swath = None
             if gate.node is not None:
-                driver.drive(swaths[gate.node // 2].path(work, back=bool(gate.node % 2)))
+                swath = swaths[gate.node // 2].path(work, back=bool(gate.node % 2))
                 work += 1
-            driver.drive(gate.path)
-            work = drive_rings(driver, gate.group, work)
+            work = drive_gate(driver, gate, swath, work)
         done = {gate.node // 2 for gate in mine if gate.node is not None}
         land = [k for k in land if k not in done]
         order, _ = order_swaths(_swath_times(swaths, land, done, driver), number)

@@ -307,12 +307,13 @@ def orders_of(meetings: Meetings, course: Course) -> np.ndarray:
     return np.where(a_first, a, b)
 
 
-def search_course(meetings: Meetings, rule: Rule) -> Course:
+def search_course(meetings: Meetings, rule: Rule, budget: int = BUDGET) -> Course:
     """Search a way for all machines to their ends, where the quick one of first come finds none.
 
     Args:
         meetings: Conflicts.
         rule: Crop precedence, and orders that are told beforehand.
+        budget: How many states are looked at before the search is given up.
 
     Returns:
         The way that was found, one machine after the other; without one, how far machines can be
@@ -327,7 +328,7 @@ def search_course(meetings: Meetings, rule: Rule) -> Course:
     met: set[bytes] = set()
     # Each state with the moves that led to it: who went, and the moves before.
     stack: list[tuple[np.ndarray, tuple | None]] = [(start, None)]
-    while stack and len(met) < BUDGET:
+    while stack and len(met) < budget:
         progress, moves = stack.pop()
         if progress.tobytes() in met:
             continue

@@ -18,6 +18,7 @@ from ...errors import require
 from ..paths import TimedPath
 from .conflicts import GAP, find_conflicts
 from .deciding import (
+    BUDGET,
     Course,
     drive_first_come,
     in_conflict,
@@ -35,6 +36,7 @@ from .rule import (
     free_rule,
     gather_meetings,
     hold_of,
+    is_dead_end,
     set_orders,
     set_precedence,
 )
@@ -290,10 +292,12 @@ def time_meetings(
     search = _Search(meetings, rule, paces_of(journeys))
     nobody = np.full(len(meetings.pairs), UNDECIDED)
     course = search.decide(nobody, search.durations)
+    # Two of them that never both arrive, whatever they do, leave nothing to search for.
+    hopeless = search.begins_in_dead_end()
     if not course.arrived:
-        course = search_course(meetings, rule)
+        course = search_course(meetings, rule, 0 if hopeless else BUDGET)
     rng = np.random.default_rng(seed)
-    for _ in range(trials):
+    for _ in range(0 if hopeless else trials):
         if course.arrived:
             break
         course = search.decide(nobody, search.vary(rng))
@@ -334,6 +338,12 @@ class _Search:
         self.dead_ends = find_dead_ends(meetings, rule)
         self.durations = nominal_durations(rule.cells, paces)
         self.ends = np.cumsum(rule.cells + 1) - 1
+
+    def begins_in_dead_end(self) -> bool:
+        """Whether two machines are in a dead end where they begin, whatever the others do."""
+        count = len(self.meetings.cells)
+        pairs = [(a, b) for a in range(count) for b in range(a + 1, count)]
+        return any(is_dead_end(self.dead_ends, a, 0, b, 0) for a, b in pairs)
 
     def tell(self, rule: Rule, first: np.ndarray) -> None:
         """Tell a rule the orders of all encounters."""

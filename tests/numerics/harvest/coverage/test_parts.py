@@ -7,12 +7,20 @@ import numpy as np
 import pytest
 import shapely
 
+from sightfield.systems.numerics.harvest.coverage.driver import Driver, Gate, NoWay, drive_gate
 from sightfield.systems.numerics.harvest.coverage.loops import (
+    crop_to_offset,
     cutting_radius,
     drive_line,
+    lay_out_loops,
     smooth_line,
 )
-from sightfield.systems.numerics.harvest.coverage.precedence import can_finish, find_precedence
+from sightfield.systems.numerics.harvest.coverage.precedence import (
+    CutGround,
+    can_finish,
+    crop_under_bodies,
+    find_precedence,
+)
 from sightfield.systems.numerics.harvest.coverage.swaths import (
     OPEN,
     STANDS,
@@ -24,7 +32,7 @@ from sightfield.systems.numerics.harvest.coverage.swaths import (
 )
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines import Combine
-from sightfield.systems.numerics.harvest.paths import MachinePath
+from sightfield.systems.numerics.harvest.paths import MachinePath, TimedPath
 
 COMBINE = Combine(header_width=7.0, turning_radius=4.0, length=7.5, width=3.2)
 
@@ -173,6 +181,22 @@ def test_who_crosses_a_swath_waits_until_it_is_cut_there():
     assert can_finish(precedence)
 
 
+@pytest.mark.parametrize(("begins", "share"), [(0.0, 1.0), (1000.0, 0.0)])
+def test_who_crosses_a_swath_before_it_is_cut_drives_over_crop(begins, share):
+    field = Field.rectangle(60.0, 7.0)
+    cutter = _straight(-5.0, 3.5, 65.0, 3.5)
+    crosser = _straight(40.0, -20.0, 40.0, 30.0, cutting=False)
+    # At one metre a second.
+    timed = [
+        TimedPath(
+            path, first + np.array([0.0, path.length]), np.array([0.0, path.length]), np.ones(2)
+        )
+        for path, first in ((cutter, 100.0), (crosser, begins))
+    ]
+    under = crop_under_bodies(field, timed, COMBINE)
+    assert under == pytest.approx(share * 7.0 * COMBINE.width, rel=0.1)
+
+
 def test_a_body_that_drives_over_crop_nobody_cuts_is_told():
     field = Field.rectangle(60.0, 30.0)
     path = _straight(20.0, -20.0, 20.0, 60.0, cutting=False)
@@ -209,3 +233,56 @@ def test_combines_that_need_each_other_s_first_swath_cannot_finish():
 
     paths = first_there_then_here(10.0, 40.0), first_there_then_here(40.0, 10.0)
     assert not can_finish(find_precedence(field, paths, COMBINE))
+
+
+def test_combines_that_would_wait_for_a_strip_of_each_other_s_crop_drive_over_it():
+    field = Field.rectangle(200.0, 200.0)
+
+    def beside_the_crop_then_into_it(first, last, swath):
+        # The body reaches 0.8 m over the edge, across the other one's swath, its header up.
+        north = [[-0.8, first], [-0.8, last], [-30.0, last], [-30.0, swath]]
+        poses = [[x, y, math.pi / 2] for x, y in north]
+        poses += [[-30.0, swath, 0.0], [205.0, swath, 0.0]]
+        down = np.array([False, False, False, False, True])
+        return MachinePath(np.array(poses), np.ones(5, dtype=int), down, np.arange(5))
+
+    paths = (
+        beside_the_crop_then_into_it(120.0, 150.0, 60.0),
+        beside_the_crop_then_into_it(40.0, 75.0, 140.0),
+    )
+    precedence = find_precedence(field, paths, COMBINE)
+    assert can_finish(precedence)
+    # One waits for the other still, of whom all that it drives over is told.
+    waits = [bool(precedence.needs[m][1 - m].any()) for m in (0, 1)]
+    assert sorted(waits) == [False, True]
+    ways = np.array([30.0, 35.0]) + COMBINE.length - 1.0
+    crossed = COMBINE.header_width * np.array(waits)
+    assert precedence.crop_under_bodies == pytest.approx(0.8 * (ways - crossed).sum(), rel=0.15)
+
+
+def test_a_narrow_header_leaves_the_ring_round_a_pole_as_it_came_there(field_makers):
+    field, narrow = field_makers["pole_6"](), Combine(header_width=4.5)
+    ground = CutGround.of(field, narrow)
+    loops = lay_out_loops(crop_to_offset(field, narrow), narrow, 0, ground.has_room)
+    ring = next(loop for loop in loops if loop.hole)
+    points = np.array(ring.line.coords)
+    x, y = points[np.argmin(points[:, 1])]
+    ground.crop.cut(shapely.box(0, 0, 25, 200))
+    start, on_ring = np.array([12.0, y, 0.0]), np.array([x, y, 0.0])
+    gate = Gate((ring,), None, start, MachinePath.of([start, on_ring], cutting=True), x - 12.0)
+    driver = Driver(ground, narrow, [])
+    driver.go(start)
+    assert drive_gate(driver, gate, None, 3) == 4
+    goal = np.array([10.0, 60.0, math.pi / 2])
+    came = driver.path.length
+    driver.go(goal)
+    assert driver.pose[:2] == pytest.approx(goal[:2])
+    assert math.remainder(driver.pose[2] - goal[2], math.tau) == pytest.approx(0.0, abs=1e-9)
+    way = driver.paths[-1]
+    # Backwards at least from the ring to the edge, on what it has cut.
+    assert way.lengths[way.gears < 0].sum() > gate.length
+    assert way.length < came + 120.0
+    assert ground.admits(way)
+    # Else there is none.
+    with pytest.raises(NoWay):
+        driver.way_to(ring.pose(0.3 * ring.length), goal)
