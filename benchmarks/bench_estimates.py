@@ -98,14 +98,10 @@ ROWS: dict[str, Spoil] = {
 def known() -> Calibration:
     """The calibration of the sensor as it is, of 15 directions."""
     pictures = simulated_pictures(CAMERA, SENSOR, SHELL, distances=THESIS_DISTANCES, directions=15)
-    readings, _ = read_pictures(pictures, CAMERA, *RED)
-    return calibrate(
-        readings,
-        camera=OmniCamera(pinhole_height=0.24, focal_length=800.0),
-        base=SHELL.base,
-        shell_radius=SHELL.radius,
-        shell_top=SHELL.top,
-    )
+    sizes = {"base": SHELL.base, "shell_radius": SHELL.radius, "shell_top": SHELL.top}
+    rough = OmniCamera(pinhole_height=0.24, focal_length=800.0)
+    readings, _ = read_pictures(pictures, rough, *RED, **sizes)
+    return calibrate(readings, camera=rough, **sizes)
 
 
 @dataclass

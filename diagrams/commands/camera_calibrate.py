@@ -207,10 +207,9 @@ def calibrate(
             transient=True,
             disable=as_json,
         )
-        readings, skipped = read_pictures(shown, optics, shade)
-        found = calibrate_readings(
-            readings, camera=optics, base=base, shell_radius=radius, shell_top=top, height=height
-        )
+        sizes = {"base": base, "shell_radius": radius, "shell_top": top}
+        readings, skipped = read_pictures(shown, optics, shade, **sizes)
+        found = calibrate_readings(readings, camera=optics, height=height, **sizes)
         summary = summarise_calibration(found, skipped, optics if pictures is None else None)
         if folder is not None:
             save_calibration(folder / "calibration.json", found)

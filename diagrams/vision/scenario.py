@@ -199,14 +199,10 @@ def practise(vision: PursuerVision) -> Calibration:
         distances=np.geomspace(nearest, farthest, _DISTANCES).tolist(),
         directions=_DIRECTIONS,
     )
-    readings, _ = read_pictures(pictures, vision.optics, chosen_colours(vision.colours)[0])
-    return calibrate(
-        readings,
-        camera=vision.optics,
-        base=shell.base,
-        shell_radius=shell.radius,
-        shell_top=shell.top,
-    )
+    sizes = {"base": shell.base, "shell_radius": shell.radius, "shell_top": shell.top}
+    colour = chosen_colours(vision.colours)[0]
+    readings, _ = read_pictures(pictures, vision.optics, colour, **sizes)
+    return calibrate(readings, camera=vision.optics, **sizes)
 
 
 @dataclass(frozen=True, eq=False)

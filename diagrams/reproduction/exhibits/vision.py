@@ -32,10 +32,9 @@ def _camera_errors(workshop: Workshop) -> Evidence:
         distances=THESIS_DISTANCES,
         directions=8 if workshop.quick else 24,
     )
-    readings, _ = read_pictures(taken, optics, chosen_colours(["red"])[0])
-    found = calibrate(
-        readings, camera=optics, base=shell.base, shell_radius=shell.radius, shell_top=shell.top
-    )
+    sizes = {"base": shell.base, "shell_radius": shell.radius, "shell_top": shell.top}
+    readings, _ = read_pictures(taken, optics, chosen_colours(["red"])[0], **sizes)
+    found = calibrate(readings, camera=optics, **sizes)
     spread, errors = (workshop.pictures / f"figure_2_{k}.png" for k in ("10", "11"))
     save_direction_spread(spread, found)
     save_error_curves(errors, found)

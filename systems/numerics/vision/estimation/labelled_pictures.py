@@ -12,6 +12,7 @@ import csv
 import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,9 +24,11 @@ from ..omni_optics import OmniCamera, make_ray_table
 from ..rendering import render
 from ..sensor import Sensor, expose
 from ..surroundings import Shell, Surroundings
-from .calibration import INCH, Readings
+from .calibration import INCH, Calibration, Readings, calibrate
 from .pictures import SUFFIXES, load_picture, require_contrast, require_size, save_picture
-from .shell_detection import ShellColour, detect_shells
+from .range_models import exact_pixel_radius
+from .shell_detection import Outcome, ShellColour, ShellDetection, detect_shells
+from .shell_estimate import ShellEstimate, estimate_shell
 
 # How far beyond the farthest shell the walls of the simulated room are [m].
 _ROOM = 2.0
@@ -45,6 +48,14 @@ class LabelledPicture(NamedTuple):
     distance: float
     bearing: float
     picture: np.ndarray
+
+
+class _Place(NamedTuple):
+    """Where the shell of a picture stood: name, distance [m], bearing [rad]."""
+
+    name: str
+    distance: float
+    bearing: float
 
 
 def simulated_pictures(
@@ -83,37 +94,128 @@ def simulated_pictures(
             yield LabelledPicture(name, distance, bearing, picture)
 
 
+# Shells are read by their base alone, then by their outline as the optics fitted to that show it,
+# and once more.
+_PASSES = 2
+# Blobs are as wide as their shells to this share, or to so many pixels.
+_WIDTH_SHARE, _WIDTH_PIXELS = 0.03, 0.7
+
+
 def read_pictures(
-    pictures: Iterable[LabelledPicture], camera: OmniCamera, colour: ShellColour
+    pictures: Iterable[LabelledPicture],
+    camera: OmniCamera,
+    colour: ShellColour,
+    *,
+    base: float,
+    shell_radius: float,
+    shell_top: float,
 ) -> tuple[Readings, list[str]]:
     """Find the shell in each picture.
 
+    A reading is where the fitted outline has its base, by the same fit that will measure ranges
+    with the calibration: what it errs by is in both, and not in ranges.
+
     Args:
         pictures: With known places.
-        camera: Size of the pictures, and roughly where the mirror's axis is.
+        camera: The optics as measured with a ruler.
         colour: Of the shell.
+        base: Height of the shells' bottom edges above the floor [m].
+        shell_radius: Of the shells [m].
+        shell_top: Height of their top edges above the floor [m].
 
     Returns:
         The readings, and a line "name: reason" for each picture without a whole shell in it.
 
     Raises:
-        InvalidInput: A picture of another size or all one colour, or too few shells are found.
+        InvalidInput: A picture of another size or all one colour, too few shells are found, they
+            fit no such mirror, or are wider or narrower than shells at such distances: the ruler
+            was wrong, which readings of bases alone do not tell.
     """
+    sizes = {"base": base, "shell_radius": shell_radius, "shell_top": shell_top}
+    found, skipped = _detect(pictures, camera, colour)
+    _require_widths(found, shell_radius)
+    readings = Readings(
+        distance=np.array([label.distance for label, _ in found]),
+        bearing=np.array([label.bearing for label, _ in found]),
+        pixels=np.array([detection.pixel for _, detection in found]),
+    )
+    for _ in range(_PASSES):
+        known = calibrate(readings, camera=camera, **sizes)
+        whole = []
+        for place, detection in found:
+            estimate = estimate_shell(_seen_by(known, camera, detection), known)
+            if estimate.outcome in (Outcome.SEEN, Outcome.OUTSIDE_CALIBRATION):
+                whole.append((place, detection, estimate))
+            else:
+                skipped.append(f"{place.name}: {estimate.outcome.words}")
+        _require_some(whole, colour, skipped)
+        found = [(place, detection) for place, detection, _ in whole]
+        readings = _readings(
+            [place for place, _ in found], [estimate for *_, estimate in whole], known
+        )
+    return readings, skipped
+
+
+def _detect(
+    pictures: Iterable[LabelledPicture], camera: OmniCamera, colour: ShellColour
+) -> tuple[list[tuple[_Place, ShellDetection]], list[str]]:
     found, skipped = [], []
     for name, distance, bearing, picture in pictures:
         require_size(picture, camera.width, camera.height, name)
         require_contrast(picture, name)
         (detection,) = detect_shells(picture, [colour], camera.axis_pixel)
         if detection.outcome.has_estimate:
-            found.append((distance, bearing, *detection.pixel))
+            found.append((_Place(name, distance, bearing), detection))
         else:
             skipped.append(f"{name}: {detection.outcome.words}")
-    if not found:
-        reason = skipped[0] if skipped else "none at all"
-        raise InvalidInput(f"`pictures` must show {colour.name} shells; got {reason}")
-    table = np.array(found)
-    readings = Readings(distance=table[:, 0], bearing=table[:, 1], pixels=table[:, 2:])
-    return readings, skipped
+    _require_some(found, colour, skipped)
+    return found, skipped
+
+
+def _require_some(found: Sequence[object], colour: ShellColour, skipped: list[str]) -> None:
+    reason = skipped[0] if skipped else "none at all"
+    require(len(found) > 0, "pictures", f"show {colour.name} shells", reason)
+
+
+def _require_widths(found: Sequence[tuple[_Place, ShellDetection]], shell_radius: float) -> None:
+    """Refuse distances at which shells would be wider or narrower; mirrors keep bearings."""
+    expected = np.array(
+        [2 * math.asin(shell_radius / (place.distance + shell_radius)) for place, _ in found]
+    )
+    width = np.array([detection.width for _, detection in found])
+    radius = np.array([detection.pixel_radius for _, detection in found])
+    share = float(np.median(width / expected)) - 1
+    pixels = float(np.median((width - expected) * radius))
+    require(
+        abs(share) <= _WIDTH_SHARE or abs(pixels) <= _WIDTH_PIXELS,
+        "pictures",
+        "show shells as wide as their distances and radius say",
+        f"shells that are {abs(share):.0%} {'wider' if share > 0 else 'narrower'}",
+    )
+
+
+def _seen_by(known: Calibration, camera: OmniCamera, detection: ShellDetection) -> ShellDetection:
+    """What was detected with the axis of one camera, for a calibrated one."""
+    assert detection.window is not None
+    moved = known.camera.axis_pixel - camera.axis_pixel
+    window = replace(detection.window, axis=detection.window.axis + moved)
+    return replace(detection, window=window)
+
+
+def _readings(
+    places: Sequence[_Place], estimates: Sequence[ShellEstimate], known: Calibration
+) -> Readings:
+    """Where a calibrated camera shows the near points of the bases of shells it has measured."""
+    turn = np.array([each.bearing for each in estimates])
+    radius = exact_pixel_radius(
+        [each.range for each in estimates], camera=known.camera, base=known.base
+    )
+    ways = np.column_stack([np.sin(turn), -np.cos(turn)])
+    return Readings(
+        distance=np.array([each.distance for each in places]),
+        bearing=np.array([each.bearing for each in places]),
+        pixels=known.camera.axis_pixel + radius[:, None] * ways,
+    )
 
 
 TABLE = "shells.csv"

@@ -6,12 +6,14 @@ bearing together with what of the picture is not known beforehand:
 
 - the spread of the smoothing, a 2 x 2 matrix, so that an edge is as sharp as in this picture;
 - the light on the shell, even and from a side (Lambert's law);
+- the colours of what lies around and behind, floor first and then walls, at distances from the
+  axis, and of the robot's top, which is seen over the shell and hides some of that;
 - by how much base, top and sides appear too far out or in: where the sensor's response is not
   linear, or white is all that it can say, the middle of a blurred edge is not where the picture is
   half as colourful. How far edges are shifted is found from the picture too: estimates are averaged
   over several widths of the shifts' prior, each as likely as it makes the picture.
 
-A pixel's noise is that of the floor around the blob, and near edges that of the raster besides, as
+A pixel's noise is that of the ring around the blob, and near edges that of the raster besides, as
 a pixel is either shell or not before the smoothing. What is left over after the fit may be more
 than that, and neighbours may err alike, as they do in the blocks of a compressed picture: the
 covariance is then that of the remainders themselves, with weights that fall with the distance.
@@ -30,28 +32,38 @@ from .range_models import Outline, draw_cover
 from .shell_detection import Window
 
 # The unknowns: range and bearing; shifts of base, top, left and right side; the spread of the
-# smoothing, xx, xy, yy; light, even, across and along; the colour of the floor.
+# smoothing, xx, xy, yy; light, even, across and along; by how much more base and top are shifted at
+# the right end than in the middle; the colour of the robot's top, and of what lies around and
+# behind, at distances from the axis.
 _PLACE, _SHIFTS, _SPREAD, _LIGHT = slice(0, 2), slice(2, 6), slice(6, 9), slice(9, 12)
-_FLOOR, _COUNT = 12, 13
+_TILT, _TOP, _BEHIND = 12, 13, slice(14, None)
 # How alike shifts are where the neighbour is alike: dark below and above a shell, bright beside it.
-# In saturated pictures the more of it is lost the farther edges are shifted.
-_DARK, _DARK_LOST, _BESIDE = 0.92, 0.05, 0.9
+# In saturated pictures more of it is lost the farther edges are shifted, as a blurred edge is
+# between shell and floor besides where the dark in between is thin.
+_ALIKE, _DARK_LOST = 0.97, 0.07
+# What a pixel on an edge of a saturated picture is off by, as its profile is cut off and no longer
+# that of the smoothing [deviations of the smoothing].
+_PROFILE = 0.9
+# How much shifts change along an edge, as the light on the shell does, as a share of them.
+_UNEVEN = 0.2
 # Widths of the shifts' prior, in deviations of the smoothing: the response is close to linear, or
 # parts of the picture are as bright as it can tell.
-_LINEAR, _SATURATED = (0.045, 0.09, 0.18, 0.36, 0.72), (0.4, 0.8, 1.6)
+_LINEAR, _SATURATED = (0.015, 0.045, 0.135, 0.4), (0.3, 0.6, 1.2)
 # Share of the pixels around a blob that are white at which it is taken for saturated.
 _WHITE, _WHITE_SHARE = 254, 0.03
-# Deviations of light across and along, and of the floor's colour, in that of the shell.
-_LIGHT_SPREAD, _FLOOR_SPREAD = 0.25, 0.1
+# Deviations of light across and along, and of other things' colour, in that of the shell.
+_LIGHT_SPREAD, _OTHER_SPREAD = 0.25, 0.1
+# What lies behind changes its colour with the distance from the axis, where floor ends and walls
+# begin: between points so far apart [px], so many at most, on the left and on the right.
+_APART, _POINTS = 2.5, 9
+# How alike neighbouring points are, and the two sides.
+_NEXT, _ACROSS = 0.8, 0.8
 # Variance of the smoothing where the search starts, its bounds [px^2], and the weight of the start.
 _START_SPREAD, _SPREAD_BOUNDS, _SPREAD_WEIGHT = 0.45, (0.09, 36.0), 1e-4
 # Least noise of a pixel, in colour of the shell: no picture is known better.
 _LEAST_NOISE = 0.02
-# Variance by the raster of an edge's place within a pixel [px^2], times how many pixels share it:
-# so many for each deviation of the smoothing, and besides.
-_RASTER, _SHARED, _BESIDES = 1 / 12, 3.1, 0.5
-# What saturation adds to it, as shifts change along an edge with the light on the shell.
-_UNEVEN = 0.5
+# Variance of an edge's place within one pixel, as a pixel is either shell or not [px^2].
+_RASTER = 1 / 12
 # Keeps the equations solvable where a blob says nothing of an unknown.
 _RIDGE = 1e-9
 # Steps of the search at most, between which weights are worked out anew; the least gain that is
@@ -79,6 +91,7 @@ class OutlineFit:
         misfit: What is left over, as the distance by which edges would be off [px].
         dent: Greatest remainder after smoothing, as a share of the shell's colour.
         roughness: Root mean square of the smoothed remainders, as a share of it.
+        around: How far what lies around is from the floor's colour, at most, as a share of it.
     """
 
     range: float
@@ -91,6 +104,7 @@ class OutlineFit:
     misfit: float
     dent: float
     roughness: float
+    around: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +117,8 @@ class _Scene:
     radii: np.ndarray
     strength: np.ndarray
     used: np.ndarray
+    ring: np.ndarray
+    points: np.ndarray
     noise: float
     saturated: bool
 
@@ -133,9 +149,10 @@ def fit_outline(
     if scene is None:
         return None
     mean, prior = _before(start, hidden, scene)
-    values = mean.copy()
-    weights = np.full(len(scene.strength), scene.noise**-2)
-    expected, slopes = _expect(scene, values)
+    values, count = mean.copy(), len(mean)
+    weights = scene.used * scene.noise**-2
+    behind, excess = _behind(scene, values), 1.0
+    expected, slopes = _expect(scene, values, behind)
     damping = 1e-3
     for steps in _STEPS:
         for _ in range(steps):
@@ -145,9 +162,9 @@ def fit_outline(
             pull = pulls @ (scene.strength - expected) - prior @ (values - mean)
             gain = -1.0
             for _ in range(_TRIALS):
-                damped = matrix + damping * np.diag(np.diag(matrix)) + _RIDGE * np.eye(_COUNT)
+                damped = matrix + damping * np.diag(np.diag(matrix)) + _RIDGE * np.eye(count)
                 trial = _bounded(values + np.linalg.solve(damped, pull))
-                found = _expect(scene, trial)
+                found = _expect(scene, trial, behind)
                 gain = cost - _cost(scene, weights, found[0], trial - mean, prior)
                 if gain >= 0:
                     values, (expected, slopes) = trial, found
@@ -157,10 +174,11 @@ def fit_outline(
             if gain < _GAIN:
                 break
         damping = 1e-3
-        weights = _weights(scene, values, expected)
-        prior[_SHIFTS, _SHIFTS] = _shift_prior(
-            max(scene.widths), _sharpness(values), hidden, scene.saturated
-        )
+        weights, excess = _weights(scene, values, expected)
+        behind = _behind(scene, values)
+        expected, slopes = _expect(scene, values, behind)
+        _know_shifts(prior, max(scene.widths), scene, values, hidden)
+    weights /= excess
     return _judge(scene, values, mean, prior, weights, expected, slopes, hidden)
 
 
@@ -186,50 +204,72 @@ def _scene(window: Window, outline: Outline) -> _Scene | None:
     strength = (chroma - floor) @ across / (across @ across)
     noise = 1.4826 * float(np.median(np.abs(strength[ring] - np.median(strength[ring]))))
     noise = max(noise, _LEAST_NOISE)
+    bearings, radii = np.arctan2(right, up), np.hypot(right, up)
     white = float((colours[grown[1]].max(axis=1) >= _WHITE).mean())
     return _Scene(
         outline,
         (height, width),
-        np.arctan2(right, up),
-        np.hypot(right, up),
+        bearings,
+        radii,
         strength,
         grown[1].astype(float),
+        ring,
+        _points(bearings, radii, grown[1]),
         noise,
         white > _WHITE_SHARE,
     )
 
 
+def _points(bearings: np.ndarray, radii: np.ndarray, used: np.ndarray) -> np.ndarray:
+    """How much each point around a shell counts in a pixel, shape (n, k); they sum to 1."""
+    low, high = float(radii[used].min()), float(radii[used].max())
+    count = min(max(math.ceil((high - low) / _APART), 1) + 1, _POINTS)
+    out = np.clip((radii - low) / (high - low), 0, 1) * (count - 1)
+    hats = np.maximum(1 - np.abs(out[:, None] - np.arange(count)), 0)
+    middle = bearings[np.flatnonzero(used)[0]]
+    turn = (bearings - middle + math.pi) % (2 * math.pi) - math.pi
+    first, last = float(turn[used].min()), float(turn[used].max())
+    right = np.clip((turn - first) / (last - first), 0, 1)[:, None]
+    return np.hstack([(1 - right) * hats, right * hats])
+
+
 def _before(
     start: tuple[float, float], hidden: tuple[float, float], scene: _Scene
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What is expected of the unknowns, shape (13,), and its precision, shape (13, 13)."""
-    mean = np.zeros(_COUNT)
+    """What is expected of the unknowns, shape (m,), and its precision, shape (m, m)."""
+    mean = np.zeros(_BEHIND.start + scene.points.shape[1])
     mean[_PLACE], mean[6], mean[8], mean[9] = start, _START_SPREAD, _START_SPREAD, 1.0
     mean[4:6] = -np.array(hidden)
-    precision = np.zeros(_COUNT)
+    precision = np.zeros(len(mean))
     precision[_SPREAD] = _SPREAD_WEIGHT
-    precision[10:12], precision[_FLOOR] = _LIGHT_SPREAD**-2, _FLOOR_SPREAD**-2
+    precision[10:12], precision[_TOP] = _LIGHT_SPREAD**-2, _OTHER_SPREAD**-2
     prior = np.diag(precision)
-    prior[_SHIFTS, _SHIFTS] = _shift_prior(
-        max(scene.widths), math.sqrt(_START_SPREAD), hidden, scene.saturated
-    )
+    place = np.arange(scene.points.shape[1] // 2)
+    alike = np.kron([[1, _ACROSS], [_ACROSS, 1]], _NEXT ** np.abs(place[:, None] - place))
+    prior[_BEHIND, _BEHIND] = np.linalg.inv(alike) / _OTHER_SPREAD**2
+    _know_shifts(prior, max(scene.widths), scene, mean, hidden)
     return mean, prior
 
 
-def _shift_prior(
-    width: float, sharpness: float, hidden: tuple[float, float], saturated: bool
-) -> np.ndarray:
-    """Precision of the shifts; nothing is known of a side that is hidden."""
-    dark = 1 - _DARK_LOST * width if saturated else _DARK
+def _know_shifts(
+    prior: np.ndarray,
+    width: float,
+    scene: _Scene,
+    values: np.ndarray,
+    hidden: tuple[float, float],
+) -> None:
+    """Set the precision of shifts and tilt; nothing is known of a side that is hidden."""
+    alike = 1 - _DARK_LOST * width**4 if scene.saturated else _ALIKE
     spread = np.eye(4)
-    spread[0, 1] = spread[1, 0] = dark
-    spread[2, 3] = spread[3, 2] = _BESIDE
-    spread *= (width * sharpness) ** 2
+    spread[0, 1] = spread[1, 0] = alike
+    spread[2, 3] = spread[3, 2] = _ALIKE
+    spread *= (width * _sharpness(values)) ** 2
     for side, amount in zip((2, 3), hidden, strict=True):
         if amount > 0:
             spread[side], spread[:, side] = 0.0, 0.0
             spread[side, side] = (1.0 + amount) ** 2
-    return np.linalg.inv(spread)
+    prior[_SHIFTS, _SHIFTS] = np.linalg.inv(spread)
+    prior[_TILT, _TILT] = (_UNEVEN * width * _sharpness(values)) ** -2
 
 
 def _sharpness(values: np.ndarray) -> float:
@@ -256,44 +296,116 @@ def _smoothing(values: np.ndarray) -> np.ndarray:
     return kernel / kernel.sum()
 
 
-def _expect(scene: _Scene, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What the pixels should show, shape (n,), and its slopes with the unknowns, shape (n, 13)."""
-    size, light = len(scene.bearings), values[_LIGHT]
-    here, there = np.empty((size, 7)), np.empty((size, 7))
+def _behind(scene: _Scene, values: np.ndarray) -> np.ndarray:
+    """Slopes with the colours of the robot's top and of what lies behind, shape (n, k)."""
+    size = len(scene.bearings)
+    here = np.empty((size, 8))
     draw_cover(scene.outline, scene.bearings, scene.radii, values[:6], here)
-    lit = here[:, :3] @ light
+    free = np.maximum(1 - here[:, 0] - here[:, 7], 0)
+    images = np.column_stack([here[:, 7], free[:, None] * scene.points])
+    return _smooth(scene, images, values)
+
+
+def _smooth(scene: _Scene, images: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Images, shape (n, k), as the smoothing makes them."""
+    flat = np.ascontiguousarray(images.reshape(*scene.shape, -1))
+    smooth = cv2.filter2D(flat, -1, _smoothing(values), borderType=cv2.BORDER_REPLICATE)
+    return smooth.reshape(images.shape)
+
+
+def _shine(scene: _Scene, values: np.ndarray, drawn: np.ndarray) -> np.ndarray:
+    """What a drawn shell and all around it would show without smoothing, shape (n,)."""
+    around = scene.points @ values[_BEHIND]
+    lit = drawn[:, :3] @ values[_LIGHT]
+    return lit + drawn[:, 7] * values[_TOP] + (1 - drawn[:, 0] - drawn[:, 7]) * around
+
+
+def _expect(scene: _Scene, values: np.ndarray, behind: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What the pixels should show, shape (n,), and its slopes with the unknowns, shape (n, m)."""
+    size = len(scene.bearings)
+    here, there = np.empty((size, 8)), np.empty((size, 8))
+    draw_cover(scene.outline, scene.bearings, scene.radii, values[:6], here)
+    shine = _shine(scene, values, here)
     # Light falls on an edge as on the pixel's covered part.
-    edge = np.divide(lit, here[:, 0], out=np.zeros(size), where=here[:, 0] > 0)
-    images = np.empty((*scene.shape, 9))
-    flat = images.reshape(size, 9)
-    flat[:, :3] = here[:, :3]
+    edge = np.divide(
+        here[:, :3] @ values[_LIGHT], here[:, 0], out=np.zeros(size), where=here[:, 0] > 0
+    )
+    images = np.empty((size, 11))
+    images[:, :3], images[:, 9] = here[:, :3], shine
     for k, tiny in enumerate((1e-4 * values[0], 5e-4)):
         place = values[:6].copy()
         place[k] += tiny
         draw_cover(scene.outline, scene.bearings, scene.radii, place, there)
-        flat[:, 3 + k] = (there[:, :3] @ light - lit) / tiny
-    flat[:, 5:] = edge[:, None] * here[:, 3:]
-    smooth = cv2.filter2D(images, -1, _smoothing(values), borderType=cv2.BORDER_REPLICATE)
-    smooth = smooth.reshape(size, 9)
-    slopes = np.empty((size, _COUNT))
-    slopes[:, :6], slopes[:, _LIGHT], slopes[:, _FLOOR] = smooth[:, 3:], smooth[:, :3], 1.0
-    shown = smooth[:, :3] @ light
+        images[:, 3 + k] = (_shine(scene, values, there) - shine) / tiny
+    around = scene.points @ values[_BEHIND]
+    images[:, 5:9] = (edge - around)[:, None] * here[:, 3:7]
+    images[:, 6] = (edge - values[_TOP]) * here[:, 4]
+    off = (scene.bearings - values[1] + math.pi) % (2 * math.pi) - math.pi
+    half = math.asin(scene.outline.radius / (values[0] + scene.outline.radius))
+    images[:, 10] = np.clip(off / half, -1, 1) * (images[:, 5] + images[:, 6])
+    smooth = _smooth(scene, images, values)
+    slopes = np.empty((size, len(values)))
+    slopes[:, :6], slopes[:, _LIGHT], slopes[:, _TOP:] = smooth[:, 3:9], smooth[:, :3], behind
+    slopes[:, _TILT] = smooth[:, 10]
+    shown = smooth[:, 9] + values[_TILT] * smooth[:, 10]
     # A Gaussian's slope with its variance is half its second derivative.
     t = np.pad(shown.reshape(scene.shape), 1, mode="edge")
     middle = t[1:-1, 1:-1]
     slopes[:, 6] = 0.5 * (t[1:-1, 2:] + t[1:-1, :-2] - 2 * middle).ravel()
     slopes[:, 7] = 0.25 * (t[2:, 2:] + t[:-2, :-2] - t[2:, :-2] - t[:-2, 2:]).ravel()
     slopes[:, 8] = 0.5 * (t[2:, 1:-1] + t[:-2, 1:-1] - 2 * middle).ravel()
-    return shown + values[_FLOOR], slopes
+    return shown, slopes
 
 
-def _weights(scene: _Scene, values: np.ndarray, expected: np.ndarray) -> np.ndarray:
-    """One over the variance of each pixel: noise, and the raster where the picture is steep."""
+def _weights(scene: _Scene, values: np.ndarray, expected: np.ndarray) -> tuple[np.ndarray, float]:
+    """One over the variance of each pixel, shape (n,), and how much more is left over than that.
+
+    Pixels that one edge crosses err alike by the raster: their variance is such that all of them
+    together tell its place no better than the raster lets them.
+    """
     down, across = np.gradient(expected.reshape(scene.shape))
     steep = (down**2 + across**2).ravel()
-    raster = _RASTER * (_SHARED * _sharpness(values) + _BESIDES)
-    raster *= 1 + _UNEVEN * scene.saturated
-    return scene.used / (scene.noise**2 + raster * steep)
+    left = scene.strength - expected
+    noise = max(1.4826 * float(np.median(np.abs(left[scene.ring]))), _LEAST_NOISE)
+    sharpness = _sharpness(values)
+    profile = (_PROFILE * sharpness) ** 2 * scene.saturated
+    alone = noise**2 + (_RASTER / (2 * math.sqrt(math.pi) * sharpness) + profile) * steep
+    excess = float(np.mean((left**2 / alone)[scene.used > 0]))
+    # In a compressed picture neighbours err alike: so many of them tell what one does.
+    around = (np.clip(left, -3 * noise, 3 * noise) * scene.ring).reshape(scene.shape)
+    alike = float((around * _sums(around)).sum() / max((around**2).sum(), 1e-12))
+    together = noise**2 * max(alike, 1.0) + (_shared_raster(noise, sharpness) + profile) * steep
+    return scene.used / together, max(excess, 1.0)
+
+
+def _sums(images: np.ndarray) -> np.ndarray:
+    """Sums over neighbours, with weights that fall with the distance; shape as `images`."""
+    near = 1 - np.abs(np.arange(1 - _TOGETHER, _TOGETHER)) / _TOGETHER
+    return cv2.sepFilter2D(images, -1, near, near, borderType=cv2.BORDER_CONSTANT)
+
+
+def _shared_raster(noise: float, sharpness: float) -> float:
+    """Variance per pixel of an edge's place, for pixels that are taken for independent [px^2].
+
+    Along an edge its place has the variance of the raster and of the noise, per pixel of length;
+    across it there are as many pixels as the smoothing makes steep.
+    """
+    x = np.arange(-12.0, 12.5, 0.5) * sharpness
+    # The slope, and what differences over two pixels show of it.
+    square, shown = (
+        (np.exp(-0.5 * x * x / wide) / math.sqrt(2 * math.pi * wide)) ** 2
+        for wide in (sharpness**2 + _RASTER, sharpness**2 + _RASTER + 1 / 3)
+    )
+    known = square.sum() / noise**2
+    wanted = 1 / (_RASTER * 0.5 * sharpness + 1 / known)
+    low, high = 0.0, 10.0
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        if float((square / (noise**2 + middle * shown)).sum()) > wanted:
+            low = middle
+        else:
+            high = middle
+    return high
 
 
 def _cost(
@@ -315,26 +427,26 @@ def _judge(
 ) -> OutlineFit | None:
     """How sure a search's end is, averaged over the widths of the shifts' prior."""
     left, used = scene.strength - expected, scene.used > 0
-    root, sharpness = np.sqrt(weights), _sharpness(values)
-    # Where more is left over than the noise explains, the noise is more.
-    excess = max(float(np.mean((root * left)[used] ** 2)), 1.0)
-    pulls = slopes.T * (weights / excess)
+    count = len(values)
+    pulls = slopes.T * weights
     matrix, pull = pulls @ slopes, pulls @ left
-    each = (pulls * left).T.reshape(*scene.shape, _COUNT)
-    near = 1 - np.abs(np.arange(1 - _TOGETHER, _TOGETHER)) / _TOGETHER
-    sums = cv2.sepFilter2D(each, -1, near, near, borderType=cv2.BORDER_CONSTANT)
-    alike = each.reshape(-1, _COUNT).T @ sums.reshape(-1, _COUNT)
+    each = (pulls * left).T.reshape(*scene.shape, count)
+    alike = each.reshape(-1, count).T @ _sums(each).reshape(-1, count)
+    # So many blocks are independent; that the fit has made their remainders small counts most where
+    # they are few.
+    blocks = max(float(used.sum()) / _TOGETHER**2, 2.0)
+    alike *= blocks / (blocks - 1)
     off = values - mean
     scores, places, spreads, shifts = [], [], [], []
     for width in scene.widths:
         prior = prior.copy()
-        prior[_SHIFTS, _SHIFTS] = _shift_prior(width, sharpness, hidden, scene.saturated)
+        _know_shifts(prior, width, scene, values, hidden)
         inverse = np.linalg.inv(matrix + prior)
         rest = pull - prior @ off
         step = inverse @ rest
         cost = off @ prior @ off - rest @ step
         signs = np.linalg.slogdet(prior[_SHIFTS, _SHIFTS])[1] + np.linalg.slogdet(inverse)[1]
-        scores.append(0.5 * (signs - cost))
+        scores.append(0.5 * (signs - cost) - math.log(width))
         places.append((values + step)[_PLACE])
         shifts.append((off + step)[_SHIFTS])
         spread = (inverse @ (alike + prior) @ inverse)[_PLACE, _PLACE]
@@ -357,11 +469,12 @@ def _judge(
         covariance=covariance,
         shift=float(np.abs(shift[seen]).max()),
         lopsided=float(shift[2] - shift[3]) if seen.all() and not scene.saturated else 0.0,
-        sharpness=sharpness,
+        sharpness=_sharpness(values),
         saturated=scene.saturated,
         misfit=math.sqrt(float(scene.used @ left**2) / max(steepness, 1e-12)),
         dent=float(np.abs(dents).max()),
         roughness=math.sqrt(float(np.mean(dents[used] ** 2))),
+        around=float(np.abs(values[_BEHIND]).max()),
     )
 
 

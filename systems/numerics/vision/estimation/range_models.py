@@ -186,9 +186,10 @@ def draw_cover(
         bearings, radii: Of the pixels about the mirror's axis, each shape (n,) [rad], [px].
         place: Range [m] and bearing [rad] of the shell's near side, and by how much base, top, left
             and right side appear further out than they are [px], shape (6,).
-        images: To be filled, shape (n, 7): the share of each pixel that is covered; the same times
+        images: To be filled, shape (n, 8): the share of each pixel that is covered; the same times
             x, the normal's part across the line of sight, and times sqrt(1 - x^2), its part along
-            it; and the slopes of the share with the four edges [1/px].
+            it; the slopes of the share with the four edges [1/px]; and the share that the robot's
+            top covers, the disc that is seen over the shell's top edge.
     """
     rho = outline.radius
     reach = place[0] + rho
@@ -196,7 +197,9 @@ def draw_cover(
     images[:] = 0.0
     # No part of the outline is nearer to the axis, or farther from it.
     nearest = _edge(outline.base, place[0], outline.base_drop, outline.step) - place[2] - 0.5
-    farthest = _edge(outline.top, tangent, outline.top_drop, outline.step) + place[3] + 0.5
+    farthest = _edge(outline.top, reach + rho, outline.top_drop, outline.step)
+    farthest = max(farthest, _edge(outline.top, tangent, outline.top_drop, outline.step) + place[3])
+    farthest += 0.5
     for i in range(len(bearings)):
         r = max(radii[i], 0.5)
         if not nearest < r < farthest:
@@ -212,14 +215,20 @@ def draw_cover(
             if wide == 0.0:
                 continue
             x = reach * math.sin(t) / rho
+            far = tangent
             if abs(t) < half and abs(x) < 1.0:
                 s = reach * math.cos(t) - rho * math.sqrt(1.0 - x * x)
+                far = 2.0 * reach * math.cos(t) - s
             else:
                 s, x = tangent, math.copysign(1.0, t)
             low = _edge(outline.base, s, outline.base_drop, outline.step)
             high = _edge(outline.top, s, outline.top_drop, outline.step)
             low -= place[2]
             high += place[3]
+            rim = _edge(outline.top, far, outline.top_drop, outline.step)
+            over = min(r + 0.5, rim) - max(r - 0.5, high)
+            if over > 0.0:
+                images[i, 7] += wide * over / _COLUMNS
             tall = min(r + 0.5, high) - max(r - 0.5, low)
             if tall <= 0.0:
                 continue

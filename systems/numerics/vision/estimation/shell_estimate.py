@@ -23,10 +23,16 @@ from .shell_detection import Outcome, ShellColour, ShellDetection, Window, detec
 # Widths over the expected: below, a side may be hidden, or most; above, not one whole shell, with
 # pixels by which a blurred one may be wider.
 _PARTLY, _MOSTLY, _TOO_WIDE, _WIDER = 0.97, 0.35, 1.25, 8.0
+# Nor is a blob a whole shell that is narrower than the fitted one by this share and so many pixels:
+# a smoothing across a hidden side may look like one.
+_NARROWER, _NARROWER_PIXELS = 0.88, 3.0
 # Edges of a shell are off by less than this, in deviations of the smoothing: in pictures with room
 # above the brightest, and without. And its remainders less than these, as in `OutlineFit`.
 _SHIFTED, _SHIFTED_WHITE = 0.8, 2.5
 _MISFIT, _DENT, _ROUGHNESS = 1.0, 0.24, 0.07
+# Floor and walls differ in colour by less than this share of the shell's: more is another coloured
+# thing at the outline, which may hide some of it.
+_AROUND = 0.25
 # More smoothing than this leaves no outline [px].
 _BLURRED = 4.0
 # Estimates go on to this share of the nearest calibrated distance and of the farthest.
@@ -118,7 +124,7 @@ def _best_fit(
     whole = fit_outline(detection.window, outline, (start, bearing))
     if whole is not None and whole.sharpness > _BLURRED:
         return None, Outcome.BLURRED
-    if whole is not None and _is_shell(whole):
+    if whole is not None and _is_shell(whole) and _is_wide(whole, detection, calibration):
         return whole, Outcome.SEEN
     missing = expected - detection.width
     if missing < (1 - _PARTLY) * expected:
@@ -134,6 +140,13 @@ def _best_fit(
     return min(shells, key=lambda fit: fit.misfit), Outcome.PARTLY_HIDDEN
 
 
+def _is_wide(fit: OutlineFit, detection: ShellDetection, calibration: Calibration) -> bool:
+    """Whether a blob is as wide as the shell that was fitted to it."""
+    expected = 2 * math.asin(calibration.shell_radius / (fit.range + calibration.shell_radius))
+    missing = (expected - detection.width) * detection.pixel_radius
+    return detection.width >= _NARROWER * expected or missing <= _NARROWER_PIXELS
+
+
 def _is_shell(fit: OutlineFit) -> bool:
     shifted = _SHIFTED_WHITE if fit.saturated else _SHIFTED
     return (
@@ -142,6 +155,7 @@ def _is_shell(fit: OutlineFit) -> bool:
         and fit.misfit <= _MISFIT
         and fit.dent <= _DENT
         and fit.roughness <= _ROUGHNESS
+        and fit.around <= _AROUND
     )
 
 

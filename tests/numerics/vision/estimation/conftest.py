@@ -57,7 +57,7 @@ def calibration(camera) -> Calibration:
     """Of 2.2.4.2, on noisy pictures of a red shell."""
     # An odd number of directions: from opposite ones the raster errs alike.
     pictures = simulated_pictures(camera, Sensor(), SHELL, distances=THESIS_DISTANCES, directions=7)
-    readings, skipped = read_pictures(pictures, camera, COLOURS["red"])
+    readings, skipped = read_pictures(pictures, camera, COLOURS["red"], **SIZES)
     assert skipped == []
     return calibrate(readings, camera=camera, **SIZES)
 

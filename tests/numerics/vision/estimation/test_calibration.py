@@ -22,7 +22,10 @@ from sightfield.systems.numerics.vision.estimation.labelled_pictures import (
     read_pictures,
     simulated_pictures,
 )
-from sightfield.systems.numerics.vision.estimation.range_models import implied_k
+from sightfield.systems.numerics.vision.estimation.range_models import (
+    exact_pixel_radius,
+    implied_k,
+)
 from sightfield.systems.numerics.vision.estimation.shell_detection import COLOURS
 from sightfield.systems.numerics.vision.omni_optics import OmniCamera
 from sightfield.systems.numerics.vision.sensor import Sensor
@@ -117,7 +120,7 @@ def test_a_measured_height_is_kept(camera, ideal_readings, shell_sizes):
     )
 
 
-def test_pictures_without_a_shell_are_skipped_and_named(camera):
+def test_pictures_without_a_shell_are_skipped_and_named(camera, shell_sizes):
     shell = Shell()
     pictures = list(
         simulated_pictures(camera, Sensor(), shell, distances=[0.4, 0.6, 0.8, 1.0], directions=1)
@@ -127,11 +130,32 @@ def test_pictures_without_a_shell_are_skipped_and_named(camera):
             camera, Sensor(), Shell(colour=(30, 165, 60)), distances=[0.9], directions=1
         )
     )
-    readings, skipped = read_pictures([*pictures, away], camera, COLOURS["red"])
+    readings, skipped = read_pictures([*pictures, away], camera, COLOURS["red"], **shell_sizes)
     assert len(readings.distance) == 4
     assert skipped == [f"{away.name}: no blob"]
     with pytest.raises(InvalidInput, match=r"`pictures` must show blue shells; got .*: no blob"):
-        read_pictures(pictures, camera, COLOURS["blue"])
+        read_pictures(pictures, camera, COLOURS["blue"], **shell_sizes)
+
+
+@pytest.mark.parametrize(("ruler", "how"), [(1.08, "wider"), (0.92, "narrower")])
+def test_a_wrong_ruler_is_noticed_by_the_widths_of_the_shells(camera, shell_sizes, ruler, how):
+    pictures = [
+        each._replace(distance=ruler * each.distance)
+        for each in simulated_pictures(
+            camera, Sensor(), Shell(), distances=[0.4, 0.6, 0.8, 1.0], directions=2
+        )
+    ]
+    with pytest.raises(InvalidInput, match=rf"`pictures` must show .* that are \d% {how}$"):
+        read_pictures(pictures, camera, COLOURS["red"], **shell_sizes)
+
+
+def test_bases_of_far_shells_are_not_read_too_far_out(camera, calibration, shell_sizes):
+    # Read by the half of their colour alone, they lay 0.05 px too far out at 1.5 m.
+    true, found = (
+        exact_pixel_radius(DISTANCES, camera=each, base=shell_sizes["base"])
+        for each in (camera, calibration.camera)
+    )
+    assert found == pytest.approx(true, abs=0.025)
 
 
 @pytest.mark.parametrize(
@@ -141,9 +165,11 @@ def test_pictures_without_a_shell_are_skipped_and_named(camera):
         (np.zeros((10, 20, 3), np.uint8), "`a.png` must be 640 x 480 pixels; got 20 x 10"),
     ],
 )
-def test_nonsense_pictures_are_named(camera, picture, message):
+def test_nonsense_pictures_are_named(camera, shell_sizes, picture, message):
     with pytest.raises(InvalidInput, match=message):
-        read_pictures([LabelledPicture("a.png", 0.5, 0.0, picture)], camera, COLOURS["red"])
+        read_pictures(
+            [LabelledPicture("a.png", 0.5, 0.0, picture)], camera, COLOURS["red"], **shell_sizes
+        )
 
 
 @pytest.mark.parametrize(

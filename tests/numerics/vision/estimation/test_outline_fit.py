@@ -67,7 +67,7 @@ def test_a_shell_covers_what_the_camera_shows_of_it(camera, light_of, place):
     outline = make_outline(camera, radius=SHELL.radius, base=SHELL.base, top=SHELL.top)
     rows, columns = np.indices((camera.height, camera.width)).reshape(2, -1)
     right, up = columns - camera.axis_pixel[0], camera.axis_pixel[1] - rows
-    images = np.empty((len(rows), 7))
+    images = np.empty((len(rows), 8))
     draw_cover(
         outline, np.arctan2(right, up), np.hypot(right, up), np.array([*place, 0, 0, 0, 0]), images
     )
@@ -91,7 +91,7 @@ def test_slopes_are_what_shifted_edges_change(camera, edge):
     radii, bearings = np.meshgrid(np.arange(120.0, 165.0), np.arange(0.2, 0.8, 0.01))
     pixels = bearings.ravel(), radii.ravel()
     place = np.array([0.8, 0.5, 0.1, -0.2, 0.15, -0.1])
-    here, there = np.empty((radii.size, 7)), np.empty((radii.size, 7))
+    here, there = np.empty((radii.size, 8)), np.empty((radii.size, 8))
     draw_cover(outline, *pixels, place, here)
     place[2 + edge] += 1e-5
     draw_cover(outline, *pixels, place, there)
@@ -174,6 +174,18 @@ def test_two_identical_shells_are_measured_where_two_are_looked_for(light_of, ca
     (_, one), (_, other) = search_shells(taken(light_of(places[0])), [*RED, *RED], calibration)
     assert one.outcome == Outcome.SEEN
     assert other.outcome == Outcome.NOT_ANOTHER
+
+
+def test_a_wall_behind_a_blurred_shell_does_not_draw_it_outwards(light_of, calibration):
+    # The wall is a little of the shell's colour; taken for floor it drew shells by 15 to 30 mm.
+    errors = []
+    for k in range(8):
+        distance, bearing = 1.2 + 0.03 * k, 0.8 * k + 0.3
+        picture = taken(light_of((distance, bearing)), k, blur=3.0)
+        ((_, estimate),) = search_shells(picture, RED, calibration)
+        errors.append(estimate.range - distance)
+    assert abs(np.mean(errors)) < 0.005
+    assert np.max(np.abs(errors)) < 0.015
 
 
 def test_a_dark_picture_is_read_too(light_of, calibration):
