@@ -441,7 +441,8 @@ def _judge(
     for width in scene.widths:
         prior = prior.copy()
         _know_shifts(prior, width, scene, values, hidden)
-        inverse = np.linalg.inv(matrix + prior)
+        # A place off the blob has no slopes, nor a precision before: the ridge lets it be unknown.
+        inverse = np.linalg.inv(matrix + prior + _RIDGE * np.eye(count))
         rest = pull - prior @ off
         step = inverse @ rest
         cost = off @ prior @ off - rest @ step

@@ -5,8 +5,13 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.geometry.world import make_world
+from sightfield.systems.numerics.vision.estimation.outline_fit import fit_outline
 from sightfield.systems.numerics.vision.estimation.range_models import draw_cover, make_outline
-from sightfield.systems.numerics.vision.estimation.shell_detection import COLOURS, Outcome
+from sightfield.systems.numerics.vision.estimation.shell_detection import (
+    COLOURS,
+    Outcome,
+    detect_shells,
+)
 from sightfield.systems.numerics.vision.estimation.shell_estimate import locate, search_shells
 from sightfield.systems.numerics.vision.omni_optics import make_ray_table, project_omni
 from sightfield.systems.numerics.vision.rendering import render
@@ -186,6 +191,15 @@ def test_a_wall_behind_a_blurred_shell_does_not_draw_it_outwards(light_of, calib
         errors.append(estimate.range - distance)
     assert abs(np.mean(errors)) < 0.005
     assert np.max(np.abs(errors)) < 0.015
+
+
+def test_a_fit_that_finds_no_shell_near_its_start_does_not_fail(light_of, calibration):
+    picture = taken(light_of((0.9, 0.4)))
+    (seen,) = detect_shells(picture, RED, calibration.camera.axis_pixel)
+    assert seen.window is not None
+    for start in ((0.9, 2.4), (30.0, 0.4), (0.03, 0.4)):
+        fit = fit_outline(seen.window, calibration.outline, start)
+        assert fit is None or fit.misfit > 1
 
 
 def test_a_dark_picture_is_read_too(light_of, calibration):
