@@ -11,12 +11,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from .drawn_fields import draw_field
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
 from sightfield.systems.numerics.harvest.machines import Combine
 from sightfield.systems.numerics.harvest.plan.harvest_plan import plan_combines
+
+from .drawn_fields import draw_field
 
 pytestmark = pytest.mark.benchmarks
 

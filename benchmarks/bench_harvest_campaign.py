@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from .drawn_fields import draw_crew, draw_field
 
 from sightfield.diagrams.harvest.job import prepare_harvest
 from sightfield.diagrams.harvest.report import summarise_harvest
@@ -27,6 +26,8 @@ from sightfield.diagrams.harvest.scenario import (
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.carts.visit_choice import STRATEGIES
 from sightfield.systems.numerics.harvest.machines import Combine
+
+from .drawn_fields import draw_crew, draw_field
 
 pytestmark = pytest.mark.benchmarks
 

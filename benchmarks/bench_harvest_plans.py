@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from .drawn_fields import draw_crew, draw_field
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
@@ -21,6 +20,8 @@ from sightfield.systems.numerics.harvest.carts.visits import VISITS
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines import Cart, Combine
 from sightfield.systems.numerics.harvest.plan.harvest_plan import plan_combines, plan_harvest
+
+from .drawn_fields import draw_crew, draw_field
 
 pytestmark = pytest.mark.benchmarks
 

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from .racing import Racer, race
 
 from sightfield.diagrams.studies.engine import GAMES_PER_PROCESS
 from sightfield.diagrams.studies.play import play_block
 from sightfield.diagrams.studies.team_studies import tracking_study
+
+from .racing import Racer, race
 
 pytestmark = pytest.mark.benchmarks
 
