@@ -28,6 +28,7 @@ YieldsOption = Annotated[
     typer.Option(help="What grows where: GeoJSON or an ESRI ASCII grid [t/ha]."),
 ]
 CombinesOption = Annotated[int | None, typer.Option(help="Number of combines.")]
+CartsOption = Annotated[int | None, typer.Option(help="Number of carts.")]
 SettingOption = Annotated[
     list[str] | None,
     typer.Option(

@@ -19,6 +19,7 @@ from ..harvest.fleet_size import MOST, WhatItTakes, as_object, find_what_it_take
 from ..outputs import optional_folder, write_json
 from ..scenario_files import builtin_scenarios
 from .harvest_asked import (
+    CartsOption,
     CombinesOption,
     CoordinatesOption,
     FieldOption,
@@ -47,7 +48,7 @@ def plan(
     ] = None,
     yields: YieldsOption = None,
     combines: CombinesOption = None,
-    carts: Annotated[int | None, typer.Option(help="Number of carts.")] = None,
+    carts: CartsOption = None,
     setting: SettingOption = None,
     most: Annotated[
         str,

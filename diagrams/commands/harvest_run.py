@@ -12,6 +12,7 @@ from ..harvest import scenarios
 from ..harvest.job import prepare_harvest
 from ..scenario_files import builtin_scenarios
 from .harvest_asked import (
+    CartsOption,
     CombinesOption,
     CoordinatesOption,
     FieldOption,
@@ -52,6 +53,7 @@ def run(
     part: PartOption = None,
     yields: YieldsOption = None,
     combines: CombinesOption = None,
+    carts: CartsOption = None,
     strategy: Annotated[str | None, typer.Option(help="sequential or on-demand.")] = None,
     setting: SettingOption = None,
     out: RunFolderOption = None,
@@ -79,6 +81,7 @@ def run(
         coordinates,
         part,
         combines=combines,
+        carts=carts,
         strategy=strategy,
         yields=yields,
     )

@@ -168,10 +168,17 @@ def _draw_times(
             knee.combines, knee.makespan / HOUR, "o", markersize=18, markerfacecolor="none",
             markeredgecolor=KNEE, markeredgewidth=2.0,
         )  # fmt: skip
+        # On the side where there is more room.
+        numbers = [row.combines for row in rows]
+        left = 2 * knee.combines > min(numbers) + max(numbers)
         axes.annotate(
-            f"knee: {_fleet(knee)}", (knee.combines, knee.makespan / HOUR), (14, 16),
-            textcoords="offset points", fontsize="small",
-        )  # fmt: skip
+            f"knee: {_fleet(knee)}",
+            (knee.combines, knee.makespan / HOUR),
+            (-14 if left else 14, 16),
+            textcoords="offset points",
+            horizontalalignment="right" if left else "left",
+            fontsize="small",
+        )
     axes.set_xticks(sorted({row.combines for row in rows}))
     axes.set_ylim(0, top)
     axes.set_xlabel("combines")

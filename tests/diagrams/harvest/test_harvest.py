@@ -261,6 +261,11 @@ def test_more_combines_than_there_is_work_for_are_refused_not_dropped():
     assert "a combine has nothing to cut" in result.stderr
 
 
+def test_carts_are_counted_by_an_option_too():
+    with pytest.raises(InvalidInput, match="carts.count"):
+        command("thesis_2", "--carts=0", "--json")
+
+
 def test_a_run_that_does_not_finish_exits_with_1_and_says_who_is_where():
     words = [f"--set={each}" for each in [*SMALL, "hours=0.05"]]
     result = command("thesis_2", *words, "--json")
