@@ -28,6 +28,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from ...compiled import compiled
 from .range_models import Outline, draw_cover
 from .shell_detection import Window
 
@@ -157,9 +158,10 @@ def fit_outline(
     for steps in _STEPS:
         for _ in range(steps):
             cost = _cost(scene, weights, expected, values - mean, prior)
-            pulls = slopes.T * weights
-            matrix = pulls @ slopes + prior
-            pull = pulls @ (scene.strength - expected) - prior @ (values - mean)
+            pulls = slopes * weights[:, None]
+            left = scene.strength - expected
+            matrix = _products(pulls, slopes) + prior
+            pull = _products(pulls, left[:, None])[:, 0] - prior @ (values - mean)
             gain = -1.0
             for _ in range(_TRIALS):
                 damped = matrix + damping * np.diag(np.diag(matrix)) + _RIDGE * np.eye(count)
@@ -180,6 +182,33 @@ def fit_outline(
         _know_shifts(prior, max(scene.widths), scene, values, hidden)
     weights /= excess
     return _judge(scene, values, mean, prior, weights, expected, slopes, hidden)
+
+
+def _products(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Sums over pixels of the products of columns, shapes (n, k), (n, m) -> (k, m).
+
+    On one core: BLAS shares this between threads, which on a busy machine wait for one another
+    several times as long as they work.
+    """
+    sums = np.zeros((one.shape[1], other.shape[1]))
+    _add_products(one, other, sums)
+    return sums
+
+
+@compiled
+def _add_products(one, other, sums):
+    """Add the products of the columns of two tables.
+
+    Args:
+        one: Shape (n, k).
+        other: Shape (n, m).
+        sums: What is added to, shape (k, m).
+    """
+    for i in range(len(one)):
+        for p in range(one.shape[1]):
+            factor = one[i, p]
+            for q in range(other.shape[1]):
+                sums[p, q] += factor * other[i, q]
 
 
 def _scene(window: Window, outline: Outline) -> _Scene | None:
@@ -315,7 +344,7 @@ def _smooth(scene: _Scene, images: np.ndarray, values: np.ndarray) -> np.ndarray
 
 def _shine(scene: _Scene, values: np.ndarray, drawn: np.ndarray) -> np.ndarray:
     """What a drawn shell and all around it would show without smoothing, shape (n,)."""
-    around = scene.points @ values[_BEHIND]
+    around = np.einsum("nk,k", scene.points, values[_BEHIND])
     lit = drawn[:, :3] @ values[_LIGHT]
     return lit + drawn[:, 7] * values[_TOP] + (1 - drawn[:, 0] - drawn[:, 7]) * around
 
@@ -337,7 +366,7 @@ def _expect(scene: _Scene, values: np.ndarray, behind: np.ndarray) -> tuple[np.n
         place[k] += tiny
         draw_cover(scene.outline, scene.bearings, scene.radii, place, there)
         images[:, 3 + k] = (_shine(scene, values, there) - shine) / tiny
-    around = scene.points @ values[_BEHIND]
+    around = np.einsum("nk,k", scene.points, values[_BEHIND])
     images[:, 5:9] = (edge - around)[:, None] * here[:, 3:7]
     images[:, 6] = (edge - values[_TOP]) * here[:, 4]
     off = (scene.bearings - values[1] + math.pi) % (2 * math.pi) - math.pi
@@ -428,10 +457,11 @@ def _judge(
     """How sure a search's end is, averaged over the widths of the shifts' prior."""
     left, used = scene.strength - expected, scene.used > 0
     count = len(values)
-    pulls = slopes.T * weights
-    matrix, pull = pulls @ slopes, pulls @ left
-    each = (pulls * left).T.reshape(*scene.shape, count)
-    alike = each.reshape(-1, count).T @ _sums(each).reshape(-1, count)
+    pulls = slopes * weights[:, None]
+    matrix, pull = _products(pulls, slopes), _products(pulls, left[:, None])[:, 0]
+    each = pulls * left[:, None]
+    sums = _sums(each.reshape(*scene.shape, count)).reshape(-1, count)
+    alike = _products(each, sums)
     # So many blocks are independent; that the fit has made their remainders small counts most where
     # they are few.
     blocks = max(float(used.sum()) / _TOGETHER**2, 2.0)
