@@ -4,6 +4,7 @@ Before a run, cameras without a calibration are calibrated in simulation.
 """
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import ClassVar
 
@@ -190,19 +191,26 @@ def practise(vision: PursuerVision) -> Calibration:
     Raises:
         InvalidInput: Too few of the pictures show a shell.
     """
-    shell = vision.evader_shells[0]
-    nearest, farthest = vision.calibrated_range
+    near, far = vision.calibrated_range
+    shell, colour = vision.evader_shells[0], vision.colours[0]
+    return _practised(vision.optics, vision.quality, shell, near, far, colour)
+
+
+# Runs of a sweep have the same cameras, and the pictures take seconds to read.
+@lru_cache(maxsize=4)
+def _practised(
+    optics: OmniCamera, quality: Sensor, shell: Shell, near: float, far: float, colour: str
+) -> Calibration:
     pictures = simulated_pictures(
-        vision.optics,
-        vision.quality,
+        optics,
+        quality,
         shell,
-        distances=np.geomspace(nearest, farthest, _DISTANCES).tolist(),
+        distances=np.geomspace(near, far, _DISTANCES).tolist(),
         directions=_DIRECTIONS,
     )
     sizes = {"base": shell.base, "shell_radius": shell.radius, "shell_top": shell.top}
-    colour = chosen_colours(vision.colours)[0]
-    readings, _ = read_pictures(pictures, vision.optics, colour, **sizes)
-    return calibrate(readings, camera=vision.optics, **sizes)
+    readings, _ = read_pictures(pictures, optics, chosen_colours([colour])[0], **sizes)
+    return calibrate(readings, camera=optics, **sizes)
 
 
 @dataclass(frozen=True, eq=False)
