@@ -38,6 +38,7 @@ from .shared import (
     progress_bar,
     shown,
     tell,
+    with_options,
 )
 from .watched_run import WatchedRun
 
@@ -80,14 +81,10 @@ def track_on_pictures(
 ) -> None:
     """Track on the pictures of omni-cameras alone, by the modified pursuit field."""
     require_non_negative("--realtime", realtime or 0.0)
-    settings = list(setting or [])
-    for key, value in (("vision.weight", weight), ("seconds", seconds), ("seed", seed)):
-        if value is not None:
-            settings.append(f"{key}={value}")
-    if truth:
-        settings.append("vision.senses=truth")
+    senses = "truth" if truth else None
+    options = {"vision.weight": weight, "seconds": seconds, "seed": seed, "vision.senses": senses}
     path = find_scenario(scenario, scenarios)
-    loaded = load_scenario(PictureTrackingScenario, path, settings)
+    loaded = load_scenario(PictureTrackingScenario, path, with_options(setting, options))
     loaded = replace(loaded, world=loaded.world.beside(path.parent))
     if sweep is not None:
         _sweep(loaded, _weights(sweep), seeds, out, as_json)

@@ -11,6 +11,7 @@ from ..harvest import scenarios
 from ..harvest.makers import settings_of_machines
 from ..harvest.scenario import HarvestScenario
 from ..scenario_files import find_scenario, load_scenario
+from .shared import with_options
 
 FieldOption = Annotated[
     Path | None,
@@ -67,7 +68,7 @@ def asked_scenario(
         InvalidInput: A file or a key is not there, or a value is out of its range.
     """
     # Before what is set, so that a machine may be named and changed.
-    every = [*settings_of_machines(settings), *settings]
+    named = [*settings_of_machines(settings), *settings]
     options = {
         "combines.count": combines,
         "carts.count": carts,
@@ -75,7 +76,7 @@ def asked_scenario(
         "strategy": strategy,
         "density": density,
     }
-    every += [f"{key}={value}" for key, value in options.items() if value is not None]
+    every = with_options(named, options)
     path = find_scenario(scenario, scenarios)
     folder = path.parent
     if field is not None:

@@ -1,6 +1,7 @@
 """`sightfield harvest audit`: what a log says that machines did, against what they may do."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -68,11 +69,21 @@ def shown(value: object, unit: str) -> tuple[str, str]:
     return text, unit
 
 
-def _show(found: HarvestAudit) -> None:
+def figures_table(figures: Mapping[str, object], units: Mapping[str, str]) -> Table:
+    """Figures with their units, one below the other.
+
+    Args:
+        figures: Values by their names.
+        units: Of those that have one.
+    """
     table = Table(show_header=False, box=None, padding=(0, 2))
-    for name, value in found.figures.items():
-        table.add_row(name.replace("_", " "), *shown(value, UNITS.get(name, "")))
-    Console().print(table)
+    for name, value in figures.items():
+        table.add_row(name.replace("_", " "), *shown(value, units.get(name, "")))
+    return table
+
+
+def _show(found: HarvestAudit) -> None:
+    Console().print(figures_table(found.figures, UNITS))
     # A fault is one line, however narrow the terminal.
     for kind in dict.fromkeys(fault.kind for fault in found.faults):
         alike = [fault for fault in found.faults if fault.kind == kind]

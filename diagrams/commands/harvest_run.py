@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.table import Table
 
 from ...systems.numerics.errors import NoPlan, require_non_negative
 from ..harvest import scenarios
@@ -22,7 +21,7 @@ from .harvest_asked import (
     asked_scenario,
 )
 from .harvest_audit import UNITS as AUDIT_UNITS
-from .harvest_audit import shown
+from .harvest_audit import figures_table
 from .shared import JsonSummaryOption, MeshcatOption, ReplayOption, RunFolderOption
 from .watched_run import WatchedRun
 
@@ -117,16 +116,9 @@ def run(
         summary = summarise_harvest(done, name)
         written = write_harvest_report(done, summary, written_to) if written_to is not None else []
     notes = [f"Note: {reason}." for reason in job.answer.reasons]
-    watched.tell(summary, written, _table(summary), *notes)
+    watched.tell(summary, written, figures_table(summary, _UNITS), *notes)
     if not done.finished:
         print(f"not finished: {done.stopped}", file=sys.stderr)
     watched.stay()
     if not done.finished:
         raise typer.Exit(1)
-
-
-def _table(summary: dict[str, object]) -> Table:
-    table = Table(show_header=False, box=None, padding=(0, 2))
-    for key, value in summary.items():
-        table.add_row(key.replace("_", " "), *shown(value, _UNITS.get(key, "")))
-    return table

@@ -2,7 +2,7 @@
 
 import inspect
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
@@ -29,6 +29,17 @@ RunFolderOption = Annotated[
 ]
 MeshcatOption = Annotated[bool | None, typer.Option(help="Watch it live [default: in a terminal].")]
 ReplayOption = Annotated[bool, typer.Option(help="With --out: write replay.html.")]
+
+
+def with_options(settings: Sequence[str] | None, options: Mapping[str, object]) -> list[str]:
+    """Settings of a scenario, "key=value", with those that options of their own say after them.
+
+    Args:
+        settings: As `--set` has them.
+        options: Values by the keys that they set; None: not given.
+    """
+    own = [f"{key}={value}" for key, value in options.items() if value is not None]
+    return [*(settings or []), *own]
 
 
 def given_options(context: typer.Context) -> dict[str, Any]:

@@ -28,6 +28,7 @@ from .shared import (
     SecondsOption,
     SeedOption,
     plain_table,
+    with_options,
 )
 from .watched_run import WatchedRun
 
@@ -108,10 +109,7 @@ def run(
     """A pursuer without a camera makes friends, reads their pictures, and goes to the evader."""
     require_non_negative("--realtime", realtime or 0.0)
     choice = NetworkChoice(kind=network, homeserver=homeserver, accounts=accounts, outbox=outbox)
-    settings = list(setting or [])
-    for key, value in (("seconds", seconds), ("seed", seed)):
-        if value is not None:
-            settings.append(f"{key}={value}")
+    settings = with_options(setting, {"seconds": seconds, "seed": seed})
     path = find_scenario(scenario, scenarios)
     loaded = load_scenario(SocialScenario, path, settings)
     if loaded.maze.world is not None:

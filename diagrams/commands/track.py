@@ -21,6 +21,7 @@ from .shared import (
     SecondsOption,
     SeedOption,
     plain_table,
+    with_options,
 )
 from .watched_run import WatchedRun
 
@@ -90,11 +91,8 @@ def _load(
 ) -> TrackingScenario:
     """The scenario with everything that the command line changes in it."""
     path = find_scenario(name)
-    if seconds is not None:
-        settings = [*settings, f"seconds={seconds}"]
-    if seed is not None:
-        settings = [*settings, f"seed={seed}"]
-    scenario = load_scenario(TrackingScenario, path, settings)
+    every = with_options(settings, {"seconds": seconds, "seed": seed})
+    scenario = load_scenario(TrackingScenario, path, every)
     if world is None:
         return replace(scenario, world=scenario.world.beside(path.parent))
     elsewhere = with_random_starts(scenario)

@@ -218,8 +218,7 @@ def run_harvest(
         here = where()
         if np.abs(here - last).max() > NOTHING:
             last, moved = here, context.get_time()
-        left = float(max(now("tank").max(), now("load").max()))
-        finished = bool((now("mode") == DONE).all()) and left <= EMPTY
+        finished = bool(_is_done(now("mode"), now("tank"), now("load")))
         progress(float(now("station").sum()) / ways)
     wall_time = time.perf_counter() - began
     scene = harvest.GetSubsystemByName("scene") if meshcat is not None else None
@@ -248,10 +247,15 @@ def run_harvest(
     )
 
 
+def _is_done(mode: np.ndarray, tank: np.ndarray, load: np.ndarray) -> np.ndarray:
+    """Whether nothing is left to do, shapes (..., N), (..., N), (..., K) -> (...,)."""
+    empty = (tank <= EMPTY).all(axis=-1) & (load <= EMPTY).all(axis=-1)
+    return (mode == DONE).all(axis=-1) & empty
+
+
 def _done_at(log: dict[str, np.ndarray], times: np.ndarray, ended: float) -> float:
     """The first sample from which nothing is left to do; a run goes on until somebody looks [s]."""
-    left = (log["mode"] != DONE).any(axis=1)
-    left |= (log["tank"] > EMPTY).any(axis=1) | (log["load"] > EMPTY).any(axis=1)
+    left = ~_is_done(log["mode"], log["tank"], log["load"])
     first = int(np.flatnonzero(left).max(initial=-1)) + 1
     return float(times[first]) if first < len(times) else ended
 

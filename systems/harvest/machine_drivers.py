@@ -124,6 +124,8 @@ class MachineDrivers(LeafSystem):
             self.discrete_state_ticket(self._carts),
             *(port.ticket() for port in (self._station, self._account, self._room)),
         }
+        visits = ValueProducer(lambda: AbstractValue.Make(np.zeros((2, 1))), self._calc_visits)
+        self._visits = self.DeclareCacheEntry("visits", visits, placed)
         self.DeclareVectorOutputPort("wanted", carts, self._calc_wanted, placed)
         self.DeclareVectorOutputPort("asked", carts, self._calc_asked, placed)
         parked = {
@@ -183,9 +185,9 @@ class MachineDrivers(LeafSystem):
         state = read(self._state, context).reshape(-1, 4)
         output.set_value(steer(self._tracks, state, driven, after, self._period))
 
-    def _wanted_now(self, context) -> tuple[np.ndarray, np.ndarray]:
-        """Whom each cart is to empty, and what it is to take, shapes (K,)."""
-        return wanted_at(
+    def _calc_visits(self, context, output):
+        """Whom each cart is to empty, and what it is still to take, shape (2, K)."""
+        found = wanted_at(
             self._fleet,
             self._orders.ties,
             read(self._station, context),
@@ -193,12 +195,16 @@ class MachineDrivers(LeafSystem):
             read(self._room, context),
             self._driven(context),
         )
+        output.set_value(np.stack(found))
+
+    def _visits_now(self, context) -> np.ndarray:
+        return self._visits.Eval(context)  # type: ignore[return-value]  # the stubs say object
 
     def _calc_wanted(self, context, output):
-        output.set_value(self._wanted_now(context)[0])
+        output.set_value(self._visits_now(context)[0])
 
     def _calc_asked(self, context, output):
-        output.set_value(self._wanted_now(context)[1])
+        output.set_value(self._visits_now(context)[1])
 
     def _calc_emptying(self, context, output):
         load = read(self._load, context)

@@ -465,30 +465,43 @@ def _tread(cut_at, stands, under, origin, size, poses, stations, box):
                         under[row, column] = True
 
 
+@kernel
+def _awaited(cut_at, crop, origin, pose, station, me, ahead, side):
+    """Whom a point of a body awaits, where crop stands that it does not cut before.
+
+    Returns:
+        Row and column of the crop, the number of the combine that cuts it after the least way, or
+        -1 where nobody is awaited, and the station of that one then [m].
+    """
+    machines, rows, columns = cut_at.shape
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    x = pose[0] + c * ahead - s * side
+    y = pose[1] + s * ahead + c * side
+    column = math.floor((x - origin[0]) / CROP_CELL)
+    row = math.floor((y - origin[1]) / CROP_CELL)
+    best, when = -1, 1e17
+    if row < 0 or row >= rows or column < 0 or column >= columns:
+        return row, column, best, when
+    if crop[row, column] and cut_at[me, row, column] > station:
+        for n in range(machines):
+            if n != me and cut_at[n, row, column] < when:
+                best, when = n, cut_at[n, row, column]
+    return row, column, best, when
+
+
 @compiled
 def _needed(cut_at, crop, origin, poses, stations, me, box, needed):
-    machines, rows, columns = cut_at.shape
     rear, front, half = box
     along = math.ceil((front - rear) / CROP_CELL)
     across = math.ceil(2 * half / CROP_CELL)
     for k in range(len(poses)):
-        c, s = math.cos(poses[k, 2]), math.sin(poses[k, 2])
         for i in range(along + 1):
             ahead = rear + (front - rear) * i / along
             for j in range(across + 1):
                 side = -half + 2 * half * j / across
-                x = poses[k, 0] + c * ahead - s * side
-                y = poses[k, 1] + s * ahead + c * side
-                column = math.floor((x - origin[0]) / CROP_CELL)
-                row = math.floor((y - origin[1]) / CROP_CELL)
-                if row < 0 or row >= rows or column < 0 or column >= columns:
-                    continue
-                if not crop[row, column] or cut_at[me, row, column] <= stations[k]:
-                    continue
-                best, when = -1, 1e17
-                for n in range(machines):
-                    if n != me and cut_at[n, row, column] < when:
-                        best, when = n, cut_at[n, row, column]
+                _, _, best, when = _awaited(
+                    cut_at, crop, origin, poses[k], stations[k], me, ahead, side
+                )
                 if best >= 0:
                     needed[best, k] = max(needed[best, k], when)
 
@@ -506,7 +519,6 @@ def _mark_waited_for(cut_at, crop, origin, poses, stations, me, box, reached, cl
         clear: The way without any such crop that ends it [m].
         marked: Written, shape (rows, columns).
     """
-    machines, rows, columns = cut_at.shape
     rear, front, half = box
     along = math.ceil((front - rear) / CROP_CELL)
     across = math.ceil(2 * half / CROP_CELL)
@@ -514,23 +526,13 @@ def _mark_waited_for(cut_at, crop, origin, poses, stations, me, box, reached, cl
     for k in range(len(poses)):
         if stations[k] > last + clear:
             break
-        c, s = math.cos(poses[k, 2]), math.sin(poses[k, 2])
         for i in range(along + 1):
             ahead = rear + (front - rear) * i / along
             for j in range(across + 1):
                 side = -half + 2 * half * j / across
-                x = poses[k, 0] + c * ahead - s * side
-                y = poses[k, 1] + s * ahead + c * side
-                column = math.floor((x - origin[0]) / CROP_CELL)
-                row = math.floor((y - origin[1]) / CROP_CELL)
-                if row < 0 or row >= rows or column < 0 or column >= columns:
-                    continue
-                if not crop[row, column] or cut_at[me, row, column] <= stations[k]:
-                    continue
-                best, when = -1, 1e17
-                for n in range(machines):
-                    if n != me and cut_at[n, row, column] < when:
-                        best, when = n, cut_at[n, row, column]
+                row, column, best, when = _awaited(
+                    cut_at, crop, origin, poses[k], stations[k], me, ahead, side
+                )
                 if best >= 0 and when > reached[best]:
                     marked[row, column] = True
                     last = stations[k]

@@ -342,9 +342,8 @@ def _smooth(scene: _Scene, images: np.ndarray, values: np.ndarray) -> np.ndarray
     return smooth.reshape(images.shape)
 
 
-def _shine(scene: _Scene, values: np.ndarray, drawn: np.ndarray) -> np.ndarray:
+def _shine(values: np.ndarray, drawn: np.ndarray, around: np.ndarray) -> np.ndarray:
     """What a drawn shell and all around it would show without smoothing, shape (n,)."""
-    around = np.einsum("nk,k", scene.points, values[_BEHIND])
     lit = drawn[:, :3] @ values[_LIGHT]
     return lit + drawn[:, 7] * values[_TOP] + (1 - drawn[:, 0] - drawn[:, 7]) * around
 
@@ -354,7 +353,8 @@ def _expect(scene: _Scene, values: np.ndarray, behind: np.ndarray) -> tuple[np.n
     size = len(scene.bearings)
     here, there = np.empty((size, 8)), np.empty((size, 8))
     draw_cover(scene.outline, scene.bearings, scene.radii, values[:6], here)
-    shine = _shine(scene, values, here)
+    around = np.einsum("nk,k", scene.points, values[_BEHIND])
+    shine = _shine(values, here, around)
     # Light falls on an edge as on the pixel's covered part.
     edge = np.divide(
         here[:, :3] @ values[_LIGHT], here[:, 0], out=np.zeros(size), where=here[:, 0] > 0
@@ -365,8 +365,7 @@ def _expect(scene: _Scene, values: np.ndarray, behind: np.ndarray) -> tuple[np.n
         place = values[:6].copy()
         place[k] += tiny
         draw_cover(scene.outline, scene.bearings, scene.radii, place, there)
-        images[:, 3 + k] = (_shine(scene, values, there) - shine) / tiny
-    around = np.einsum("nk,k", scene.points, values[_BEHIND])
+        images[:, 3 + k] = (_shine(values, there, around) - shine) / tiny
     images[:, 5:9] = (edge - around)[:, None] * here[:, 3:7]
     images[:, 6] = (edge - values[_TOP]) * here[:, 4]
     off = (scene.bearings - values[1] + math.pi) % (2 * math.pi) - math.pi
