@@ -262,7 +262,7 @@ def test_more_combines_than_there_is_work_for_are_refused_not_dropped():
 
 
 def test_carts_are_counted_by_an_option_too():
-    with pytest.raises(InvalidInput, match="carts.count"):
+    with pytest.raises(InvalidInput, match=r"carts\.count"):
         command("thesis_2", "--carts=0", "--json")
 
 
