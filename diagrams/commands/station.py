@@ -38,7 +38,10 @@ def check(
     as_json: JsonOption = False,
     port: PortOption = DEFAULT_PORT,
 ) -> None:
-    """Say in plain words what of the laboratory is connected and what is missing; move nothing."""
+    """Say in plain words what of the laboratory is connected and what is missing; move nothing.
+
+    Exit code 1 if something is missing that --hardware needs.
+    """
     laboratory = load(scenario, setting)
     console = Console(highlight=False)
     findings: list[Finding] = []
@@ -56,6 +59,8 @@ def check(
         console.print("Everything is there: sightfield station --hardware")
     else:
         console.print("Not all is there for --hardware; --simulate needs none of it.")
+    if not ready:
+        raise typer.Exit(1)
 
 
 def identify_robots(

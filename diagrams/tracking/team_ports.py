@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort, System
 
 from ...systems.numerics.errors import require
+from ...systems.numerics.geometry.edge_index import build_edge_index, point_is_free
 from ...systems.numerics.geometry.world import World
 from ...systems.tracking.agent_team import AgentTeam, DifferentialDriveTeam
 from ...systems.tracking.collision_avoidance import CollisionAvoidance, CollisionStop
@@ -65,11 +66,16 @@ def AddTeam(
             is yielded to [m/s]; as of `CollisionAvoidance`.
 
     Raises:
-        InvalidInput: Not one start for each robot, or a parameter is out of its range.
+        InvalidInput: Not one start for each robot, a start is in no region, or a parameter is out
+            of its range.
     """
     starts = np.asarray(starts, dtype=float)
     whole = starts.shape == (team.size, 3)
     require(whole, "starts", f"have shape ({team.size}, 3), a pose a robot", starts.shape)
+    free = build_edge_index(*regions)
+    for start in starts:
+        inside = point_is_free(free, start[0], start[1])
+        require(inside, "starts", "lie in the regions of the team", start[:2])
     add, connect = builder.AddNamedSystem, builder.Connect
     yielding = {"rank": rank, "pace": pace}
     avoidance = AddAvoidance(builder, name, team, regions, period, other_radii, **yielding)

@@ -128,7 +128,8 @@ def test_bad_input_is_one_line_and_exit_code_2(station, arguments, message):
 def test_a_check_says_in_plain_words_what_is_missing(station):
     settings = ("--set", "radio.port=/dev/ttyNOTHING", "--set", "mocap.source=mock")
     done = station("check", "--json", *settings)
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 1
+    assert done.stderr == ""
     result = json.loads(done.stdout)
     findings = {each["thing"]: each for each in result["findings"]}
     assert not result["ready"]

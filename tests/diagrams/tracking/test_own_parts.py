@@ -36,6 +36,14 @@ def test_a_team_has_a_pose_for_each_robot(game, model, starts):
         AddTeam(DiagramBuilder(), "pursuer", team, starts, game.pursuer_regions, 0.05)
 
 
+@pytest.mark.parametrize("start", [(-1.0, 1.0), (float("nan"), 1.0)])
+def test_no_team_starts_where_it_cannot_be(game, start):
+    team = RobotTeam(top_speed=0.3, count=2)
+    starts = [[*game.pursuer_starts[0]], [*start, 0.0]]
+    with pytest.raises(InvalidInput, match="`starts` must lie in the regions of the team"):
+        AddTeam(DiagramBuilder(), "pursuer", team, starts, game.pursuer_regions, 0.05)
+
+
 @pytest.mark.parametrize("count", [1.5, float("nan")])
 def test_no_team_has_part_of_a_robot(count):
     with pytest.raises(InvalidInput, match="`count` must be a whole number"):
