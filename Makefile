@@ -25,10 +25,10 @@ unexport PYTHONPATH PYTHONHOME
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint format mutants bench peers interop irsim docs links tutorials pictures tools venv lock clean
+.PHONY: help demo test lint format mutants mutation-score bench peers interop irsim docs links tutorials pictures tools venv lock clean
 
 help:  ## list the targets
-	@awk -F ':.*##  *' '/^[a-z]+:.*##/ { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*##  *' '/^[a-z-]+:.*##/ { printf "make %-14s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 demo: $(VENV)/run.stamp  ## track evaders through the thesis's arena; watch it in a browser
 	$(BIN)/sightfield track thesis_3v4 --out $(OUT) --meshcat
@@ -59,6 +59,9 @@ format: $(VENV)/dev.stamp  ## rewrite the sources in the house format, clear the
 
 mutants: $(VENV)/dev.stamp  ## make faults on purpose in copies of the tree; the tests are to find all
 	$(BIN)/python tests/mutants/run.py $(ARGS)
+
+mutation-score: $(VENV)/dev.stamp  ## the share of faults drawn at random that the tests find (hours)
+	$(BIN)/python tests/mutants/sample.py $(ARGS)
 
 bench: $(VENV)/dev.stamp  ## run the timings, printed as ratios
 	$(BIN)/pytest benchmarks -m benchmarks -s -q $(ARGS)

@@ -45,26 +45,40 @@ def read_mutants() -> list[Mutant]:
     return [Mutant(**each) for each in listed["mutant"]]
 
 
-def copy_tree(folder: Path) -> None:
-    """Copy the package and its tests, without what Python and Numba have compiled.
+def copy_tree(folder: Path, stale: Collection[Path] | None = None) -> None:
+    """Copy the package and its tests, without what is stale of what Python and Numba have compiled.
 
     Numba looks whether a function's own file has changed, and not those of the functions that it
     calls: only without its cache is each fault surely compiled.
+
+    Args:
+        folder: Where to.
+        stale: Files whose compiled code is left out, from the root; None: all.
     """
     described = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     parts: dict[str, str] = described["tool"]["setuptools"]["package-dir"]
     shutil.copy(ROOT / "pyproject.toml", folder)
+    old = {(file.parent, file.stem) for file in stale or ()}
+
+    def left_out(name: str, inside: list[str]) -> set[str]:
+        if stale is None:
+            return {"__pycache__"} & set(inside)
+        # The caches of `name.py` begin with its name and a point.
+        room = Path(name).relative_to(ROOT).parent
+        return {each for each in inside if (room, each.partition(".")[0]) in old and ".py" in each}
+
     for part in (*parts.values(), "tests"):
-        caches = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(ROOT / part, folder / part, ignore=caches)
+        shutil.copytree(ROOT / part, folder / part, ignore=left_out)
     for name, part in parts.items():
         link = folder / "installed" / name.replace(".", "/")
         link.parent.mkdir(parents=True, exist_ok=True)
         link.symlink_to(folder / part, target_is_directory=True)
 
 
-def run_tests(folder: Path, tests: Collection[str]) -> tuple[int, str]:
-    """Run tests on a copy of the tree.
+def run_tests(
+    folder: Path, tests: Collection[str], longest: float = LONGEST_RUN
+) -> tuple[int, str]:
+    """Run tests on a copy of the tree, for so long at most [s].
 
     Returns:
         pytest's exit code, or NEVER_ENDED, and what it printed.
@@ -76,9 +90,9 @@ def run_tests(folder: Path, tests: Collection[str]) -> tuple[int, str]:
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *tests]
     captured = {"cwd": folder, "env": environment, "capture_output": True, "text": True}
     try:
-        done = subprocess.run(command, **captured, timeout=LONGEST_RUN)
+        done = subprocess.run(command, **captured, timeout=longest)
     except subprocess.TimeoutExpired:
-        return NEVER_ENDED, f"no end after {LONGEST_RUN:.0f} s"
+        return NEVER_ENDED, f"no end after {longest:.0f} s"
     return done.returncode, done.stdout + done.stderr
 
 

@@ -1,0 +1,180 @@
+"""How many of the faults that anyone might make do the tests find? Drawn at random, over all rooms.
+
+Each fault of the sample is made in a copy of the tree, and the tests of the folder that mirrors its
+file are run: first those named for the file or importing it, then the others. A fault is found when
+a test fails that passes without it, or when none ends in time. What was tried is written to a file
+line by line; with the same file the sample is gone on with.
+"""
+
+import json
+import os
+import re
+import runpy
+import sys
+import tempfile
+from collections import Counter
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+sys.path.insert(0, str(Path(__file__).parent))
+from faults import Fault, faults_of
+from run import FAILED, NEVER_ENDED, PASSED, ROOT, copy_tree, run_tests
+
+# No fault needs longer to be found [s].
+LONGEST_RUN = 300.0
+
+_IMPORTS_OF = runpy.run_path(str(ROOT / "tests" / "test_architecture.py"))["imports_of"]
+
+
+@dataclass(frozen=True)
+class Module:
+    """A file of the package, by its path from the root, the story it belongs to, and its faults."""
+
+    file: Path
+    story: str
+    faults: tuple[Fault, ...]
+
+
+def read_modules() -> list[Module]:
+    """All files that hold code, in the order of their names."""
+    files = [file for part in ("systems", "diagrams", "hardware_io") for file in _sources(part)]
+    read = [
+        Module(file, _story(file), tuple(faults_of(_text(ROOT / file)))) for file in sorted(files)
+    ]
+    return [each for each in read if each.faults]
+
+
+def draw(modules: list[Module], number: int, seed: int) -> list[tuple[Module, Fault]]:
+    """Faults drawn without replacement, each as likely as any other of the whole package."""
+    every = [(module, fault) for module in modules for fault in module.faults]
+    drawn = np.random.default_rng(seed).permutation(len(every))[:number]
+    return [every[int(each)] for each in drawn]
+
+
+def tests_of(file: Path) -> tuple[list[str], list[str]]:
+    """The test files for a file: those that are named for it or import it, and the others.
+
+    They lie in the folder that mirrors the file's story, on its floor; those of commands, which
+    have no folder of their own, beside the stories' folders.
+    """
+    floor, *rooms = file.parts[1:] if file.parts[:2] == ("systems", "numerics") else file.parts
+    folder = ROOT / "tests" / floor
+    mirror = folder / rooms[0]
+    found = sorted(mirror.rglob("test_*.py") if mirror.is_dir() else folder.glob("test_*.py"))
+    first, others = list[str](), list[str]()
+    for test in found:
+        near = file.stem in test.stem or _dotted(file) in _imported(test)
+        (first if near else others).append(str(test.relative_to(ROOT)))
+    return first, others
+
+
+def try_fault(module: Module, fault: Fault) -> dict[str, object]:
+    """Make a fault in a copy of the tree, and see which test finds it."""
+    about: dict[str, object] = {"file": str(module.file), "story": module.story, "line": fault.line}
+    source = _text(ROOT / module.file)
+    about |= {"old": source[fault.start : fault.end], "new": fault.new, "found": None}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        copy_tree(folder, stale=_dependents(module.file))
+        file = folder / module.file
+        file.write_text(fault.made_in(source), encoding="utf-8")
+        spoilt: list[str] = []
+        for tests in filter(None, tests_of(module.file)):
+            while True:
+                deselected = [word for test in spoilt for word in ("--deselect", test)]
+                code, said = run_tests(folder, [*tests, *deselected], LONGEST_RUN)
+                if code == NEVER_ENDED:
+                    return about | {"found": said}
+                if code != FAILED and code != 2:
+                    break
+                failed = re.search(r"^(?:FAILED|ERROR) (\S+)", said, re.MULTILINE)
+                test = failed[1] if failed else tests[0]
+                if code == 2 or _passes_without(test):
+                    return about | {"found": test}
+                spoilt.append(test)
+    return about
+
+
+@cache
+def _passes_without(test: str) -> bool:
+    with tempfile.TemporaryDirectory() as name:
+        copy_tree(Path(name), stale=set())
+        return run_tests(Path(name), [test], LONGEST_RUN)[0] == PASSED
+
+
+def _sources(part: str) -> list[Path]:
+    return [
+        file.relative_to(ROOT)
+        for file in (ROOT / part).rglob("*.py")
+        if "__pycache__" not in file.parts
+    ]
+
+
+def _text(file: Path) -> str:
+    return file.read_text(encoding="utf-8")
+
+
+def _story(file: Path) -> str:
+    parts = [part for part in file.parts[:-1] if part not in {"systems", "numerics", "diagrams"}]
+    return parts[0] if parts else "shared"
+
+
+def _dotted(file: Path) -> str:
+    return ".".join(file.with_suffix("").parts)
+
+
+def _imported(file: Path) -> set[str]:
+    """Modules that a file imports, as `systems.numerics.errors`, and those it takes a name from."""
+    names = set(_IMPORTS_OF(_text(file), file.relative_to(ROOT)))
+    return names | {name.rpartition(".")[0] for name in names}
+
+
+def _dependents(file: Path) -> set[Path]:
+    """The file and all that import it, over any number of others: whose compiled code is stale."""
+    importers: dict[str, set[Path]] = {}
+    for part in ("systems", "diagrams"):
+        for each in _sources(part):
+            for name in _imported(ROOT / each):
+                importers.setdefault(name, set()).add(each)
+    stale, new = set[Path](), {file}
+    while new:
+        stale |= new
+        new = {each for old in new for each in importers.get(_dotted(old), ())} - stale
+    return stale
+
+
+def main(
+    number: Annotated[int, typer.Option(min=1, help="Faults in the sample.")] = 500,
+    seed: Annotated[int, typer.Option(help="Of the draw.")] = 1,
+    out: Annotated[Path, typer.Option(help="What was tried, a line each.")] = Path(
+        "build/mutants.jsonl"
+    ),
+    most: Annotated[int | None, typer.Option(help="Try that many of them now.")] = None,
+) -> None:
+    """Draw faults at random and print the share that the tests find, for each story."""
+    sample = draw(read_modules(), number, seed)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    tried = [json.loads(line) for line in _text(out).splitlines()] if out.exists() else []
+    with out.open("a", encoding="utf-8") as written:
+        for module, fault in sample[len(tried) :][:most]:
+            done = try_fault(module, fault)
+            written.write(json.dumps(done) + "\n")
+            written.flush()
+            tried.append(done)
+            fate = "found" if done["found"] else "SURVIVES"
+            print(f"{len(tried):3}/{len(sample)} {fate}: {done['file']}:{done['line']}", flush=True)
+    every = Counter(each["story"] for each in tried)
+    found = Counter(each["story"] for each in tried if each["found"])
+    for story in sorted(every):
+        print(f"{story:12} {found[story]:4} of {every[story]:4}  {found[story] / every[story]:.0%}")
+    print(f"{'all':12} {found.total():4} of {every.total():4}")
+
+
+if __name__ == "__main__":
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    typer.run(main)
