@@ -19,8 +19,9 @@ from ..numerics.tracking.visibility_game.bottleneck import (
     with_helpers,
 )
 from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
-from ..numerics.tracking.visibility_game.pursuit import pair_worths, steps_to_guard, time_of_team
-from ..numerics.tracking.visibility_game.sweeps import FOR_EVER
+from ..numerics.tracking.visibility_game.planes import FOR_EVER
+from ..numerics.tracking.visibility_game.pursuit import pair_worths, time_of_team
+from ..numerics.tracking.visibility_game.regain import steps_to_guard
 from .assignment import NOTHING_HELD
 
 # A step that is promised is worth more than all that the middle bound says of a pair.

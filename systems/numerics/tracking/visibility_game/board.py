@@ -10,20 +10,8 @@ from ...compiled import compiled, kernel
 from ...errors import require
 from ...geometry.edge_index import EdgeIndex
 from .guaranteed_times import GuaranteedTimes
-from .sweeps import (
-    COLUMN,
-    COLUMNS,
-    FOR_EVER,
-    ROW,
-    ROWS,
-    SLOT,
-    TILE,
-    Planes,
-    Rules,
-    make_buffers,
-    tile_of,
-    write_steps,
-)
+from .plane_steps import make_buffers, write_steps
+from .planes import COLUMN, COLUMNS, FOR_EVER, ROW, ROWS, SLOT, TILE, Planes, Rules, tile_of
 
 # How far an evader is from where it would be lost some day.
 #

@@ -17,7 +17,7 @@ from ..assignment.matching import match_pairs
 from ..assignment.team_view import UNASSIGNED
 from .board import Board, nearest_evader_node, nearest_place, steps_from_now
 from .certificates import team_certificate
-from .sweeps import worst_reply
+from .planes import worst_reply
 
 # What pursuers that keep promises do next, as compiled code looks it up.
 #

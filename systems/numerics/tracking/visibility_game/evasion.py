@@ -27,8 +27,8 @@ from ...compiled import compiled, kernel
 from ...geometry.edge_index import EdgeIndex
 from ...geometry.segment_sight import segment_is_clear
 from .board import Board, distance_to_losing, nearest_evader_node, nearest_place
+from .planes import FOR_EVER, steps_at
 from .pursuit import STEP
-from .sweeps import FOR_EVER, steps_at
 
 # Of one place the table's distance and the closed form's margin may differ by this [cells].
 DOUBT = 1.5

@@ -17,7 +17,7 @@ import numpy as np
 from ...errors import InvalidInput, require
 from ...whole_file import written_whole
 from .guaranteed_times import GuaranteedTimes
-from .sweeps import TILE
+from .planes import TILE
 
 FORMAT = "sightfield visibility game"
 VERSION = 3

@@ -14,7 +14,7 @@ from ...geometry.edge_index import EdgeIndex, build_edge_index
 from ...geometry.segment_sight import are_clear
 from ...geometry.world import World, world_from_polygon
 from .lattice import BLOCKED, CLEAR, Lattice, Moves, are_free, clear_moves, free_nodes
-from .sweeps import FOR_EVER, TILE
+from .planes import FOR_EVER, TILE
 
 # Points on a quarter of the circle round a node.
 QUADRANT = 16

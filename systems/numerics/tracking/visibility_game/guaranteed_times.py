@@ -31,23 +31,20 @@ from .bounds import BOUNDS
 from .ground import connected_share, padded
 from .lattice import SLACK, Lattice, finite_point
 from .moves_in_sight import keeps_sight
-from .settling import settle
-from .sight_rows import fill_tiles, lay_out
-from .sweeps import (
+from .plane_steps import count_kept, count_pairs, steps_from
+from .planes import (
     FOR_EVER,
     MOST_STEPS,
     TILE,
     Planes,
     Rules,
     best_answer,
-    count_kept,
-    count_pairs,
-    full_agenda,
     keeps_by_table,
-    steps_from,
-    sweep,
     worst_reply,
 )
+from .settling import settle
+from .sight_rows import fill_tiles, lay_out
+from .sweeps import full_agenda, sweep
 
 # At least that part of the pursuer's nodes has to hang together; single nodes in nooks need not.
 LEAST_CONNECTED = 0.95

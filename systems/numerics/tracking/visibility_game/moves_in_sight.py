@@ -27,8 +27,8 @@ import numpy as np
 
 from ...compiled import compiled, kernel
 from ...geometry.edge_index import EdgeIndex
+from .planes import ALL
 from .sight_rows import is_close, row_by_ray, star_distances
-from .sweeps import ALL
 
 # Parts of a step in which |K - p(s)| is replaced by its chord.
 PARTS = 6

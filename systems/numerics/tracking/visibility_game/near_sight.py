@@ -13,8 +13,8 @@ import numpy as np
 from ...compiled import compiled, kernel
 from ...geometry.edge_index import EdgeIndex
 from ...geometry.visibility_polygon import _visibility_polygon
+from .planes import COLUMN, COLUMNS, ROW, ROWS, TILE
 from .sight_rows import MOST_CROSSINGS, _see_nodes
-from .sweeps import COLUMN, COLUMNS, ROW, ROWS, TILE
 
 
 @compiled

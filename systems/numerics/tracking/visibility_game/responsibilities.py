@@ -28,8 +28,9 @@ from .board import (
 )
 from .bottleneck import GAIN
 from .guaranteed_times import GuaranteedTimes
-from .pursuit import LIKENESS, STEP, steps_to_guard, velocity_after
-from .sweeps import FOR_EVER, worst_reply
+from .planes import FOR_EVER, worst_reply
+from .pursuit import LIKENESS, STEP, velocity_after
+from .regain import steps_to_guard
 from .triples import Roads, Triples, worst_reply_of_two
 from .two_evaders import GuaranteedTimesOfTwo
 

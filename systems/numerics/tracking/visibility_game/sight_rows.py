@@ -35,7 +35,7 @@ from ...geometry.segment_sight import segment_is_clear
 from ...geometry.visibility_polygon import _visibility_polygon
 from ..corner_game import to_corner_frame
 from .ground import WallPlaces
-from .sweeps import COLUMN, COLUMNS, ROW, ROWS, SLOT, TILE
+from .planes import COLUMN, COLUMNS, ROW, ROWS, SLOT, TILE
 
 # So often at most a row crosses the rim of what is seen; else its nodes are asked one by one.
 MOST_CROSSINGS = 126

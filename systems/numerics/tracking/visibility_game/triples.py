@@ -19,7 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled, kernel
-from .sweeps import ALL, FOR_EVER, _lower_to, _raise_to
+from .byte_rows import lower_to, raise_to
+from .planes import ALL, FOR_EVER
 
 # Side of the blocks in which matrices are transposed.
 BLOCK = 32
@@ -284,7 +285,7 @@ def _count_steps(p, triples, roads, room):
             if c >= 0:
                 first = triples.core[triples.core_starts[q]]
                 begin, start = max(first, low), triples.row_starts[c] - first
-                _raise_to(row[0, begin : e + 1], triples.values[start + begin : start + e + 1])
+                raise_to(row[0, begin : e + 1], triples.values[start + begin : start + e + 1])
         for c in range(cares):
             if careful[c] > i:
                 break
@@ -348,7 +349,7 @@ def _least_row(matrix, stride, length, e, roads, local, out):
     out[:] = FOR_EVER
     for w in range(roads.evader_starts[e], roads.evader_starts[e + 1]):
         at = local[roads.evader_ways[w]] * stride
-        _lower_to(out, matrix[at : at + length])
+        lower_to(out, matrix[at : at + length])
 
 
 @kernel

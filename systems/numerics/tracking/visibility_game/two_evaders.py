@@ -27,8 +27,8 @@ from ...geometry.world import World
 from .bounds import MOVES, PACE, lower_setting, middle_setting
 from .lattice import CLEAR, NOWHERE, SLACK, Lattice, clear_moves, finite_point, moves_within
 from .moves_in_sight import keeps_sight
+from .planes import FOR_EVER, MOST_STEPS
 from .settling import settle
-from .sweeps import FOR_EVER, MOST_STEPS
 from .triples import (
     Roads,
     Triples,

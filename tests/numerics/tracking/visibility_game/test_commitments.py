@@ -15,7 +15,7 @@ from sightfield.systems.numerics.tracking.visibility_game.bottleneck import (
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )
-from sightfield.systems.numerics.tracking.visibility_game.sweeps import FOR_EVER, worst_reply
+from sightfield.systems.numerics.tracking.visibility_game.planes import FOR_EVER, worst_reply
 
 ROOM = make_world([(0, 0), (4, 0), (4, 4), (2.03, 4), (2.03, 2.03), (0, 2.03)])
 INDEX = build_edge_index(ROOM)

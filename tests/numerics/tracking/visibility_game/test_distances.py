@@ -10,7 +10,7 @@ from sightfield.systems.numerics.tracking.visibility_game.board import distances
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )
-from sightfield.systems.numerics.tracking.visibility_game.sweeps import TILE, tile_of
+from sightfield.systems.numerics.tracking.visibility_game.planes import TILE, tile_of
 
 ROOMS = {
     "arena": draw_arena(Arena(), 2),

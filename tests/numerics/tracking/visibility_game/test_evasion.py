@@ -12,7 +12,8 @@ from sightfield.systems.numerics.tracking.visibility_game.evasion import optimal
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )
-from sightfield.systems.numerics.tracking.visibility_game.sweeps import steps_at, steps_from
+from sightfield.systems.numerics.tracking.visibility_game.plane_steps import steps_from
+from sightfield.systems.numerics.tracking.visibility_game.planes import steps_at
 
 SPEED = 0.3
 # Two reflex corners, and a wall thinner than a step of the evader.

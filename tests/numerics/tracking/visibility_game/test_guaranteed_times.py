@@ -24,7 +24,8 @@ from sightfield.systems.numerics.tracking.visibility_game.certificates import tu
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )
-from sightfield.systems.numerics.tracking.visibility_game.sweeps import FOR_EVER, steps_from
+from sightfield.systems.numerics.tracking.visibility_game.plane_steps import steps_from
+from sightfield.systems.numerics.tracking.visibility_game.planes import FOR_EVER
 
 RATIO = 0.3
 SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4)]

@@ -16,13 +16,13 @@ from sightfield.systems.numerics.tracking.visibility_game.board import make_boar
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )
+from sightfield.systems.numerics.tracking.visibility_game.planes import FOR_EVER, worst_reply
 from sightfield.systems.numerics.tracking.visibility_game.pursuit import (
     guarantee_velocities,
     pair_worths,
     time_of_team,
     velocity_after,
 )
-from sightfield.systems.numerics.tracking.visibility_game.sweeps import FOR_EVER, worst_reply
 
 ROOM = make_world([(0, 0), (4, 0), (4, 4), (2.03, 4), (2.03, 2.03), (0, 2.03)])
 WEST = np.array([-0.5, 0.0])

@@ -8,7 +8,7 @@ from sightfield.systems.numerics.tracking.visibility_game.board import make_boar
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )
-from sightfield.systems.numerics.tracking.visibility_game.pursuit import (
+from sightfield.systems.numerics.tracking.visibility_game.regain import (
     steps_to_guard,
     way_to_guard,
 )

@@ -11,10 +11,8 @@ from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )
-from sightfield.systems.numerics.tracking.visibility_game.pursuit import (
-    steps_to_guard,
-    velocity_after,
-)
+from sightfield.systems.numerics.tracking.visibility_game.pursuit import velocity_after
+from sightfield.systems.numerics.tracking.visibility_game.regain import steps_to_guard
 from sightfield.systems.numerics.tracking.visibility_game.responsibilities import (
     AGES,
     NOBODY,

@@ -16,11 +16,8 @@ from sightfield.systems.numerics.tracking.visibility_game.bounds import MOVES
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )
-from sightfield.systems.numerics.tracking.visibility_game.sweeps import (
-    ALL,
-    FOR_EVER,
-    steps_from,
-)
+from sightfield.systems.numerics.tracking.visibility_game.plane_steps import steps_from
+from sightfield.systems.numerics.tracking.visibility_game.planes import ALL, FOR_EVER
 from sightfield.systems.numerics.tracking.visibility_game.triples import (
     keeps_two_by_table,
     steps_of_two,

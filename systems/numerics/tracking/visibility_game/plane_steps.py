@@ -1,0 +1,253 @@
+"""V of one pursuer node at a time, laid out on a plane, and counted over all nodes."""
+
+import numpy as np
+
+from ...compiled import compiled, kernel
+from .byte_rows import copy, is_less_somewhere, put_seen, raise_to
+from .planes import (
+    ALL,
+    COLUMN,
+    COLUMNS,
+    FOR_EVER,
+    ROW,
+    ROWS,
+    SLOT,
+    TILE,
+    Planes,
+    Rules,
+    best_at,
+    tile_of,
+)
+
+# Rows of `make_buffers`: V; the best of a tile's neighbours, and what is fresh; V in a strip of
+# tiles and the same eroded, with room for two running minima; what is to be done with each place
+# of a window: V alone, or S as well.
+PLANE, BEST, STRIP, ERODED, ODD, EVEN, PLAN = range(7)
+NEEDED, DUE = 1, 2
+
+
+@compiled
+def make_buffers(planes: Planes, rules: Rules) -> np.ndarray:
+    """Room for all that is known of a pursuer node at a time.
+
+    Args:
+        planes, rules: Of the game.
+
+    Returns:
+        Shape (7, nodes and rim of the largest window); for what, see `PLANE` and the others.
+    """
+    reach = len(rules.halves) // 2
+    largest = TILE * TILE
+    for p in range(len(planes.windows)):
+        rows, columns = planes.windows[p, ROWS] * TILE, planes.windows[p, COLUMNS] * TILE
+        largest = max(largest, (rows + 2 * reach) * (columns + 2 * reach))
+    return np.zeros((7, largest), dtype=np.uint8)
+
+
+@compiled
+def steps_from(planes: Planes, rules: Rules, p: int) -> np.ndarray:
+    """V from one pursuer node: FOR_EVER also where no evader can be.
+
+    Args:
+        planes: Solved.
+        rules: Of the game.
+        p: Number of the node.
+
+    Returns:
+        Shape (rows, columns) of whole tiles [steps].
+    """
+    reach = len(rules.halves) // 2
+    rows, columns = rules.blocked.shape[0] - 2 * reach, rules.blocked.shape[1] - 2 * reach
+    steps = np.empty((rows, columns), dtype=np.uint8)
+    write_steps(planes, rules, p, make_buffers(planes, rules), steps)
+    return steps
+
+
+@kernel
+def write_steps(
+    planes: Planes, rules: Rules, p: int, buffers: np.ndarray, steps: np.ndarray
+) -> None:
+    """Write what `steps_from` returns.
+
+    Args:
+        planes, rules, p: See `steps_from`.
+        buffers: From `make_buffers`, shape (7, s).
+        steps: Written to, shape (rows, columns) of whole tiles.
+    """
+    reach = len(rules.halves) // 2
+    rows, columns = steps.shape
+    for j in range(rows):
+        copy(steps[j], rules.blocked[reach + j, reach : reach + columns])
+    window = planes.windows[p]
+    if window[ROWS] > 0:
+        todo = buffers[PLAN]
+        todo[: window[ROWS] * window[COLUMNS]] = NEEDED
+        stride, plane = _read_steps(p, planes, rules, buffers), buffers[PLANE]
+        first = window[COLUMN] * TILE
+        for j in range(window[ROWS] * TILE):
+            at = (reach + j) * stride + reach
+            row = steps[window[ROW] * TILE + j, first : first + window[COLUMNS] * TILE]
+            copy(row, plane[at : at + len(row)])
+
+
+@compiled
+def count_pairs(planes: Planes, rules: Rules) -> np.ndarray:
+    """Evader nodes that each pursuer node keeps, those kept for ever, and the steps of the others.
+
+    Args:
+        planes: Solved, the pursuer going first; else see `count_kept`.
+        rules: Of the game.
+
+    Returns:
+        Shape (n, 3): two numbers of nodes, and the sum of V over those not kept for ever.
+    """
+    best = np.zeros(TILE * TILE, dtype=np.uint8)
+    counts = np.zeros((len(planes.windows), 3), dtype=np.int64)
+    for p in range(len(planes.windows)):
+        window = planes.windows[p]
+        for place in range(window[ROWS] * window[COLUMNS]):
+            t = planes.slots[window[SLOT] + place]
+            if t >= 0:
+                row = window[ROW] + place // window[COLUMNS]
+                _best_of_neighbours(
+                    p, planes, rules, row, window[COLUMN] + place % window[COLUMNS], best
+                )
+                for i in range(TILE * TILE):
+                    if planes.tiles[t, i] != 0:
+                        counts[p, 0] += 1
+                        _count(counts[p], best[i], 1)
+        for c in range(rules.care_starts[p], rules.care_starts[p + 1]):
+            row, column = rules.care_nodes[c, 0], rules.care_nodes[c, 1]
+            _count(counts[p], best_at(p, planes, rules, row, column, ALL), -1)
+            _count(counts[p], best_at(p, planes, rules, row, column, rules.care_moves[c]), 1)
+    return counts
+
+
+@kernel
+def _count(counts: np.ndarray, steps: int, times: int) -> None:
+    """Count a pair's V, in the last two of counts."""
+    if steps == FOR_EVER:
+        counts[-2] += times
+    else:
+        counts[-1] += times * steps
+
+
+@compiled
+def count_kept(planes: Planes, runs: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Pairs of given runs that are kept for ever, and the steps of the others.
+
+    Args:
+        planes: Solved, the evader going first.
+        runs, ends: As `see_runs` has them, shapes (m, 3), (n,).
+
+    Returns:
+        For each pursuer node the number of pairs and the sum of V, shape (n, 2).
+    """
+    counts, k = np.zeros((len(ends), 2), dtype=np.int64), 0
+    for p in range(len(ends)):
+        while k < ends[p]:
+            row = int(runs[k, 0])
+            for i in range(runs[k, 1], runs[k, 2]):
+                t = tile_of(planes, p, row // TILE, i // TILE)
+                if t >= 0:
+                    _count(counts[p], planes.tiles[t, row % TILE * TILE + i % TILE], 1)
+            k += 1
+    return counts
+
+
+@kernel
+def lay_eroded(p: int, planes: Planes, rules: Rules, buffers: np.ndarray) -> int:
+    """What is to be eroded, on the window of a pursuer node and a rim, into the first buffer.
+
+    It is V, or where the evader goes first the largest V of the neighbours.
+
+    Args:
+        p: Number of the node.
+        planes, rules: Of the game.
+        buffers: From `make_buffers`, shape (7, s); what its last row calls for is laid.
+
+    Returns:
+        Length of the plane's rows.
+    """
+    window, reach = planes.windows[p], len(rules.halves) // 2
+    plane, best, todo = buffers[PLANE], buffers[BEST, : TILE * TILE], buffers[PLAN]
+    stride = _lay_blocked(p, planes, rules, plane)
+    for place in range(window[ROWS] * window[COLUMNS]):
+        t = planes.slots[window[SLOT] + place]
+        if todo[place] == 0 or (t < 0 and not rules.evader_first):
+            continue
+        row, column = place // window[COLUMNS], place % window[COLUMNS]
+        _best_of_neighbours(p, planes, rules, window[ROW] + row, window[COLUMN] + column, best)
+        for j in range(TILE):
+            at = (reach + row * TILE + j) * stride + reach + column * TILE
+            if rules.evader_first:
+                raise_to(plane[at : at + TILE], best[j * TILE : (j + 1) * TILE])
+            else:
+                seen = planes.tiles[t, j * TILE : (j + 1) * TILE]
+                put_seen(plane[at : at + TILE], best[j * TILE : (j + 1) * TILE], seen)
+    _take_care(p, planes, rules, buffers, stride)
+    return stride
+
+
+@kernel
+def _read_steps(p, planes, rules, buffers):
+    """V of one pursuer node, as `lay_eroded` writes it where the pursuer goes first."""
+    if not rules.evader_first:
+        return lay_eroded(p, planes, rules, buffers)
+    window, reach, plane = planes.windows[p], len(rules.halves) // 2, buffers[PLANE]
+    stride = _lay_blocked(p, planes, rules, plane)
+    for place in range(window[ROWS] * window[COLUMNS]):
+        t = planes.slots[window[SLOT] + place]
+        if t >= 0:
+            row, column = place // window[COLUMNS], place % window[COLUMNS]
+            for j in range(TILE):
+                at = (reach + row * TILE + j) * stride + reach + column * TILE
+                raise_to(plane[at : at + TILE], planes.tiles[t, j * TILE : (j + 1) * TILE])
+    return stride
+
+
+@kernel
+def _lay_blocked(p, planes, rules, plane):
+    """Lay `Rules.blocked` on the window of p and a rim; length of its rows."""
+    window, reach = planes.windows[p], len(rules.halves) // 2
+    stride = window[COLUMNS] * TILE + 2 * reach
+    first_row, first_column = window[ROW] * TILE, window[COLUMN] * TILE
+    for j in range(window[ROWS] * TILE + 2 * reach):
+        source = rules.blocked[first_row + j, first_column : first_column + stride]
+        copy(plane[j * stride : (j + 1) * stride], source)
+    return stride
+
+
+@kernel
+def _take_care(p, planes, rules, buffers, stride):
+    """V over the moves that keep sight on the way, where some do not."""
+    window, reach = planes.windows[p], len(rules.halves) // 2
+    plane, todo = buffers[PLANE], buffers[PLAN]
+    for c in range(rules.care_starts[p], rules.care_starts[p + 1]):
+        row, column = rules.care_nodes[c, 0], rules.care_nodes[c, 1]
+        place = (row // TILE - window[ROW]) * window[COLUMNS] + column // TILE - window[COLUMN]
+        if todo[place] == 0:
+            continue
+        t = planes.slots[window[SLOT] + place]
+        # What is kept for ever if the pursuer stays is so already.
+        if planes.tiles[t, row % TILE * TILE + column % TILE] != FOR_EVER:
+            at = (reach + row - window[ROW] * TILE) * stride
+            at += reach + column - window[COLUMN] * TILE
+            plane[at] = best_at(p, planes, rules, row, column, rules.care_moves[c])
+
+
+@kernel
+def _best_of_neighbours(p, planes, rules, row, column, best):
+    """The most that is kept at the places where a pursuer may go from p, in one tile of the
+    grid."""
+    best[:] = 0
+    if not rules.evader_first:
+        own = planes.tiles[tile_of(planes, p, row, column)]
+        copy(best, own)
+        # Often all that p sees there is kept for ever already if it stays.
+        if not is_less_somewhere(own):
+            return
+    for n in range(rules.neighbour_starts[p], rules.neighbour_starts[p + 1]):
+        t = tile_of(planes, rules.neighbours[n], row, column)
+        if t >= 0:
+            raise_to(best, planes.tiles[t])
