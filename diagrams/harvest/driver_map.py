@@ -12,7 +12,7 @@ from matplotlib.patches import FancyArrowPatch, Patch, PathPatch, Polygon
 from matplotlib.path import Path as Outline
 
 from ...systems.numerics.harvest.carts.cart_plan import CartVisit
-from ...systems.numerics.harvest.paths import MachinePath
+from ...systems.numerics.harvest.paths import runs_of
 from ...systems.numerics.harvest.plan.plan_files import Swath, path_points, swaths_of
 from ...systems.numerics.units import area_text
 from .colours import combine_colour
@@ -47,7 +47,7 @@ def draw_map(job: HarvestJob) -> Figure:
     size = max(high_x - low_x, high_y - low_y)
     for n, timed in enumerate(plan.service.plans):
         colour = combine_colour(n)
-        lines = _turns(timed.path)
+        lines = [path_points(timed.path, *run) for run in runs_of(~timed.path.cutting)]
         axes.add_collection(
             LineCollection(lines, colors=colour, linewidths=0.6, linestyles=":", alpha=0.7)
         )
@@ -121,12 +121,6 @@ def _draw_visit(axes: Axes, pose: np.ndarray, visit: CartVisit, reach: float) ->
 def _point(line: shapely.LineString, along: float) -> tuple[float, float]:
     point = line.interpolate(along)
     return point.x, point.y
-
-
-def _turns(path: MachinePath) -> list[np.ndarray]:
-    """Lines between swaths."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], ~path.cutting, [0]]).astype(int)))
-    return [path_points(path, first, last) for first, last in edges.reshape(-1, 2).tolist()]
 
 
 def _arrow_into(axes: Axes, pose: np.ndarray, colour: str, length: float, said: str) -> None:

@@ -18,8 +18,9 @@ from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from ...systems.numerics.harvest.carts.cut_times import CELL, CutTimes, cut_times
 from ...systems.numerics.harvest.field.field import Field
-from ...systems.numerics.harvest.paths import MachinePath, TimedPath
+from ...systems.numerics.harvest.paths import TimedPath, runs_of
 from ...systems.numerics.harvest.plan.harvest_plan import CombinePlan
+from ...systems.numerics.harvest.plan.plan_files import path_points
 from ..world_picture import OBSTACLE, OUTSIDE
 from .colours import combine_colour
 from .job import HarvestJob
@@ -29,9 +30,6 @@ _STANDING = "#e3b341"
 
 # How much white is mixed into what a combine has cut, so that its path stands out.
 _PALENESS = 0.78
-
-# Of points on the lines that are drawn [m].
-_STEP = 0.5
 
 # Between two looks at a plan [s].
 STEP = 1.0
@@ -83,7 +81,8 @@ def draw_coverage(axes: Axes, plan: CombinePlan) -> None:
             (~path.cutting & (path.gears > 0), {"linewidths": 0.8, "linestyles": "--"}),
             (~path.cutting & (path.gears < 0), {"linewidths": 0.8, "linestyles": ":"}),
         ):
-            axes.add_collection(LineCollection(_runs(path, pieces), color=colour, **style))
+            lines = [path_points(path, *run) for run in runs_of(pieces)]
+            axes.add_collection(LineCollection(lines, color=colour, **style))
         axes.plot([], [], color=colour, label=f"combine {n}")
         axes.plot(*path.poses[0, :2], "o", color=colour, markersize=6, markeredgecolor="black")
         axes.plot(*path.poses[-1, :2], "s", color=colour, markersize=6, markeredgecolor="black")
@@ -122,17 +121,6 @@ def draw_cut(axes: Axes, field: Field, cut: CutTimes, colours: Sequence[str]) ->
     for obstacle in field.obstacles:
         axes.fill(*np.array(obstacle.exterior.coords).T, color=OBSTACLE)
     axes.plot(*np.array(field.ground.exterior.coords).T, color="gray", linewidth=0.6, linestyle=":")
-
-
-def _runs(path: MachinePath, pieces: np.ndarray) -> list[np.ndarray]:
-    """Lines through the pieces that are marked, each as long as they follow on each other."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], pieces.astype(int), [0]])))
-    fine = np.unique(np.concatenate([path.stations, path.stations_every(_STEP)]))
-    lines = []
-    for first, last in edges.reshape(-1, 2).tolist():
-        begin, end = path.stations[first], path.stations[last]
-        lines.append(path.pose_at(fine[(fine >= begin) & (fine <= end)])[:, :2])
-    return lines
 
 
 def draw_timetable(job: HarvestJob) -> Figure:
@@ -219,8 +207,8 @@ def _draw_rows(axes: Axes, job: HarvestJob) -> None:
         axes.barh(visit.combine, lasts, 0.14, visit.begin, color="black", linewidth=0)
     for trip in work.trips:
         row = combines + trip.cart
-        for begin, end, _ in trip.flows:
-            axes.barh(row, end - begin, 0.8, begin, color=TRUCK)
+        for each in trip.fillings:
+            axes.barh(row, each.end - each.begin, 0.8, each.begin, color=TRUCK)
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.4, -0.6)
     handles: list[Patch | Line2D] = [

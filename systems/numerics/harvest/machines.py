@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled import compiled, kernel
-from ..errors import require, require_non_negative, require_positive
+from ..errors import require, require_non_negative, require_one_of, require_positive
 from ..planning.trailer import Trailer, trailer_rates
 from ..units import (
     Kilograms,
@@ -104,12 +104,7 @@ class Combine(CombineSize):
         super().__post_init__()
         for name in ("speed", "acceleration", "capacity", "unload_rate", "engine_power", "mass"):
             require_positive(name, getattr(self, name))
-        require(
-            self.when_full in WHEN_FULL,
-            "when_full",
-            f"be one of {', '.join(WHEN_FULL)}",
-            self.when_full,
-        )
+        require_one_of("when_full", self.when_full, WHEN_FULL)
 
     def fill_rate(self, density: float) -> float:
         """Grain that a full header cuts in crop of a density [kg/m^2], r_f [kg/s]."""

@@ -17,10 +17,7 @@ from typing import Self
 import numpy as np
 
 from ..compiled import compiled
-from ..errors import require, require_non_negative, require_positive
-
-# The number of work of what is driven between two pieces of work.
-TRANSIT = -1
+from ..errors import require, require_positive
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +32,8 @@ class MachinePath:
         poses: x, y, theta, shape (n, 3) [m], [m], [rad]; theta is continuous, not wrapped.
         gears: Of each piece: 1 forwards, -1 backwards; shape (n - 1,).
         cutting: Whether the header is down on each piece, shape (n - 1,).
-        work: Number of the piece of work that each piece belongs to, or TRANSIT; shape (n - 1,).
+        work: Number of the piece of work, or of the way to one, that each piece belongs to, shape
+            (n - 1,).
 
     Raises:
         InvalidInput: Shapes do not fit.
@@ -62,19 +60,17 @@ class MachinePath:
         *,
         gears: Sequence[int] | int = 1,
         cutting: bool = False,
-        work: int = TRANSIT,
     ) -> Self:
-        """A path on which the header is up or down all the way, for one piece of work.
+        """A path on which the header is up or down all the way.
 
         Args:
             poses: x, y, theta, shape (n, 3) [m], [m], [rad].
             gears: Of each piece, or of all.
             cutting: Whether the header is down.
-            work: Number of the piece of work.
         """
         count = len(poses) - 1
-        told = np.full(count, gears, dtype=int), np.full(count, cutting), np.full(count, work)
-        return cls(np.asarray(poses, dtype=float), *told)
+        told = np.full(count, gears, dtype=int), np.full(count, cutting)
+        return cls(np.asarray(poses, dtype=float), *told, np.zeros(count, dtype=int))
 
     @cached_property
     def lengths(self) -> np.ndarray:
@@ -122,24 +118,19 @@ class MachinePath:
         at = np.clip(np.asarray(stations, dtype=float), 0.0, self.length)
         if len(self.poses) == 1:
             return np.broadcast_to(self.poses[0], (*at.shape, 3)).copy()
-        piece = self.piece_at(at)
-        length = self.lengths[piece]
-        driven = at - self.stations[piece]
-        share = np.divide(driven, length, out=np.zeros(at.shape), where=length > 0)
-        begin, end = self.poses[piece], self.poses[piece + 1]
-        turned = end[..., 2] - begin[..., 2]
-        along = np.arctan2(end[..., 1] - begin[..., 1], end[..., 0] - begin[..., 0])
-        # The chord of a part of an arc: its direction leans as far as the rest of the arc turns.
-        direction = along - turned * (1 - share) / 2
-        chord = driven * np.sinc(turned * share / (2 * np.pi))
-        return np.stack(
-            [
-                begin[..., 0] + chord * np.cos(direction),
-                begin[..., 1] + chord * np.sin(direction),
-                begin[..., 2] + share * turned,
-            ],
-            axis=-1,
-        )
+        piece, driven, share = self.share_at(at)
+        return poses_between(self.poses[piece], self.poses[piece + 1], share, driven)
+
+    def share_at(self, stations: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """On which piece stations are, the way driven on it [m], and its part; shape (...) each.
+
+        Args:
+            stations: On the path, which has a piece, shape (...) [m].
+        """
+        piece = self.piece_at(stations)
+        driven, length = stations - self.stations[piece], self.lengths[piece]
+        share = np.divide(driven, length, out=np.zeros(np.shape(stations)), where=length > 0)
+        return piece, driven, share
 
     def stations_every(self, spacing: float) -> np.ndarray:
         """Evenly spaced stations from the first to the last, no farther apart than told.
@@ -149,6 +140,31 @@ class MachinePath:
         """
         count = max(1, int(np.ceil(self.length / spacing - 1e-9)))
         return np.linspace(0.0, self.length, count + 1)
+
+
+def poses_between(
+    begin: np.ndarray, end: np.ndarray, share: np.ndarray, driven: np.ndarray
+) -> np.ndarray:
+    """Poses of a machine that moves by a constant twist, shape (..., 3) [m], [m], [rad].
+
+    Args:
+        begin, end: Poses, shape (..., 3) [m], [m], [rad].
+        share: Part of the way from the one to the other, shape (...).
+        driven: Way driven by then, shape (...) [m].
+    """
+    turned = end[..., 2] - begin[..., 2]
+    along = np.arctan2(end[..., 1] - begin[..., 1], end[..., 0] - begin[..., 0])
+    # The chord of a part of an arc: its direction leans as far as the rest of the arc turns.
+    direction = along - turned * (1 - share) / 2
+    chord = driven * np.sinc(turned * share / (2 * np.pi))
+    return np.stack(
+        [
+            begin[..., 0] + chord * np.cos(direction),
+            begin[..., 1] + chord * np.sin(direction),
+            begin[..., 2] + share * turned,
+        ],
+        axis=-1,
+    )
 
 
 def join_paths(paths: Sequence[MachinePath]) -> MachinePath:
@@ -247,85 +263,47 @@ class TimedPath:
 
 
 def fastest_profile(
-    path: MachinePath,
-    limits: np.ndarray | float,
-    acceleration: float,
-    *,
-    stops: Sequence[float] | np.ndarray = (),
-    dwells: Sequence[float] | np.ndarray | float = 0.0,
-    end_speeds: tuple[float, float] = (0.0, 0.0),
-    begin: float = 0.0,
+    path: MachinePath, limits: np.ndarray | float, acceleration: float
 ) -> TimedPath:
-    """Drive a path in the least time; it is exact.
+    """Drive a path from standing to standing in the least time, from time zero on; it is exact.
 
     Args:
         path: Where; the machine stops at its cusps.
         limits: Largest speed on each piece, one number or shape (n - 1,) [m/s].
         acceleration: Largest, speeding up and slowing down [m/s^2].
-        stops: Stations at which it stops as well, shape (k,) [m].
-        dwells: How long it stands at each of the stops, one number or shape (k,) [s].
-        end_speeds: At the first and the last station [m/s].
-        begin: When it is at the first station [s].
 
     Raises:
-        InvalidInput: A limit or the acceleration is not positive, a stop is not on the path, a
-            dwell is negative, or the machine cannot slow down from its first speed, or speed up to
-            its last one.
+        InvalidInput: A limit or the acceleration is not positive.
     """
     require_positive("acceleration", acceleration)
-    count = len(path.lengths)
-    fastest = np.broadcast_to(np.asarray(limits, dtype=float), (count,))
+    fastest = np.broadcast_to(np.asarray(limits, dtype=float), path.lengths.shape)
     require(bool((fastest > 0).all()), "limits", "be positive", fastest.min(initial=np.inf))
-    halts = np.asarray(stops, dtype=float)
-    outside = halts[(halts < 0) | (halts > path.length)]
-    require(not len(outside), "stops", f"be from 0 to {path.length:.6g} m", outside[:1])
-    standing = np.broadcast_to(np.asarray(dwells, dtype=float), halts.shape)
-    require(bool((standing >= 0).all()), "dwells", "be zero or positive", standing.min(initial=0))
-    for speed in end_speeds:
-        require_non_negative("end_speeds", speed)
-    stations = np.unique(np.concatenate([path.stations, halts]))
-    middles = (stations[:-1] + stations[1:]) / 2
-    allowed = fastest[path.piece_at(middles)] if count else np.zeros(0)
-    squares = _largest_squares(path, stations, allowed, halts)
-    squares[[0, -1]] = np.minimum(squares[[0, -1]], np.square(end_speeds))
+    stations = np.unique(path.stations)
+    allowed = fastest[path.piece_at((stations[:-1] + stations[1:]) / 2)]
+    squares = np.minimum(np.append(allowed, np.inf), np.append(np.inf, allowed)) ** 2
+    squares[np.searchsorted(stations, [0.0, *path.cusps, path.length])] = 0.0
     keep_acceleration(squares, 2 * acceleration * np.diff(stations))
-    told = np.array(end_speeds)
-    reached = np.sqrt(squares[[0, -1]])
-    possible = bool((np.abs(reached - told) <= 1e-9).all())
-    require(possible, "end_speeds", "be within the limits", f"{told}, {reached} can be reached")
-    waits = np.zeros(len(stations))
-    np.add.at(waits, np.searchsorted(stations, halts), standing)
-    return _timed(path, stations, squares, allowed, acceleration, waits, begin)
+    return _timed(path, stations, squares, allowed, acceleration)
 
 
 def cornering_limits(
-    path: MachinePath, speed: float, lateral_acceleration: float = np.inf
+    curvatures: np.ndarray, speed: float, lateral_acceleration: float
 ) -> np.ndarray:
-    """Speed at which each piece may be driven for what it bends, shape (n - 1,) [m/s].
+    """Speeds at which bends may be driven, shape (...) [m/s].
 
     Args:
-        path: Its pieces.
+        curvatures: Shape (...) [1/m].
         speed: On straights [m/s].
         lateral_acceleration: Largest across the way [m/s^2].
-
-    Raises:
-        InvalidInput: The speed is not positive.
     """
-    require_positive("speed", speed)
-    bends = np.abs(path.curvatures)
-    square = np.divide(
-        lateral_acceleration, bends, out=np.full(len(bends), np.inf), where=bends > 0
-    )
-    return np.minimum(speed, np.sqrt(square))
+    bends = np.maximum(np.abs(curvatures), 1e-6)
+    return np.minimum(speed, np.sqrt(lateral_acceleration / bends))
 
 
-def _largest_squares(path, stations, allowed, halts) -> np.ndarray:
-    """Squared speeds that the limits and the stops allow at the stations."""
-    least = np.full(len(stations), np.inf)
-    least[:-1] = allowed
-    least[1:] = np.minimum(least[1:], allowed)
-    least[np.searchsorted(stations, np.concatenate([path.cusps, halts]))] = 0.0
-    return least**2
+def runs_of(flags: np.ndarray) -> list[tuple[int, int]]:
+    """First and one beyond the last of each run of true flags, shape (n,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags.astype(bool), [False]])))
+    return [(int(first), int(behind)) for first, behind in edges.reshape(-1, 2)]
 
 
 @compiled
@@ -342,8 +320,8 @@ def keep_acceleration(squares, gains):
         squares[k] = min(squares[k], squares[k + 1] + gains[k])
 
 
-def _timed(path, stations, squares, allowed, acceleration, waits, begin) -> TimedPath:
-    """Times, stations and speeds of the phases between stations: faster, even, slower, standing."""
+def _timed(path, stations, squares, allowed, acceleration) -> TimedPath:
+    """Times, stations and speeds of the phases between stations: faster, even, slower."""
     ways = np.diff(stations)
     first, last = squares[:-1], squares[1:]
     top = np.minimum(allowed**2, (first + last) / 2 + acceleration * ways)
@@ -356,29 +334,17 @@ def _timed(path, stations, squares, allowed, acceleration, waits, begin) -> Time
             (peaks - speeds[:-1]) / acceleration,
             np.divide(even, peaks, out=np.zeros(len(ways)), where=peaks > 0),
             (peaks - speeds[1:]) / acceleration,
-            waits[1:],
         ],
         axis=1,
-    )
-    ends = np.stack(
-        [
-            stations[:-1] + faster,
-            np.maximum(stations[1:] - slower, stations[:-1] + faster),
-            stations[1:],
-            stations[1:],
-        ],
-        axis=1,
-    )
-    passed = np.stack([peaks, peaks, speeds[1:], speeds[1:]], axis=1)
+    ).ravel()
+    gained = stations[:-1] + faster
+    ends = np.stack([gained, np.maximum(stations[1:] - slower, gained), stations[1:]], axis=1)
+    passed = np.stack([peaks, peaks, speeds[1:]], axis=1)
     # Phases that take no time are left out.
-    kept = lasting.ravel() > 0
-    lasting, ends, passed = lasting.ravel()[kept], ends.ravel()[kept], passed.ravel()[kept]
-    if waits[0] > 0:
-        lasting = np.append(waits[0], lasting)
-        ends, passed = np.append(stations[0], ends), np.append(speeds[0], passed)
+    kept = lasting > 0
     return TimedPath(
         path,
-        begin + np.append(0.0, np.cumsum(lasting)),
-        np.append(stations[0], ends),
-        np.append(speeds[0], passed),
+        np.append(0.0, np.cumsum(lasting[kept])),
+        np.append(stations[0], ends.ravel()[kept]),
+        np.append(speeds[0], passed.ravel()[kept]),
     )

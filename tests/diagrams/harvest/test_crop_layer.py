@@ -46,4 +46,5 @@ def test_a_patch_lies_on_its_combines_way(plan, patched):
 
 def test_patches_are_few(plan, patched):
     # A swath is one; arcs of rounds have some for their corners.
-    assert len(patched[0]) < 2 * plan.coverage.works + 30
+    works = [len(np.unique(path.work[path.cutting])) for path in plan.coverage.paths]
+    assert len(patched[0]) < 2 * sum(works) + 30

@@ -306,9 +306,9 @@ def test_a_cart_waits_for_its_truck_in_the_plan_and_in_the_run():
     scenario = load_scenario(HarvestScenario, find_scenario("thesis_2", scenarios), settings)
     done = run_harvest(prepare_harvest(scenario))
     trips = done.job.plan.service.trips
-    flows = sorted(flow for trip in trips for flow in trip.flows)
+    flows = sorted(each[1:] for trip in trips for each in trip.fillings)
     assert all(amount <= 2000.0 + 1e-6 for _, _, amount in flows)
-    assert any(trip.flows[0][0] > trip.begin or len(trip.flows) > 1 for trip in trips)
+    assert any(trip.fillings[0].begin > trip.begin or len(trip.fillings) > 1 for trip in trips)
     assert done.finished
     assert done.makespan == pytest.approx(max(end for _, end, _ in flows), rel=0.02)
     assert done.delivered.sum() == pytest.approx(done.harvested.sum(), rel=1e-9)

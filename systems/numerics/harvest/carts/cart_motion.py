@@ -173,6 +173,24 @@ class Moving(NamedTuple):
     speed: float
 
 
+class Passage(NamedTuple):
+    """When a cart may be where on its path.
+
+    Attributes:
+        stations: Equally spaced, shape (n,) [m].
+        limits: Highest speed at each, shape (n,) [m/s].
+        opens: From when on each may be stood on, shape (n,) [s].
+        blocked: Whether each is closed at moments MOMENT apart, shape (n, m).
+        begin: The first of these moments [s].
+    """
+
+    stations: np.ndarray
+    limits: np.ndarray
+    opens: np.ndarray
+    blocked: np.ndarray
+    begin: float
+
+
 class Profile(NamedTuple):
     """When a cart is at which station, with constant accelerations between.
 
@@ -190,51 +208,28 @@ class Profile(NamedTuple):
     reached: float
 
 
-def plan_profile(
-    stations: np.ndarray,
-    limits: np.ndarray,
-    opens: np.ndarray,
-    blocked: np.ndarray,
-    begin: float,
-    start: Moving,
-    acceleration: float,
-) -> Profile:
+def plan_profile(passage: Passage, start: Moving, acceleration: float) -> Profile:
     """The earliest profile from a start to standing at the last station.
 
     Args:
-        stations: Equally spaced, shape (n,) [m].
-        limits: Highest speed at each, shape (n,) [m/s].
-        opens: From when on each may be stood on, shape (n,) [s].
-        blocked: Whether each is closed at moments MOMENT apart, shape (n, m).
-        begin: The first of these moments [s].
+        passage: Where and when.
         start: At the first station.
         acceleration: Largest [m/s^2].
 
     Returns:
         Its times, or where it failed: then `times` is empty.
     """
-    begins, ends = _intervals(blocked, opens, begin, np.inf)
-    return _planned(stations, limits, begins, ends, start, -np.inf, acceleration)
+    begins, ends = _intervals(passage, np.inf)
+    return _planned(passage.stations, passage.limits, begins, ends, start, -np.inf, acceleration)
 
 
 def plan_profile_back(
-    stations: np.ndarray,
-    limits: np.ndarray,
-    opens: np.ndarray,
-    blocked: np.ndarray,
-    begin: float,
-    end: Moving,
-    acceleration: float,
-    stands_from: float,
+    passage: Passage, end: Moving, acceleration: float, stands_from: float
 ) -> Profile:
     """The latest profile from standing at the first station to an end that is met exactly.
 
     Args:
-        stations: Equally spaced, shape (n,) [m].
-        limits: Highest speed at each, shape (n,) [m/s].
-        opens: From when on each may be stood on, shape (n,) [s].
-        blocked: Whether each is closed at moments MOMENT apart, shape (n, m).
-        begin: The first of these moments [s].
+        passage: Where and when.
         end: At the last station.
         acceleration: Largest [m/s^2].
         stands_from: The cart stands at the first station from then on [s].
@@ -242,10 +237,11 @@ def plan_profile_back(
     Returns:
         Its times, or where it failed: then `times` is empty.
     """
-    begins, ends = _intervals(blocked, opens, begin, end.time + 1.0)
+    begins, ends = _intervals(passage, end.time + 1.0)
+    last = passage.stations[-1]
     found = _planned(
-        stations[-1] - stations[::-1],
-        limits[::-1],
+        last - passage.stations[::-1],
+        passage.limits[::-1],
         -ends[::-1, ::-1],
         -begins[::-1, ::-1],
         Moving(-end.time, end.speed),
@@ -253,42 +249,53 @@ def plan_profile_back(
         acceleration,
     )
     return Profile(
-        -found.times[::-1], stations[-1] - found.stations[::-1], found.speeds[::-1], found.reached
+        -found.times[::-1], last - found.stations[::-1], found.speeds[::-1], found.reached
     )
 
 
-def _intervals(
-    blocked: np.ndarray, opens: np.ndarray, begin: float, end: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Open intervals of each station, shape (n, INTERVALS) each; NaN where there is none."""
-    begins = np.full((len(blocked), INTERVALS), np.nan)
-    ends = np.full((len(blocked), INTERVALS), np.nan)
-    _fill_intervals(blocked, opens, begin, end, begins, ends)
-    kept = max(1, int((~np.isnan(begins)).any(axis=0).sum()))
-    return begins[:, :kept], ends[:, :kept]
+def _intervals(passage: Passage, end: float) -> np.ndarray:
+    """Begins and ends of the open intervals of each station, shape (2, n, k); NaN for none."""
+    first, begins, ends = free_intervals(passage.blocked, passage.opens, passage.begin, MOMENT)
+    station = np.repeat(np.arange(len(passage.stations)), np.diff(first))
+    # The last moment counts for all time to come.
+    spans = np.stack([begins, np.where(np.isinf(ends), end, ends)])[:, ends > begins]
+    station = station[ends > begins]
+    number = np.arange(len(station)) - np.searchsorted(station, station)
+    kept = number < INTERVALS
+    table = np.full((2, len(passage.stations), 1 + number[kept].max(initial=0)), np.nan)
+    table[:, station[kept], number[kept]] = spans[:, kept]
+    return table
 
 
 @compiled
-def _fill_intervals(blocked, opens, begin, end, begins, ends):
+def free_intervals(blocked, opens, begin, step):
+    """Intervals in which places are free.
+
+    Args:
+        blocked: Of each place at equally spaced moments, shape (n, m); the last counts for ever.
+        opens: From when on the ground there is open, shape (n,) [s].
+        begin, step: First moment, and time between them [s].
+
+    Returns:
+        Number of the first interval of each place, and of all, shape (n + 1,); begins and ends of
+        the intervals, in order, shape (k,) each [s].
+    """
     count, moments = blocked.shape
-    for i in range(count):
-        found = 0
-        inside = False
+    first = np.zeros(count + 1, dtype=np.int64)
+    begins, ends = [0.0 for _ in range(0)], [0.0 for _ in range(0)]
+    for n in range(count):
+        since = np.nan
         for k in range(moments + 1):
-            time = begin + k * MOMENT
-            free = k < moments and not blocked[i, k] and time >= opens[i]
-            if free and not inside and found < INTERVALS:
-                begins[i, found] = time
-                inside = True
-            elif inside and not free:
-                inside = False
-                # The last moment counts for all time to come.
-                ends[i, found] = end if k == moments else time - MOMENT
-                if ends[i, found] > begins[i, found] or k == moments:
-                    found += 1
-                else:
-                    begins[i, found] = np.nan
-                    ends[i, found] = np.nan
+            time = begin + k * step
+            free = k < moments and not blocked[n, k] and time >= opens[n]
+            if free and since != since:
+                since = time
+            elif since == since and not free:
+                begins.append(since)
+                ends.append(np.inf if k == moments else time - step)
+                since = np.nan
+        first[n + 1] = len(begins)
+    return first, np.array(begins), np.array(ends)
 
 
 def _planned(

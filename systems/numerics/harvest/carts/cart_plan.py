@@ -1,6 +1,5 @@
 """What carts have to do with, what a plan lets them do, and the stops of combines for it."""
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -27,75 +26,6 @@ class Stop(NamedTuple):
     combine: int
     station: float
     duration: float
-
-
-def with_stop(plan: TimedPath, stop: Stop, acceleration: float) -> TimedPath:
-    """A plan that stands for a while at a station, and is later from then on.
-
-    It brakes and speeds up evenly; other machines are not looked at.
-
-    Args:
-        plan: Of the combine.
-        stop: Which stop.
-        acceleration: Of the combine [m/s^2].
-    """
-    fine = np.unique(np.concatenate([plan.times, np.arange(plan.times[0], plan.end, 0.05)]))
-    at, speeds = plan.station_at(fine), plan.speed_at(fine)
-    # Braking begins where the speed is the most that can still be lost, and likewise after it.
-    allowed = np.sqrt(2 * acceleration * np.abs(at - stop.station))
-    slow = np.flatnonzero(speeds > allowed)
-    if len(slow) == 0:
-        first, last = int(np.searchsorted(at, stop.station)), int(np.searchsorted(at, stop.station))
-    else:
-        first, last = int(slow[0]) - 1, int(slow[-1]) + 1
-    first, last = max(first, 0), min(last, len(fine) - 1)
-    way_in, way_out = stop.station - at[first], at[last] - stop.station
-    time_in = 2 * way_in / speeds[first] if speeds[first] > 0 else 0.0
-    time_out = 2 * way_out / speeds[last] if speeds[last] > 0 else 0.0
-    stands = fine[first] + time_in
-    goes = stands + stop.duration
-    later = goes + time_out - fine[last]
-    before, after = plan.times < fine[first], plan.times > fine[last]
-    return TimedPath(
-        plan.path,
-        np.concatenate(
-            [
-                plan.times[before],
-                [fine[first], stands, goes, fine[last] + later],
-                plan.times[after] + later,
-            ]
-        ),
-        np.concatenate(
-            [
-                plan.stations[before],
-                [at[first], stop.station, stop.station, at[last]],
-                plan.stations[after],
-            ]
-        ),
-        np.concatenate(
-            [plan.speeds[before], [speeds[first], 0.0, 0.0, speeds[last]], plan.speeds[after]]
-        ),
-    )
-
-
-def retime_alone(
-    plans: Sequence[TimedPath], accelerations: Sequence[float]
-) -> Callable[[Sequence[Stop]], list[TimedPath]]:
-    """Stops that delay the combine that stops, and no other.
-
-    Args:
-        plans: Of all combines, without stops.
-        accelerations: Of the combines, shape (N,) [m/s^2].
-    """
-
-    def retime(stops: Sequence[Stop]) -> list[TimedPath]:
-        after = list(plans)
-        for stop in sorted(stops, key=lambda each: each.station):
-            n = stop.combine
-            after[n] = with_stop(after[n], stop, accelerations[n])
-        return [ended(plan) for plan in after]
-
-    return retime
 
 
 def ended(plan: TimedPath, until: float = FOR_EVER) -> TimedPath:
@@ -154,20 +84,14 @@ class Trip(NamedTuple):
         cart: Its number.
         begin, end: When it comes, and when it is empty; it may wait for trucks [s].
         delivered: [kg].
-        fillings: Of trucks, in order; none told: grain flows from the beginning on.
+        fillings: Of trucks, in order, at least one.
     """
 
     cart: int
     begin: float
     end: float
     delivered: float
-    fillings: tuple[Filling, ...] = ()
-
-    @property
-    def flows(self) -> tuple[tuple[float, float, float], ...]:
-        """When grain flows, and how much: begin [s], end [s], amount [kg] of each part."""
-        parts = tuple((each.begin, each.end, each.amount) for each in self.fillings)
-        return parts or ((self.begin, self.end, self.delivered),)
+    fillings: tuple[Filling, ...]
 
 
 class Job(NamedTuple):

@@ -15,7 +15,8 @@ from scipy import ndimage
 from ...compiled import compiled, kernel
 from ..field.field import Field
 from ..machines import CombineSize
-from ..paths import TimedPath
+from ..paths import TimedPath, runs_of
+from ..raster import cells_inside
 
 # Side of a cell [m].
 CELL = 0.5
@@ -85,7 +86,7 @@ def cut_times(
         math.ceil((high_x - corner[0]) / CELL) + 2,
     )
     if before is None or since <= 0.0:
-        crop = _cells_inside(field.polygon, corner, shape)
+        crop = cells_inside(field.polygon, corner, CELL, shape)
         times = np.where(crop, np.inf, -np.inf)
         cutter = np.full(shape, -1, dtype=np.int16)
     else:
@@ -95,7 +96,7 @@ def cut_times(
         cutter = np.where(later, np.int16(-1), before.cutter)
     for number, plan in enumerate(plans):
         path = plan.path
-        for first, last in _runs(path.cutting):
+        for first, last in runs_of(path.cutting):
             begin, end = path.stations[first], path.stations[last]
             if before is not None and float(plan.station_at(since)) > end + STEP:
                 continue
@@ -136,17 +137,12 @@ def _close_slivers(times, cutter, slivers):
         times[row, column] = latest if latest > -np.inf else np.inf
 
 
-def open_ground(field: Field, cut: CutTimes) -> OpenGround:
-    """From when on carts may be where, given when the ground is cut."""
-    return opened(free_cells(field, cut), cut)
-
-
 def free_cells(field: Field, cut: CutTimes) -> np.ndarray:
     """Cells on which carts may be at some time, shape (rows, columns)."""
     free = field.ground
     if field.obstacles:
         free = free.difference(shapely.union_all([each.buffer(GAP) for each in field.obstacles]))
-    return _cells_inside(free, cut.corner, cut.times.shape)
+    return cells_inside(free, cut.corner, CELL, cut.times.shape)
 
 
 def opened(free: np.ndarray, cut: CutTimes) -> OpenGround:
@@ -157,12 +153,6 @@ def opened(free: np.ndarray, cut: CutTimes) -> OpenGround:
         cut: When the ground is cut.
     """
     return OpenGround(np.where(free, cut.times, np.inf), cut.corner)
-
-
-def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
-    """First and one beyond the last of each row of true flags."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags.astype(bool), [False]])))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def _passing_times(plan: TimedPath, stations: np.ndarray) -> np.ndarray:
@@ -205,37 +195,6 @@ def _mark_strip(times, cutter, number, poses, passed, corner, half, depth):
                 if ahead >= -depth and beyond <= depth and abs(aside) <= half:
                     times[row, column] = passed[k + 1]
                     cutter[row, column] = number
-
-
-def _cells_inside(
-    polygon: shapely.Geometry, corner: np.ndarray, shape: tuple[int, int]
-) -> np.ndarray:
-    """Whether the middle of each cell is in a polygon, by crossings of its rows."""
-    rings = [
-        np.asarray(ring.coords)[:, :2]
-        for part in shapely.get_parts(polygon)
-        for ring in (part.exterior, *part.interiors)
-    ]
-    flips = np.zeros((shape[0], shape[1] + 1), dtype=np.int32)
-    for ring in rings:
-        _flip(flips, ring, corner)
-    return (np.cumsum(flips, axis=1)[:, :-1] % 2).astype(bool)
-
-
-@compiled
-def _flip(flips, ring, corner):
-    rows, columns = flips.shape
-    for k in range(len(ring) - 1):
-        (x0, y0), (x1, y1) = ring[k], ring[k + 1]
-        low, high = min(y0, y1), max(y0, y1)
-        first = max(0, math.ceil((low - corner[1]) / CELL - 0.5))
-        for row in range(first, rows):
-            y = corner[1] + (row + 0.5) * CELL
-            if y >= high:
-                break
-            x = x0 + (x1 - x0) * (y - y0) / (y1 - y0)
-            column = math.ceil((x - corner[0]) / CELL - 0.5)
-            flips[row, min(max(column, 0), columns - 1)] += 1
 
 
 @kernel

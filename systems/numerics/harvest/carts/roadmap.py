@@ -20,6 +20,7 @@ from ...compiled import compiled
 from ...planning.arc_words.words import half_angle_map, half_angles
 from ...planning.car_paths import dubins_between
 from ..machines import Cart
+from ..paths import cornering_limits
 from .cart_motion import trailer_poses
 from .cut_times import OpenGround, opens, opens_along
 from .traffic import cart_boxes
@@ -102,7 +103,8 @@ def make_roadmap(ground: OpenGround, cart: Cart, lines: Sequence[np.ndarray]) ->
     total = sum(float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in lines)
     spacing = max(SPACING, 2 * total / MOST)
     places = [_poses_on(line, spacing) for line in lines]
-    nodes = np.concatenate([np.concatenate(places), _reversed(np.concatenate(places))])
+    ahead = np.concatenate(places)
+    nodes = np.concatenate([ahead, ahead + np.array([0.0, 0.0, math.pi])])
     line = np.concatenate([np.full(len(each), k) for k, each in enumerate(places)])
     line = np.concatenate([line, line + len(places)])
     opens = node_opens(ground, cart, nodes)
@@ -124,7 +126,7 @@ def make_roadmap(ground: OpenGround, cart: Cart, lines: Sequence[np.ndarray]) ->
         enough = np.bincount(source[edges.source], minlength=len(nodes)) >= CHOICES
         chosen = (rank >= low) & (rank < high) & ~enough[source[words.pair]]
         more = _driven(ground, cart, nodes[source], None, words.chosen(chosen))
-        edges = _joined([edges, more])
+        edges = joined_edges([edges, more])
     edges = _take(edges, _first_of_each(rivals[edges.source], edges.duration, 1))
     edges = edges._replace(
         source=source[edges.source].astype(np.int64), target=target[edges.target].astype(np.int64)
@@ -292,7 +294,8 @@ def _words(cart: Cart, starts: np.ndarray, ends: np.ndarray, rivals: np.ndarray)
         curvatures.append(np.column_stack([turns[sane] / radius, np.zeros(len(sane))]))
         lengths.append(np.column_stack([ways[sane], np.full(len(sane), lead)]))
     pair, bends, ways = (np.concatenate(each) for each in (pairs, curvatures, lengths))
-    words = _Words(pair, bends, ways, (ways / _speeds(cart, bends)).sum(axis=1))
+    speeds = cornering_limits(bends, cart.speed, cart.lateral_acceleration)
+    words = _Words(pair, bends, ways, (ways / speeds).sum(axis=1))
     return words.chosen(_first_of_each(rivals[pair], words.duration, RIVALS))
 
 
@@ -303,11 +306,13 @@ def _driven(
     pair = words.pair
     bent = np.zeros(len(pair)) if betas is None else betas[pair]
     edges = _sampled(cart, starts[pair], bent, words.curvatures, words.lengths)
-    edges, inside = _opened(ground, cart, edges)
-    return edges._replace(source=pair[inside], target=pair[inside])
+    edges = _take(edges, np.flatnonzero(edges.opens < np.inf))
+    edges = edges._replace(opens=_edge_opens(ground, cart, edges, np.arange(len(edges.opens))))
+    edges = _take(edges, np.flatnonzero(edges.opens < np.inf))
+    return edges._replace(source=pair[edges.source], target=pair[edges.target])
 
 
-def _joined(parts: Sequence[Edges]) -> Edges:
+def joined_edges(parts: Sequence[Edges]) -> Edges:
     """Several edges as one."""
     columns = {
         name: np.concatenate([getattr(part, name) for part in parts])
@@ -316,12 +321,6 @@ def _joined(parts: Sequence[Edges]) -> Edges:
     }
     counts = np.concatenate([np.diff(part.first) for part in parts])
     return Edges(first=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64), **columns)
-
-
-def _speeds(cart: Cart, curvatures: np.ndarray) -> np.ndarray:
-    """Highest speeds that curvatures allow [m/s]."""
-    bent = np.maximum(np.abs(curvatures), 1e-6)
-    return np.minimum(cart.speed, np.sqrt(cart.lateral_acceleration / bent))
 
 
 def _first_of_each(group: np.ndarray, value: np.ndarray, most: int) -> np.ndarray:
@@ -364,10 +363,6 @@ def _poses_on(line: np.ndarray, spacing: float) -> np.ndarray:
 
     course = point(ahead) - point(behind)
     return np.column_stack([point(at), np.arctan2(course[:, 1], course[:, 0])])
-
-
-def _reversed(poses: np.ndarray) -> np.ndarray:
-    return np.column_stack([poses[:, :2], poses[:, 2] + math.pi])
 
 
 def near_nodes(roadmap: Roadmap, poses: np.ndarray, *, onto: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -419,7 +414,7 @@ def _sampled(
         maps = half_angle_map(cart.trailer, 1.0, curvatures[:, k], lengths[:, k])
         pairs[:, k + 1] = np.einsum("nij,nj->ni", maps, pairs[:, k])
         pairs[:, k + 1] /= np.hypot(*pairs[:, k + 1].T)[:, None]
-    speeds = _speeds(cart, curvatures)
+    speeds = cornering_limits(curvatures, cart.speed, cart.lateral_acceleration)
     ends = np.concatenate([np.zeros((count, 1)), np.cumsum(lengths, axis=1)], axis=1)
     clock = np.concatenate([np.zeros((count, 1)), np.cumsum(lengths / speeds, axis=1)], axis=1)
     samples = np.ceil(ends[:, -1] / SAMPLE_WAY).astype(np.int64) + 1
@@ -454,17 +449,6 @@ def _sampled(
     return Edges(
         number, number, poses, lengths, duration, opens, circle, first, tractor, trailer, since
     )
-
-
-def _opened(ground: OpenGround, cart: Cart, edges: Edges) -> tuple[Edges, np.ndarray]:
-    """Those edges that open at some time, with the time, and which they were."""
-    good = np.flatnonzero(edges.opens < np.inf)
-    edges = _take(edges, good)
-    if len(good) == 0:
-        return edges, good
-    opens = _edge_opens(ground, cart, edges, np.arange(len(good)))
-    inside = np.flatnonzero(opens < np.inf)
-    return _take(edges._replace(opens=opens), inside), good[inside]
 
 
 def _edge_opens(ground: OpenGround, cart: Cart, edges: Edges, chosen: np.ndarray) -> np.ndarray:

@@ -15,13 +15,15 @@ import numpy as np
 
 from ...compiled import compiled
 from ..machines import Cart
-from ..paths import MachinePath, TimedPath
+from ..paths import MachinePath, TimedPath, cornering_limits
 from .cart_motion import (
     MOMENT,
     WAY,
     CartMotion,
     Moving,
+    Passage,
     Profile,
+    free_intervals,
     plan_profile,
     plan_profile_back,
     trailer_angles,
@@ -35,11 +37,12 @@ from .roadmap import (
     Edges,
     Roadmap,
     connect,
+    joined_edges,
     near_nodes,
     node_opens,
     opens_to,
 )
-from .search import Task, intervals_of, search
+from .search import Intervals, Task, search
 from .traffic import Traffic, blocked_along, cart_boxes, during, joined
 
 # Half of the way between two stations moves no corner of a cart farther than this [m].
@@ -112,9 +115,6 @@ class RoutePlanner:
         sides = float(np.ptp(self.roadmap.nodes[:, :2], axis=0).sum())
         return max(LONGEST, SIDES * sides / self.cart.speed)
 
-    def _standing(self, nodes: np.ndarray, traffic: Traffic, begin: float, count: int):
-        return _blocked_at(nodes, self.cart, traffic, begin, count)
-
     def is_free_for_ever(self, poses: np.ndarray, begin: float) -> np.ndarray:
         """Whether no combine ever comes near to carts that stand at poses, shape (n,).
 
@@ -124,7 +124,7 @@ class RoutePlanner:
         """
         first = math.ceil(begin / STEP)
         count = int(self.combines.poses.shape[1] * MOMENT / STEP) + 2
-        near = self._standing(poses, self.combines, first * STEP, max(count - first, 1))
+        near = _blocked_at(poses, self.cart, self.combines, first * STEP, max(count - first, 1))
         return np.logical_not(near.any(axis=1))
 
     def with_ways_out(self, poses: np.ndarray, time: float) -> np.ndarray:
@@ -167,12 +167,8 @@ class RoutePlanner:
         run_in = np.stack([goal, np.asarray(beside, dtype=float)])
 
         def plan(path: MachinePath) -> Profile:
-            at, limits, opens, blocked = self._closed(
-                path, standing.beta, others, begin, end.time + 1.0
-            )
-            return plan_profile_back(
-                at, limits, opens, blocked, begin, end, self.cart.acceleration, begin
-            )
+            passage = self._passage(path, standing.beta, others, begin, end.time + 1.0)
+            return plan_profile_back(passage, end, self.cart.acceleration, begin)
 
         return self._route(
             standing.pose, standing.beta, begin, goal, moment, others, run_in, plan, back=True
@@ -193,12 +189,8 @@ class RoutePlanner:
         """
 
         def plan(path: MachinePath) -> Profile:
-            at, limits, opens, blocked = self._closed(
-                path, beta, others, start.time, start.time + self.longest
-            )
-            return plan_profile(
-                at, limits, opens, blocked, start.time, start, self.cart.acceleration
-            )
+            passage = self._passage(path, beta, others, start.time, start.time + self.longest)
+            return plan_profile(passage, start, self.cart.acceleration)
 
         return self._route(
             pose,
@@ -243,16 +235,16 @@ class RoutePlanner:
         blocked[:count] = known[:, columns]
         blocked[:count, -1] |= last_known >= first + last - 1
         moments = max(known.shape[1] - first, last)
-        ends = self._standing(nodes[count:], self.combines, first * STEP, moments)
+        ends = _blocked_at(nodes[count:], self.cart, self.combines, first * STEP, moments)
         blocked[count:] = ends[:, :last]
         blocked[count:, -1] |= ends[:, last - 1 :].any(axis=1)
-        blocked |= self._standing(nodes, others, first * STEP, last)
+        blocked |= _blocked_at(nodes, self.cart, others, first * STEP, last)
         opens = np.concatenate(
             [self.roadmap.opens, node_opens(self.ground, self.cart, nodes[count:])]
         )
         # What may be stood on, where the cart stands already, is settled.
         opens[count] = -np.inf
-        intervals = intervals_of(blocked, opens, first * STEP, STEP)
+        intervals = Intervals(*free_intervals(blocked, opens, first * STEP, STEP))
         own = slice(intervals.first[count], intervals.first[count + 1])
         waits = (intervals.begins[own] <= begin) & (begin <= intervals.ends[own])
         if not back and (moving or not waits.any()):
@@ -279,17 +271,17 @@ class RoutePlanner:
         origin, until = (end, begin) if back else (begin, end)
         for _ in range(ATTEMPTS):
             found = search(task, start, origin, back=back, until=until)
-            if found is None or len(found.edges) == 0:
+            if len(found) == 0:
                 return None
-            path = _path_of(edges, found.edges, run_in)
+            path = _path_of(edges, found, run_in)
             profile = plan(path)
             if len(profile.times):
                 timed = TimedPath(path, profile.times, profile.stations, profile.speeds)
                 return CartMotion(timed, self.cart, beta)
             place = path.length - profile.reached if back else profile.reached
-            lengths = np.cumsum(edges.lengths[found.edges].sum(axis=1))
-            at = min(int(np.searchsorted(lengths, place)), len(found.edges) - 1)
-            banned[found.edges[at]] = True
+            lengths = np.cumsum(edges.lengths[found].sum(axis=1))
+            at = min(int(np.searchsorted(lengths, place)), len(found) - 1)
+            banned[found[at]] = True
         return None
 
     def _with_ends(
@@ -314,32 +306,30 @@ class RoutePlanner:
         ]
         own = self.roadmap.edges
         size, samples = len(own.source), int(own.first[-1])
-        columns = {}
+        more, columns = joined_edges(parts), {}
         for name in Edges._fields:
             if name == "first":
                 continue
-            extra = np.concatenate([getattr(part, name) for part in parts])
+            extra, place = getattr(more, name), getattr(room, name)
             begin = samples if name in SAMPLED else size
-            if begin + len(extra) > len(getattr(room, name)):
+            if begin + len(extra) > len(place):
                 columns[name] = np.concatenate([getattr(own, name), extra])
             else:
-                getattr(room, name)[begin : begin + len(extra)] = extra
-                columns[name] = getattr(room, name)[: begin + len(extra)]
-        counts = np.concatenate([np.diff(part.first) for part in parts])
-        first = np.concatenate([own.first, samples + np.cumsum(counts)]).astype(np.int64)
+                place[begin : begin + len(extra)] = extra
+                columns[name] = place[: begin + len(extra)]
+        first = np.concatenate([own.first, samples + more.first[1:]])
         return np.vstack([nodes, start, goals]), Edges(first=first, **columns)
 
-    def _closed(
+    def _passage(
         self, path: MachinePath, beta: float, others: Traffic, begin: float, end: float
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Stations of a path, their highest speeds, when they open, and when they are closed."""
+    ) -> Passage:
+        """When a cart may be where on a path, between two times."""
         at = path.stations_every(WAY)
         tractor = path.pose_at(at)
         betas = trailer_angles(path, self.cart, beta, at)
         trailer = trailer_poses(tractor, betas, self.cart)
         bend = _sharpest(path, np.maximum(at - WAY, 0.0), np.minimum(at + WAY, path.length))
-        lateral = self.cart.lateral_acceleration
-        limits = np.minimum(self.cart.speed, np.sqrt(lateral / np.maximum(bend, 1e-6)))
+        limits = cornering_limits(bend, self.cart.speed, self.cart.lateral_acceleration)
         opens = AFTER_CUT + np.maximum(
             opens_along(self.ground, self.boxes[0], tractor),
             opens_along(self.ground, self.boxes[1], trailer),
@@ -351,7 +341,7 @@ class RoutePlanner:
         span = begin - MOMENT, begin + (count + 1) * MOMENT
         traffic = joined(during(self.combines, *span), during(others, *span))
         blocked = blocked_along(traffic, self.boxes, tractor, trailer, gap, begin, MOMENT, count)
-        return at, limits, opens, blocked
+        return Passage(at, limits, opens, blocked, begin)
 
 
 def make_planner(
@@ -442,14 +432,14 @@ def _sharpest(path: MachinePath, begin: np.ndarray, end: np.ndarray) -> np.ndarr
     return found
 
 
-def _with_moment(intervals, node: int, time: float):
+def _with_moment(intervals: Intervals, node: int, time: float) -> Intervals:
     """Intervals of which those of one node are replaced by a single moment."""
     a, b = intervals.first[node], intervals.first[node + 1]
     begins = np.concatenate([intervals.begins[:a], [time], intervals.begins[b:]])
     ends = np.concatenate([intervals.ends[:a], [time], intervals.ends[b:]])
     first = intervals.first.copy()
     first[node + 1 :] += 1 - (b - a)
-    return type(intervals)(first, begins, ends)
+    return Intervals(first, begins, ends)
 
 
 def _path_of(edges: Edges, chosen: np.ndarray, run_in: np.ndarray | None) -> MachinePath:

@@ -36,52 +36,6 @@ class Intervals(NamedTuple):
     ends: np.ndarray
 
 
-def intervals_of(blocked: np.ndarray, opens: np.ndarray, begin: float, step: float) -> Intervals:
-    """Intervals in which nodes are free.
-
-    Args:
-        blocked: Of each node at equally spaced moments, shape (n, m); the last counts for ever.
-        opens: From when on the ground is open, shape (n,) [s].
-        begin, step: First moment, and time between them [s].
-    """
-    first, begins, ends = _intervals(blocked, opens, begin, step)
-    return Intervals(first, begins, ends)
-
-
-@compiled
-def _intervals(blocked, opens, begin, step):
-    count, moments = blocked.shape
-    first = np.zeros(count + 1, dtype=np.int64)
-    begins, ends = [0.0 for _ in range(0)], [0.0 for _ in range(0)]
-    for n in range(count):
-        since = np.nan
-        for k in range(moments + 1):
-            time = begin + k * step
-            free = k < moments and not blocked[n, k] and time >= opens[n]
-            if free and since != since:
-                since = time
-            elif since == since and not free:
-                begins.append(since)
-                ends.append(np.inf if k == moments else time - step)
-                since = np.nan
-        first[n + 1] = len(begins)
-    return first, np.array(begins), np.array(ends)
-
-
-class Found(NamedTuple):
-    """A way through the roadmap.
-
-    Attributes:
-        edges: Numbers, in the order of driving, shape (k,).
-        departures: When each is left at its beginning, shape (k,) [s].
-        arrival: At the end of the search, in the direction in which it ran [s].
-    """
-
-    edges: np.ndarray
-    departures: np.ndarray
-    arrival: float
-
-
 class Task(NamedTuple):
     """Among what a way is searched, and to where.
 
@@ -106,7 +60,7 @@ class Task(NamedTuple):
     estimates: np.ndarray
 
 
-def search(task: Task, start: int, time: float, *, back: bool, until: float) -> Found | None:
+def search(task: Task, start: int, time: float, *, back: bool, until: float) -> np.ndarray:
     """The earliest way from a node at a time to a goal; or, backwards in time, the latest.
 
     Args:
@@ -115,19 +69,16 @@ def search(task: Task, start: int, time: float, *, back: bool, until: float) -> 
         time: [s].
         back: Whether it runs backwards in time.
         until: No label is later than this, or earlier where it runs backwards [s].
+
+    Returns:
+        Numbers of the edges in the order of driving, shape (k,); none where there is no way.
     """
     sign = -1.0 if back else 1.0
     leaving = task.edges.target if back else task.edges.source
     order = np.argsort(leaving, kind="stable")
     begin = np.searchsorted(leaving[order], np.arange(len(task.intervals.first)))
-    chosen, departures, arrival = _search(
-        task, start, sign * time, sign, sign * until, order, begin
-    )
-    if arrival == np.inf:
-        return None
-    if not back:
-        chosen, departures = chosen[::-1], departures[::-1]
-    return Found(chosen, departures, sign * arrival)
+    chosen = _search(task, start, sign * time, sign, sign * until, order, begin)
+    return chosen if back else chosen[::-1]
 
 
 @compiled
@@ -156,10 +107,7 @@ def _is_met(task, e, departure):
                 reach = size + math.hypot(boxes[part, 1], boxes[part, 2])
                 if (ox - own[0]) ** 2 + (oy - own[1]) ** 2 > reach * reach:
                     continue
-                near = gap_between(
-                    boxes[part], own[0], own[1], own[2], box, pose[0], pose[1], pose[2]
-                )
-                if near < gap:
+                if gap_between(boxes[part], own, box, pose) < gap:
                     return True
     return False
 
@@ -172,7 +120,6 @@ def _search(task, start, time, sign, until, order, begin):
     closed = np.zeros(total, dtype=np.bool_)
     by_edge = np.full(total, -1, dtype=np.int64)
     by_interval = np.full(total, -1, dtype=np.int64)
-    departed = np.zeros(total)
     node_of = np.zeros(total, dtype=np.int64)
     for n in range(len(intervals.first) - 1):
         node_of[intervals.first[n] : intervals.first[n + 1]] = n
@@ -220,21 +167,16 @@ def _search(task, start, time, sign, until, order, begin):
                 tried = 0
                 while leave <= stop + 1e-9 and tried < TRIES and leave + lasts < best[j]:
                     # The moment at which the edge's beginning is left.
-                    departure = leave if sign > 0 else -(leave + lasts)
-                    if not _is_met(task, e, departure):
+                    if not _is_met(task, e, leave if sign > 0 else -(leave + lasts)):
                         best[j] = leave + lasts
-                        by_edge[j], by_interval[j], departed[j] = e, i, departure
+                        by_edge[j], by_interval[j] = e, i
                         heapq.heappush(heap, (best[j] + task.estimates[to], np.int64(j)))
                         break
                     tried += 1
                     leave += OFTEN if tried < TRIES // 2 else SELDOM
     chosen = [np.int64(0) for _ in range(0)]
-    departures = [0.0 for _ in range(0)]
-    if goal < 0:
-        return np.array(chosen), np.array(departures), np.inf
     i = np.int64(goal)
-    while by_edge[i] >= 0:
+    while i >= 0 and by_edge[i] >= 0:
         chosen.append(by_edge[i])
-        departures.append(departed[i])
         i = by_interval[i]
-    return np.array(chosen), np.array(departures), best[goal]
+    return np.array(chosen)

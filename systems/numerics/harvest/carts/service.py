@@ -20,7 +20,7 @@ from .cart_plan import CartPlan, CartVisit, Job, Stop, Supply, Trip
 from .cut_times import GAP
 from .routes import Standing
 from .surroundings import CartSurroundings
-from .tanks import Pour, make_tanks
+from .tanks import make_tanks
 from .traffic import SAMPLE, Traffic, cart_traffic, least_gaps
 from .visit_choice import LEAST
 from .windows import BETWEEN
@@ -96,7 +96,7 @@ class Service:
         ends = [plan.end for plan in self.world.plans]
         self.tanks = make_tanks(self.world.team, self.world.cut, self.supply.density, ends)
         for visit in self.visits:
-            self.tanks[visit.combine].take(Pour(visit.begin, visit.end, visit.taken))
+            self.tanks[visit.combine].take(visit)
 
     @property
     def carts(self) -> range:
@@ -182,11 +182,8 @@ class Service:
             )
             if off is None:
                 continue
-            self.tanks[visit.combine].take(Pour(visit.begin, visit.end, visit.taken))
-            end = off.timed.end
-            trip = None
-            if goal is not None:
-                trip = self._trip(cart, end, load)
+            self.tanks[visit.combine].take(visit)
+            trip = None if goal is None else self._trip(cart, off.timed.end, load)
             self.jobs[cart].append(Job(join_motions([*motions, off]), visit, trip, stop))
             return True
         return False
@@ -223,20 +220,18 @@ class Service:
             start = Moving(begin, 0.0)
             off = self.world.planner.route_from(stands.pose, stands.beta, start, others, goal)
             if off is not None:
-                end = off.timed.end
-                trip = self._trip(cart, end, load) if load > 0 else None
+                trip = self._trip(cart, off.timed.end, load)
                 self.jobs[cart].append(Job(off, None, trip, None))
                 return True
         return False
 
-    def _trip(self, cart: int, begin: float, load: float) -> Trip:
-        """A cart's time at a truck, after all that is settled with trucks."""
+    def _trip(self, cart: int, begin: float, load: float) -> Trip | None:
+        """A cart's time at a truck, after all that is settled with trucks; None for no load."""
         trips = [job.trip for jobs in self.jobs for job in jobs if job.trip]
         settled = [filling for trip in trips for filling in trip.fillings]
         pool = TruckPool(self.supply.truck_fleet, settled)
         fillings = pool.empty(begin, load, self.supply.truck_rate)
-        end = fillings[-1].end if fillings else begin
-        return Trip(cart, begin, end, load, tuple(fillings))
+        return Trip(cart, begin, fillings[-1].end, load, tuple(fillings)) if fillings else None
 
     def departures(self, first: float) -> list[float]:
         """Moments at which to set out, until all machines have come to stand [s].

@@ -9,6 +9,7 @@ import numpy as np
 from ...compiled import kernel
 from ..field.yield_map import YieldMap, grain_on_cells
 from ..machines import Combine
+from .cart_plan import CartVisit
 from .cut_times import CELL, CutTimes
 
 # Time between moments at which loads are known; between them they are linear [s].
@@ -61,10 +62,6 @@ class Tank:
         over = np.flatnonzero(self.load >= self._combine.capacity)
         return float(self.times[over[0]]) if len(over) else np.inf
 
-    def load_at(self, time: float) -> float:
-        """[kg]."""
-        return float(np.interp(time, self.times, self.load))
-
     def pour(self, begin: float, latest: float, room: float) -> Pour:
         """What a cart gets that comes at a moment and leaves when all is out, or it has to.
 
@@ -106,7 +103,7 @@ class Tank:
             return replace(pour, taken=taken) if taken > 0.0 else Pour(pour.begin, pour.begin, 0.0)
         return pour
 
-    def take(self, pour: Pour) -> None:
+    def take(self, pour: "Pour | CartVisit") -> None:
         """Account for a visit."""
         share = np.clip((self.times - pour.begin) / max(pour.end - pour.begin, 1e-9), 0.0, 1.0)
         # The last moment stands for all that come after it.

@@ -161,17 +161,8 @@ def without(traffic: Traffic, machine: int) -> Traffic:
 
 
 def _traffic(boxes: list, poses: list, machine: list) -> Traffic:
-    if not boxes:
-        return Traffic(
-            np.zeros((0, 3)),
-            np.zeros((0, 1, 3)),
-            np.zeros((0, 1, 2)),
-            np.zeros((0, 1)),
-            np.zeros(0),
-            np.zeros(0, dtype=np.int64),
-            0.0,
-        )
-    sizes, places = np.array(boxes, dtype=float), np.array(poses)
+    sizes = np.array(boxes, dtype=float).reshape(-1, 3)
+    places = np.array(poses) if boxes else np.zeros((0, 1, 3))
     x, y, theta = np.moveaxis(places, -1, 0)
     c, s = np.cos(theta), np.sin(theta)
     longest = np.zeros(x.shape)
@@ -193,21 +184,22 @@ def _traffic(boxes: list, poses: list, machine: list) -> Traffic:
 
 
 @kernel
-def gap_between(first, x0, y0, theta0, second, x1, y1, theta1):
+def gap_between(first, pose, second, other):
     """Distance of two boxes; zero where they overlap [m].
 
     Args:
         first, second: Rear, front and half width of each, in the frame of its pose [m].
-        x0, y0, theta0, x1, y1, theta1: Their poses [m], [m], [rad].
+        pose, other: Their poses, shape (3,) [m], [m], [rad].
     """
-    c0, s0, c1, s1 = math.cos(theta0), math.sin(theta0), math.cos(theta1), math.sin(theta1)
+    c0, s0, c1, s1 = math.cos(pose[2]), math.sin(pose[2]), math.cos(other[2]), math.sin(other[2])
+    along, across = other[0] - pose[0], other[1] - pose[1]
     near, apart = np.inf, False
     for turn in range(2):
         # Corners of the one in the frame of the other.
         if turn == 0:
-            a, b, ca, sa, cb, sb, dx, dy = first, second, c0, s0, c1, s1, x1 - x0, y1 - y0
+            a, b, ca, sa, cb, sb, dx, dy = first, second, c0, s0, c1, s1, along, across
         else:
-            a, b, ca, sa, cb, sb, dx, dy = second, first, c1, s1, c0, s0, x0 - x1, y0 - y1
+            a, b, ca, sa, cb, sb, dx, dy = second, first, c1, s1, c0, s0, -along, -across
         px, py = ca * dx + sa * dy, ca * dy - sa * dx
         cr, sr = ca * cb + sa * sb, ca * sb - sa * cb
         low_x = low_y = np.inf
@@ -272,10 +264,7 @@ def _mark_blocked(traffic, boxes, first, second, gap, begin, step, blocked):
                 pose = traffic.poses[b, held]
                 for part in range(2):
                     own = first if part == 0 else second
-                    near = gap_between(
-                        boxes[part], own[0], own[1], own[2], other, pose[0], pose[1], pose[2]
-                    )
-                    if near < gap + sway:
+                    if gap_between(boxes[part], own, other, pose) < gap + sway:
                         blocked[k] = True
                         if at >= last:
                             blocked[k:] = True
@@ -326,15 +315,6 @@ def least_gaps(traffic, boxes, first, second, times):
                 continue
             for part in range(2):
                 own = first[k] if part == 0 else second[k]
-                near = gap_between(
-                    boxes[part],
-                    own[0],
-                    own[1],
-                    own[2],
-                    traffic.boxes[b],
-                    pose[0],
-                    pose[1],
-                    pose[2],
-                )
+                near = gap_between(boxes[part], own, traffic.boxes[b], pose)
                 found[k] = min(found[k], near)
     return found

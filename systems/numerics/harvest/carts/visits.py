@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...errors import NoPlan, require
+from ...errors import NoPlan, require, require_one_of
 from ..field.field import Field
 from ..machines import Cart, Combine
 from ..paths import TimedPath
 from .cart_motion import CartMotion, Moving
-from .cart_plan import CartPlan, CartVisit, Failure, Supply, retime_alone
+from .cart_plan import CartPlan, CartVisit, Failure, Supply
 from .service import PlanSoFar, Retime, Service
 from .stops import collect, let_wait
 from .surroundings import make_surroundings
@@ -60,7 +60,7 @@ def serve_combines(
     plans: Sequence[TimedPath],
     swaths: Sequence[np.ndarray],
     supply: Supply,
-    retime: Retime | None = None,
+    retime: Retime,
     strategy: str = "sequential",
     threshold: float = 0.5,
     failure: Failure | None = None,
@@ -76,7 +76,7 @@ def serve_combines(
         plans: Of all combines, without waits for carts.
         swaths: Lines that carts may follow in the field, points of each (n, 2) [m].
         supply: Crop and trucks.
-        retime: Times plans again when combines stop; without it a stop delays nobody else.
+        retime: Times plans again when combines stop.
         strategy: "sequential": each cart serves its own combines in a fixed turn; "on-demand": a
             free cart goes where a tank is filled to the threshold first.
         threshold: Part of a tank from which on carts come, unless that is too late.
@@ -89,14 +89,13 @@ def serve_combines(
         InvalidInput: The only cart fails.
         NoPlan: A cart can never get to a combine or to its truck.
     """
-    require(strategy in STRATEGIES, "strategy", f"be one of {', '.join(STRATEGIES)}", strategy)
-    require(visits in VISITS, "visits", f"be one of {', '.join(VISITS)}", visits)
+    require_one_of("strategy", strategy, STRATEGIES)
+    require_one_of("visits", visits, VISITS)
     require(0.0 < threshold <= 1.0, "threshold", "be in (0, 1]", threshold)
     if failure is not None:
         count = len(supply.trucks)
         require(0 <= failure.cart < count, "failing_cart", f"be below {count}", failure.cart)
         require(count > 1, "carts", "be at least 2 where one fails", count)
-    again = retime or retime_alone(plans, [combine.acceleration for combine in combines])
     careful = replace(
         cart,
         acceleration=PLANNED * cart.acceleration,
@@ -107,7 +106,7 @@ def serve_combines(
     faults: list[NoPlan] = []
     # Greedy visits, too, where revised ones are not enough: the better plan is taken.
     for most_other in (MOST_OTHER, 0) if visits == "revised" else (0,):
-        service = Service(ground, world, supply, again, strategy, threshold)
+        service = Service(ground, world, supply, retime, strategy, threshold)
         try:
             _serve_all(service, most_other, progress)
         except NoPlan as fault:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..machines import MIDDLE, Cart, Combine, CombineSize, size_of
-from ..paths import MachinePath, TimedPath
+from ..paths import MachinePath, TimedPath, runs_of
 from .cart_motion import trailer_angles, trailer_poses
 from .cut_times import GAP, OpenGround, opens_along
 from .roadmap import AFTER_CUT
@@ -40,13 +40,6 @@ class Beside(NamedTuple):
 
     ahead: float
     left: float
-
-    def of(self, poses: np.ndarray) -> np.ndarray:
-        """Poses of the tractor beside poses of a combine that drives straight, shape (..., 3)."""
-        c, s = np.cos(poses[..., 2]), np.sin(poses[..., 2])
-        x = poses[..., 0] + c * self.ahead - s * self.left
-        y = poses[..., 1] + s * self.ahead + c * self.left
-        return np.stack([x, y, poses[..., 2]], axis=-1)
 
 
 class Lane(NamedTuple):
@@ -135,25 +128,17 @@ def find_windows(
                 before[:, :2] -= back * np.stack([np.cos(before[:, 2]), np.sin(before[:, 2])], 1)
                 early = times - back / combine.speed
                 ready &= opens_along(ground, boxes[1], before) + AFTER_CUT <= early
-            k = 0
-            while k < len(times):
-                if not ready[k]:
-                    k += 1
-                    continue
-                end = k
-                while end + 1 < len(times) and fits[end + 1]:
-                    end += 1
-                if at[end] - at[k] >= SHORTEST:
-                    found.append(Window(number, float(times[k]), float(times[end]), lane))
-                k = end + 1
+            for begin, behind in runs_of(fits):
+                k = begin + int(np.argmax(ready[begin:behind]))
+                if ready[k] and at[behind - 1] - at[k] >= SHORTEST:
+                    found.append(Window(number, float(times[k]), float(times[behind - 1]), lane))
     return sorted(found, key=lambda window: window.begin)
 
 
 def gentle_runs(path: MachinePath) -> list[tuple[float, float]]:
     """First and last stations of what is driven ahead and bends little [m]."""
     fits = (path.gears == 1) & (np.abs(path.curvatures) <= BEND)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], fits, [False]]))).reshape(-1, 2)
-    runs = [(float(path.stations[a]), float(path.stations[b])) for a, b in edges]
+    runs = [(float(path.stations[a]), float(path.stations[b])) for a, b in runs_of(fits)]
     return [(first, last) for first, last in runs if last - first >= SHORTEST]
 
 

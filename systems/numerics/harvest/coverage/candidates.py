@@ -13,9 +13,10 @@ from ...compiled import kernel
 from ..field.field import Field
 from ..machines import CombineSize, combine_outline
 from ..paths import MachinePath
+from ..raster import cell_under, lattice
+from .cut_ground import GAP, CutGround
 from .driver import Driver, NoWay
 from .loops import Loop, lay_out_loops
-from .precedence import GAP, CutGround
 from .rounds import CORNER_TIME
 from .swaths import Swath, lay_out_swaths
 
@@ -131,10 +132,16 @@ class Passes:
         shape = math.ceil((y1 - y0) / CELL) + 1, math.ceil((x1 - x0) / CELL) + 1
         self.origin = np.array([x0, y0])
         self.cells = np.zeros(shape, dtype=np.uint32)
-        boxes = combine_outline(combine)
-        self._outline = np.concatenate([_grid(box, 0.0) for box in boxes])
         # Cells tell places to half their diagonal.
-        self._grown = np.concatenate([_grid(box, GAP + 0.4) for box in boxes])
+        self._outline, self._grown = (
+            np.concatenate(
+                [
+                    lattice(box[0, 0] - more, box[1, 0] + more, box[2, 1] + more, SAMPLES)
+                    for box in combine_outline(combine)
+                ]
+            )
+            for more in (0.0, GAP + 0.4)
+        )
 
     def add(self, path: MachinePath, machine: int) -> None:
         """Mark where a combine passes.
@@ -247,24 +254,13 @@ def _straight(begin: np.ndarray, end: np.ndarray, gear: int) -> MachinePath:
     return MachinePath.of(poses, gears=gear)
 
 
-def _grid(corners: np.ndarray, grown: float) -> np.ndarray:
-    low, high = corners.min(axis=0) - grown, corners.max(axis=0) + grown
-    axes = [
-        np.linspace(a, b, math.ceil((b - a) / SAMPLES) + 1) for a, b in zip(low, high, strict=True)
-    ]
-    return np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
-
-
 @kernel
 def _mark(cells, origin, poses, points, bit):
     rows, columns = cells.shape
-    for k in range(len(poses)):
-        c, s = math.cos(poses[k, 2]), math.sin(poses[k, 2])
-        for i in range(len(points)):
-            x = poses[k, 0] + c * points[i, 0] - s * points[i, 1]
-            y = poses[k, 1] + s * points[i, 0] + c * points[i, 1]
-            column = math.floor((x - origin[0]) / CELL)
-            row = math.floor((y - origin[1]) / CELL)
+    for pose in poses:
+        c, s = math.cos(pose[2]), math.sin(pose[2])
+        for point in points:
+            row, column = cell_under(origin, CELL, pose, c, s, point)
             if 0 <= row < rows and 0 <= column < columns:
                 cells[row, column] |= bit
 
@@ -273,11 +269,8 @@ def _mark(cells, origin, poses, points, bit):
 def _clear(cells, origin, pose, points, bits):
     rows, columns = cells.shape
     c, s = math.cos(pose[2]), math.sin(pose[2])
-    for i in range(len(points)):
-        x = pose[0] + c * points[i, 0] - s * points[i, 1]
-        y = pose[1] + s * points[i, 0] + c * points[i, 1]
-        column = math.floor((x - origin[0]) / CELL)
-        row = math.floor((y - origin[1]) / CELL)
+    for point in points:
+        row, column = cell_under(origin, CELL, pose, c, s, point)
         if 0 <= row < rows and 0 <= column < columns and cells[row, column] & bits:
             return False
     return True

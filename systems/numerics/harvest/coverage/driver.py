@@ -1,7 +1,7 @@
 """One combine that is led over a field, and how combines cut their way to rings round holes."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -10,8 +10,8 @@ from shapely.geometry.base import BaseGeometry
 from ...planning.car_paths import CarPath, dubins_lengths, dubins_paths
 from ..machines import Combine
 from ..paths import MachinePath, join_paths
-from .loops import SPARE, Loop, cutting_radius, drive_line
-from .precedence import CutGround
+from .cut_ground import CutGround
+from .loops import SPARE, Loop, cutting_radius, drive_line, rings_inside, turned_ring
 from .swaths import Swath
 
 # Where a loop is joined, ahead of and behind the nearest point [m].
@@ -55,14 +55,14 @@ class Driver:
 
     Attributes:
         ground: What it may drive on, as it knows by now.
-        paths: Driven so far.
+        paths: Driven so far, each a piece of work or a way to one.
         roads: Loops on cut ground along which it gets about.
         ways_back: From where it is to where it came in, if that lies in crop that stands: backwards
             over what it has cut, the shortest first.
     """
 
-    def __init__(self, ground: CutGround, combine: Combine, roads: list[Loop]) -> None:
-        self.ground, self.combine, self.roads = ground, combine, roads
+    def __init__(self, ground: CutGround, roads: list[Loop]) -> None:
+        self.ground, self.combine, self.roads = ground, ground.combine, roads
         self.paths: list[MachinePath] = []
         self.ways_back: list[MachinePath] = []
 
@@ -86,7 +86,12 @@ class Driver:
         """
         if not self.paths:
             raise NoWay("a combine has nothing to cut")
-        return join_paths(self.paths)
+        return join_paths(
+            [
+                replace(path, work=np.full(len(path.lengths), number))
+                for number, path in enumerate(self.paths)
+            ]
+        )
 
     def drive(self, path: MachinePath) -> None:
         """Drive a path that begins where the combine is."""
@@ -229,21 +234,14 @@ def lay_out_roads(region: BaseGeometry, depths: list[float], radius: float) -> l
     rounded = SPARE * radius
     for depth in depths:
         loops = []
-        for part in shapely.get_parts(region.buffer(-depth, quad_segs=24)):
-            if part.geom_type != "Polygon" or part.is_empty:
-                continue
-            for place, ring in enumerate((part.exterior, *part.interiors)):
-                shape = shapely.Polygon(ring)
-                hole = place > 0
-                if not hole:
-                    shape = shape.buffer(-rounded, quad_segs=24).buffer(rounded, quad_segs=24)
-                for each in shapely.get_parts(shape):
-                    if each.area > 1.0:
-                        points = np.array(each.exterior.simplify(0.01).coords)
-                        if shapely.LinearRing(points).is_ccw != hole:
-                            points = points[::-1]
-                        none = np.zeros(0)
-                        loops.append(Loop(shapely.LineString(points), none, none, 0, hole))
+        for shape, hole in rings_inside(region, depth):
+            if not hole:
+                shape = shape.buffer(-rounded, quad_segs=24).buffer(rounded, quad_segs=24)
+            for each in shapely.get_parts(shape):
+                if each.area > 1.0:
+                    points = shapely.get_coordinates(each.exterior.simplify(0.01))
+                    line = shapely.LineString(turned_ring(points, hole=hole))
+                    loops.append(Loop(line, np.zeros(0), np.zeros(0), 0, hole))
         best = best or loops
         if len([loop for loop in loops if not loop.hole]) == 1:
             return loops
@@ -373,8 +371,8 @@ def find_gate(
     raise NoWay("to the rings round a hole")
 
 
-def drive_gate(driver: Driver, gate: Gate, swath: MachinePath | None, work: int) -> int:
-    """Drive to some rings and round them; the number of the next work.
+def drive_gate(driver: Driver, gate: Gate, swath: MachinePath | None) -> None:
+    """Drive to some rings and round them, from the outermost inwards.
 
     Rings of a narrow header leave little room between the hole and the crop that stands round them:
     the combine may have to go out as it came in.
@@ -383,7 +381,6 @@ def drive_gate(driver: Driver, gate: Gate, swath: MachinePath | None, work: int)
         driver: Who stands at the gate's start.
         gate: The way to the rings.
         swath: That is driven before the gate's path, if there is one.
-        work: Number of the first ring.
 
     Raises:
         NoWay: A ring cannot be entered from the one outside of it.
@@ -393,33 +390,17 @@ def drive_gate(driver: Driver, gate: Gate, swath: MachinePath | None, work: int)
         driver.drive(swath)
     driver.drive(gate.path)
     came_in = len(driver.paths)
-    work = drive_rings(driver, gate.group, work)
+    for number, ring in enumerate(gate.group):
+        begin = _next_ring(driver, ring) if number > 0 else ring.station(driver.pose)
+        path = drive_line(ring.part(begin, begin + ring.length + OVERLAP), cutting=True)
+        driver.drive(_from_pose(path, driver.pose))
     ways = [driver.paths[begun:end] for end in (came_in, len(driver.paths))]
     driver.ways_back = [_backwards(join_paths(way)) for way in ways if way]
-    return work
 
 
 def _backwards(path: MachinePath) -> MachinePath:
     """From the end of a path to its beginning in the other gear, the header up."""
     return MachinePath.of(path.poses[::-1], gears=(-path.gears[::-1]).tolist())
-
-
-def drive_rings(driver: Driver, group: tuple[Loop, ...], work: int) -> int:
-    """Drive rings from the outermost inwards; the number of the next work.
-
-    Raises:
-        NoWay: A ring cannot be entered from the one outside of it.
-    """
-    for number, ring in enumerate(group):
-        begin = ring.station(driver.pose)
-        if number > 0:
-            begin = _next_ring(driver, ring)
-        points = ring.part(begin, begin + ring.length + OVERLAP)
-        path = drive_line(points, cutting=True, work=work)
-        path = _from_pose(path, driver.pose)
-        driver.drive(path)
-        work += 1
-    return work
 
 
 def _next_ring(driver: Driver, ring: Loop) -> float:

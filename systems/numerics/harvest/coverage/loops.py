@@ -4,7 +4,7 @@ They are split at convex corners. The curves that a header's middle follows are 
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,8 +15,8 @@ from shapely.ops import substring
 
 from ..field.field import Field
 from ..machines import CombineSize
-from ..paths import TRANSIT, MachinePath
-from .precedence import GAP
+from ..paths import MachinePath
+from .cut_ground import GAP
 
 # Edges of the polylines that are driven along [m].
 SPACING = 1.0
@@ -117,7 +117,7 @@ def _apart(line: shapely.LineString, other: shapely.LineString) -> float:
     return float(np.hypot(*ends.T).max())
 
 
-def drive_line(points: np.ndarray, *, cutting: bool, work: int = TRANSIT) -> MachinePath:
+def drive_line(points: np.ndarray, *, cutting: bool) -> MachinePath:
     """The path along a polyline, its corners rounded by the widest arcs that fit.
 
     The polyline is divided into even edges first; each corner's arc touches both edges in their
@@ -126,7 +126,6 @@ def drive_line(points: np.ndarray, *, cutting: bool, work: int = TRANSIT) -> Mac
     Args:
         points: At least two, shape (n, 2) [m].
         cutting: Whether the header is down.
-        work: Number of the piece of work.
     """
     line = shapely.LineString(points)
     # Even edges: where short ones meet long ones, arcs would be sharper than the curve.
@@ -156,7 +155,7 @@ def drive_line(points: np.ndarray, *, cutting: bool, work: int = TRANSIT) -> Mac
     drive_to(points[-1, 0], points[-1, 1], headings[-1])
     if len(poses) == 1:
         poses.append(poses[0])
-    return MachinePath.of(poses, cutting=cutting, work=work)
+    return MachinePath.of(poses, cutting=cutting)
 
 
 @dataclass(frozen=True, eq=False)
@@ -285,26 +284,42 @@ def lay_out_loops(
         number: Of the round, 0 along the edge.
         has_room: Whether its outline at a pose, shape (3,), is on the ground, crop or not.
     """
-    depth = (number + 0.5) * combine.header_width
-    inner = region.buffer(-depth, quad_segs=24)
     loops = []
-    for part in shapely.get_parts(inner):
-        if part.is_empty or part.geom_type != "Polygon":
+    for shape, hole in rings_inside(region, (number + 0.5) * combine.header_width):
+        if shape.area < 1.0:
             continue
-        for place, ring in enumerate((part.exterior, *part.interiors)):
-            hole = place > 0
-            shape = shapely.Polygon(ring)
-            if shape.area < 1.0:
-                continue
-            radius = cutting_radius(combine) if hole else SPARE * combine.turning_radius
-            loop = _make_loop(shape, number, hole=hole, radius=radius)
-            closed = () if loop is None else _closed_corners(loop, combine, has_room)
-            if len(closed):
-                shape = _with_round_corners(shape, closed, cutting_radius(combine))
-                loop = _make_loop(shape, number, hole=hole, radius=radius)
-            if loop is not None:
-                loops.append(loop)
+        radius = cutting_radius(combine) if hole else SPARE * combine.turning_radius
+        loop = _make_loop(shape, number, hole=hole, radius=radius)
+        closed = () if loop is None else _closed_corners(loop, combine, has_room)
+        if len(closed):
+            rounded = _with_round_corners(shape, closed, cutting_radius(combine))
+            loop = _make_loop(rounded, number, hole=hole, radius=radius)
+        if loop is not None:
+            loops.append(loop)
     return sorted(loops, key=lambda loop: loop.hole)
+
+
+def rings_inside(region: BaseGeometry, depth: float) -> Iterator[tuple[shapely.Polygon, bool]]:
+    """Rings at a distance from the edges of polygons, filled, and whether they go round holes.
+
+    Args:
+        region: The polygons.
+        depth: The distance [m].
+    """
+    for part in shapely.get_parts(region.buffer(-depth, quad_segs=24)):
+        if isinstance(part, shapely.Polygon) and not part.is_empty:
+            yield shapely.Polygon(part.exterior), False
+            yield from ((shapely.Polygon(ring), True) for ring in part.interiors)
+
+
+def turned_ring(points: np.ndarray, *, hole: bool) -> np.ndarray:
+    """Points of a ring, clockwise, or counterclockwise round a hole, shape (n, 2).
+
+    Args:
+        points: Of the ring, shape (n, 2) [m].
+        hole: Whether it goes round a hole.
+    """
+    return points if shapely.LinearRing(points).is_ccw == hole else points[::-1]
 
 
 def room_beyond(
@@ -366,8 +381,7 @@ def _make_loop(shape: shapely.Polygon, number: int, *, hole: bool, radius: float
     points = shapely.get_coordinates(ring)[:-1]
     if len(points) < 3:
         return None
-    if shapely.LinearRing(points).is_ccw != hole:
-        points = points[::-1]
+    points = turned_ring(points, hole=hole)
     steps = np.roll(points, -1, axis=0) - points
     before = np.roll(steps, 1, axis=0)
     # To the right positive, which is convex where the crop is on the right.
@@ -384,9 +398,8 @@ def _make_loop(shape: shapely.Polygon, number: int, *, hole: bool, radius: float
         opened = shape.buffer(-radius, quad_segs=24).buffer(radius, quad_segs=24)
         if opened.geom_type != "Polygon" or opened.is_empty:
             return None
-        points = np.array(opened.exterior.simplify(0.02).coords)[:-1]
-        if shapely.LinearRing(points).is_ccw:
-            points = points[::-1]
+        points = shapely.get_coordinates(opened.exterior.simplify(0.02))[:-1]
+        points = turned_ring(points, hole=False)
     line = shapely.LineString([*points, points[0]])
     stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line.coords, axis=0).T))])
     return Loop(line, stations[sharp], turns[sharp], number, hole)
@@ -410,7 +423,6 @@ def drive_edge(
     end: float,
     extensions: tuple[float, float],
     combine: CombineSize,
-    work: int,
 ) -> MachinePath:
     """The path along a part of a loop without split corners, with straights at its ends.
 
@@ -420,7 +432,6 @@ def drive_edge(
         end: Station above it [m].
         extensions: Of the straights before and behind [m].
         combine: The combine.
-        work: Number of the piece of work.
     """
     points = loop.part(begin, end)
     points = points[np.concatenate([[True], np.hypot(*np.diff(points, axis=0).T) > 1e-6])]
@@ -434,4 +445,4 @@ def drive_edge(
         lines.append(ahead[None])
     radius = SPARE * combine.turning_radius
     line = smooth_line(shapely.LineString(np.concatenate(lines)), radius)
-    return drive_line(np.array(line.coords), cutting=True, work=work)
+    return drive_line(np.array(line.coords), cutting=True)

@@ -3,18 +3,18 @@
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from ...errors import NoPlan, require
+from ...errors import NoPlan, require, require_one_of
 from ..field.field import Field
 from ..machines import Combine, size_of
 from ..paths import MachinePath
 from ..turns.ground import Ground
 from ..turns.turn import combine_footprint, turn_times
 from .candidates import TURN_TIME, Candidate, Passes, find_candidates, park, start_in_bay
+from .cut_ground import WITHIN, CutGround, covered_area
 from .driver import (
     Driver,
     Gate,
@@ -27,15 +27,7 @@ from .driver import (
     stop_time,
 )
 from .loops import crop_to_offset
-from .precedence import (
-    MOST_UNDER_BODIES,
-    WITHIN,
-    CropPrecedence,
-    CutGround,
-    can_finish,
-    covered_area,
-    find_precedence,
-)
+from .precedence import MOST_UNDER_BODIES, CropPrecedence, can_finish, find_precedence
 from .rounds import Arc, bay_shifts, come_ahead, drive_arc, line_up, split_loops
 from .swaths import (
     OPEN,
@@ -83,7 +75,6 @@ class CoveragePaths:
         area: Of the crop [m^2].
         covered_area: Of the crop that is cut [m^2].
         times: Estimates of when each combine has driven its path, without waiting, shape (N,) [s].
-        works: Number of pieces of work, over all combines.
         off_paths: Whether each begins, and ends, farther than a gap from all other paths, shape
             (N, 2).
     """
@@ -93,7 +84,6 @@ class CoveragePaths:
     area: float
     covered_area: float
     times: np.ndarray
-    works: int
     off_paths: np.ndarray
 
     @property
@@ -107,10 +97,10 @@ class CoveragePaths:
         return sum(path.length for path in self.paths)
 
 
-def plan_coverage(
+def find_coverages(
     field: Field, combines: Sequence[Combine], *, pattern: str = "lands"
-) -> CoveragePaths:
-    """Paths of combines that cut a whole field, found among several ways to do so.
+) -> Iterator[CoveragePaths]:
+    """Ways to cut a whole field: the first BUILT that were found, the quickest first, then others.
 
     Args:
         field: The field.
@@ -120,93 +110,64 @@ def plan_coverage(
 
     Raises:
         InvalidInput: A value is out of its range.
-        NoPlan: The field cannot be cut by such combines.
-    """
-    return next(find_coverages(field, combines, pattern=pattern))
-
-
-def find_coverages(
-    field: Field, combines: Sequence[Combine], *, pattern: str = "lands"
-) -> Iterator[CoveragePaths]:
-    """Ways to cut a whole field: the first BUILT that were found, the quickest first, then others.
-
-    Args:
-        field: The field.
-        combines: They, of one size.
-        pattern: See `plan_coverage`.
-
-    Raises:
-        InvalidInput: A value is out of its range.
         NoPlan: There is none.
     """
     size = size_of(combines)
-    require(pattern in PATTERNS, "pattern", f"be one of {', '.join(PATTERNS)}", pattern)
+    require_one_of("pattern", pattern, PATTERNS)
     require(
         size.header_width > size.width,
         "header_width",
         f"be larger than the body's width of {size.width:g} m",
         size.header_width,
     )
-    faults = _Faults([], [])
+    faults: list[tuple[bool, str]] = []
     every = _sound_coverages(field, combines, pattern, faults)
     first = sorted(itertools.islice(every, BUILT), key=lambda coverage: coverage.times.max())
     if not first:
+        told = [f" ({fault})" for _, fault in sorted(faults, key=lambda each: each[0])[:1]]
         raise NoPlan(
             f"`field` must have room for {len(combines)} combines with headers of "
             f"{size.header_width:g} m and turns of {size.turning_radius:g} m; "
-            f"got {field.area / 1e4:.2f} ha with a margin "
-            f"of {field.margin:g} m" + "".join(f" ({fault})" for fault in faults.told())
+            f"got {field.area / 1e4:.2f} ha with a margin of {field.margin:g} m" + "".join(told)
         )
     yield from first
     yield from every
 
 
-class _Faults(NamedTuple):
-    """Why ways to cut a field are not taken.
-
-    Attributes:
-        ways: Of those that cannot be driven: what could not be reached.
-        plans: Of those that can: what they do wrong, which tells more.
-    """
-
-    ways: list[str]
-    plans: list[str]
-
-    def told(self) -> list[str]:
-        """The first that tells most, if there is one."""
-        return (self.plans or self.ways)[:1]
-
-
 def _sound_coverages(
-    field: Field, combines: Sequence[Combine], pattern: str, faults: _Faults
+    field: Field, combines: Sequence[Combine], pattern: str, faults: list[tuple[bool, str]]
 ) -> Iterator[CoveragePaths]:
-    """Coverages that do what they should, one by one; `faults` is told what is wrong with more."""
+    """Coverages that do what they should, one by one.
+
+    `faults` is told what is wrong with others, after whether they cannot even be driven: of those
+    that can, it tells more.
+    """
     size = size_of(combines)
     region = crop_to_offset(field, size)
     ground = CutGround.of(field, combines[0])
     candidates = find_candidates(field, region, ground, inwards=pattern == "thesis")
-    bare, footprint = Ground.of_field(field, gap=WITHIN), combine_footprint(size)
+    bare, footprint = Ground(field.ground.buffer(-WITHIN)), combine_footprint(size)
     least = LEAST_COVERAGE_HOLES if len(field.obstacles) >= 3 else LEAST_COVERAGE
     for candidate in _spread(candidates):
         try:
             plan = _build(field, combines, candidate, ground, adjacent=pattern == "thesis")
         except NoWay as fault:
-            faults.ways.append(str(fault))
+            faults.append((True, str(fault)))
             continue
         under = plan.precedence.crop_under_bodies / field.area
         if plan.coverage < least:
-            faults.plans.append(f"{plan.coverage:.1%} would be cut")
+            faults.append((False, f"{plan.coverage:.1%} would be cut"))
         elif not can_finish(plan.precedence):
-            faults.plans.append("combines would wait for one another")
+            faults.append((False, "combines would wait for one another"))
         elif under > MOST_UNDER_BODIES:
-            faults.plans.append(f"bodies would drive over {under:.2%} of the crop")
+            faults.append((False, f"bodies would drive over {under:.2%} of the crop"))
         elif not all(bare.admits(path, footprint) for path in plan.paths):
-            faults.plans.append("combines would leave the ground")
+            faults.append((False, "combines would leave the ground"))
         elif any(
             np.abs(path.curvatures).max(initial=0.0) > SHARPER / size.turning_radius
             for path in plan.paths
         ):
-            faults.plans.append("combines would turn too sharply")
+            faults.append((False, "combines would turn too sharply"))
         else:
             yield plan
 
@@ -237,18 +198,18 @@ def _build(
     roads = lay_out_roads(candidate.region, depths, size.turning_radius)
     if not roads:
         raise NoWay("no room for a round")
-    drivers = [Driver(uncut.copy_for(combine), combine, []) for combine in combines]
-    work = _drive_rounds(drivers, candidate, field, adjacent=adjacent)
+    drivers = [Driver(uncut.copy_for(combine), []) for combine in combines]
+    _drive_rounds(drivers, candidate, field, adjacent=adjacent)
     for driver in drivers:
         driver.roads = roads
-    work, lands = _drive_swaths(drivers, candidate, work)
+    lands = _drive_swaths(drivers, candidate)
     off_paths = _wait_off_paths(field, uncut, drivers, candidate, lands)
     paths = tuple(driver.path for driver in drivers)
     covered = covered_area(field, paths, size)
     each = zip(paths, combines, strict=True)
     times = np.array([driving_time(path, combine) for path, combine in each])
     precedence = find_precedence(field, paths, size)
-    return CoveragePaths(paths, precedence, field.area, covered, times, work, off_paths)
+    return CoveragePaths(paths, precedence, field.area, covered, times, off_paths)
 
 
 def driving_time(path: MachinePath, combine: Combine) -> float:
@@ -258,10 +219,9 @@ def driving_time(path: MachinePath, combine: Combine) -> float:
 
 def _drive_rounds(
     drivers: list[Driver], candidate: Candidate, field: Field, *, adjacent: bool
-) -> int:
+) -> None:
     """Drive all rounds, each in arcs of all combines, or each by one of them in turn."""
     count, combine = len(drivers), drivers[0].combine
-    work = 0
     wide = len(bay_shifts(drivers[0].ground)) > 0
     if adjacent:
         if count > 1 and not wide:
@@ -285,8 +245,7 @@ def _drive_rounds(
         begun.append(arcs[0])
         for driver, mine in zip(team, _share_arcs(team, arcs), strict=True):
             for arc in mine:
-                drive_arc(driver, arc, work)
-                work += 1
+                drive_arc(driver, arc)
         _share_ground(drivers)
         roads = lay_out_roads(
             candidate.region, [(number + 1) * combine.header_width / 2], combine.turning_radius
@@ -294,11 +253,10 @@ def _drive_rounds(
         for driver in drivers:
             driver.roads = roads
         if number + 1 < len(candidate.rounds):
-            work = _drive_early_rings(drivers, candidate, number, work)
-    return work
+            _drive_early_rings(drivers, candidate, number)
 
 
-def _drive_early_rings(drivers: list[Driver], candidate: Candidate, number: int, work: int) -> int:
+def _drive_early_rings(drivers: list[Driver], candidate: Candidate, number: int) -> None:
     """Rings whose outermost is of this round: the next round goes round their holes too."""
     groups = ring_groups(candidate.rounds)
     lanes = [loop for loop in candidate.rounds[number] if not loop.hole]
@@ -308,9 +266,8 @@ def _drive_early_rings(drivers: list[Driver], candidate: Candidate, number: int,
             away = [float(np.hypot(*(driver.pose - gate.start)[:2])) for driver in drivers]
             driver = drivers[int(np.argmin(away))]
             driver.go(gate.start)
-            work = drive_gate(driver, gate, None, work)
+            drive_gate(driver, gate, None)
     _share_ground(drivers)
-    return work
 
 
 def _share_arcs(drivers: list[Driver], arcs: list[Arc]) -> list[list[Arc]]:
@@ -371,9 +328,8 @@ def _wait_off_paths(
     return off_paths
 
 
-def _drive_swaths(
-    drivers: list[Driver], candidate: Candidate, work: int
-) -> tuple[int, list[list[int]]]:
+def _drive_swaths(drivers: list[Driver], candidate: Candidate) -> list[list[int]]:
+    """Drive all rings that are left and all swaths; the swaths of each combine, by number."""
     swaths = candidate.swaths
     groups = ring_groups(candidate.rounds)
     groups = [group for group in groups if group[0].number == len(candidate.rounds) - 1]
@@ -401,21 +357,19 @@ def _drive_swaths(
             driver.go(gate.start)
             swath = None
             if gate.node is not None:
-                swath = swaths[gate.node // 2].path(work, back=bool(gate.node % 2))
-                work += 1
-            work = drive_gate(driver, gate, swath, work)
+                swath = swaths[gate.node // 2].path(back=bool(gate.node % 2))
+            drive_gate(driver, gate, swath)
         done = {gate.node // 2 for gate in mine if gate.node is not None}
         land = [k for k in land if k not in done]
-        order, _ = order_swaths(_swath_times(swaths, land, done, driver), number)
+        order = order_swaths(_swath_times(swaths, land, done, driver), number)
         rests.append([2 * land[node // 2] + node % 2 for node in order])
     _share_ground(drivers)
     for driver, order in zip(drivers, rests, strict=True):
         for node in order:
             swath = swaths[node // 2]
             driver.go(swath.pose(node % 2, outwards=False))
-            driver.drive(swath.path(work, back=bool(node % 2)))
-            work += 1
-    return work, lands
+            driver.drive(swath.path(back=bool(node % 2)))
+    return lands
 
 
 def _share_lands(
@@ -463,7 +417,7 @@ def _turning_time(swaths: tuple[Swath, ...], land: list[int], driver: Driver, se
     if not land:
         return 0.0
     times = _swath_times(swaths, land, set(), driver)
-    order, _ = order_swaths(times, seed)
+    order = order_swaths(times, seed)
     return float(times.first[order[0]] + times.between[order[:-1], order[1:]].sum())
 
 
@@ -496,4 +450,4 @@ def _swath_times(
     sides = [left_neighbour(swaths, k, back=back) for k in land for back in (False, True)]
     left = np.array([number_of.get(side, STANDS) for side in sides], dtype=np.int64)
     closed = np.repeat([CLOSED * swath.length / combine.speed for swath in mine], 2)
-    return SwathTimes(between, first, np.zeros(len(entries)), left, closed)
+    return SwathTimes(between, first, left, closed)

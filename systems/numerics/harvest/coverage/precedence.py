@@ -1,6 +1,4 @@
-"""What of a field is cut by when: ground that may be driven on, and what must be cut before.
-
-Crop precedence, what must be cut before a body is somewhere, is told from paths alone.
+"""Crop precedence: what must be cut before a body is somewhere, told from paths alone.
 
 **Rings of waiting.** The tail of a body swings out of a curve that is narrower than the header's
 cutting radius, over slivers of what somebody else cuts later. Where combines would wait for such
@@ -14,27 +12,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import shapely
-from scipy.ndimage import label
 
 from ...compiled import compiled, kernel
 from ..field.field import Field
-from ..machines import Combine, CombineSize
+from ..machines import CombineSize
 from ..paths import MachinePath, TimedPath
+from ..raster import cell_under, lattice
 from ..turns.borders import CROP_CELL, StandingCrop
-from ..turns.ground import Ground
-from ..turns.turn import EXPANSIONS, combine_footprint, turn_between
-
-# Distance kept from obstacles, and how much less is let pass for rounding [m].
-GAP = 0.5
-ROUNDING = 0.02
-
-# Smaller patches of crop may be given up [m^2].
-LEAST_PATCH = 20.0
-
-# By how much the ground ends before the margin does, so that what `stays_on_ground` lets pass is no
-# fault to the audit, and machines may still drive along the margin's very end [m].
-WITHIN = 0.006
+from .cut_ground import LEAST_PATCH, header_down
 
 # Spacing of the stations for which precedence is told [m].
 SPACING = 1.0
@@ -54,129 +39,6 @@ MOST_CELLS = 5e6
 # Largest share of the crop over which bodies drive, of which the audit, which looks closer, finds a
 # quarter more and allows a fifth of a percent [-].
 MOST_UNDER_BODIES = 0.0015
-
-
-class CutGround:
-    """A field that is cut path by path.
-
-    Attributes:
-        ground: Which no outline leaves.
-        crop: What stands on it.
-        combine: The combine that drives there.
-        margin: Width of the strip outside of the crop that may be driven on [m].
-    """
-
-    def __init__(self, ground: Ground, crop: StandingCrop, combine: Combine, margin: float) -> None:
-        self.ground, self.crop, self.combine, self.margin = ground, crop, combine, margin
-
-    @classmethod
-    def of(cls, field: Field, combine: Combine) -> "CutGround":
-        """The ground before anything is cut."""
-        obstacles = [shape.buffer(GAP - ROUNDING) for shape in field.obstacles]
-        within = field.ground.buffer(-WITHIN, join_style="mitre")
-        region = within.difference(shapely.union_all(obstacles))
-        return cls(Ground(region), StandingCrop(field.polygon), combine, field.margin)
-
-    def copy_for(self, combine: Combine) -> "CutGround":
-        """The same ground, to be cut apart from this by a combine of the same size."""
-        return CutGround(self.ground, self.crop.copy(), combine, self.margin)
-
-    def give_up_patches(self) -> None:
-        """Let bodies drive over crop that is left in small patches, where rounds meet."""
-        patches = np.empty(self.crop.cells.shape, dtype=np.int32)
-        label(self.crop.cells, output=patches)
-        sizes = np.bincount(patches.ravel()) * CROP_CELL**2
-        self.crop.cells &= sizes[patches] >= LEAST_PATCH
-
-    def cut(self, path: MachinePath) -> None:
-        """Cut what a path cuts."""
-        poses, cutting = sample_path(path, 0.5 * CROP_CELL)
-        half = self.combine.header_width / 2
-        depth = self.combine.header_depth
-        _cut(self.crop.cells, self.crop.origin, CROP_CELL, poses[cutting], half, depth)
-
-    def turn(
-        self, start: np.ndarray, goal: np.ndarray, *, search: bool = False
-    ) -> MachinePath | None:
-        """The quickest turn found from one pose to another, or None.
-
-        Args:
-            start: x, y, theta, shape (3,) [m], [m], [rad].
-            goal: The same, shape (3,).
-            search: Whether to search for a way where no word fits, which takes long.
-        """
-        ends = start.tolist(), goal.tolist()
-        expansions = EXPANSIONS if search else 0
-        return turn_between(*ends, self.ground, self.combine, crop=self.crop, expansions=expansions)
-
-    def admits(self, path: MachinePath, *, cutting: bool = False) -> bool:
-        """Whether the outline keeps to the ground on a path, and, unless it cuts, off crop.
-
-        Args:
-            path: The path.
-            cutting: Whether the header is down on it.
-        """
-        crop = None if cutting else self.crop
-        return self.ground.admits(path, combine_footprint(self.combine), crop)
-
-    def may_stand(self, pose: np.ndarray) -> bool:
-        """Whether the outline at a pose, shape (3,), is on the ground, with its body off crop."""
-        return self.ground.admits_pose(pose.tolist(), combine_footprint(self.combine), self.crop)
-
-    def has_room(self, pose: np.ndarray) -> bool:
-        """Whether the outline at a pose, shape (3,), is on the ground, crop or not."""
-        return self.ground.admits_pose(pose.tolist(), combine_footprint(self.combine))
-
-
-def covered_area(field: Field, paths: tuple[MachinePath, ...], combine: CombineSize) -> float:
-    """Area of crop over which the headers' middles pass, being down [m^2]."""
-    sweeps = []
-    half = combine.header_width / 2
-    for path in paths:
-        begin, end = path.poses[:-1][path.cutting], path.poses[1:][path.cutting]
-        left, right = (
-            [
-                np.column_stack(
-                    [pose[:, 0] - s * np.sin(pose[:, 2]), pose[:, 1] + s * np.cos(pose[:, 2])]
-                )
-                for pose in (begin, end)
-            ]
-            for s in (half, -half)
-        )
-        quads = np.stack([left[0], left[1], right[1], right[0]], axis=1)
-        sweeps.append(shapely.convex_hull(shapely.multipoints(quads)))
-    cut = shapely.union_all(np.concatenate(sweeps))
-    return float(shapely.intersection(cut, field.polygon).area)
-
-
-def sample_path(path: MachinePath, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Poses along a path, shape (n, 3), and whether the header is down at each, shape (n,).
-
-    Args:
-        path: The path.
-        spacing: [m].
-    """
-    stations = path.stations_every(spacing)
-    return path.pose_at(stations), path.cutting[path.piece_at(stations)]
-
-
-@kernel
-def _cut(cells, origin, size, poses, half, depth):
-    rows, columns = cells.shape
-    across = math.ceil(2 * half / (0.6 * size))
-    along = math.ceil(depth / (0.6 * size))
-    for k in range(len(poses)):
-        c, s = math.cos(poses[k, 2]), math.sin(poses[k, 2])
-        for i in range(across + 1):
-            side = -half + 2 * half * i / across
-            for j in range(along + 1):
-                ahead = depth * (j / along - 0.5)
-                x = poses[k, 0] + c * ahead - s * side
-                y = poses[k, 1] + s * ahead + c * side
-                column = math.floor((x - origin[0]) / size)
-                row = math.floor((y - origin[1]) / size)
-                if 0 <= row < rows and 0 <= column < columns:
-                    cells[row, column] = False
 
 
 class CropPrecedence(NamedTuple):
@@ -231,11 +93,9 @@ def find_precedence(
     crop = StandingCrop(field.polygon)
     rows, columns = crop.cells.shape
     cut_at = np.full((len(paths), rows, columns), NEVER, dtype=np.float64)
-    half = combine.header_width / 2
+    header = _header(combine.header_width / 2 + BESIDE, CROP_CELL)
     for n, path in enumerate(paths):
-        _mark_cut(
-            cut_at[n], crop.origin, CROP_CELL, *_header_down(path, CROP_CELL / 2), half + BESIDE
-        )
+        _mark_cut(cut_at[n], crop.origin, CROP_CELL, *header_down(path, CROP_CELL / 2), header)
     given_up = np.zeros(cut_at.shape, dtype=np.bool_)
     every = tuple(path.stations_every(SPACING) for path in paths)
     box = _body(combine, CROP_CELL)
@@ -359,10 +219,10 @@ def _trodden_area(
     """
     size, shape = _fine_cells(crop)
     under = np.zeros(shape, dtype=np.bool_)
-    half, box = combine.header_width / 2 + size / 2, _body(combine, size)
+    header, box = _header(combine.header_width / 2 + size / 2, size), _body(combine, size)
     for m, path in enumerate(paths):
         own = np.full(shape, np.inf, dtype=np.float32)
-        _mark_cut(own, crop.origin, size, *_header_down(path, size / 2), half)
+        _mark_cut(own, crop.origin, size, *header_down(path, size / 2), header)
         alone = (np.delete(cut_at, m, axis=0) == NEVER).all(axis=0)
         stands = crop.cells & (alone | given_up[m])
         stations = path.stations_every(size)
@@ -382,12 +242,12 @@ def crop_under_bodies(field: Field, timed: Sequence[TimedPath], combine: Combine
     size, shape = _fine_cells(crop)
     cut, under = np.full(shape, np.inf, dtype=np.float32), np.zeros(shape, dtype=np.bool_)
     # Both reach half a cell too far, on the mean. Points on the edges of cells would miss some.
-    half = combine.header_width / 2
-    inside = np.array([1.0, -1.0, -1.0]) * 5e-3 * size
-    box = np.array([-combine.length, -combine.header_depth / 2, combine.width / 2]) + inside
+    header, inside = _header(combine.header_width / 2, size), 5e-3 * size
+    rear, front = inside - combine.length, -combine.header_depth / 2 - inside
+    box = lattice(rear, front, combine.width / 2 - inside, size)
     for each in timed:
-        poses, stations = _header_down(each.path, size / 2)
-        _mark_cut(cut, crop.origin, size, poses, _arrivals(each, stations), half)
+        poses, stations = header_down(each.path, size / 2)
+        _mark_cut(cut, crop.origin, size, poses, _arrivals(each, stations), header)
     for each in timed:
         stations = each.path.stations_every(size)
         poses, times = each.path.pose_at(stations), _arrivals(each, stations)
@@ -408,134 +268,101 @@ def _fine_cells(crop: StandingCrop) -> tuple[float, np.ndarray]:
     return size, np.floor(np.array(crop.cells.shape) * CROP_CELL / size).astype(int)
 
 
-def _header_down(path: MachinePath, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Poses and stations with the header down, shapes (k, 3) and (k,)."""
-    stations = path.stations_every(spacing)
-    down = path.cutting[path.piece_at(stations)]
-    return path.pose_at(stations)[down], stations[down]
+def _header(half: float, size: float) -> np.ndarray:
+    """Points on the middle line of a header, half a cell apart at most, shape (n, 2) [m]."""
+    return lattice(0.0, 0.0, half, 0.5 * size)
 
 
 def _body(combine: CombineSize, size: float) -> np.ndarray:
-    """Rear, front and half the width of the body behind the header [m].
+    """Points on the body behind the header, about a cell's side apart, shape (n, 2) [m].
 
     Points nearer to its sides than half a cell would tell of cells that are mostly beside it.
     """
     front = -combine.header_depth / 2
-    return np.array([-combine.length + size / 2, front - size / 2, (combine.width - size) / 2])
+    return lattice(-combine.length + size / 2, front - size / 2, (combine.width - size) / 2, size)
 
 
 @compiled
-def _mark_cut(cut_at, origin, size, poses, stations, half):
-    """Mark when the header's middle passes over cells."""
+def _mark_cut(cut_at, origin, size, poses, stations, points):
+    """Mark when points of a header pass over cells."""
     rows, columns = cut_at.shape
-    across = math.ceil(2 * half / (0.5 * size))
     for k in range(len(poses)):
         c, s = math.cos(poses[k, 2]), math.sin(poses[k, 2])
-        for i in range(across + 1):
-            side = -half + 2 * half * i / across
-            x, y = poses[k, 0] - s * side, poses[k, 1] + c * side
-            column = math.floor((x - origin[0]) / size)
-            row = math.floor((y - origin[1]) / size)
+        for point in points:
+            row, column = cell_under(origin, size, poses[k], c, s, point)
             if 0 <= row < rows and 0 <= column < columns and stations[k] < cut_at[row, column]:
                 cut_at[row, column] = stations[k]
 
 
 @compiled
-def _tread(cut_at, stands, under, origin, size, poses, stations, box):
+def _tread(cut_at, stands, under, origin, size, poses, stations, points):
     """Mark cells under a body whose crop stands and is cut later, if at all."""
     rows, columns = cut_at.shape
-    rear, front, half = box
-    along = math.ceil((front - rear) / size)
-    across = math.ceil(2 * half / size)
     for k in range(len(poses)):
         c, s = math.cos(poses[k, 2]), math.sin(poses[k, 2])
-        for i in range(along + 1):
-            ahead = rear + (front - rear) * i / along
-            for j in range(across + 1):
-                side = -half + 2 * half * j / across
-                x = poses[k, 0] + c * ahead - s * side - origin[0]
-                y = poses[k, 1] + s * ahead + c * side - origin[1]
-                row, column = math.floor(y / size), math.floor(x / size)
-                if 0 <= row < rows and 0 <= column < columns and cut_at[row, column] > stations[k]:
-                    row_of_crop, column_of_crop = (
-                        math.floor(y / CROP_CELL),
-                        math.floor(x / CROP_CELL),
-                    )
-                    if stands[row_of_crop, column_of_crop]:
-                        under[row, column] = True
+        for point in points:
+            row, column = cell_under(origin, size, poses[k], c, s, point)
+            inside = 0 <= row < rows and 0 <= column < columns
+            if not inside or cut_at[row, column] <= stations[k]:
+                continue
+            if stands[cell_under(origin, CROP_CELL, poses[k], c, s, point)]:
+                under[row, column] = True
 
 
 @kernel
-def _awaited(cut_at, crop, origin, pose, station, me, ahead, side):
-    """Whom a point of a body awaits, where crop stands that it does not cut before.
+def _awaited(cut_at, crop, me, station, row, column):
+    """Whom a body awaits on a cell where crop stands that it does not cut before.
 
     Returns:
-        Row and column of the crop, the number of the combine that cuts it after the least way, or
-        -1 where nobody is awaited, and the station of that one then [m].
+        The number of the combine that cuts it after the least way, or -1 where nobody is awaited,
+        and the station of that one then [m].
     """
     machines, rows, columns = cut_at.shape
-    c, s = math.cos(pose[2]), math.sin(pose[2])
-    x = pose[0] + c * ahead - s * side
-    y = pose[1] + s * ahead + c * side
-    column = math.floor((x - origin[0]) / CROP_CELL)
-    row = math.floor((y - origin[1]) / CROP_CELL)
     best, when = -1, 1e17
     if row < 0 or row >= rows or column < 0 or column >= columns:
-        return row, column, best, when
+        return best, when
     if crop[row, column] and cut_at[me, row, column] > station:
         for n in range(machines):
             if n != me and cut_at[n, row, column] < when:
                 best, when = n, cut_at[n, row, column]
-    return row, column, best, when
+    return best, when
 
 
 @compiled
-def _needed(cut_at, crop, origin, poses, stations, me, box, needed):
-    rear, front, half = box
-    along = math.ceil((front - rear) / CROP_CELL)
-    across = math.ceil(2 * half / CROP_CELL)
+def _needed(cut_at, crop, origin, poses, stations, me, points, needed):
     for k in range(len(poses)):
-        for i in range(along + 1):
-            ahead = rear + (front - rear) * i / along
-            for j in range(across + 1):
-                side = -half + 2 * half * j / across
-                _, _, best, when = _awaited(
-                    cut_at, crop, origin, poses[k], stations[k], me, ahead, side
-                )
-                if best >= 0:
-                    needed[best, k] = max(needed[best, k], when)
+        c, s = math.cos(poses[k, 2]), math.sin(poses[k, 2])
+        for point in points:
+            cell = cell_under(origin, CROP_CELL, poses[k], c, s, point)
+            best, when = _awaited(cut_at, crop, me, stations[k], *cell)
+            if best >= 0:
+                needed[best, k] = max(needed[best, k], when)
 
 
 @compiled
-def _mark_waited_for(cut_at, crop, origin, poses, stations, me, box, reached, clear, marked):
+def _mark_waited_for(cut_at, crop, origin, poses, stations, me, points, reached, clear, marked):
     """Mark crop that a body would drive over if it waited no more, until it needs none for a while.
 
     Args:
         cut_at, crop, origin: The ground.
         poses, stations: Of the body from where it waits, shapes (k, 3) and (k,).
         me: Its number.
-        box: Its rear, front and half its width [m].
+        points: Of the body, shape (n, 2) [m].
         reached: Where all combines stand, shape (N,) [m].
         clear: The way without any such crop that ends it [m].
         marked: Written, shape (rows, columns).
     """
-    rear, front, half = box
-    along = math.ceil((front - rear) / CROP_CELL)
-    across = math.ceil(2 * half / CROP_CELL)
     last = stations[0] if len(stations) else 0.0
     for k in range(len(poses)):
         if stations[k] > last + clear:
             break
-        for i in range(along + 1):
-            ahead = rear + (front - rear) * i / along
-            for j in range(across + 1):
-                side = -half + 2 * half * j / across
-                row, column, best, when = _awaited(
-                    cut_at, crop, origin, poses[k], stations[k], me, ahead, side
-                )
-                if best >= 0 and when > reached[best]:
-                    marked[row, column] = True
-                    last = stations[k]
+        c, s = math.cos(poses[k, 2]), math.sin(poses[k, 2])
+        for point in points:
+            cell = cell_under(origin, CROP_CELL, poses[k], c, s, point)
+            best, when = _awaited(cut_at, crop, me, stations[k], *cell)
+            if best >= 0 and when > reached[best]:
+                marked[cell] = True
+                last = stations[k]
 
 
 def can_finish(precedence: CropPrecedence) -> bool:

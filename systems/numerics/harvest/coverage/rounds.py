@@ -15,9 +15,9 @@ from shapely.geometry.base import BaseGeometry
 
 from ..machines import Combine
 from ..paths import MachinePath
+from .cut_ground import GAP, CutGround
 from .driver import Driver, NoWay
 from .loops import Loop, cutting_radius, drive_edge, room_beyond
-from .precedence import GAP, CutGround
 
 # What a split corner costs, to balance arcs [s].
 CORNER_TIME = 18.0
@@ -77,14 +77,13 @@ def entry_length(shift: float, combine: Combine) -> tuple[float, float]:
     return 2 * radius * math.sin(angle), radius
 
 
-def entry_path(goal: np.ndarray, shift: float, combine: Combine, work: int) -> MachinePath:
+def entry_path(goal: np.ndarray, shift: float, combine: Combine) -> MachinePath:
     """The change of lanes, from the left, that ends at a pose.
 
     Args:
         goal: x, y, theta, shape (3,) [m], [m], [rad].
         shift: Between the lanes [m].
         combine: The combine.
-        work: Number of the piece of work.
     """
     along, _ = entry_length(shift, combine)
     c, s = math.cos(goal[2]), math.sin(goal[2])
@@ -94,7 +93,7 @@ def entry_path(goal: np.ndarray, shift: float, combine: Combine, work: int) -> M
         return [goal[0] - way * c - side * s, goal[1] - way * s + side * c, goal[2] + turn]
 
     poses = [behind(along, shift, 0.0), behind(along / 2, shift / 2, -lean), behind(0.0, 0.0, 0.0)]
-    return MachinePath.of(poses, cutting=True, work=work)
+    return MachinePath.of(poses, cutting=True)
 
 
 def bay_shifts(ground: CutGround) -> list[float]:
@@ -155,13 +154,12 @@ def split_loops(
     return arcs
 
 
-def drive_arc(driver: Driver, arc: Arc, work: int) -> None:
+def drive_arc(driver: Driver, arc: Arc) -> None:
     """Drive an arc, from the bay or from where the combine is.
 
     Args:
         driver: Who drives.
         arc: The arc.
-        work: Number of the piece of work.
 
     Raises:
         NoWay: It cannot be reached, or a corner not be turned.
@@ -172,10 +170,10 @@ def drive_arc(driver: Driver, arc: Arc, work: int) -> None:
         behind = _room(driver, loop, begin, -1) if _is_corner(loop, begin) else 0.0
         ahead = _room(driver, loop, end, 1) if _is_corner(loop, end) else 0.0
         if number == 0 and not arc.from_corner:
-            path = drive_edge(loop, begin, end, (0.0, ahead), combine, work)
-            _enter(driver, path.poses[0], arc.shift, work)
+            path = drive_edge(loop, begin, end, (0.0, ahead), combine)
+            _enter(driver, path.poses[0], arc.shift)
         else:
-            path = _reach(driver, loop, (begin, end), (behind, ahead), work)
+            path = _reach(driver, loop, (begin, end), (behind, ahead))
         driver.drive(path)
 
 
@@ -184,14 +182,13 @@ def _reach(
     loop: Loop,
     stations: tuple[float, float],
     extensions: tuple[float, float],
-    work: int,
 ) -> MachinePath:
     """Drive to where an edge begins, as far before its corner as can be; the edge's path."""
     behind, ahead = extensions
     faults = []
     for less in LESS:
         if less <= behind:
-            path = drive_edge(loop, *stations, (behind - less, ahead), driver.combine, work)
+            path = drive_edge(loop, *stations, (behind - less, ahead), driver.combine)
             try:
                 driver.go(path.poses[0])
             except NoWay as fault:
@@ -202,12 +199,12 @@ def _reach(
     raise faults[0]
 
 
-def _enter(driver: Driver, goal: np.ndarray, shift: float, work: int) -> None:
+def _enter(driver: Driver, goal: np.ndarray, shift: float) -> None:
     combine = driver.combine
     along, _ = entry_length(shift, combine)
     if driver.paths and driver.cut_towards(goal, 1.5 * along):
         return
-    path = entry_path(goal, shift, combine, work)
+    path = entry_path(goal, shift, combine)
     driver.go(path.poses[0])
     driver.drive(path)
 
@@ -260,7 +257,7 @@ def _fitting(
                     continue
                 pose = loop.pose(at)
                 leaning = (np.append(pose[:2], pose[2] + lean) for lean in (-LEAN, LEAN))
-                entries = [entry_path(goal, shift, ground.combine, 0) for goal in leaning]
+                entries = [entry_path(goal, shift, ground.combine) for goal in leaning]
                 if all(
                     ground.may_stand(entry.poses[0]) and ground.admits(entry, cutting=True)
                     for entry in entries
@@ -316,7 +313,7 @@ def line_up(drivers: list[Driver], loop: Loop) -> None:
     for number, driver in enumerate(drivers):
         on = number * ahead_on(loop) - (BEFORE + COMING_OFF) * (number > 0)
         goal = loop.pose((first.begin + on) % loop.length)
-        driver.go(entry_path(goal, first.shift, combine, 0).poses[0])
+        driver.go(entry_path(goal, first.shift, combine).poses[0])
 
 
 def come_ahead(driver: Driver, begun: list[Arc], count: int, region: BaseGeometry) -> None:
@@ -336,7 +333,7 @@ def come_ahead(driver: Driver, begun: list[Arc], count: int, region: BaseGeometr
         standing = (count - 1 - behind) * ahead_on(arc.loop) + LAG
         tail = arc.loop.part(max(arc.begin + ahead_on(arc.loop), arc.end - standing), arc.end)
         strip = shapely.LineString(tail).buffer(half, cap_style="flat", quad_segs=4)
-        crop.stand(strip.intersection(region))
+        crop.mark(strip.intersection(region), stands=True)
     last = begun[-1]
     driver.go(last.loop.pose((last.begin + ahead_on(last.loop) - BEFORE) % last.loop.length))
     crop.cells[:] = cells

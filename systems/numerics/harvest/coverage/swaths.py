@@ -60,17 +60,16 @@ class Swath:
         theta = math.atan2(along[1], along[0]) + (math.pi if end == 0 else 0.0)
         return np.array([*self.ends[end], theta if outwards else theta + math.pi])
 
-    def path(self, work: int, *, back: bool) -> MachinePath:
+    def path(self, *, back: bool) -> MachinePath:
         """The path from its first end to its second, or back.
 
         Args:
-            work: Number of the piece of work.
             back: Whether it is driven from its second end to its first.
         """
         end = 0 if back else 1
         poses = np.array([self.pose(1 - end, outwards=False), self.pose(end, outwards=True)])
         poses[0, 2] = poses[1, 2]
-        return MachinePath.of(poses, cutting=True, work=work)
+        return MachinePath.of(poses, cutting=True)
 
 
 def lay_out_swaths(inside: BaseGeometry, direction: float, combine: CombineSize) -> list[Swath]:
@@ -231,20 +230,18 @@ class SwathTimes(NamedTuple):
     Attributes:
         between: From the end of a node to the beginning of another, shape (2 m, 2 m) [s].
         first: From where the combine comes from, shape (2 m,) [s].
-        last: What it costs to end with a node, shape (2 m,) [s].
         left: Number of the swath on the left of who drives a node, OPEN or STANDS, shape (2 m,).
         closed: What it costs to drive a node while crop stands on its left, shape (2 m,) [s].
     """
 
     between: np.ndarray
     first: np.ndarray
-    last: np.ndarray
     left: np.ndarray
     closed: np.ndarray
 
 
-def order_swaths(times: SwathTimes, seed: int) -> tuple[list[int], float]:
-    """Nodes in the best order found, and what it costs: time between swaths and of closed ones [s].
+def order_swaths(times: SwathTimes, seed: int) -> list[int]:
+    """Nodes in the best order found, by the time between swaths and what closed ones cost.
 
     Args:
         times: Of m swaths.
@@ -252,17 +249,17 @@ def order_swaths(times: SwathTimes, seed: int) -> tuple[list[int], float]:
     """
     count = len(times.first) // 2
     if count == 0:
-        return [], 0.0
+        return []
     order = 2 * np.arange(count)
     best = np.empty_like(order)
     draws = np.random.default_rng(seed).random((STEPS * count, 5))
-    total = _anneal(order, best, times, draws, HOT, COLD)
-    return best.tolist(), float(total)
+    _anneal(order, best, times, draws, HOT, COLD)
+    return best.tolist()
 
 
 @kernel
 def _total(order, times, done):
-    total = times.first[order[0]] + times.last[order[-1]]
+    total = times.first[order[0]]
     done[:] = False
     for k in range(len(order)):
         node = order[k]
@@ -277,7 +274,7 @@ def _total(order, times, done):
 
 @compiled
 def _anneal(order, best, times, draws, hot, cold):
-    """Write the best order found into `best`; what it costs."""
+    """Write the best order found into `best`."""
     count, steps = len(order), len(draws)
     done = np.zeros(count, dtype=np.bool_)
     now = _total(order, times, done)
@@ -315,4 +312,3 @@ def _anneal(order, best, times, draws, hot, cold):
             if now < least:
                 least = now
                 best[:] = order
-    return least

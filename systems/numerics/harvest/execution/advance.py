@@ -172,27 +172,14 @@ def drive_on(
         step: [s].
     """
     half = len(carts) // 2
-    count = len(stations) + half
-    after = np.empty(2 * count)
     loads, places = loads_of(accounts, room, load), np.concatenate((stations, carts[:half]))
     pour_alongside(fleet, orders.ties, loads, places, alongside)
-    advance(
-        fleet,
-        orders,
-        pace,
-        loads,
-        places,
-        np.concatenate((speeds, carts[half:])),
-        now,
-        step,
-        after[:count],
-        after[count:],
-    )
-    return after
+    driven = np.concatenate((speeds, carts[half:]))
+    return np.concatenate(advance(fleet, orders, pace, loads, places, driven, now, step))
 
 
 @compiled
-def advance(fleet, orders, pace, loads, stations, speeds, now, step, after, after_speeds):
+def advance(fleet, orders, pace, loads, stations, speeds, now, step):
     """Stations and speeds of all machines a step later.
 
     Args:
@@ -203,8 +190,11 @@ def advance(fleet, orders, pace, loads, stations, speeds, now, step, after, afte
         stations, speeds: Where they are, shape (M,) [m], [m/s].
         now: [s].
         step: [s].
-        after, after_speeds: What comes of it, shape (M,) [m], [m/s].
+
+    Returns:
+        Shape (M,) each [m], [m/s].
     """
+    after, after_speeds = np.empty(len(stations)), np.empty(len(stations))
     for m in range(len(stations)):
         at, speed = planned_at(fleet.planned, m, now)
         punctual = abs(stations[m] - at) <= ON_TIME and abs(speeds[m] - speed) <= ON_TIME
@@ -228,29 +218,21 @@ def advance(fleet, orders, pace, loads, stations, speeds, now, step, after, afte
                     hold = min(hold, fleet.trips[j])
                     break
         beside = place_beside(fleet, orders.ties, stations, speeds, m, step)
-        _step(
-            fleet,
-            m,
-            stations[m],
-            speeds[m],
-            now + step,
-            step,
-            hold,
-            beside,
-            factor_at(pace, m, now),
-            punctual,
-            after,
-            after_speeds,
+        factor = factor_at(pace, m, now)
+        after[m], after_speeds[m] = _step(
+            fleet, m, stations[m], speeds[m], now, step, hold, beside, factor, punctual
         )
+    return after, after_speeds
 
 
 @kernel
-def _step(
-    fleet, m, station, speed, then, step, hold, beside, factor, punctual, after, after_speeds
-):
-    """The step of one machine, with its hold, and the place that it should not be beyond."""
+def _step(fleet, m, station, speed, now, step, hold, beside, factor, punctual):
+    """The step of one machine, with its hold, and the place that it should not be beyond.
+
+    Ten arguments: the machine, where it is, the step, and what keeps it back.
+    """
     brake = fleet.brakes[m]
-    target, target_speed = planned_at(fleet.planned, m, then)
+    target, target_speed = planned_at(fleet.planned, m, now + step)
     ahead = target + target_speed * target_speed / (2 * brake)
     # Rounding of holds that are where the plan stands.
     if (
@@ -258,8 +240,7 @@ def _step(
         and ahead <= hold + ON_TIME
         and (factor >= 1.0 or target_speed <= factor * fastest_at(fleet.fastest, m, target))
     ):
-        after[m], after_speeds[m] = target, target_speed
-        return
+        return target, target_speed
     end = fleet.halts[fleet.halts_at[m + 1] - 1]
     for h in range(fleet.halts_at[m], fleet.halts_at[m + 1]):
         if fleet.halts[h] > station + PASSED:
@@ -272,12 +253,11 @@ def _step(
     if low == 0.0 and station + speed * step / 2 >= hold:
         # It comes to stand within the step, at its hold if that can be.
         least = station + speed * speed / (2 * brake)
-        after[m], after_speeds[m] = max(min(hold, target), least), 0.0
+        there, then = max(min(hold, target), least), 0.0
     else:
         for _ in range(40):
             middle = (low + high) / 2
-            way = (speed + middle) * step / 2
-            there = station + way
+            there = station + (speed + middle) * step / 2
             if (
                 there <= most
                 and there + middle * middle / (2 * brake) <= hold
@@ -286,13 +266,14 @@ def _step(
                 low = middle
             else:
                 high = middle
-        after[m], after_speeds[m] = station + (speed + low) * step / 2, low
+        there, then = station + (speed + low) * step / 2, low
     if (
-        0.0 <= target - after[m] <= CAUGHT_UP
-        and abs(target_speed - after_speeds[m]) <= CAUGHT_UP
+        0.0 <= target - there <= CAUGHT_UP
+        and abs(target_speed - then) <= CAUGHT_UP
         and ahead <= hold + CAUGHT_UP
     ):
-        after[m], after_speeds[m] = target, target_speed
+        return target, target_speed
+    return there, then
 
 
 @kernel

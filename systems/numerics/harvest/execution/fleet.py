@@ -83,14 +83,14 @@ def pack_fleet(work: PlannedWork) -> FleetArrays:
         if m < count:
             limits, rate = combines[m].speed, combines[m].acceleration
         else:
-            limits = cornering_limits(each.path, cart.speed, cart.lateral_acceleration)
+            limits = cornering_limits(each.path.curvatures, cart.speed, cart.lateral_acceleration)
             rate = cart.acceleration
         fastest.append(fastest_profile(each.path, limits, rate))
     halts = [np.append(each.path.cusps, each.path.length) for each in timed]
     trips, flows = [], []
     for m, path in enumerate(timed):
         own = [trip for trip in work.trips if trip.cart == m - count]
-        at = [float(path.station_at(trip.begin)) for trip in own for _ in trip.flows]
+        at = [float(path.station_at(trip.begin)) for trip in own for _ in trip.fillings]
         trips.append(np.array(at, dtype=float))
         flows.append(np.array([flow for trip in own for flow in _flows(trip)]).reshape(-1, 2))
     return FleetArrays(
@@ -113,7 +113,7 @@ def pack_fleet(work: PlannedWork) -> FleetArrays:
 
 def _flows(trip: Trip) -> list[tuple[float, float]]:
     """From when till when grain flows from a cart into each truck [s]."""
-    found = [(begin, end) for begin, end, _ in trip.flows]
+    found = [(each.begin, each.end) for each in trip.fillings]
     if found[0][0] <= trip.begin:
         found[0] = (-np.inf, found[0][1])
     found[-1] = (found[-1][0], np.inf)

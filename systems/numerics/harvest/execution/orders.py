@@ -25,10 +25,10 @@ import numpy as np
 
 from ...compiled import compiled, kernel
 from ..carts.cart_plan import CartVisit
-from ..carts.cut_times import CELL, LOOKS, REACH
+from ..carts.cut_times import OpenGround, opens_along
 from ..carts.traffic import cart_boxes
 from ..paths import TimedPath
-from ..timing.conflicts import GAP, RUN, cells_are_near
+from ..timing.conflicts import GAP, RUN, cells_are_near, run_discs
 from ..timing.sweep import Sweep
 from .planned_work import PlannedWork, grain_stations
 
@@ -243,34 +243,15 @@ def _crop_needs(work: PlannedWork, m: int, n: int, sweep: Sweep) -> np.ndarray:
         passed = work.precedence.needed_at(m, n, sweep.stations)
         return np.maximum(passed[:-1], passed[1:])
     path, trailer = work.towed[m - count]
-    stations = np.where(work.cut.cutter == n, work.cutting_stations, -np.inf)
+    # Of the combine's own way, as ground opens with time: carts never leave what is looked at.
+    own = np.where(work.cut.cutter == n, work.cutting_stations, -np.inf)
+    ground, boxes = OpenGround(own, work.cut.corner), cart_boxes(work.cart)
     least = np.maximum(
-        _latest_under(stations, work.cut.corner, cart_boxes(work.cart)[0], path.poses),
-        _latest_under(stations, work.cut.corner, cart_boxes(work.cart)[1], trailer),
+        opens_along(ground, boxes[0], path.poses), opens_along(ground, boxes[1], trailer)
     )
     for side in (-PASSED, PASSED):
         cell = np.searchsorted(sweep.stations, path.stations + side, side="right") - 1
         np.maximum.at(found, np.clip(cell, 0, sweep.cells - 1), least)
-    return found
-
-
-@compiled
-def _latest_under(values, corner, box, poses):
-    """Largest value of a raster under a box at each pose, shape (n, 3) -> (n,)."""
-    rows, columns = values.shape
-    rear, front, half = box[0] - REACH, box[1] + REACH, box[2] + REACH
-    along, across = int(np.ceil((front - rear) / LOOKS)), int(np.ceil(2 * half / LOOKS))
-    found = np.full(len(poses), -np.inf)
-    for k in range(len(poses)):
-        c, s = np.cos(poses[k, 2]), np.sin(poses[k, 2])
-        for i in range(along + 1):
-            ahead = rear + (front - rear) * i / along
-            for j in range(across + 1):
-                aside = half * (2 * j / across - 1)
-                column = int(np.floor((poses[k, 0] + c * ahead - s * aside - corner[0]) / CELL))
-                row = int(np.floor((poses[k, 1] + s * ahead + c * aside - corner[1]) / CELL))
-                if 0 <= row < rows and 0 <= column < columns:
-                    found[k] = max(found[k], values[row, column])
     return found
 
 
@@ -290,7 +271,7 @@ def _first_come(own, other, entered, others, passed, least, gap, even):
         Shape (n,) [m].
     """
     needs = least.copy()
-    discs = _run_discs(other)
+    discs = run_discs(other)
     need, last = -np.inf, -1
     for i in range(len(entered)):
         need = max(need, least[i])
@@ -305,31 +286,12 @@ def _first_come(own, other, entered, others, passed, least, gap, even):
             if far >= own.discs[i, 2] + own.margins[i] + radius + gap:
                 j = (j // RUN) * RUN - 1
                 continue
-            distance = gap + own.margins[i] + other.margins[j]
-            off = np.hypot(own.discs[i, 0] - other.discs[j, 0], own.discs[i, 1] - other.discs[j, 1])
-            if off < own.discs[i, 2] + other.discs[j, 2] + distance and cells_are_near(
-                own, other, i, j, distance
-            ):
+            if cells_are_near(own, other, i, j, gap):
                 need = max(need, min(other.stations[j + 1], passed[i]))
                 break
             j -= 1
         needs[i] = need
     return needs
-
-
-@compiled
-def _run_discs(sweep):
-    """Discs round all that a machine covers on RUN cells each, shape (r, 3) [m]."""
-    cells = len(sweep.discs)
-    discs = np.empty((-(-cells // RUN), 3))
-    for r in range(len(discs)):
-        first, last = r * RUN, min((r + 1) * RUN, cells)
-        x, y = sweep.discs[first:last, 0].mean(), sweep.discs[first:last, 1].mean()
-        discs[r, 0], discs[r, 1], discs[r, 2] = x, y, 0.0
-        for k in range(first, last):
-            far = np.hypot(sweep.discs[k, 0] - x, sweep.discs[k, 1] - y)
-            discs[r, 2] = max(discs[r, 2], far + sweep.discs[k, 2] + sweep.margins[k])
-    return discs
 
 
 @kernel

@@ -13,7 +13,7 @@ from ..coverage.precedence import CropPrecedence
 from ..field.field import Field
 from ..field.yield_map import YieldMap, grain_on_cells
 from ..machines import Cart, Combine, CombineSize, cart_outline, combine_outline, size_of
-from ..paths import MachinePath, TimedPath
+from ..paths import MachinePath, TimedPath, runs_of
 from ..plan.harvest_plan import HarvestPlan
 from ..timing.sweep import Sweep, cart_sweep, grid_stations, outline_ways, sweep_of
 
@@ -85,8 +85,8 @@ class PlannedWork:
         for visit in self.visits:
             loads[:, visit.cart] += visit.taken * _share(visit.begin, visit.end, times)
         for trip in self.trips:
-            for begin, end, amount in trip.flows:
-                loads[:, trip.cart] -= amount * _share(begin, end, times)
+            for each in trip.fillings:
+                loads[:, trip.cart] -= each.amount * _share(each.begin, each.end, times)
         return loads
 
     @cached_property
@@ -208,10 +208,10 @@ def _in_whole_pieces(path: MachinePath, stations: np.ndarray) -> np.ndarray:
     Where a header is let down or lifted within a piece, grain would otherwise come in while it is
     up. Work that holds no piece as a whole stays as it is.
     """
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], path.cutting, [False]]).astype(int)))
-    begins, ends = path.stations[edges[::2]], path.stations[edges[1::2]]
-    if not len(begins):
+    runs = runs_of(path.cutting)
+    if not runs:
         return stations
+    begins, ends = path.stations[runs].T
     run = np.clip(np.searchsorted(begins, stations + 1e-9, side="right") - 1, 0, None)
     low = PIECE * np.ceil(begins / PIECE - 1e-9)[run]
     high = PIECE * np.floor(ends / PIECE + 1e-9)[run]

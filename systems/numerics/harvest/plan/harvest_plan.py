@@ -102,7 +102,7 @@ def plan_combines(
     Args:
         field: The field.
         combines: They, of one size.
-        pattern: Of the paths; see `plan_coverage`.
+        pattern: Of the paths; see `find_coverages`.
         seed: Of the orders that are tried.
 
     Raises:
@@ -122,7 +122,7 @@ def find_combine_plans(
     Args:
         field: The field.
         combines: They, of one size.
-        pattern: Of the paths; see `plan_coverage`.
+        pattern: Of the paths; see `find_coverages`.
         seed: Of the orders that are tried.
 
     Raises:
@@ -289,7 +289,7 @@ def plan_harvest(
         threshold: Part of a tank from which on carts come.
         visits: Whether visits are given up for others where a combine would have to wait,
             "revised" or "greedy"; see `serve_combines`.
-        pattern: Of the combines' paths; see `plan_coverage`.
+        pattern: Of the combines' paths; see `find_coverages`.
         seed: Of the orders that are tried.
         failure: Of a cart: what comes after it is planned as if nobody had known of it before. So
             who drives this plan does the same as who plans anew when the cart fails.

@@ -13,7 +13,7 @@ import shapely
 
 from ..field.field import Field, Place
 from ..field.field_files import ACCESS, BOUNDARY, EXTERIOR, GUIDANCE, INTERIOR, OBSTACLE, STORAGE
-from ..paths import TRANSIT, MachinePath, TimedPath
+from ..paths import MachinePath, TimedPath
 from .harvest_plan import HarvestPlan
 
 # Between an arc and the chords that stand for it [m].
@@ -64,12 +64,12 @@ def swaths_of(plan: HarvestPlan) -> list[Swath]:
     for combine, timed in enumerate(plan.service.plans):
         path = timed.path
         # What is cut on the way from one piece of work to the next is a swath as well.
-        kinds = np.where(path.cutting, path.work, TRANSIT - 1)
+        kinds = np.where(path.cutting, path.work, -1)
         edges = np.flatnonzero(np.diff(kinds)) + 1
         firsts, lasts = [0, *edges.tolist()], [*edges.tolist(), len(kinds)]
         number = 0
         for first, last in zip(firsts, lasts, strict=True):
-            if last == first or kinds[first] < TRANSIT:
+            if last == first or kinds[first] < 0:
                 continue
             number += 1
             stations = path.stations[first], path.stations[last]
@@ -82,8 +82,9 @@ def swaths_of(plan: HarvestPlan) -> list[Swath]:
                     number,
                     points,
                     straight,
-                    leaving_time(timed, stations[0]),
-                    arrival_time(timed, stations[1]),
+                    # It leaves the one and comes to the other, by rounding of sums.
+                    _time_at(timed, stations[0] + 1e-6),
+                    _time_at(timed, stations[1] - 1e-6),
                     float(stations[1] - stations[0]),
                 )
             )
@@ -127,23 +128,12 @@ def way_points(timed: TimedPath, step: float) -> np.ndarray:
     return points[keep]
 
 
-def leaving_time(timed: TimedPath, station: float) -> float:
-    """When a machine is at a station for the last time [s]."""
-    return _bisect(timed, station, leaving=True)
-
-
-def arrival_time(timed: TimedPath, station: float) -> float:
-    """When a machine is at a station for the first time [s]."""
-    return _bisect(timed, station, leaving=False)
-
-
-def _bisect(timed: TimedPath, station: float, *, leaving: bool) -> float:
-    # Stations are told by sums of many lengths.
-    off = 1e-6 if leaving else -1e-6
+def _time_at(timed: TimedPath, station: float) -> float:
+    """When a machine comes to a station [s]."""
     low, high = float(timed.times[0]), timed.end
     for _ in range(60):
         middle = (low + high) / 2
-        if timed.station_at(middle) < station + off:
+        if timed.station_at(middle) < station:
             low = middle
         else:
             high = middle

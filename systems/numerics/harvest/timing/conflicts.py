@@ -59,20 +59,6 @@ class ConflictSet(NamedTuple):
     of_b: CellIntervals
     parts: int
 
-    def contains(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
-        """Whether cells i of a and j of b are in conflict, arrays of equal shape (...)."""
-        marks = self.matrix()
-        return marks[i, j]
-
-    def matrix(self) -> np.ndarray:
-        """The set as a matrix of bool, shape (cells of a, cells of b)."""
-        a, b = len(self.of_a.rows) - 1, len(self.of_b.rows) - 1
-        change = np.zeros((a, b + 1), dtype=np.int8)
-        row = np.repeat(np.arange(a), np.diff(self.of_a.rows))
-        change[row, self.of_a.begins] += 1
-        np.add.at(change, (row, self.of_a.ends), -1)
-        return np.cumsum(change, axis=1)[:, :b] > 0
-
 
 def find_conflicts(a: Sweep, b: Sweep, gap: float = GAP) -> ConflictSet:
     """All pairs of cells on which two machines may come nearer than a gap.
@@ -105,7 +91,7 @@ def conflict_set(rows: np.ndarray, begins: np.ndarray, ends: np.ndarray, cells: 
 
 @compiled
 def _near_cells(a, b, gap):
-    runs_of_a, runs_of_b = _runs(a), _runs(b)
+    runs_of_a, runs_of_b = run_discs(a), run_discs(b)
     near = np.empty(len(runs_of_b), dtype=np.int64)
     found = 0
     count = 0
@@ -124,11 +110,7 @@ def _near_cells(a, b, gap):
         before = -2
         for r in near[:found]:
             for j in range(r * RUN, min((r + 1) * RUN, len(b.discs))):
-                distance = gap + a.margins[i] + b.margins[j]
-                off = np.hypot(a.discs[i, 0] - b.discs[j, 0], a.discs[i, 1] - b.discs[j, 1])
-                if off >= a.discs[i, 2] + b.discs[j, 2] + distance:
-                    continue
-                if not cells_are_near(a, b, i, j, distance):
+                if not cells_are_near(a, b, i, j, gap):
                     continue
                 if before == j - 1:
                     ends[count - 1] = j + 1
@@ -144,8 +126,8 @@ def _near_cells(a, b, gap):
 
 
 @compiled
-def _runs(sweep):
-    """Discs round all that a machine covers on runs of cells, margins included, shape (r, 3)."""
+def run_discs(sweep):
+    """Discs round all that a machine covers on RUN cells each, margins included, shape (r, 3)."""
     cells = len(sweep.discs)
     runs = np.empty((-(-cells // RUN), 3))
     for r in range(len(runs)):
@@ -159,27 +141,27 @@ def _runs(sweep):
 
 
 @kernel
-def cells_are_near(a, b, i, j, distance):
-    """Whether what two machines cover on a cell of each may be nearer than a distance.
+def cells_are_near(a, b, i, j, gap):
+    """Whether what two machines cover on a cell of each may be nearer than a gap.
 
     Args:
         a, b: Their sweeps.
         i, j: Numbers of the cells.
-        distance: Between polygons, with the margins of both cells [m].
+        gap: Between them [m].
     """
+    distance = gap + a.margins[i] + b.margins[j]
+    off = np.hypot(a.discs[i, 0] - b.discs[j, 0], a.discs[i, 1] - b.discs[j, 1])
+    if off >= a.discs[i, 2] + b.discs[j, 2] + distance:
+        return False
     for p in range(i * a.parts, (i + 1) * a.parts):
         for q in range(j * b.parts, (j + 1) * b.parts):
             off = np.hypot(
                 a.polygon_discs[p, 0] - b.polygon_discs[q, 0],
                 a.polygon_discs[p, 1] - b.polygon_discs[q, 1],
             )
-            if off < a.polygon_discs[p, 2] + b.polygon_discs[q, 2] + distance and polygons_are_near(
-                a.points,
-                a.starts[p],
-                a.starts[p + 1],
-                b.points,
-                b.starts[q],
-                b.starts[q + 1],
+            if off < a.polygon_discs[p, 2] + b.polygon_discs[q, 2] + distance and _are_near(
+                a.points[a.starts[p] : a.starts[p + 1]],
+                b.points[b.starts[q] : b.starts[q + 1]],
                 distance,
             ):
                 return True
@@ -187,49 +169,39 @@ def cells_are_near(a, b, i, j, distance):
 
 
 @kernel
-def polygons_are_near(ones, one, one_end, others, other, other_end, distance):
-    """Whether two convex polygons are nearer than a distance.
+def _are_near(one, other, distance):
+    """Whether two convex polygons, counterclockwise, are nearer than a distance.
 
     A line along an edge that has all of the other polygon beyond the distance settles most cases;
     if no edge has the other beyond it they overlap; else the nearest points are a corner and a
     point of an edge.
-
-    Args:
-        ones: Corners, counterclockwise, of which those of the one polygon are taken, shape
-            (p, 2) [m].
-        one, one_end: Number of its first corner, and one after its last.
-        others: Likewise, shape (q, 2) [m].
-        other, other_end: Likewise.
-        distance: [m].
     """
     apart = max(
-        _gap_beyond_edges(ones, one, one_end, others, other, other_end, distance),
-        _gap_beyond_edges(others, other, other_end, ones, one, one_end, distance),
+        _gap_beyond_edges(one, other, distance),
+        _gap_beyond_edges(other, one, distance),
     )
     if apart >= distance:
         return False
     if apart <= 0:
         return distance > 0 or apart < 0
-    return _corner_is_near(
-        ones, one, one_end, others, other, other_end, distance
-    ) or _corner_is_near(others, other, other_end, ones, one, one_end, distance)
+    return _corner_is_near(one, other, distance) or _corner_is_near(other, one, distance)
 
 
 @kernel
-def _gap_beyond_edges(ones, one, one_end, others, other, other_end, enough):
+def _gap_beyond_edges(one, other, enough):
     """Largest distance of a line along an edge from all of the other polygon, beyond it."""
     largest = -np.inf
-    for p in range(one, one_end):
-        ax, ay = ones[p, 0], ones[p, 1]
-        after = p + 1 if p + 1 < one_end else one
-        ex, ey = ones[after, 0] - ax, ones[after, 1] - ay
+    for p in range(len(one)):
+        ax, ay = one[p, 0], one[p, 1]
+        after = p + 1 if p + 1 < len(one) else 0
+        ex, ey = one[after, 0] - ax, one[after, 1] - ay
         length = np.hypot(ex, ey)
         if length == 0:
             continue
         nx, ny = ey / length, -ex / length
         least = np.inf
-        for q in range(other, other_end):
-            least = min(least, nx * (others[q, 0] - ax) + ny * (others[q, 1] - ay))
+        for q in range(len(other)):
+            least = min(least, nx * (other[q, 0] - ax) + ny * (other[q, 1] - ay))
             if least <= largest:
                 break
         largest = max(largest, least)
@@ -239,14 +211,14 @@ def _gap_beyond_edges(ones, one, one_end, others, other, other_end, enough):
 
 
 @kernel
-def _corner_is_near(ones, one, one_end, others, other, other_end, distance):
+def _corner_is_near(one, other, distance):
     square = distance * distance
-    for q in range(other, other_end):
-        x, y = others[q, 0], others[q, 1]
-        for p in range(one, one_end):
-            ax, ay = ones[p, 0], ones[p, 1]
-            after = p + 1 if p + 1 < one_end else one
-            ex, ey = ones[after, 0] - ax, ones[after, 1] - ay
+    for q in range(len(other)):
+        x, y = other[q, 0], other[q, 1]
+        for p in range(len(one)):
+            ax, ay = one[p, 0], one[p, 1]
+            after = p + 1 if p + 1 < len(one) else 0
+            ex, ey = one[after, 0] - ax, one[after, 1] - ay
             length = ex * ex + ey * ey
             share = 0.0
             if length > 0:

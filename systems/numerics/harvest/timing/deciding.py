@@ -40,7 +40,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled, kernel
-from .rule import DeadEnds, Meetings, Rule, hold_of, is_dead_end
+from .rule import DeadEnds, Meetings, Rule, hold_of, is_dead_end, is_within
 
 # So many cells are entered from one look whether a convoy's state is safe to the next.
 BETWEEN = 8
@@ -65,27 +65,6 @@ class Course(NamedTuple):
     arrived: bool
 
 
-def drive_first_come(
-    meetings: Meetings,
-    rule: Rule,
-    dead_ends: DeadEnds,
-    durations: np.ndarray,
-    priority: np.ndarray,
-) -> Course:
-    """Let all machines drive from the beginnings of their paths, and see who goes first.
-
-    Args:
-        meetings: Conflicts.
-        rule: Crop precedence, and orders that are told beforehand.
-        dead_ends: Of pairs of machines.
-        durations: Of each cell if nothing is in the way, those of one machine after those of
-            another, shape (sum of cells,) [s].
-        priority: Machines in the order in which those that wait are asked, shape (N,).
-    """
-    entered, progress, arrived = _drive(meetings, rule, dead_ends, durations, priority)
-    return Course(entered, progress, bool(arrived))
-
-
 @kernel
 def occupied(meetings: Meetings, n, progress):
     """The cell that machine n is on."""
@@ -95,13 +74,7 @@ def occupied(meetings: Meetings, n, progress):
 @kernel
 def in_conflict(meetings: Meetings, m, k, n, j):
     """Whether cell k of machine m is in conflict with cell j of machine n."""
-    at = meetings.rows_at[m, n] + k
-    for q in range(meetings.rows[at], meetings.rows[at + 1]):
-        if meetings.begins[q] > j:
-            return False
-        if meetings.ends[q] > j:
-            return True
-    return False
+    return is_within(meetings, meetings.rows_at[m, n] + k, j)
 
 
 @kernel
@@ -237,11 +210,25 @@ def _may_enter(meetings, rule, dead_ends, m, progress, trial, refused, is_safe):
 
 
 @compiled
-def _drive(meetings, rule, dead_ends, durations, priority):
+def drive_first_come(
+    meetings: Meetings,
+    rule: Rule,
+    dead_ends: DeadEnds,
+    durations: np.ndarray,
+    priority: np.ndarray,
+) -> Course:
+    """Let all machines drive from the beginnings of their paths, and see who goes first.
+
+    Args:
+        meetings: Conflicts.
+        rule: Crop precedence, and orders that are told beforehand.
+        dead_ends: Of pairs of machines.
+        durations: Of each cell if nothing is in the way, those of one machine after those of
+            another, shape (sum of cells,) [s].
+        priority: Machines in the order in which those that wait are asked, shape (N,).
+    """
     count = len(meetings.cells)
-    nodes = np.zeros(count, dtype=np.int64)
-    for m in range(1, count):
-        nodes[m] = nodes[m - 1] + meetings.cells[m - 1] + 1
+    nodes = np.cumsum(meetings.cells + 1) - (meetings.cells + 1)
     entered = np.full(meetings.cells.sum() + count, -1)
     progress = np.zeros(count, dtype=np.int64)
     trial = progress.copy()
@@ -284,10 +271,7 @@ def _drive(meetings, rule, dead_ends, durations, priority):
                     moved = True
                     if not arrives:
                         due[n] = now + durations[nodes[n] - n + progress[n]]
-    arrived = True
-    for m in range(count):
-        arrived = arrived and progress[m] == meetings.cells[m]
-    return entered, progress, arrived
+    return Course(entered, progress, (progress == meetings.cells).all())
 
 
 def orders_of(meetings: Meetings, course: Course) -> np.ndarray:

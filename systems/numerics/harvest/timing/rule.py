@@ -100,6 +100,7 @@ def gather_meetings(cells: np.ndarray, conflicts: dict[tuple[int, int], Conflict
     rows, begins, ends, encounters = [], [none], [none], [none]
     pairs, examples = [np.zeros((0, 2), dtype=np.int64)], [np.zeros((0, 2), dtype=np.int64)]
     row_count, interval_count, encounter_count = 0, 0, 0
+    begun: dict[tuple[int, int], int] = {}
     cells_at = np.cumsum(cells) - cells
     farthest = np.zeros((int(np.sum(cells)), count), dtype=np.int64)
     for m in range(count):
@@ -121,6 +122,7 @@ def gather_meetings(cells: np.ndarray, conflicts: dict[tuple[int, int], Conflict
             row_count += len(part.rows)
             interval_count += len(part.begins)
             if m < n:
+                begun[m, n] = encounter_count
                 encounters.append(part.encounters + encounter_count)
                 first = np.unique(part.encounters, return_index=True)[1]
                 row = np.searchsorted(part.rows, first, side="right") - 1
@@ -129,8 +131,7 @@ def gather_meetings(cells: np.ndarray, conflicts: dict[tuple[int, int], Conflict
                 encounter_count += number
             else:
                 # The pair (n, m) came before, with the same numbers.
-                before = sum(len(each) for each in pairs[: _number_of(n, m, count)])
-                encounters.append(part.encounters + before)
+                encounters.append(part.encounters + begun[n, m])
     return Meetings(
         np.asarray(cells, dtype=np.int64),
         rows_at,
@@ -143,11 +144,6 @@ def gather_meetings(cells: np.ndarray, conflicts: dict[tuple[int, int], Conflict
         cells_at,
         farthest,
     )
-
-
-def _number_of(a: int, b: int, count: int) -> int:
-    """How many entries of the list of pairs come before that of a < b, the empty first one too."""
-    return 1 + a * count - a * (a + 1) // 2 + b - a - 1
 
 
 def free_rule(cells: np.ndarray) -> Rule:
@@ -302,11 +298,22 @@ def is_dead_end(dead_ends, m, k, n, j):
     """
     if m > n:
         m, k, n, j = n, j, m, k
-    at = dead_ends.rows_at[m, n] + k
-    for q in range(dead_ends.rows[at], dead_ends.rows[at + 1]):
-        if dead_ends.begins[q] > j:
+    return is_within(dead_ends, dead_ends.rows_at[m, n] + k, j)
+
+
+@kernel
+def is_within(intervals, row, j):
+    """Whether a number is in one of the intervals of a row.
+
+    Args:
+        intervals: Meetings, or dead ends.
+        row: Number of the row.
+        j: The number.
+    """
+    for q in range(intervals.rows[row], intervals.rows[row + 1]):
+        if intervals.begins[q] > j:
             return False
-        if dead_ends.ends[q] > j:
+        if intervals.ends[q] > j:
             return True
     return False
 

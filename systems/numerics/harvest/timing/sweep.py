@@ -16,7 +16,7 @@ import numpy as np
 from ...compiled import compiled
 from ...errors import require, require_positive
 from ..machines import CartOutline, convex_hull
-from ..paths import MachinePath
+from ..paths import MachinePath, poses_between
 
 # Stations closer than this are one [m].
 SAME = 1e-6
@@ -49,11 +49,6 @@ class Sweep(NamedTuple):
     def cells(self) -> int:
         """Number of cells."""
         return len(self.margins)
-
-    def polygons(self, cell: int) -> list[np.ndarray]:
-        """Polygons of a cell, each of shape (c, 2) [m]."""
-        numbers = range(cell * self.parts, (cell + 1) * self.parts)
-        return [self.points[self.starts[q] : self.starts[q + 1]] for q in numbers]
 
 
 def grid_stations(
@@ -149,45 +144,30 @@ def cart_sweep(
         trailer_poses.shape,
     )
     at, first = _fine(path, stations)
-    trailer = poses_between(path, trailer_poses, at)
+    trailer = towed_poses(path, trailer_poses, at)
     return _sweep(
         stations, first, [(outline.tractor, path.pose_at(at)), (outline.trailer, trailer)]
     )
 
 
-def poses_between(path: MachinePath, poses: np.ndarray, stations: np.ndarray) -> np.ndarray:
+def towed_poses(path: MachinePath, poses: np.ndarray, stations: np.ndarray) -> np.ndarray:
     """Poses of something that moves by a constant twist while its leader drives a piece of a path.
 
     Args:
         path: Of the leader.
         poses: At the poses of the path, shape (n, 3) [m], [m], [rad].
-        stations: Of the leader, shape (...) [m].
+        stations: Of the leader, on the path, shape (...) [m].
 
     Returns:
         Shape (..., 3) [m], [m], [rad].
     """
-    at = np.clip(np.asarray(stations, dtype=float), 0.0, path.length)
     if len(poses) == 1:
-        return np.broadcast_to(poses[0], (*at.shape, 3)).copy()
-    piece = path.piece_at(at)
-    length = path.lengths[piece]
-    driven = at - path.stations[piece]
-    share = np.divide(driven, length, out=np.zeros(at.shape), where=length > 0)
+        return np.broadcast_to(poses[0], (*stations.shape, 3)).copy()
+    piece, _, share = path.share_at(stations)
     begin, end = poses[piece], poses[piece + 1]
-    turned = end[..., 2] - begin[..., 2]
-    ahead = end[..., :2] - begin[..., :2]
-    direction = np.arctan2(ahead[..., 1], ahead[..., 0]) - turned * (1 - share) / 2
-    whole = np.sinc(turned / (2 * np.pi))
-    chord = np.hypot(ahead[..., 0], ahead[..., 1]) * share * np.sinc(turned * share / (2 * np.pi))
-    chord = chord / whole
-    return np.stack(
-        [
-            begin[..., 0] + chord * np.cos(direction),
-            begin[..., 1] + chord * np.sin(direction),
-            begin[..., 2] + share * turned,
-        ],
-        axis=-1,
-    )
+    chords = np.hypot(end[..., 0] - begin[..., 0], end[..., 1] - begin[..., 1])
+    ways = chords / np.sinc((end[..., 2] - begin[..., 2]) / (2 * np.pi))
+    return poses_between(begin, end, share, share * ways)
 
 
 def _away(even: np.ndarray, kept: np.ndarray) -> np.ndarray:

@@ -219,9 +219,7 @@ def drive_by_rule(rule: Rule, meetings: Meetings, first, paces: Paces) -> Drive:
         paces: How fast they may be.
     """
     count = len(rule.cells)
-    nodes = np.zeros(count, dtype=np.int64)
-    for m in range(1, count):
-        nodes[m] = nodes[m - 1] + rule.cells[m - 1] + 1
+    nodes = np.cumsum(rule.cells + 1) - (rule.cells + 1)
     size = len(paces.stations)
     drive = Drive(
         np.full(size, np.inf),

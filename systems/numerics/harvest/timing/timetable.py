@@ -52,9 +52,6 @@ from .timed_drive import (
     timed_paths,
 )
 
-# Why a machine cannot go on.
-CAUSES = ("crop", "order", "in the way", "no place to pass")
-
 # Of the mean end of all machines, beside the last one's: others should not lose time for nothing.
 MEAN_WEIGHT = 0.02
 
@@ -73,7 +70,7 @@ class Block:
         by: Number of the machine that blocks it.
         by_station: Where that one is, or, if the machine has no place to let it pass, where it
             would come by [m].
-        cause: One of CAUSES.
+        cause: Why it cannot go on: "crop", "order", "in the way" or "no place to pass".
     """
 
     machine: int
@@ -143,15 +140,8 @@ def _block(meetings, rule, progress, sweeps, m) -> Block:
     # A machine that can drive on, but comes to no free cell, would be in somebody's way there.
     if reach > progress[m] or reach + 1 == meetings.cells[m]:
         for n in range(len(progress)):
-            at = meetings.rows_at[n, m] + np.arange(meetings.cells[n] + 1)
-            if n == m:
-                continue
             for j in range(int(occupied(meetings, n, progress)), int(meetings.cells[n])):
-                rows = meetings.rows[at[j] : at[j] + 2]
-                within = (meetings.begins[rows[0] : rows[1]] <= reach) & (
-                    meetings.ends[rows[0] : rows[1]] > reach
-                )
-                if within.any():
+                if n != m and in_conflict(meetings, n, j, m, reach):
                     return block(n, j, "no place to pass")
     if hold_of(rule, m, progress) <= reach:
         by, crop = cause_of(rule, m, progress)
@@ -224,7 +214,32 @@ def time_machines(
     stations = tuple(journey.sweep.stations for journey in journeys)
     for (m, n), passed in (needs or {}).items():
         set_precedence(rule, m, n, needed_progress(stations[m], stations[n], passed))
-    return time_meetings(list(journeys), meetings, rule, trials=trials, seed=seed)
+    search = _Search(meetings, rule, paces_of(list(journeys)))
+    nobody = np.full(len(meetings.pairs), UNDECIDED)
+    course = search.decide(nobody, search.durations)
+    # Two of them that never both arrive, whatever they do, leave nothing to search for.
+    hopeless = search.begins_in_dead_end()
+    if not course.arrived:
+        course = search_course(meetings, rule, 0 if hopeless else BUDGET)
+    rng = np.random.default_rng(seed)
+    for _ in range(0 if hopeless else trials):
+        if course.arrived:
+            break
+        course = search.decide(nobody, search.vary(rng))
+    if not course.arrived:
+        return explain_standstill(meetings, rule, course.progress, [j.sweep for j in journeys])
+    first = search.try_orders(nobody, orders_of(meetings, course))
+    assert first is not None, "an order that machines came by leads them to their ends"
+    best = search.improve(first, trials, rng)
+    search.tell(rule, best.first)
+    return MachineTimetable(
+        tuple(timed_paths(list(journeys), best.drive, search.paces)),
+        rule,
+        meetings,
+        best.first,
+        best.drive.waiting,
+        stations,
+    )
 
 
 def with_stops(
@@ -275,46 +290,6 @@ def needed_progress(stations: np.ndarray, others: np.ndarray, passed: np.ndarray
     require(within, "needs", f"be stations up to {others[-1]:.6g} m", farthest)
     both = np.maximum(passed[:-1], passed[1:])
     return np.searchsorted(others, both - SAME)
-
-
-def time_meetings(
-    journeys: list[Journey], meetings: Meetings, rule: Rule, *, trials: int, seed: int
-) -> MachineTimetable | Standstill:
-    """Decide who goes first, from conflicts and crop precedence in their compiled form.
-
-    Args:
-        journeys: Of all machines.
-        meetings: Their conflicts.
-        rule: With the crop precedence told.
-        trials: How many orders to try after the first.
-        seed: Of what is varied.
-    """
-    search = _Search(meetings, rule, paces_of(journeys))
-    nobody = np.full(len(meetings.pairs), UNDECIDED)
-    course = search.decide(nobody, search.durations)
-    # Two of them that never both arrive, whatever they do, leave nothing to search for.
-    hopeless = search.begins_in_dead_end()
-    if not course.arrived:
-        course = search_course(meetings, rule, 0 if hopeless else BUDGET)
-    rng = np.random.default_rng(seed)
-    for _ in range(0 if hopeless else trials):
-        if course.arrived:
-            break
-        course = search.decide(nobody, search.vary(rng))
-    if not course.arrived:
-        return explain_standstill(meetings, rule, course.progress, [j.sweep for j in journeys])
-    first = search.try_orders(nobody, orders_of(meetings, course))
-    assert first is not None, "an order that machines came by leads them to their ends"
-    best = search.improve(first, trials, rng)
-    search.tell(rule, best.first)
-    return MachineTimetable(
-        tuple(timed_paths(journeys, best.drive, search.paces)),
-        rule,
-        meetings,
-        best.first,
-        best.drive.waiting,
-        tuple(journey.sweep.stations for journey in journeys),
-    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from ...compiled import compiled, kernel
+from ..raster import cells_inside
 
 # Between nodes of the raster, and side of the buckets [m].
 CELL = 0.5
@@ -28,7 +29,7 @@ RASTER_ERROR = CELL * math.sqrt(0.5)
 # Edges are cut into pieces no longer than this, for which the raster round them is small [m].
 _PIECE = 20.0
 
-# Side of the raster's cells [m].
+# Side of the cells of standing crop [m].
 CROP_CELL = 0.5
 
 
@@ -69,21 +70,10 @@ def make_borders(region: BaseGeometry) -> Borders:
     origin = np.array([x_min - CELL, y_min - CELL])
     distances = np.full((rows, columns), FARTHEST, dtype=np.float32)
     _brush(distances, origin, edges)
-    _sign(distances, origin, edges)
+    # Nodes are the middles of cells round them.
+    outside = ~cells_inside(region, origin - CELL / 2, CELL, distances.shape)
+    np.negative(distances, out=distances, where=outside)
     return Borders(distances, origin, edges, *_fill_buckets(origin, distances.shape, edges))
-
-
-def without_region(borders: Borders, region: BaseGeometry) -> Borders:
-    """Borders of the same ground less some polygons; edges inside of these do no harm."""
-    edges = edges_of(region)
-    distances = np.full(borders.distances.shape, FARTHEST, dtype=np.float32)
-    _brush(distances, borders.origin, edges)
-    _sign(distances, borders.origin, edges)
-    # Positive inside of the polygons: what is left is outside of them.
-    np.minimum(-distances, borders.distances, out=distances)
-    every = np.concatenate([borders.edges, edges])
-    buckets = _fill_buckets(borders.origin, distances.shape, every)
-    return Borders(distances, borders.origin, every, *buckets)
 
 
 @compiled
@@ -107,30 +97,6 @@ def _brush(distances, origin, edges):
                 away = math.hypot(px - share * dx, py - share * dy)
                 if away < distances[j, i]:
                     distances[j, i] = away
-
-
-@compiled
-def _sign(distances, origin, edges):
-    """Make the distances negative outside: rows are crossed from the left, even and odd."""
-    rows, columns = distances.shape
-    counts = np.zeros((rows, columns + 1), dtype=np.int32)
-    for k in range(len(edges)):
-        ax, ay, bx, by = edges[k]
-        if ay > by:
-            ax, ay, bx, by = bx, by, ax, ay
-        low = max(0, math.ceil((ay - origin[1]) / CELL))
-        # A row through an end belongs to the edge above it alone.
-        high = min(rows - 1, math.ceil((by - origin[1]) / CELL) - 1)
-        for j in range(low, high + 1):
-            x = ax + (bx - ax) * (origin[1] + j * CELL - ay) / (by - ay)
-            i = min(max(math.ceil((x - origin[0]) / CELL), 0), columns)
-            counts[j, i] += 1
-    for j in range(rows):
-        crossed = 0
-        for i in range(columns):
-            crossed += counts[j, i]
-            if crossed % 2 == 0:
-                distances[j, i] = -distances[j, i]
 
 
 @compiled
@@ -256,30 +222,17 @@ class StandingCrop:
         """
         x_min, y_min, x_max, y_max = region.bounds
         self.origin = np.array([x_min, y_min])
-        shape = (
-            math.ceil((y_max - y_min) / CROP_CELL) + 1,
-            math.ceil((x_max - x_min) / CROP_CELL) + 1,
-        )
-        self.cells = np.zeros(shape, dtype=np.bool_)
-        _mark(self.cells, self.origin, edges_of(region), True)
+        rows, columns = (math.ceil(way / CROP_CELL) + 1 for way in (y_max - y_min, x_max - x_min))
+        self.cells = cells_inside(region, self.origin, CROP_CELL, (rows, columns))
 
-    def stand(self, region: BaseGeometry) -> None:
-        """Mark what stands, again.
+    def mark(self, region: BaseGeometry, *, stands: bool) -> None:
+        """Tell where crop stands again, or has been cut.
 
         Args:
-            region: Polygons within the first ones.
+            region: Polygons that do not overlap each other, within the first ones.
+            stands: Whether it stands there.
         """
-        for part in shapely.get_parts(region):
-            _mark(self.cells, self.origin, edges_of(part), True)
-
-    def cut(self, region: BaseGeometry) -> None:
-        """Mark what has been cut.
-
-        Args:
-            region: Polygons that do not overlap each other; what is cut twice is no fault.
-        """
-        for part in shapely.get_parts(region):
-            _mark(self.cells, self.origin, edges_of(part), False)
+        self.cells[cells_inside(region, self.origin, CROP_CELL, self.cells.shape)] = stands
 
     def copy(self) -> "StandingCrop":
         """Another of the same cells, for what might be cut."""
@@ -291,40 +244,3 @@ class StandingCrop:
     def area(self) -> float:
         """What stands [m^2]."""
         return float(np.count_nonzero(self.cells)) * CROP_CELL**2
-
-
-@compiled
-def _mark(cells, origin, edges, value):
-    """Set the cells whose middles lie inside; rows are crossed from the left, even and odd."""
-    if len(edges) == 0:
-        return
-    rows, columns = cells.shape
-    low_y = min(edges[:, 1].min(), edges[:, 3].min())
-    high_y = max(edges[:, 1].max(), edges[:, 3].max())
-    low_j = max(0, math.ceil((low_y - origin[1]) / CROP_CELL - 0.5))
-    high_j = min(rows, math.ceil((high_y - origin[1]) / CROP_CELL - 0.5))
-    if high_j <= low_j:
-        return
-    low_x = min(edges[:, 0].min(), edges[:, 2].min())
-    high_x = max(edges[:, 0].max(), edges[:, 2].max())
-    low_i = min(max(0, math.ceil((low_x - origin[0]) / CROP_CELL - 0.5)), columns)
-    high_i = min(max(0, math.ceil((high_x - origin[0]) / CROP_CELL - 0.5)), columns)
-    counts = np.zeros((high_j - low_j, high_i - low_i + 1), dtype=np.int32)
-    for k in range(len(edges)):
-        ax, ay, bx, by = edges[k]
-        if ay > by:
-            ax, ay, bx, by = bx, by, ax, ay
-        low = max(low_j, math.ceil((ay - origin[1]) / CROP_CELL - 0.5))
-        # A row through an end belongs to the edge above it alone.
-        high = min(high_j, math.ceil((by - origin[1]) / CROP_CELL - 0.5))
-        for j in range(low, high):
-            y = origin[1] + (j + 0.5) * CROP_CELL
-            x = ax + (bx - ax) * (y - ay) / (by - ay)
-            i = min(max(math.ceil((x - origin[0]) / CROP_CELL - 0.5), low_i), high_i)
-            counts[j - low_j, i - low_i] += 1
-    for j in range(low_j, high_j):
-        crossed = 0
-        for i in range(low_i, high_i):
-            crossed += counts[j - low_j, i - low_i]
-            if crossed % 2 == 1:
-                cells[j, i] = value

@@ -1,4 +1,4 @@
-"""Ground: what a machine may drive on, of a field or of any polygons, and what it covers of it."""
+"""Ground: what a machine may drive on, of any polygons, and what it covers of it."""
 
 import math
 from collections.abc import Sequence
@@ -8,11 +8,10 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from ...errors import require, require_non_negative
-from ..field.field import Field
+from ...errors import require
 from ..machines import CombineOutline
 from ..paths import MachinePath
-from .borders import CROP_CELL, Borders, StandingCrop, border_distance, make_borders, without_region
+from .borders import CROP_CELL, Borders, StandingCrop, make_borders
 from .words import path_stays
 
 _NO_CROP = np.zeros((0, 0), dtype=np.bool_), np.zeros(2)
@@ -101,12 +100,11 @@ class Ground:
         borders: Its edges, for kernels.
     """
 
-    def __init__(self, region: BaseGeometry, borders: Borders | None = None) -> None:
+    def __init__(self, region: BaseGeometry) -> None:
         """Ground from polygons.
 
         Args:
             region: The polygons [m].
-            borders: Of the region, where they are known.
 
         Raises:
             InvalidInput: There is no ground.
@@ -114,47 +112,7 @@ class Ground:
         parts = [each for each in shapely.get_parts(region) if isinstance(each, shapely.Polygon)]
         self.region = shapely.MultiPolygon([each for each in parts if not each.is_empty])
         require(not self.region.is_empty, "ground", "have an area", region.geom_type)
-        self.borders = make_borders(self.region) if borders is None else borders
-
-    @classmethod
-    def of_field(
-        cls, field: Field, *, within: BaseGeometry | None = None, gap: float = 0.0
-    ) -> "Ground":
-        """The field with its margin and without its obstacles.
-
-        Args:
-            field: Whose crop is of no account here.
-            within: Polygons that machines must not leave either.
-            gap: Kept to borders and obstacles [m].
-
-        Raises:
-            InvalidInput: The gap is negative, or no ground is left.
-        """
-        require_non_negative("gap", gap)
-        region: BaseGeometry = field.ground
-        if within is not None:
-            region = region.intersection(within)
-        return cls(region.buffer(-gap) if gap > 0 else region)
-
-    def without(self, region: BaseGeometry) -> "Ground":
-        """The ground less some polygons, which are obstacles then.
-
-        Args:
-            region: The polygons [m].
-
-        Raises:
-            InvalidInput: No ground is left.
-        """
-        less = self.region.difference(region)
-        return Ground(less, without_region(self.borders, region))
-
-    def distance(self, x: float, y: float) -> float:
-        """Distance to the border, negative off the ground, beyond 12 m told as 12 m [m].
-
-        Args:
-            x, y: Where [m]; the answer is off by at most 0.36 m.
-        """
-        return float(border_distance(self.borders, x, y))
+        self.borders = make_borders(self.region)
 
     def admits_pose(
         self, pose: Sequence[float], footprint: Footprint, crop: StandingCrop | None = None

@@ -30,9 +30,9 @@ from .words import (
     driving_time,
     fitting_word,
     path_stays,
+    quickest_time,
+    quickest_times,
     stays_on_ground,
-    word_times,
-    write_words,
 )
 
 # Poses that the search may go on from, unless told otherwise.
@@ -193,16 +193,8 @@ def _rest(site, motion, pose, goal, gear, after, ahead, turns, pieces):
     )
     if near == np.inf:
         return np.inf
-    dx, dy = (goal[0] - pose[0]) / motion.radius, (goal[1] - pose[1]) / motion.radius
-    c, s = math.cos(pose[2]), math.sin(pose[2])
-    count = write_words(c * dx + s * dy, c * dy - s * dx, goal[2] - pose[2], turns, pieces)
-    least = np.inf
-    for word in range(count):
-        for piece in range(3):
-            pieces[word, piece] *= motion.radius
-        time = driving_time(pieces[word], 3, motion.speed, motion.acceleration, gear, after)
-        least = min(least, time)
-    return max(least, near / motion.speed)
+    quickest = quickest_time(motion, pose, goal, gear, after, turns, pieces)
+    return max(quickest, near / motion.speed)
 
 
 @compiled
@@ -344,24 +336,22 @@ def _joined(found):
     return curvatures[:count], lengths[:count]
 
 
-def turn_times(
-    starts: np.ndarray,
-    goals: np.ndarray,
-    combine: Combine,
-    gears: tuple[int, int] = (1, 1),
-) -> np.ndarray:
+def motion_of(combine: Combine) -> Motion:
+    """How a combine moves."""
+    return Motion(combine.turning_radius, combine.speed, combine.acceleration)
+
+
+def turn_times(starts: np.ndarray, goals: np.ndarray, combine: Combine) -> np.ndarray:
     """Time of the quickest turn of each pair of poses where nothing is in the way, shape (...) [s].
 
     Args:
         starts: x, y, theta, shape (..., 3) [m], [m], [rad].
         goals: The same; shapes are broadcast.
-        combine: Which turns.
-        gears: In which it arrives at the start at full speed and goes on from the goal; 0: it
-            stands there.
+        combine: Which turns; it arrives and goes on forwards, at full speed.
     """
-    return word_times(
-        starts, goals, combine.turning_radius, combine.speed, combine.acceleration, gears
-    )
+    pair = np.broadcast_arrays(np.asarray(starts, dtype=float), np.asarray(goals, dtype=float))
+    flat = (np.ascontiguousarray(each.reshape(-1, 3)) for each in pair)
+    return quickest_times(motion_of(combine), *flat).reshape(pair[0].shape[:-1])
 
 
 def turn_between(
@@ -388,7 +378,7 @@ def turn_between(
         expansions: Bound of the search; 0: there is none.
     """
     site = ground.site(combine_footprint(combine), crop)
-    motion = Motion(combine.turning_radius, combine.speed, combine.acceleration)
+    motion = motion_of(combine)
     first, last = np.array(start, dtype=float), np.array(goal, dtype=float)
     still = np.zeros(0)
     if not (path_stays(site, first, still, still) and path_stays(site, last, still, still)):

@@ -170,49 +170,46 @@ def _run_time(way, stops, half, speed, acceleration):
     return way / speed + stops * half
 
 
+@kernel
+def quickest_time(motion, start, goal, before, after, turns, lengths):
+    """Time of the quickest word from one pose to another, where nothing is in the way [s].
+
+    Args:
+        motion: Of the machine.
+        start: x, y, theta, shape (3,) [m], [m], [rad].
+        goal: The same.
+        before: Gear in which the machine arrives at full speed, 0: it stands.
+        after: The same of how it goes on.
+        turns, lengths: Space to work in, shape (64, 3) each.
+    """
+    dx, dy = (goal[0] - start[0]) / motion.radius, (goal[1] - start[1]) / motion.radius
+    c, s = math.cos(start[2]), math.sin(start[2])
+    count = write_words(c * dx + s * dy, c * dy - s * dx, goal[2] - start[2], turns, lengths)
+    least = np.inf
+    for word in range(count):
+        for piece in range(3):
+            lengths[word, piece] *= motion.radius
+        time = driving_time(lengths[word], 3, motion.speed, motion.acceleration, before, after)
+        least = min(least, time)
+    return least
+
+
 @compiled
-def _times(starts, goals, radius, speed, acceleration, before, after):
+def quickest_times(motion, starts, goals):
+    """Times of the quickest words between poses, for who drives forwards before and after.
+
+    Args:
+        motion: Of the machine.
+        starts, goals: x, y, theta, shape (n, 3) [m], [m], [rad].
+
+    Returns:
+        Shape (n,) [s].
+    """
     turns, lengths = np.zeros((WORD_COUNT, 3)), np.zeros((WORD_COUNT, 3))
     times = np.empty(len(starts))
     for k in range(len(starts)):
-        dx = (goals[k, 0] - starts[k, 0]) / radius
-        dy = (goals[k, 1] - starts[k, 1]) / radius
-        c, s = math.cos(starts[k, 2]), math.sin(starts[k, 2])
-        count = write_words(
-            c * dx + s * dy, c * dy - s * dx, goals[k, 2] - starts[k, 2], turns, lengths
-        )
-        best = np.inf
-        for word in range(count):
-            for piece in range(3):
-                lengths[word, piece] *= radius
-            time = driving_time(lengths[word], 3, speed, acceleration, before, after)
-            best = min(best, time)
-        times[k] = best
+        times[k] = quickest_time(motion, starts[k], goals[k], 1, 1, turns, lengths)
     return times
-
-
-def word_times(
-    starts: np.ndarray,
-    goals: np.ndarray,
-    radius: float,
-    speed: float,
-    acceleration: float,
-    gears: tuple[int, int] = (1, 1),
-) -> np.ndarray:
-    """Time of the quickest word of each pair of poses, shape (...) [s].
-
-    Args:
-        starts: x, y, theta, shape (..., 3) [m], [m], [rad].
-        goals: The same, shape (..., 3); the two are broadcast.
-        radius: Of the arcs [m].
-        speed: [m/s].
-        acceleration: [m/s^2].
-        gears: In which the machine arrives at the start at full speed and goes on from the goal;
-            0: it stands there.
-    """
-    pair = np.broadcast_arrays(np.asarray(starts, dtype=float), np.asarray(goals, dtype=float))
-    first, second = (np.ascontiguousarray(each.reshape(-1, 3)) for each in pair)
-    return _times(first, second, radius, speed, acceleration, *gears).reshape(pair[0].shape[:-1])
 
 
 @kernel

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from sightfield.systems.numerics.harvest.carts.cart_plan import Supply
+from sightfield.systems.numerics.harvest.carts.cart_plan import Supply, ended
 from sightfield.systems.numerics.harvest.carts.visits import serve_combines
 from sightfield.systems.numerics.harvest.execution.planned_work import PlannedWork
 from sightfield.systems.numerics.harvest.field.field import Field
@@ -16,19 +16,73 @@ from sightfield.systems.numerics.harvest.machines import (
     cart_outline,
     combine_outline,
 )
-from sightfield.systems.numerics.harvest.paths import TRANSIT, MachinePath, TimedPath
+from sightfield.systems.numerics.harvest.paths import MachinePath, TimedPath
 from sightfield.systems.numerics.planning.car_paths import dubins_paths
 
 WIDE = 9.0
 
 
 class HandMade(NamedTuple):
-    """A field, its combines, when they are where, and the lines of swaths."""
+    """A field, its combines, when they are where, and the lines of swaths.
+
+    Stops delay the combine that stops, and no other.
+    """
 
     field: Field
     combine: Combine
     plans: list[TimedPath]
     swaths: list[np.ndarray]
+
+    def retime(self, stops):
+        """When combines are where that stop."""
+        after = list(self.plans)
+        for stop in sorted(stops, key=lambda each: each.station):
+            after[stop.combine] = with_stop(after[stop.combine], stop, self.combine.acceleration)
+        return [ended(plan) for plan in after]
+
+
+def with_stop(plan, stop, acceleration):
+    """A plan that stands for a while at a station, and is later from then on.
+
+    It brakes and speeds up evenly; other machines are not looked at.
+    """
+    fine = np.unique(np.concatenate([plan.times, np.arange(plan.times[0], plan.end, 0.05)]))
+    at, speeds = plan.station_at(fine), plan.speed_at(fine)
+    # Braking begins where the speed is the most that can still be lost, and likewise after it.
+    allowed = np.sqrt(2 * acceleration * np.abs(at - stop.station))
+    slow = np.flatnonzero(speeds > allowed)
+    if len(slow) == 0:
+        first, last = int(np.searchsorted(at, stop.station)), int(np.searchsorted(at, stop.station))
+    else:
+        first, last = int(slow[0]) - 1, int(slow[-1]) + 1
+    first, last = max(first, 0), min(last, len(fine) - 1)
+    way_in, way_out = stop.station - at[first], at[last] - stop.station
+    time_in = 2 * way_in / speeds[first] if speeds[first] > 0 else 0.0
+    time_out = 2 * way_out / speeds[last] if speeds[last] > 0 else 0.0
+    stands = fine[first] + time_in
+    goes = stands + stop.duration
+    later = goes + time_out - fine[last]
+    before, after = plan.times < fine[first], plan.times > fine[last]
+    return TimedPath(
+        plan.path,
+        np.concatenate(
+            [
+                plan.times[before],
+                [fine[first], stands, goes, fine[last] + later],
+                plan.times[after] + later,
+            ]
+        ),
+        np.concatenate(
+            [
+                plan.stations[before],
+                [at[first], stop.station, stop.station, at[last]],
+                plan.stations[after],
+            ]
+        ),
+        np.concatenate(
+            [plan.speeds[before], [speeds[first], 0.0, 0.0, speeds[last]], plan.speeds[after]]
+        ),
+    )
 
 
 def joined_lines(lines, radius):
@@ -44,7 +98,7 @@ def joined_lines(lines, radius):
                 if np.hypot(*(pose - poses[-1])[:2]) > 1e-9:
                     poses.append(pose)
                     cutting.append(False)
-                    work.append(TRANSIT)
+                    work.append(-1)
             course = poses[-1][2]
         else:
             poses.append(np.array([*begin, course]))
@@ -104,7 +158,7 @@ def make_served():
     cart = Cart(capacity=20000.0, hitch_offset=0.6)
     supply = Supply(density=1.6, trucks=np.array([[60.0, -13.0, 0.1]]))
     combines = [made.combine] * len(made.plans)
-    plan = serve_combines(made.field, combines, cart, made.plans, made.swaths, supply)
+    plan = serve_combines(made.field, combines, cart, made.plans, made.swaths, supply, made.retime)
     return PlannedWork(
         field=made.field,
         combines=combines,
@@ -121,6 +175,12 @@ def make_served():
 def hand_made():
     """Makes them: width and height of the field [m], number of combines."""
     return make_hand_made
+
+
+@pytest.fixture(scope="session")
+def stopped():
+    """A plan with a stop, and the acceleration with which it brakes."""
+    return with_stop
 
 
 def placed(outlines, poses):

@@ -8,13 +8,14 @@ from sightfield.systems.numerics.harvest.carts.cart_motion import (
     WAY,
     CartMotion,
     Moving,
+    Passage,
     join_motions,
     plan_profile,
     plan_profile_back,
     standing_motion,
 )
 from sightfield.systems.numerics.harvest.machines import Cart
-from sightfield.systems.numerics.harvest.paths import TRANSIT, MachinePath, TimedPath
+from sightfield.systems.numerics.harvest.paths import MachinePath, TimedPath
 from sightfield.systems.numerics.planning.car_paths import dubins_between, dubins_paths
 
 
@@ -23,7 +24,7 @@ def drive(cart, start, end, begin, beta):
     path = dubins_paths(start, end, 6.0)[0]
     poses = path.poses(np.concatenate([[0.0], np.cumsum(np.abs(path.lengths))]))
     count = len(poses) - 1
-    made = MachinePath(poses, np.ones(count), np.zeros(count, bool), np.full(count, TRANSIT))
+    made = MachinePath(poses, np.ones(count), np.zeros(count, bool), np.zeros(count, int))
     top = np.sqrt(made.length)
     times = begin + np.array([0.0, top, 2 * top])
     timed = TimedPath(made, times, made.length * np.array([0, 0.5, 1]), np.array([0.0, top, 0.0]))
@@ -83,7 +84,7 @@ def test_a_free_path_takes_what_accelerations_ask():
     limits = np.full(len(STATIONS), TOP)
     free = np.zeros((len(STATIONS), 800), dtype=bool)
     opens = np.full(len(STATIONS), -np.inf)
-    found = plan_profile(STATIONS, limits, opens, free, 30.0, Moving(30.0, 1.5), 1.0)
+    found = plan_profile(Passage(STATIONS, limits, opens, free, 30.0), Moving(30.0, 1.5), 1.0)
     # From 1.5 m/s up to 5 m/s, then down to standing.
     ramps = (TOP - 1.5) + TOP
     way = (TOP**2 - 1.5**2) / 2 + TOP**2 / 2
@@ -91,7 +92,8 @@ def test_a_free_path_takes_what_accelerations_ask():
     assert least - 1e-9 <= found.times[-1] <= least + 1.5
     assert found.speeds[[0, -1]] == pytest.approx([1.5, 0.0])
     check_accelerations(found, 1.0)
-    back = plan_profile_back(STATIONS, limits, opens, free, 30.0, Moving(90.0, 1.5), 1.0, 30.0)
+    passage = Passage(STATIONS, limits, opens, free, 30.0)
+    back = plan_profile_back(passage, Moving(90.0, 1.5), 1.0, 30.0)
     assert back.times[-1] == pytest.approx(90.0)
     assert back.speeds[[0, -1]] == pytest.approx([0.0, 1.5])
     assert back.times[-1] - back.times[0] == pytest.approx(found.times[-1] - 30.0, abs=1e-6)
@@ -110,9 +112,9 @@ def test_what_is_closed_is_never_entered(back):
     opens = np.where(STATIONS > 90, 30.0, -np.inf)
     if back:
         end = Moving(120.0, 1.5)
-        found = plan_profile_back(STATIONS, limits, opens, closed, 10.0, end, 1.0, 10.0)
+        found = plan_profile_back(Passage(STATIONS, limits, opens, closed, 10.0), end, 1.0, 10.0)
     else:
-        found = plan_profile(STATIONS, limits, opens, closed, 10.0, Moving(10.0, 1.5), 1.0)
+        found = plan_profile(Passage(STATIONS, limits, opens, closed, 10.0), Moving(10.0, 1.5), 1.0)
     assert len(found.times)
     check_accelerations(found, 1.0)
     fine = np.arange(found.times[0], found.times[-1], 0.02)
@@ -132,6 +134,6 @@ def test_a_wall_says_how_far_it_goes():
     closed[100:104] = True
     limits = np.full(len(STATIONS), TOP)
     opens = np.full(len(STATIONS), -np.inf)
-    found = plan_profile(STATIONS, limits, opens, closed, 0.0, Moving(0.0, 1.5), 1.0)
+    found = plan_profile(Passage(STATIONS, limits, opens, closed, 0.0), Moving(0.0, 1.5), 1.0)
     assert len(found.times) == 0
     assert found.reached == pytest.approx(49.5, abs=1.0)

@@ -5,11 +5,12 @@ import pytest
 import shapely
 
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.harvest.carts.cart_plan import Stop, with_stop
+from sightfield.systems.numerics.harvest.carts.cart_plan import Stop
 from sightfield.systems.numerics.harvest.carts.cut_times import (
     CELL,
     cut_times,
-    open_ground,
+    free_cells,
+    opened,
     opens_along,
 )
 from sightfield.systems.numerics.harvest.field.field import Field
@@ -72,11 +73,11 @@ def test_crop_that_nobody_cuts_stays(hand_made):
     assert (cut.times == np.inf).sum() * CELL**2 == pytest.approx(120 * 90 - finite, rel=0.01)
 
 
-def test_what_is_later_is_marked_anew_and_nothing_else(hand_made):
+def test_what_is_later_is_marked_anew_and_nothing_else(hand_made, stopped):
     made = hand_made(120.0, 90.0, 2)
     before = cut_times(made.field, made.combine, made.plans)
     stop = Stop(1, float(made.plans[1].station_at(150.0)), 40.0)
-    plans = [made.plans[0], with_stop(made.plans[1], stop, 0.5)]
+    plans = [made.plans[0], stopped(made.plans[1], stop, 0.5)]
     since = 140.0
     fresh = cut_times(made.field, made.combine, plans)
     again = cut_times(made.field, made.combine, plans, before, since)
@@ -91,7 +92,8 @@ def test_an_open_box_touches_no_obstacle_and_stays_on_the_ground():
     world = make_world([(0, 0), (70, 5), (60, 60), (-3, 50)], [pond])
     field = Field(world, 8.0)
     cut = cut_times(field, Combine(), [])
-    ground = open_ground(field, cut._replace(times=np.full(cut.times.shape, -np.inf)))
+    cut = cut._replace(times=np.full(cut.times.shape, -np.inf))
+    ground = opened(free_cells(field, cut), cut)
     rng = np.random.default_rng(1)
     poses = rng.uniform([-15, -10, -3], [85, 75, 3], (3000, 3))
     box = np.array([-0.7, 2.6, 1.3])

@@ -16,7 +16,8 @@ CART = Cart(capacity=20000.0, hitch_offset=0.3)
 def test_what_a_failing_cart_leaves_is_fetched_by_the_others(hand_made, audit, cart, time):
     made = hand_made(126.0, 100.0, 1)
     supply = Supply(density=1.6, trucks=TRUCKS)
-    planned = made.field, [made.combine] * len(made.plans), CART, made.plans, made.swaths, supply
+    team = [made.combine] * len(made.plans)
+    planned = made.field, team, CART, made.plans, made.swaths, supply, made.retime
     before = serve_combines(*planned)
     after = serve_combines(*planned, failure=Failure(cart, time))
     early = np.arange(0.0, time, 0.5)
@@ -58,5 +59,6 @@ def test_a_cart_that_nobody_can_replace_is_refused(hand_made, trucks, cart, mess
             made.plans,
             made.swaths,
             supply,
+            made.retime,
             failure=Failure(cart, 100.0),
         )

@@ -5,7 +5,7 @@ import shapely
 
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.harvest.carts.cart_motion import CartMotion
-from sightfield.systems.numerics.harvest.carts.cut_times import cut_times, open_ground
+from sightfield.systems.numerics.harvest.carts.cut_times import cut_times, free_cells, opened
 from sightfield.systems.numerics.harvest.carts.roadmap import (
     AFTER_CUT,
     Edges,
@@ -17,7 +17,7 @@ from sightfield.systems.numerics.harvest.carts.roadmap import (
 from sightfield.systems.numerics.harvest.carts.surroundings import field_lines
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines import Cart, Combine, cart_outline
-from sightfield.systems.numerics.harvest.paths import TRANSIT, MachinePath, TimedPath
+from sightfield.systems.numerics.harvest.paths import MachinePath, TimedPath
 
 POND = [(60.0, 50.0), (85.0, 55.0), (80.0, 75.0), (62.0, 70.0)]
 FIELD = Field(make_world([(0, 0), (150, 10), (140, 120), (5, 110)], [POND]), 12.0)
@@ -35,7 +35,7 @@ def test_edges_keep_off_the_pond_and_on_the_ground(outlines_at, integrated):
     columns = np.arange(cut.times.shape[1])
     halves = np.where(columns * 0.5 + cut.corner[0] > 75.0, 100.0, 700.0)
     cut = cut._replace(times=np.where(cut.times == np.inf, halves, cut.times))
-    ground = open_ground(FIELD, cut)
+    ground = opened(free_cells(FIELD, cut), cut)
     swaths = [np.array([[x, 20.0], [x, 105.0]]) for x in np.arange(15.0, 140.0, 9.0)]
     roadmap = make_roadmap(ground, CART, field_lines(FIELD, Combine(), swaths))
     edges = roadmap.edges
@@ -50,7 +50,7 @@ def test_edges_keep_off_the_pond_and_on_the_ground(outlines_at, integrated):
         kept = np.concatenate([[True], edges.lengths[e] > 1e-9])
         poses = edges.poses[e][kept]
         count = len(poses) - 1
-        path = MachinePath(poses, np.ones(count), np.zeros(count, bool), np.full(count, TRANSIT))
+        path = MachinePath(poses, np.ones(count), np.zeros(count, bool), np.zeros(count, int))
         assert np.abs(path.curvatures).max() <= 1 / CART.turning_radius
         off = poses[[0, -1]] - roadmap.nodes[[edges.source[e], edges.target[e]]]
         off[:, 2] = np.remainder(off[:, 2] + np.pi, 2 * np.pi) - np.pi

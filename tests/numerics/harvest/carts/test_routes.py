@@ -9,7 +9,7 @@ from sightfield.systems.numerics.harvest.carts.cart_motion import (
     join_motions,
     standing_motion,
 )
-from sightfield.systems.numerics.harvest.carts.cut_times import cut_times, open_ground
+from sightfield.systems.numerics.harvest.carts.cut_times import cut_times, free_cells, opened
 from sightfield.systems.numerics.harvest.carts.roadmap import make_roadmap
 from sightfield.systems.numerics.harvest.carts.routes import Standing, make_planner
 from sightfield.systems.numerics.harvest.carts.surroundings import field_lines
@@ -21,12 +21,19 @@ from sightfield.systems.numerics.harvest.paths import MachinePath, TimedPath
 TRUCK = np.array([100.0, -14.0, 0.3])
 
 
+def placed(place, pose):
+    """The pose of a tractor beside a combine that drives straight."""
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    return pose + np.array([c * place.ahead - s * place.left, s * place.ahead + c * place.left, 0])
+
+
 @pytest.mark.parametrize("hitch", [0.0, 0.7])
 def test_a_cart_drives_from_its_truck_to_every_window_and_back(hand_made, audit, hitch):
     # Room for a cart with an offset hitch to turn at the corners.
     made = hand_made(180.0, 150.0, 1, margin=28.0)
     cart = Cart(hitch_offset=hitch)
-    ground = open_ground(made.field, cut_times(made.field, made.combine, made.plans))
+    cut = cut_times(made.field, made.combine, made.plans)
+    ground = opened(free_cells(made.field, cut), cut)
     combines = combine_traffic(made.combine, made.plans)
     roadmap = make_roadmap(ground, cart, field_lines(made.field, made.combine, made.swaths))
     planner = make_planner(ground, cart, roadmap, combines, TRUCK[None])
@@ -40,7 +47,7 @@ def test_a_cart_drives_from_its_truck_to_every_window_and_back(hand_made, audit,
         if begin < motions[-1].timed.end + 40.0:
             continue
         stands = Standing(motions[-1].last_pose, motions[-1].last_angle, motions[-1].timed.end)
-        goal = place.of(plan.pose_at(begin))
+        goal = placed(place, plan.pose_at(begin))
         to = planner.route_to(stands, goal, Moving(begin, float(plan.speed_at(begin))), alone)
         if to is None:
             continue

@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from sightfield.systems.numerics.harvest.carts.cart_motion import standing_motion
-from sightfield.systems.numerics.harvest.carts.cart_plan import Stop, with_stop
+from sightfield.systems.numerics.harvest.carts.cart_plan import Stop
 from sightfield.systems.numerics.harvest.carts.traffic import (
     blocked_along,
     cart_boxes,
@@ -32,7 +32,7 @@ def test_gaps_of_boxes_are_those_of_polygons():
     for _ in range(500):
         boxes = [(-rng.uniform(0, 6), rng.uniform(0.2, 4), rng.uniform(0.3, 5)) for _ in range(2)]
         poses = rng.uniform([-8, -8, -4], [8, 8, 4], (2, 3))
-        gap = gap_between(np.array(boxes[0]), *poses[0], np.array(boxes[1]), *poses[1])
+        gap = gap_between(np.array(boxes[0]), poses[0], np.array(boxes[1]), poses[1])
         truth = polygon(boxes[0], poses[0]).distance(polygon(boxes[1], poses[1]))
         assert gap == pytest.approx(truth, abs=1e-9)
         touching += truth == 0
@@ -91,11 +91,11 @@ def test_a_machine_that_stands_closes_its_place_for_ever():
     assert without(both, 4).machine.tolist() == [5, 5]
 
 
-def test_traffic_that_changes_later_is_as_if_made_anew(hand_made):
+def test_traffic_that_changes_later_is_as_if_made_anew(hand_made, stopped):
     made = hand_made(120.0, 90.0, 2)
     before = combine_traffic(made.combine, made.plans)
     since = 83.3
-    stopped = with_stop(made.plans[1], Stop(1, float(made.plans[1].station_at(90.0)), 50.0), 0.5)
+    stopped = stopped(made.plans[1], Stop(1, float(made.plans[1].station_at(90.0)), 50.0), 0.5)
     plans = [made.plans[0], stopped]
     fresh, again = (
         combine_traffic(made.combine, plans),

@@ -35,6 +35,7 @@ def test_all_grain_comes_to_the_trucks(
         made.plans,
         made.swaths,
         supply,
+        made.retime,
         progress=shares.append,
     )
     # It is told how far the plan has come.
@@ -105,7 +106,7 @@ def served_both_ways(made, density, strategy):
     pair = [made.combine] * len(made.plans)
     return [
         serve_combines(
-            *(made.field, pair, Cart(), made.plans, made.swaths, supply),
+            *(made.field, pair, Cart(), made.plans, made.swaths, supply, made.retime),
             strategy=strategy,
             visits=visits,
         )

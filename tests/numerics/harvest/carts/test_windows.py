@@ -5,8 +5,8 @@ import pytest
 import shapely
 
 from sightfield.systems.numerics.harvest.carts.cart_motion import CartMotion
-from sightfield.systems.numerics.harvest.carts.cart_plan import Stop, with_stop
-from sightfield.systems.numerics.harvest.carts.cut_times import cut_times, open_ground
+from sightfield.systems.numerics.harvest.carts.cart_plan import Stop
+from sightfield.systems.numerics.harvest.carts.cut_times import cut_times, free_cells, opened
 from sightfield.systems.numerics.harvest.carts.traffic import combine_traffic
 from sightfield.systems.numerics.harvest.carts.windows import (
     SHORTEST,
@@ -31,7 +31,8 @@ from sightfield.systems.numerics.harvest.paths import TimedPath
 def test_in_a_window_grain_flows_and_the_ground_was_cut_before(hand_made, outlines_at, hitch):
     made = hand_made(160.0, 130.0, 2)
     cart = Cart(hitch_offset=hitch, length=4.6)
-    ground = open_ground(made.field, cut_times(made.field, made.combine, made.plans))
+    cut = cut_times(made.field, made.combine, made.plans)
+    ground = opened(free_cells(made.field, cut), cut)
     traffic = combine_traffic(made.combine, made.plans)
     windows = find_windows([made.combine] * len(made.plans), cart, made.plans, ground, traffic)
     reach = made.combine.header_width / 2 + made.combine.cart_gap + cart.width / 2
@@ -75,7 +76,7 @@ def test_in_a_window_grain_flows_and_the_ground_was_cut_before(hand_made, outlin
 
 
 @pytest.mark.parametrize("stands_at", np.linspace(31.3, 58.7, 7))
-def test_a_tractor_stands_beside_a_combine_that_stands_in_a_bend(stands_at):
+def test_a_tractor_stands_beside_a_combine_that_stands_in_a_bend(stands_at, stopped):
     """Rounding of the ways between let stations decrease."""
     combine, cart = Combine(), Cart()
     angles = np.linspace(0.0, 0.9, 60)
@@ -83,7 +84,7 @@ def test_a_tractor_stands_beside_a_combine_that_stands_in_a_bend(stands_at):
     path = drive_line(arc, cutting=True)
     times = np.array([0.0, path.length / combine.speed])
     driven = TimedPath(path, times, np.array([0.0, path.length]), np.full(2, combine.speed))
-    plan = with_stop(driven, Stop(0, stands_at, 37.3), combine.acceleration)
+    plan = stopped(driven, Stop(0, stands_at, 37.3), combine.acceleration)
     lane = lane_beside(path, 0.0, path.length, beside(combine, cart))
     timed = drive_beside(plan, lane, 6.1, 6.1 + stands_at / combine.speed + 20.0)
     assert timed.speeds.min() >= 0.0

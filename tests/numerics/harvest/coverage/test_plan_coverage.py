@@ -7,7 +7,7 @@ import shapely
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import world_from_polygon
 from sightfield.systems.numerics.harvest.coverage.loops import crop_to_offset
-from sightfield.systems.numerics.harvest.coverage.plan_coverage import plan_coverage
+from sightfield.systems.numerics.harvest.coverage.plan_coverage import find_coverages
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines import Combine, combine_outline
 
@@ -20,7 +20,7 @@ CASES = [("l_9", 3), ("pole_6", 2), ("banana_4", 1), ("pond_edge_9", 2), ("strip
 def planned(request, field_makers):
     name, count = request.param
     field = field_makers[name]()
-    return field, plan_coverage(field, [COMBINE] * count)
+    return field, next(find_coverages(field, [COMBINE] * count))
 
 
 def _placed(part: np.ndarray, poses: np.ndarray) -> np.ndarray:
@@ -67,7 +67,7 @@ def test_a_no_go_area_on_a_corner_is_gone_round():
     corner = shapely.box(162, 113, 185, 136)
     left = shapely.box(0, 0, 180, 130).difference(corner)
     field = Field(world_from_polygon(left), no_go=(corner,))
-    plan = plan_coverage(field, [COMBINE])
+    plan = next(find_coverages(field, [COMBINE]))
     assert plan.coverage > 0.995
     path = plan.paths[0]
     poses = path.pose_at(path.stations_every(0.5))
@@ -77,7 +77,7 @@ def test_a_no_go_area_on_a_corner_is_gone_round():
 
 def test_who_begins_beside_a_bulging_edge_keeps_to_the_margin(field_makers):
     field, combine = field_makers["blob_12"](), Combine()
-    plan = plan_coverage(field, [combine] * 2)
+    plan = next(find_coverages(field, [combine] * 2))
     ground = field.ground.buffer(0.05)
     for path in plan.paths:
         poses = path.pose_at(np.arange(0.0, 60.0, 0.5))
@@ -145,7 +145,7 @@ def test_combines_start_beside_the_crop_and_stay_within_the_margin(field_makers,
     field = field_makers[name]()
     within = field.outline.buffer(field.margin, quad_segs=64).buffer(0.01)
     header, body = combine_outline(Combine())
-    for path in plan_coverage(field, [Combine()] * count).paths:
+    for path in next(find_coverages(field, [Combine()] * count)).paths:
         start = _placed(body, path.pose_at([0.0]))[0]
         assert start.intersection(field.polygon).area < 0.5
         poses = path.pose_at(path.stations_every(0.25))
@@ -157,7 +157,7 @@ def test_headers_as_wide_as_the_margin_begin_in_bays_with_the_body_beside_the_cr
     field, wide = field_makers["blob_12"](), Combine(header_width=12.0)
     within = field.outline.buffer(field.margin, quad_segs=64).buffer(0.01)
     header, body = combine_outline(wide)
-    plan = plan_coverage(field, [wide] * 2)
+    plan = next(find_coverages(field, [wide] * 2))
     assert plan.coverage > 0.995
     for path in plan.paths:
         begin = path.pose_at([0.0])
@@ -188,5 +188,5 @@ def test_rounds_go_no_farther_outside_of_a_reflex_corner_than_half_the_margin(fi
 )
 def test_what_cannot_be_cut_is_refused_in_one_line(field, count, word):
     with pytest.raises(InvalidInput, match=f"`{word}` must") as refused:
-        plan_coverage(field, [COMBINE] * count)
+        next(find_coverages(field, [COMBINE] * count))
     assert "\n" not in str(refused.value)

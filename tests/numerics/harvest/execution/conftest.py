@@ -135,18 +135,8 @@ class Crew:
                 and not emptying.any()
                 and not ((loads.free > NOTHING) & (tank > NOTHING)).any()
             )
-            after, after_speeds = np.empty(count + carts), np.empty(count + carts)
-            advance(
-                fleet,
-                self.orders,
-                pace,
-                loads,
-                stations,
-                speeds,
-                tick * step,
-                step,
-                after,
-                after_speeds,
+            after, after_speeds = advance(
+                fleet, self.orders, pace, loads, stations, speeds, tick * step, step
             )
             more = np.zeros(carts)
             work_together(

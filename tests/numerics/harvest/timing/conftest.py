@@ -239,6 +239,17 @@ def least_distance(journeys, log, outline=OUTLINE):
     return least
 
 
+def polygons_of(sweep, cell):
+    """Polygons of a cell of a sweep, each of shape (c, 2) [m]."""
+    numbers = range(cell * sweep.parts, (cell + 1) * sweep.parts)
+    return [sweep.points[sweep.starts[q] : sweep.starts[q + 1]] for q in numbers]
+
+
+def cover_of(sweep, cell):
+    """All polygons of a cell as one."""
+    return shapely.union_all([shapely.Polygon(points) for points in polygons_of(sweep, cell)])
+
+
 @pytest.fixture(scope="session")
 def fleets():
     """Made-up fleets, machines that are late, and distances by Shapely."""
@@ -253,5 +264,7 @@ def fleets():
         progress_at=progress_at,
         holds_now=holds_now,
         outlines_at=outlines_at,
+        polygons_of=polygons_of,
+        cover_of=cover_of,
         least_distance=least_distance,
     )

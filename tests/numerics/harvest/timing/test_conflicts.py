@@ -18,8 +18,13 @@ def intervals_of(matrix):
     return rows, begins, ends
 
 
-def cover_of(sweep, cell):
-    return shapely.union_all([shapely.Polygon(points) for points in sweep.polygons(cell)])
+def matrix_of(found):
+    """A set of conflicts as a matrix of bool, shape (cells of a, cells of b)."""
+    a, b = len(found.of_a.rows) - 1, len(found.of_b.rows) - 1
+    matrix = np.zeros((a, b), dtype=bool)
+    for k, row in enumerate(np.repeat(np.arange(a), np.diff(found.of_a.rows))):
+        matrix[row, found.of_a.begins[k] : found.of_a.ends[k]] = True
+    return matrix
 
 
 @pytest.mark.parametrize("gap", [GAP, 2.3])
@@ -30,13 +35,14 @@ def test_the_set_is_what_a_search_of_all_pairs_of_cells_finds(fleets, kind, gap)
     paths = fleets.kinds[kind](rng, 4 if kind == 3 else 2)[:2]
     one, other = (fleets.journey(path, spacing=2.7).sweep for path in paths)
     covers = [
-        np.array([cover_of(sweep, cell) for cell in range(sweep.cells)]) for sweep in (one, other)
+        np.array([fleets.cover_of(sweep, cell) for cell in range(sweep.cells)])
+        for sweep in (one, other)
     ]
     apart = shapely.distance(covers[0][:, None], covers[1][None, :])
     keep = gap + one.margins[:, None] + other.margins[None, :]
     # Where rounding decides nothing is asked.
     sure = np.abs(apart - keep) > 1e-9
-    found = find_conflicts(one, other, gap).matrix()
+    found = matrix_of(find_conflicts(one, other, gap))
     assert (found == (apart < keep))[sure].all()
     assert found.any()
 
@@ -46,7 +52,7 @@ def test_outside_of_the_set_machines_never_come_nearer_than_the_gap(fleets, kind
     rng = np.random.default_rng([4, kind])
     paths = fleets.kinds[kind](rng, 2)
     one, other = (fleets.journey(path).sweep for path in paths)
-    marks = find_conflicts(one, other).matrix()
+    marks = matrix_of(find_conflicts(one, other))
     # Fine samples near each other whose cells are not in conflict.
     samples = [np.sort(rng.uniform(0, path.length, 700)) for path in paths]
     cells = [
@@ -86,7 +92,7 @@ def test_encounters_are_the_connected_parts_corners_included():
         found = conflict_set(*intervals_of(matrix), matrix.shape[1])
         labels, count = ndimage.label(matrix, np.ones((3, 3)))
         assert found.parts == count
-        assert (found.matrix() == matrix).all()
+        assert (matrix_of(found) == matrix).all()
         for part, marks in ((found.of_a, labels), (found.of_b, labels.T)):
             numbers = np.full(marks.shape, -1)
             for k, row in enumerate(np.repeat(np.arange(len(marks)), np.diff(part.rows))):

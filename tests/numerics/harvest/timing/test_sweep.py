@@ -13,8 +13,8 @@ from sightfield.systems.numerics.harvest.timing.sweep import (
     cart_sweep,
     grid_stations,
     outline_ways,
-    poses_between,
     sweep_of,
+    towed_poses,
 )
 
 CART = Cart(length=6.0, hitch_offset=0.9, width=2.7, turning_radius=5.5)
@@ -45,9 +45,8 @@ def cart_way(drive, moves, bend):
     return whole, at, stations, trailer
 
 
-def beyond(sweep, cell, shapes):
-    """How far shapes reach beyond the polygons of a cell [m]."""
-    cover = shapely.union_all([shapely.Polygon(points) for points in sweep.polygons(cell)])
+def beyond(cover, shapes):
+    """How far shapes reach beyond what is told to be covered [m]."""
     corners = shapely.points(shapely.get_coordinates(shapely.GeometryCollection(list(shapes))))
     return shapely.distance(cover, corners).max()
 
@@ -61,7 +60,9 @@ def test_all_that_a_combine_covers_lies_within_the_margins_of_its_cells(fleets):
             for cell in rng.integers(0, sweep.cells, 30):
                 at = np.linspace(*sweep.stations[cell : cell + 2], 21)
                 shapes = fleets.outlines_at(path, fleets.outline, at).ravel()
-                largest = max(largest, beyond(sweep, cell, shapes) - sweep.margins[cell])
+                largest = max(
+                    largest, beyond(fleets.cover_of(sweep, cell), shapes) - sweep.margins[cell]
+                )
             assert largest < 1e-9
             assert sweep.margins.max() < 0.02
 
@@ -71,7 +72,7 @@ def test_a_cell_covers_hardly_more_than_the_machine_does(fleets):
     sweep = sweep_of(path, fleets.outline, grid_stations(path))
     for cell in range(sweep.cells):
         at = np.linspace(*sweep.stations[cell : cell + 2], 41)
-        for part, points in enumerate(sweep.polygons(cell)):
+        for part, points in enumerate(fleets.polygons_of(sweep, cell)):
             covered = shapely.union_all(fleets.outlines_at(path, fleets.outline, at)[part])
             assert shapely.Polygon(points).area < covered.area * 1.04 + 0.02
 
@@ -88,9 +89,9 @@ def test_tractor_and_trailer_lie_within_the_margins_of_their_cells(fleets):
         tractor = fleets.outlines_at(path, [outline.tractor], at).ravel()
         number = np.flatnonzero((stations >= low) & (stations <= high))
         box = fleets.outlines_at(own, [outline.trailer], own.stations[number]).ravel()
-        assert beyond(sweep, cell, tractor) <= sweep.margins[cell] + 1e-9
+        assert beyond(fleets.cover_of(sweep, cell), tractor) <= sweep.margins[cell] + 1e-9
         # Between dense poses the trailer's true way differs from a twist by millimetres.
-        assert beyond(sweep, cell, box) <= sweep.margins[cell] + 5e-3
+        assert beyond(fleets.cover_of(sweep, cell), box) <= sweep.margins[cell] + 5e-3
 
 
 def test_the_trailer_meets_its_poses_and_turns_evenly_between_them():
@@ -98,9 +99,9 @@ def test_the_trailer_meets_its_poses_and_turns_evenly_between_them():
         np.array([[0.0, 0, 0.3], [1.0, 0.2, 0.3], [1.9, 0.9, 0.9]]), *[np.ones(2, dtype=int)] * 3
     )
     poses = np.array([[-5.0, 0.1, 0.2], [-4.1, 0.4, 0.5], [-3.2, 1.0, 0.4]])
-    assert poses_between(path, poses, path.stations) == pytest.approx(poses)
+    assert towed_poses(path, poses, path.stations) == pytest.approx(poses)
     middle = (path.stations[0] + path.stations[1]) / 2
-    half = poses_between(path, poses, middle)
+    half = towed_poses(path, poses, middle)
     assert half[2] == pytest.approx(0.35)
     # Half of an arc is as far from both ends.
     ends = np.hypot(*(poses[:2, :2] - half[:2]).T)
@@ -148,7 +149,7 @@ def test_a_machine_without_a_way_has_one_cell(fleets):
     sweep = sweep_of(path, fleets.outline, grid_stations(path))
     assert sweep.cells == 1
     shapes = fleets.outlines_at(path, fleets.outline, np.zeros(1)).ravel()
-    for points, shape in zip(sweep.polygons(0), shapes, strict=True):
+    for points, shape in zip(fleets.polygons_of(sweep, 0), shapes, strict=True):
         assert shapely.Polygon(points).symmetric_difference(shape).area < 1e-9
 
 

@@ -46,7 +46,7 @@ def random_pieces(rng):
 
 
 def test_a_way_is_admitted_where_its_sweep_is_on_the_ground_and_only_there():
-    ground = Ground.of_field(FIELD)
+    ground = Ground(FIELD.ground)
     around, within = ground.region.buffer(0.016), ground.region.buffer(-0.001)
     shapely.prepare([around, within])
     rng = np.random.default_rng(1)
@@ -103,37 +103,27 @@ def test_machines_may_drive_along_borders():
 
 
 def test_distances_are_those_to_the_border_within_their_stated_error():
-    ground = Ground.of_field(FIELD)
+    ground = Ground(FIELD.ground)
     rng = np.random.default_rng(2)
     points = rng.uniform([-1, -1], [91, 53], (1500, 2))
     inside = shapely.contains_xy(ground.region, points)
     away = shapely.distance(ground.region.boundary, shapely.points(points))
     expected = np.clip(np.where(inside, away, -away), -12, 12)
-    told = np.array([ground.distance(x, y) for x, y in points])
+    told = np.array([border_distance(ground.borders, x, y) for x, y in points])
     assert np.abs(told - expected).max() < 0.36
     assert np.abs(told - expected).mean() < 0.03
-    assert ground.distance(-50.0, 0.0) == -12
+    assert border_distance(ground.borders, -50.0, 0.0) == -12
     borders = make_borders(shapely.box(3, 4, 80, 70))
     assert border_distance(borders, 30.3, 9.1) == pytest.approx(5.1, abs=1e-5)
-
-
-def test_ground_of_a_field_has_its_margin_less_a_gap_and_less_its_obstacles():
-    ground = Ground.of_field(FIELD, gap=0.5, within=shapely.box(-9, -9, 50, 60))
-    assert ground.region.bounds[0] > FIELD.outline.bounds[0] - 1.5
-    assert ground.region.bounds[2] == pytest.approx(49.5)
-    assert ground.region.distance(shapely.Polygon(POND)) == pytest.approx(0.5, abs=1e-3)
-    assert shapely.Polygon(POND).buffer(0.6).intersects(ground.region)
-    with pytest.raises(InvalidInput, match="ground"):
-        Ground.of_field(FIELD, within=shapely.box(200, 200, 210, 210))
-    with pytest.raises(InvalidInput, match="gap"):
-        Ground.of_field(FIELD, gap=-0.1)
 
 
 def test_a_river_cuts_the_ground_of_a_field_in_two():
     # An obstacle from border to border of the margin leaves two parts.
     field = Field(make_world([(0, 0), (60, 0), (60, 40), (0, 40)], [[(28, 1), (32, 1), (30, 39)]]))
-    ground = Ground.of_field(field).without(shapely.box(28, -20, 32, 60))
+    ground = Ground(field.ground.difference(shapely.box(28, -20, 32, 60)))
     assert len(ground.region.geoms) == 2
+    with pytest.raises(InvalidInput, match="ground"):
+        Ground(field.ground.intersection(shapely.box(200, 200, 210, 210)))
 
 
 def test_standing_crop_is_marked_as_it_is_cut():
@@ -141,14 +131,17 @@ def test_standing_crop_is_marked_as_it_is_cut():
     assert crop.area == pytest.approx(FIELD.area, rel=5e-3)
     piece = shapely.LineString([(10, 6), (75, 14)]).buffer(3.25, cap_style="flat")
     before = crop.copy()
-    crop.cut(piece)
+    crop.mark(piece, stands=False)
     assert before.area - crop.area == pytest.approx(
         piece.intersection(FIELD.polygon).area, rel=2e-2
     )
     again = crop.area
-    crop.cut(shapely.MultiPolygon([piece]))
+    crop.mark(shapely.MultiPolygon([piece]), stands=False)
     assert crop.area == again
-    ground = Ground.of_field(FIELD)
+    crop.mark(piece.intersection(FIELD.polygon), stands=True)
+    assert (crop.cells == before.cells).all()
+    crop.mark(piece, stands=False)
+    ground = Ground(FIELD.ground)
     slope = math.atan2(8, 65)
     along = np.zeros(1), np.array([20.0])
     start = 10 + 22 * math.cos(slope), 6 + 22 * math.sin(slope), slope

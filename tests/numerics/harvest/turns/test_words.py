@@ -1,15 +1,17 @@
 """Words of three pieces in any gears, driven, and against Dubins and Reeds-Shepp paths."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from sightfield.systems.numerics.harvest.machines import Combine
 from sightfield.systems.numerics.harvest.paths import MachinePath, fastest_profile
+from sightfield.systems.numerics.harvest.turns.turn import turn_times
 from sightfield.systems.numerics.harvest.turns.words import (
     WORD_COUNT,
     driving_time,
-    word_times,
     write_words,
 )
 from sightfield.systems.numerics.planning.car_paths import CarPath, dubins_paths, reeds_shepp_paths
@@ -95,17 +97,18 @@ def test_driving_times_are_those_of_the_fastest_speed_profile(gears):
         poses[1:, 0] = np.cumsum(ways)
         none = np.zeros(len(ways), dtype=int)
         path = MachinePath(poses, np.sign(ways).astype(int), none.astype(bool), none)
-        ends = tuple(speed * abs(gear) for gear in gears)
-        timed = fastest_profile(path, speed, acceleration, end_speeds=ends)
-        expected = timed.end - run / speed * np.abs(gears).sum()
+        timed = fastest_profile(path, speed, acceleration)
+        # On those, where there are any, it gets from standing to full speed, and back.
+        expected = timed.end - (run / speed + speed / acceleration / 2) * np.abs(gears).sum()
         assert driving_time(lengths, 3, speed, acceleration, *gears) == pytest.approx(expected)
 
 
 def test_the_quickest_word_trades_way_against_stops():
     start, goal = np.array([3.0, -2.0, 0.3]), np.array([[5.0, 1.5, 2.9], [30.0, 1.0, 0.2]])
     radius, speed = 5.5, 1.4
+    combine = Combine(turning_radius=radius, speed=speed)
     for acceleration in (0.05, 0.5, 20.0):
-        times = word_times(start, goal, radius, speed, acceleration)
+        times = turn_times(start, goal, replace(combine, acceleration=acceleration))
         for end, time in zip(goal, times, strict=True):
             c, s = math.cos(start[2]), math.sin(start[2])
             x, y = np.array([[c, s], [-s, c]]) @ (end - start)[:2] / radius
@@ -116,7 +119,7 @@ def test_the_quickest_word_trades_way_against_stops():
             assert time == pytest.approx(min(each))
             assert time <= dubins_paths(start, end, radius)[0].length / speed + 1e-9
     # Stops that cost nothing leave the shortest way, dear ones the shortest forwards.
-    quick = word_times(start, goal[:1], radius, speed, 1e9)
-    dear = word_times(start, goal[:1], radius, speed, 1e-3)
+    quick = turn_times(start, goal[:1], replace(combine, acceleration=1e9))
+    dear = turn_times(start, goal[:1], replace(combine, acceleration=1e-3))
     assert dear == pytest.approx(dubins_paths(start, goal[0], radius)[0].length / speed)
     assert quick < 0.8 * dear
