@@ -15,7 +15,7 @@ from matplotlib.patches import Rectangle
 
 from ...systems.numerics.harvest.field.field import Field
 from ...systems.numerics.harvest.field.yield_map import mean_density
-from ...systems.numerics.harvest.fleets.figures import FleetFigures, FuelModel, figures_of_plan
+from ...systems.numerics.harvest.fleets.figures import FleetFigures, figures_of_plan
 from ...systems.numerics.harvest.fleets.fleet_table import FleetTable, fleet_table
 from .job import plan_scenario
 from .scenario import HarvestScenario
@@ -69,10 +69,10 @@ def find_what_it_takes(
     """
     field = scenario.field.load(folder)
     density = scenario.yields.load(field, scenario.density, folder)
-    carts, fuel = scenario.carts, FuelModel()
+    carts = scenario.carts
     trucks = scenario.trucks.fleet(carts.count)
     plan = plan_scenario(scenario, field, density, None, progress)
-    figures = figures_of_plan(plan, trucks, fuel)
+    figures = figures_of_plan(plan, trucks)
     table = None
     if most is not None:
         table = fleet_table(
@@ -85,7 +85,6 @@ def find_what_it_takes(
             threshold=scenario.threshold,
             pattern=scenario.pattern,
             seed=scenario.seed,
-            fuel=fuel,
             most=most[1:],
             planned={scenario.combines.count: plan.combines},
             progress=progress,

@@ -121,20 +121,6 @@ class CartRounds:
         return float(max(self.ends.max(), self.cart_ends.max()))
 
 
-@dataclass
-class _Hauler:
-    """A cart as it stands between two jobs."""
-
-    place: np.ndarray
-    home: np.ndarray
-    free: float = 0.0
-    load: float = 0.0
-    way: float = 0.0
-    waits: float = 0.0
-    gives: float = 0.0
-    takes: float = 0.0
-
-
 def run_carts(
     work: Sequence[WorkAhead],
     combines: Sequence[Combine],
@@ -158,22 +144,21 @@ def run_carts(
     model = _Model(work, combines, cart, places, TruckPool(trucks), truck_rate, threshold)
     while model.serve_next():
         pass
-    for hauler in model.haulers:
-        model.to_truck(hauler)
-    every = model.haulers
+    for k in range(len(places)):
+        model.to_truck(k)
     return CartRounds(
         ends=np.array([w.end for w in work]) + model.late,
-        grain=model.taken.copy(),
-        stops=model.late.copy(),
+        grain=model.taken,
+        stops=model.late,
         misses=model.misses,
         visits=model.visits,
         trips=model.trips,
-        way=np.array([each.way for each in every]),
+        way=model.way,
         hauled=model.hauled,
-        cart_ends=np.array([each.free for each in every]),
-        at_trucks=np.array([each.waits for each in every]),
-        emptying=np.array([each.gives for each in every]),
-        beside=np.array([each.takes for each in every]),
+        cart_ends=model.free,
+        at_trucks=model.waits,
+        emptying=model.gives,
+        beside=model.takes,
     )
 
 
@@ -191,7 +176,11 @@ class _Model:
         self.work, self.combines, self.cart = work, combines, cart
         self.largest = max(combine.capacity for combine in combines)
         self.pool, self.rate, self.threshold = pool, truck_rate, threshold
-        self.haulers = [_Hauler(place.copy(), place.copy()) for place in np.asarray(places)]
+        # Of each cart: where its truck is and where it stands, when it is free, what is in it, how
+        # far it drove, and how long it waited for trucks, gave grain and took it.
+        self.homes, self.places = np.array(places), np.array(places)
+        self.free, self.load, self.way = np.zeros((3, len(places)))
+        self.waits, self.gives, self.takes = np.zeros((3, len(places)))
         self.taken, self.late = np.zeros(len(work)), np.zeros(len(work))
         # When each was left last, on the clock on the wall: visits do not overlap.
         self.left = np.zeros(len(work))
@@ -203,12 +192,12 @@ class _Model:
         waiting = [n for n, each in enumerate(self.work) if each.cut[-1] - self.taken[n] > NOTHING]
         if not waiting:
             return False
-        hauler = min(self.haulers, key=lambda each: each.free)
+        k = int(np.argmin(self.free))
         # As the planner does: a cart goes on as long as a whole tank fits in.
-        if hauler.load > NOTHING and self.cart.capacity - hauler.load < self.largest:
-            self.to_truck(hauler)
+        if self.load[k] > NOTHING and self.cart.capacity - self.load[k] < self.largest:
+            self.to_truck(k)
             return True
-        self._visit(hauler, min(waiting, key=lambda n: (self._full(n), self._loaded(n))))
+        self._visit(k, min(waiting, key=lambda n: (self._full(n), self._loaded(n))))
         return True
 
     def _reaches(self, n: int, amount: float) -> float:
@@ -225,14 +214,14 @@ class _Model:
         time = self._reaches(n, self.threshold * self.combines[n].capacity)
         return min(time, self.work[n].end + float(self.late[n]))
 
-    def _visit(self, hauler: _Hauler, n: int) -> None:
+    def _visit(self, k: int, n: int) -> None:
         work, combine = self.work[n], self.combines[n]
-        begin = max(self._loaded(n), hauler.free, self.left[n])
+        begin = max(self._loaded(n), self.free[k], self.left[n])
         for _ in range(3):
             until = min(begin, self._full(n))
             there = work.places[moment(until - self.late[n], work)]
-            way = DETOUR * float(np.hypot(*(there - hauler.place)))
-            arrives = hauler.free + way / self.cart.speed + AROUND
+            way = DETOUR * float(np.hypot(*(there - self.places[k])))
+            arrives = self.free[k] + way / self.cart.speed + AROUND
             begin = max(self._loaded(n), arrives, self.left[n])
         full, ends = self._full(n), work.end + float(self.late[n])
         clock = moment(begin - self.late[n], work)
@@ -246,8 +235,8 @@ class _Model:
         clock = moment(min(begin, full) - self.late[n], work)
         if begin >= ends and full >= ends:
             clock = len(work.cut) - 1
-        self._drive(hauler, work.places[clock])
-        room = self.cart.capacity - hauler.load
+        self._drive(k, work.places[clock])
+        room = self.cart.capacity - self.load[k]
         load = float(work.cut[clock]) - self.taken[n]
         if stands:
             taken = min(load, room)
@@ -258,14 +247,14 @@ class _Model:
         else:
             lasts, taken = self._pour(n, begin, room)
             beside = combine.speed * lasts
-            hauler.way += beside
-            self.hauled += beside * (hauler.load + taken / 2)
-        hauler.load += taken
-        hauler.takes += lasts
-        hauler.free = begin + lasts
-        hauler.place = work.places[moment(hauler.free - self.late[n], work)]
+            self.way[k] += beside
+            self.hauled += beside * (self.load[k] + taken / 2)
+        self.load[k] += taken
+        self.takes[k] += lasts
+        self.free[k] = begin + lasts
+        self.places[k] = work.places[moment(self.free[k] - self.late[n], work)]
         self.taken[n] += taken
-        self.left[n] = hauler.free
+        self.left[n] = self.free[k]
         self.visits += 1
 
     def _pour(self, n: int, begin: float, room: float) -> tuple[float, float]:
@@ -281,22 +270,22 @@ class _Model:
         taken = float(min(there[k], room, max(flown[k], rate * TICK)))
         return max(taken / rate, TICK), max(taken, 0.0)
 
-    def _drive(self, hauler: _Hauler, there: np.ndarray) -> None:
-        way = DETOUR * float(np.hypot(*(there - hauler.place)))
-        hauler.way += way
-        self.hauled += way * hauler.load
+    def _drive(self, k: int, there: np.ndarray) -> float:
+        way = DETOUR * float(np.hypot(*(there - self.places[k])))
+        self.way[k] += way
+        self.hauled += way * float(self.load[k])
+        return way
 
-    def to_truck(self, hauler: _Hauler) -> None:
+    def to_truck(self, k: int) -> None:
         """Drive to a truck, and be emptied."""
-        if hauler.load <= NOTHING:
+        if self.load[k] <= NOTHING:
             return
-        way = DETOUR * float(np.hypot(*(hauler.home - hauler.place)))
-        self._drive(hauler, hauler.home)
-        arrives = hauler.free + way / self.cart.speed + AROUND
-        fillings = self.pool.empty(arrives, hauler.load, self.rate)
+        way = self._drive(k, self.homes[k])
+        arrives = float(self.free[k]) + way / self.cart.speed + AROUND
+        fillings = self.pool.empty(arrives, self.load[k], self.rate)
         gives = sum(each.end - each.begin for each in fillings)
-        hauler.free = fillings[-1].end
-        hauler.waits += hauler.free - arrives - gives
-        hauler.gives += gives
-        hauler.place, hauler.load = hauler.home, 0.0
+        self.free[k] = fillings[-1].end
+        self.waits[k] += self.free[k] - arrives - gives
+        self.gives[k] += gives
+        self.places[k], self.load[k] = self.homes[k], 0.0
         self.trips += 1

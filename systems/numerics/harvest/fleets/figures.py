@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import require, require_non_negative, require_positive
+from ...errors import require_non_negative, require_positive
 from ..carts.cart_plan import Stop
 from ..execution.planned_work import work_of
 from ..machines import Cart, Combine
@@ -38,6 +38,9 @@ THRESHING, PER_STRAW = 20e3, 3.6 * 3600.0
 RESISTANCE = 1.0 / 55.0 + 0.04
 # Of an engine: fuel by load, fuel without load [l/(kW h)]; what a percent of speed saves [-].
 BY_LOAD, WITHOUT_LOAD, BY_BOTH, BY_SPEED = 0.22, 0.096, 0.0045, 0.00877
+# What goes through a combine besides grain, over the grain, and the part of an engine's power that
+# reaches the wheels, which are assumed [-].
+STRAW, DRIVELINE = 1.0, 0.8
 # Speed that engines of standing machines are reduced by [%].
 IDLING = 50.0
 
@@ -45,24 +48,6 @@ IDLING = 50.0
 STEP = 1.0
 # Slower is standing [m/s]; a combine so near to a place where it waits for a cart waits there [m].
 SLOW, AT_STOP = 1e-3, 0.5
-
-
-@dataclass(frozen=True, kw_only=True)
-class FuelModel:
-    """What the model assumes besides the figures of the machines.
-
-    Raises:
-        InvalidInput: A value is out of its range.
-    """
-
-    # What goes through a combine besides grain, over the grain [-].
-    straw_ratio: float = 1.0
-    # Part of an engine's power that reaches the wheels [-].
-    driveline: float = 0.8
-
-    def __post_init__(self) -> None:
-        require_non_negative("straw_ratio", self.straw_ratio)
-        require(0 < self.driveline <= 1, "driveline", "lie above 0 and up to 1", self.driveline)
 
 
 def fuel_rate(power: float, load: float, slowed: float = 0.0) -> float:
@@ -92,15 +77,14 @@ def idling_rate(power: float) -> float:
     return fuel_rate(power, 0.0, IDLING)
 
 
-def driving_energy(mass: float, way: float, model: FuelModel) -> float:
+def driving_energy(mass: float, way: float) -> float:
     """What an engine gives to move a mass over firm soil [J].
 
     Args:
         mass: [kg].
         way: [m].
-        model: What is assumed.
     """
-    return RESISTANCE * GRAVITY * mass * way / model.driveline
+    return RESISTANCE * GRAVITY * mass * way / DRIVELINE
 
 
 def driving_fuel(power: float, energy: float, time: float) -> float:
@@ -116,15 +100,14 @@ def driving_fuel(power: float, energy: float, time: float) -> float:
     return (BY_LOAD * energy + WITHOUT_LOAD * power * time) / 3.6e6
 
 
-def threshing_energy(grain: float, time: float, model: FuelModel) -> float:
+def threshing_energy(grain: float, time: float) -> float:
     """What a combine's engine gives to thresh [J].
 
     Args:
         grain: That goes through it [kg].
         time: That it works [s].
-        model: What is assumed.
     """
-    return THRESHING * time + PER_STRAW * model.straw_ratio * grain
+    return THRESHING * time + PER_STRAW * STRAW * grain
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,7 +121,7 @@ class FleetFigures:
         combine_engine_time, cart_engine_time: That engines run, from the beginning until each
             machine has done its work, all together [s].
         combine_way, cart_way: All together [m].
-        combine_fuel, cart_fuel: By `FuelModel`, all together [l].
+        combine_fuel, cart_fuel: By the model above, all together [l].
         combines_for_carts: That combines stand with full tanks, all together [s].
         combines_for_combines: That combines wait for one another, likewise [s].
         carts_for_grain: That carts stand because no tank is due, likewise [s].
@@ -181,13 +164,12 @@ class FleetFigures:
         return (self.combine_engine_time + self.cart_engine_time) / 3600.0
 
 
-def figures_of_plan(plan: HarvestPlan, trucks: TruckFleet, fuel: FuelModel) -> FleetFigures:
+def figures_of_plan(plan: HarvestPlan, trucks: TruckFleet) -> FleetFigures:
     """What a whole plan takes, read from the ways and times of its machines.
 
     Args:
         plan: Of the harvest.
         trucks: What takes the grain from carts.
-        fuel: What is assumed.
     """
     team, service = plan.combines, plan.service
     numbers = range(len(service.plans))
@@ -229,8 +211,8 @@ def figures_of_plan(plan: HarvestPlan, trucks: TruckFleet, fuel: FuelModel) -> F
         cart_engine_time=cart_engine,
         combine_way=float(ways.sum()),
         cart_way=cart_way,
-        combine_fuel=_combine_fuel(team.machines, ways, grain, engine - still, still, fuel),
-        cart_fuel=_cart_fuel(plan.cart, cart_way, hauled, cart_moves, cart_engine, fuel),
+        combine_fuel=_combine_fuel(team.machines, ways, grain, engine - still, still),
+        cart_fuel=_cart_fuel(plan.cart, cart_way, hauled, cart_moves, cart_engine),
         combines_for_carts=sum(each[0] for each in stands),
         combines_for_combines=sum(each[1] for each in stands),
         carts_for_grain=max(idle, 0.0),
@@ -246,7 +228,6 @@ def figures_of_model(
     cart: Cart,
     rounds: CartRounds,
     trucks: TruckFleet,
-    fuel: FuelModel,
 ) -> FleetFigures:
     """What a fleet takes whose combines are planned, and whose carts are those of the model.
 
@@ -255,7 +236,6 @@ def figures_of_model(
         cart: Each of the carts.
         rounds: What carts do.
         trucks: What takes the grain from carts.
-        fuel: What is assumed.
     """
     speed = float(np.mean([combine.speed for combine in team.machines]))
     still = team.timetable.waiting.sum(axis=(1, 2)) + rounds.stops
@@ -278,9 +258,8 @@ def figures_of_model(
             rounds.grain,
             rounds.ends - still,
             still,
-            fuel,
         ),
-        cart_fuel=_cart_fuel(cart, cart_way, rounds.hauled, moves, cart_engine, fuel),
+        cart_fuel=_cart_fuel(cart, cart_way, rounds.hauled, moves, cart_engine),
         combines_for_carts=float(rounds.stops.sum()),
         combines_for_combines=float(team.timetable.waiting.sum()),
         carts_for_grain=max(cart_engine - moves - gives - at_trucks, 0.0),
@@ -309,22 +288,19 @@ def _combine_fuel(
     grain: np.ndarray,
     works: np.ndarray,
     stands: np.ndarray,
-    model: FuelModel,
 ) -> float:
     """Of all combines, with tanks that are half full on the mean; arrays are (N,) [l]."""
     fuel = 0.0
     for n, combine in enumerate(combines):
         time, power = float(works[n]), combine.engine_power
-        energy = threshing_energy(float(grain[n]), time, model)
-        energy += driving_energy(combine.mass + combine.capacity / 2, float(ways[n]), model)
+        energy = threshing_energy(float(grain[n]), time)
+        energy += driving_energy(combine.mass + combine.capacity / 2, float(ways[n]))
         fuel += driving_fuel(power, energy, time) + idling_rate(power) * float(stands[n])
     return fuel
 
 
-def _cart_fuel(
-    cart: Cart, way: float, hauled: float, moves: float, runs: float, model: FuelModel
-) -> float:
+def _cart_fuel(cart: Cart, way: float, hauled: float, moves: float, runs: float) -> float:
     """Of all carts; `hauled` is grain times way, `moves` and `runs` are times [l]."""
-    energy = driving_energy(cart.mass, way, model) + driving_energy(1.0, hauled, model)
+    energy = driving_energy(cart.mass, way) + driving_energy(1.0, hauled)
     power = cart.engine_power
     return driving_fuel(power, energy, moves) + idling_rate(power) * max(runs - moves, 0.0)

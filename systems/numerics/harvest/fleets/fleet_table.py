@@ -12,7 +12,7 @@ from ..machines import Cart, Combine
 from ..plan.harvest_plan import CombinePlan, plan_combines, truck_places
 from ..trucks import TruckFleet
 from .cart_rounds import run_carts, work_ahead
-from .figures import FleetFigures, FuelModel, figures_of_model
+from .figures import FleetFigures, figures_of_model
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,6 @@ def fleet_table(
     threshold: float = 0.5,
     pattern: str = "lands",
     seed: int = 0,
-    fuel: FuelModel | None = None,
     most: tuple[int, int] = (4, 3),
     planned: Mapping[int, CombinePlan] | None = None,
     progress: Callable[[str, float], None] = lambda stage, share: None,
@@ -70,9 +69,8 @@ def fleet_table(
         density: Of the crop [kg/m^2].
         truck_rate: At which carts are emptied [kg/s].
         threshold: Part of a tank from which on carts come.
-        pattern: Of the combines' paths; see `plan_coverage`.
+        pattern: Of the combines' paths; see `find_coverages`.
         seed: Of the orders that are tried.
-        fuel: What is assumed of fuel.
         most: How many carts and trucks are tried.
         planned: Plans of combines that there are already, by their numbers.
         progress: Told what is done, and which part of it, in [0, 1].
@@ -81,7 +79,6 @@ def fleet_table(
         InvalidInput: A value is out of its range, or no fleet can do it.
     """
     require(min(most) >= 1, "most", "be at least 1 of each", most)
-    fuel = fuel or FuelModel()
     rows: list[FleetFigures] = []
     refused: list[tuple[int, int, str]] = []
     counts = np.isfinite(trucks.capacity)
@@ -108,7 +105,7 @@ def fleet_table(
                 rounds = run_carts(
                     work, combines[:count], cart, places, some, truck_rate, threshold
                 )
-                row = figures_of_model(team, cart, rounds, some, fuel)
+                row = figures_of_model(team, cart, rounds, some)
                 less = [best.get((carts - 1, number)), best.get((carts, number - 1))]
                 better = [each for each in less if each and each.makespan < row.makespan]
                 if better:

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.fleets.figures import (
-    FuelModel,
     driving_energy,
     driving_fuel,
     fuel_rate,
@@ -35,14 +33,13 @@ def test_only_the_sum_of_the_energy_counts():
 
 def test_an_hour_of_threshing_by_the_standard_s_figures():
     # 30 t of grain and as much straw in an hour: 20 kW + 30 * 3.6 kW.
-    assert threshing_energy(30e3, HOUR, FuelModel()) == pytest.approx((20 + 108) * 3.6e6)
-    none = FuelModel(straw_ratio=0.0)
-    assert threshing_energy(30e3, HOUR, none) == pytest.approx(20 * 3.6e6)
+    assert threshing_energy(30e3, HOUR) == pytest.approx((20 + 108) * 3.6e6)
+    assert threshing_energy(0.0, HOUR) == pytest.approx(20 * 3.6e6)
 
 
 def test_a_kilometre_with_ten_tonnes_on_firm_soil():
     # 5.818% of the weight, four fifths of the power arriving.
-    energy = driving_energy(10e3, 1000.0, FuelModel())
+    energy = driving_energy(10e3, 1000.0)
     assert energy == pytest.approx(0.0581818 * 9.80665 * 10e3 * 1000.0 / 0.8, rel=1e-5)
 
 
@@ -51,13 +48,7 @@ def test_a_hectare_of_wheat_takes_what_combines_take():
     combine, grain = Combine(), 8000.0
     way = 1e4 / combine.header_width
     time = way / combine.speed
-    energy = threshing_energy(grain, time, FuelModel())
-    energy += driving_energy(combine.mass + combine.capacity / 2, way, FuelModel())
+    energy = threshing_energy(grain, time)
+    energy += driving_energy(combine.mass + combine.capacity / 2, way)
     assert 10.0 < driving_fuel(combine.engine_power, energy, time) < 20.0
     assert energy / time < combine.engine_power
-
-
-@pytest.mark.parametrize("wrong", [{"straw_ratio": -1.0}, {"driveline": 0.0}, {"driveline": 1.1}])
-def test_impossible_assumptions_are_refused(wrong):
-    with pytest.raises(InvalidInput):
-        FuelModel(**wrong)
