@@ -4,7 +4,6 @@ import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -183,28 +182,20 @@ def _read_polygons(path: Path, points: np.ndarray, key: str) -> np.ndarray:
     return found
 
 
-class _Grid(NamedTuple):
-    """Values of an ASCII grid, rows from north to south, and its lower left corner."""
-
-    corner: tuple[float, float]
-    side: float
-    values: np.ndarray
-
-
 def _read_raster(path: Path, points: np.ndarray, key: str) -> np.ndarray:
     """What an ASCII grid, which knows no properties, says of points, NaN where nothing."""
     del key
-    grid = _ascii_grid(path)
-    columns, rows = np.floor((points - grid.corner) / grid.side).T
-    rows = grid.values.shape[0] - 1 - rows
-    inside = (rows >= 0) & (rows < grid.values.shape[0])
-    inside &= (columns >= 0) & (columns < grid.values.shape[1])
+    corner, side, values = _ascii_grid(path)
+    columns, rows = np.floor((points - corner) / side).T
+    inside = (rows >= 0) & (rows < values.shape[0])
+    inside &= (columns >= 0) & (columns < values.shape[1])
     found = np.full(len(points), np.nan)
-    found[inside] = grid.values[rows[inside].astype(int), columns[inside].astype(int)]
+    found[inside] = values[rows[inside].astype(int), columns[inside].astype(int)]
     return found
 
 
-def _ascii_grid(path: Path) -> _Grid:
+def _ascii_grid(path: Path) -> tuple[list[float], float, np.ndarray]:
+    """Lower left corner and side of the cells of an ASCII grid, and values from south to north."""
     try:
         words = path.read_text(encoding="utf-8-sig").split()
         told: dict[str, float] = {}
@@ -229,7 +220,7 @@ def _ascii_grid(path: Path) -> _Grid:
         corner.append(told[edge] if edge in told else told[middle] - side / 2)
     require(bool(np.isfinite(corner).all()), "yields", "lie somewhere", corner)
     numbers[numbers == told.get("nodata_value", -9999.0)] = np.nan
-    return _Grid((corner[0], corner[1]), side, numbers.reshape(int(told["nrows"]), -1))
+    return corner, side, numbers.reshape(int(told["nrows"]), -1)[::-1]
 
 
 _READERS = {".geojson": _read_polygons, ".json": _read_polygons, ".asc": _read_raster}
