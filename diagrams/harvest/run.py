@@ -20,38 +20,24 @@ from .scenario import HarvestScenario
 
 # About how long a picture of the scene lasts [s].
 PICTURE_PERIOD = 0.5
-# What a harvest's diagram puts out, in the order in which data flows.
-OUTPUTS = (
-    "pose",
-    "station",
-    "speed",
-    "tank",
-    "mode",
-    "cutting",
-    "account",
-    "state",
-    "load",
-    "delivered",
-    "alongside",
-    "emptying",
-    "late",
-)
-
-# What is logged, by exported port, and the length of one row of it (0: one number each).
-LOGGED = {
+# What a harvest's diagram puts out, in the order in which data flows, and the numbers for each
+# machine; all but accounts is logged.
+OUTPUTS = {
     "pose": 3,
-    "station": 0,
-    "speed": 0,
-    "tank": 0,
-    "mode": 0,
-    "cutting": 0,
+    "station": 1,
+    "speed": 1,
+    "tank": 1,
+    "mode": 1,
+    "cutting": 1,
+    "account": COLUMNS,
     "state": 4,
-    "load": 0,
-    "delivered": 0,
-    "alongside": 0,
-    "emptying": 0,
-    "late": 0,
+    "load": 1,
+    "delivered": 1,
+    "alongside": 1,
+    "emptying": 1,
+    "late": 1,
 }
+LOGGED = tuple(name for name in OUTPUTS if name != "account")
 # Between two samples of the log at most, and between two looks whether all is done [s].
 LOG_PERIOD, STRIDE = 0.5, 10.0
 # A run in which nothing moves for so long is over [s].
@@ -227,9 +213,9 @@ def run_harvest(
         scene.ForcedPublish(scene.GetMyContextFromRoot(context))
     log = {name: sink.FindLog(context) for name, sink in sinks.items()}
     arrays = {}
-    for name, row in LOGGED.items():
+    for name in LOGGED:
         data = log[name].data().T
-        arrays[name] = data.reshape(len(data), -1, row) if row else data
+        arrays[name] = data.reshape(len(data), -1, OUTPUTS[name]) if OUTPUTS[name] > 1 else data
     times = np.asarray(log["tank"].sample_times())
     ended = float(context.get_time())
     return HarvestRun(
