@@ -335,12 +335,13 @@ class RoutePlanner:
             opens_along(self.ground, self.boxes[1], trailer),
         )
         opens[np.abs(betas) > JACKKNIFE] = np.inf
-        begin = math.floor(begin / MOMENT) * MOMENT
-        count = math.ceil((end - begin) / MOMENT) + 1
+        first = math.floor(begin / MOMENT) * MOMENT
+        count = math.ceil((end - first) / MOMENT) + 1
         gap = GAP + HALF_WAY
-        span = begin - MOMENT, begin + (count + 1) * MOMENT
+        span = first - MOMENT, first + (count + 1) * MOMENT
         traffic = joined(during(self.combines, *span), during(others, *span))
-        blocked = blocked_along(traffic, self.boxes, tractor, trailer, gap, begin, MOMENT, count)
+        blocked = blocked_along(traffic, self.boxes, tractor, trailer, gap, first, MOMENT, count)
+        # Moments are told from the time asked for on, which may be later by a part of one.
         return Passage(at, limits, opens, blocked, begin)
 
 

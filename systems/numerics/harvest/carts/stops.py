@@ -138,6 +138,7 @@ def _leave_stop(
             time = first.timed.end + 2.0
         final = stop._replace(duration=time - stands_from)
         service.stops = [final if each is stop else each for each in service.stops]
+        others = service.other_carts(cart, service.standing(cart).since)
         same = _see(service) and len(service.jobs[cart]) == len(kept.jobs[cart])
         if same and final in service.stops:
             others = service.other_carts(cart, service.standing(cart).since)
