@@ -46,9 +46,7 @@ def grain_faults(
     faults: list[AuditFault] = []
 
     def look(kind: str, machines: tuple[str, ...], beyond: np.ndarray, limit: float) -> None:
-        faults.extend(
-            faults_where(kind, machines, beyond, limit, "kg", time, lambda k: float(time[k + 1]))
-        )
+        faults.extend(faults_where(kind, machines, beyond, limit, "kg", time, at_end=True))
 
     for group, held, machines in (
         ("combine", log.tank, site.combines),

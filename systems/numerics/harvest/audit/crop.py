@@ -141,27 +141,30 @@ def crop_record(log: HarvestLog, site: Site, crop: BaseGeometry) -> CropRecord:
 
     combines = [frames(log.combine_pose[:, n]) for n in range(len(site.combines))]
     always = np.ones(len(log.time) - 1, dtype=bool)
+    covered = np.zeros(cut_at.shape, dtype=bool)
+    crushed = {
+        f"{group} {n}": np.zeros(len(always))
+        for group, machines in (("combine", site.combines), ("cart", site.carts))
+        for n in range(len(machines))
+    }
+
+    def drive(name, outline, poses, drives, reach, cuts) -> None:
+        for piece in _convex_pieces(outline):
+            grid = log.time, reach, low, side, cut_at, covered
+            _drive(piece, poses, drives, *grid, crushed[name], cuts)
+
+    # The same pieces of arcs for body and header: in front they are level.
+    reaches = [_reach(machine.front, machine.rear) for machine in site.combines]
     for n, machine in enumerate(site.combines):
         down = log.cutting[:, n] > 0
-        reach = _reach(machine.front, machine.rear)
-        for piece in _convex_pieces(machine.front):
-            _cut(piece, combines[n], down[:-1] | down[1:], log.time, reach, low, side, cut_at)
-    covered = np.zeros(cut_at.shape, dtype=bool)
-    crushed: dict[str, np.ndarray] = {}
-
-    def drive(name: str, outline: np.ndarray, poses: np.ndarray, reach: float) -> None:
-        count = crushed.setdefault(name, np.zeros(len(always)))
-        for piece in _convex_pieces(outline):
-            _crush(piece, poses, log.time, reach, low, side, cut_at, covered, count)
-
+        drives = down[:-1] | down[1:]
+        drive(f"combine {n}", machine.front, combines[n], drives, reaches[n], True)
     for n, machine in enumerate(site.combines):
-        # The same pieces of arcs for body and header: in front they are level.
-        reach = _reach(machine.front, machine.rear)
-        drive(f"combine {n}", machine.rear, combines[n], reach)
+        drive(f"combine {n}", machine.rear, combines[n], always, reaches[n], False)
     for k, machine in enumerate(site.carts):
         tractor, trailer = frames(log.tractor_pose[:, k]), frames(log.trailer_pose[:, k])
-        drive(f"cart {k}", machine.front, tractor, _reach(machine.front))
-        drive(f"cart {k}", machine.rear, trailer, _reach(machine.rear))
+        drive(f"cart {k}", machine.front, tractor, always, _reach(machine.front), False)
+        drive(f"cart {k}", machine.rear, trailer, always, _reach(machine.rear), False)
     row, column = np.nonzero(np.isfinite(cut_at))
     order = np.argsort(cut_at[row, column])
     count = np.searchsorted(cut_at[row, column][order], log.time, side="right")
@@ -287,10 +290,12 @@ def _box(lines, x0, y0, t0, x1, y1, t1, low, side, shape, box):
 
 
 @compiled
-def _cut(lines, poses, down, time, reach, low, side, cut_at):
+def _drive(lines, poses, drives, time, reach, low, side, cut_at, covered, crushed, cuts):
+    """Let an outline cut what it first covers; or else tell what stands when it covers it."""
     box = np.empty(4, dtype=np.int64)
+    slack = 0.0 if cuts else SAME
     for k in range(len(poses) - 1):
-        if not down[k]:
+        if not drives[k]:
             continue
         count = _pieces(poses, k, reach)
         for piece in range(count):
@@ -304,7 +309,7 @@ def _cut(lines, poses, down, time, reach, low, side, cut_at):
             for row in range(box[0], box[1] + 1):
                 y = low[1] + side * (row + 0.5)
                 for column in range(box[2], box[3] + 1):
-                    if cut_at[row, column] <= since:
+                    if cut_at[row, column] <= since + slack or covered[row, column]:
                         continue
                     x = low[0] + side * (column + 0.5)
                     ax, ay, bx, by = x - x0, y - y0, x - x1, y - y1
@@ -315,37 +320,11 @@ def _cut(lines, poses, down, time, reach, low, side, cut_at):
                         c1 * bx + s1 * by,
                         c1 * by - s1 * bx,
                     )
-                    if share <= 1.0:
-                        cut_at[row, column] = min(cut_at[row, column], since + share * lasts)
-
-
-@compiled
-def _crush(lines, poses, time, reach, low, side, cut_at, covered, crushed):
-    box = np.empty(4, dtype=np.int64)
-    for k in range(len(poses) - 1):
-        count = _pieces(poses, k, reach)
-        for piece in range(count):
-            x0, y0, t0 = _between(poses, k, piece / count)
-            x1, y1, t1 = _between(poses, k, (piece + 1) / count)
-            if not _box(lines, x0, y0, t0, x1, y1, t1, low, side, cut_at.shape, box):
-                continue
-            c0, s0, c1, s1 = math.cos(t0), math.sin(t0), math.cos(t1), math.sin(t1)
-            since = time[k] + piece / count * (time[k + 1] - time[k])
-            lasts = (time[k + 1] - time[k]) / count
-            for row in range(box[0], box[1] + 1):
-                y = low[1] + side * (row + 0.5)
-                for column in range(box[2], box[3] + 1):
-                    if cut_at[row, column] <= since + SAME or covered[row, column]:
+                    if share > 1.0:
                         continue
-                    x = low[0] + side * (column + 0.5)
-                    ax, ay, bx, by = x - x0, y - y0, x - x1, y - y1
-                    share = _enters(
-                        lines,
-                        c0 * ax + s0 * ay,
-                        c0 * ay - s0 * ax,
-                        c1 * bx + s1 * by,
-                        c1 * by - s1 * bx,
-                    )
-                    if share <= 1.0 and since + share * lasts < cut_at[row, column] - SAME:
+                    moment = since + share * lasts
+                    if cuts:
+                        cut_at[row, column] = min(cut_at[row, column], moment)
+                    elif moment < cut_at[row, column] - SAME:
                         covered[row, column] = True
                         crushed[k] += 1.0

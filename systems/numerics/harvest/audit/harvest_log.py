@@ -4,7 +4,7 @@ import json
 import math
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -85,7 +85,8 @@ def faults_where(
     limits: np.ndarray | float,
     unit: str,
     time: np.ndarray,
-    moments: Callable[[int], float],
+    *,
+    at_end: bool = False,
 ) -> list[AuditFault]:
     """A fault for every spell in which amounts are beyond their limits.
 
@@ -96,7 +97,7 @@ def faults_where(
         limits: What they may be, shape (n,) or for all.
         unit: Of amounts and limits.
         time: Of the samples, shape (n + 1,) [s].
-        moments: When an interval's amount is met [s].
+        at_end: Whether an interval's amount is met at its end, or at its beginning.
     """
     bounds = np.broadcast_to(limits, amounts.shape)
     found = []
@@ -108,7 +109,7 @@ def faults_where(
                 machines,
                 float(time[first]),
                 float(time[last]),
-                moments(worst),
+                float(time[worst + at_end]),
                 float(amounts[worst]),
                 float(bounds[worst]),
                 unit,

@@ -198,15 +198,8 @@ def motion_faults(log: HarvestLog, site: Site) -> tuple[dict[str, float | None],
         Figures by name, None where there is no such machine, and faults.
     """
     time = log.time
-    faults = faults_where(
-        "samples too far apart",
-        (),
-        np.diff(time),
-        PERIOD * (1 + 1e-6),
-        "s",
-        time,
-        lambda k: float(time[k]),
-    )
+    longest = PERIOD * (1 + 1e-6)
+    faults = faults_where("samples too far apart", (), np.diff(time), longest, "s", time)
     combines, carts = [], []
     for n, machine in enumerate(site.combines):
         motion = motion_of(log.combine_pose[:, n], time)
@@ -221,9 +214,7 @@ def motion_faults(log: HarvestLog, site: Site) -> tuple[dict[str, float | None],
         faults += _jumps(f"cart {k}", "trailer ", trailer, JUMP_ACCELERATION, time)
         errors = hitch_errors(log.tractor_pose[:, k], log.trailer_pose[:, k])
         off = np.maximum(errors[:-1], errors[1:])
-        faults += faults_where(
-            "trailer off its hitch", (f"cart {k}",), off, SLACK_HITCH, "m", time, _at(time)
-        )
+        faults += faults_where("trailer off its hitch", (f"cart {k}",), off, SLACK_HITCH, "m", time)
     figures = {
         "combine_acceleration": _greatest([each.along_acceleration for each in combines]),
         "combine_lateral_acceleration": _greatest([each.across_acceleration for each in combines]),
@@ -235,10 +226,6 @@ def motion_faults(log: HarvestLog, site: Site) -> tuple[dict[str, float | None],
 
 def _greatest(arrays: list[np.ndarray]) -> float | None:
     return max((float(np.abs(each).max()) for each in arrays), default=None)
-
-
-def _at(time: np.ndarray):
-    return lambda k: float(time[k])
 
 
 def _of_samples(values: np.ndarray) -> np.ndarray:
@@ -258,22 +245,22 @@ def _jumps(
         across: Its greatest acceleration across [m/s^2].
         time: Of the samples, shape (T,) [s].
     """
-    lasts, at, who = np.diff(time), _at(time), (name,)
+    lasts, who = np.diff(time), (name,)
     jolts = _of_samples(motion.jolt)
     speeds, rates = np.abs(motion.speed), np.abs(motion.turn) / lasts
     # From one bend into the opposite one amid two samples, the axle ends beside the mean heading by
     # v^2 dt^2 / 4 R.
     beside = across * lasts**2 / 4 + SLACK_ACROSS
     return [
-        *faults_where(f"{which}pose jumps", who, jolts, JUMP_ACCELERATION, "m/s^2", time, at),
-        *faults_where(f"{which}speed", who, speeds, JUMP_SPEED, "m/s", time, at),
-        *faults_where(f"{which}turn rate", who, rates, JUMP_RATE, "rad/s", time, at),
-        *faults_where(f"{which}moves sideways", who, np.abs(motion.across), beside, "m", time, at),
+        *faults_where(f"{which}pose jumps", who, jolts, JUMP_ACCELERATION, "m/s^2", time),
+        *faults_where(f"{which}speed", who, speeds, JUMP_SPEED, "m/s", time),
+        *faults_where(f"{which}turn rate", who, rates, JUMP_RATE, "rad/s", time),
+        *faults_where(f"{which}moves sideways", who, np.abs(motion.across), beside, "m", time),
     ]
 
 
 def _limits(name: str, motion: Motion, machine: Machine, time: np.ndarray) -> list[AuditFault]:
-    lasts, at, who = np.diff(time), _at(time), (name,)
+    lasts, who = np.diff(time), (name,)
     lateral = min(machine.lateral_acceleration, JUMP_ACCELERATION)
     faults = _jumps(name, "", motion, lateral, time)
     along = _of_samples(motion.along_acceleration)
@@ -283,14 +270,14 @@ def _limits(name: str, motion: Motion, machine: Machine, time: np.ndarray) -> li
     ):
         if math.isfinite(limit):
             most = limit * (1 + PART) + SLACK_ACCELERATION
-            faults += faults_where(kind, who, amounts, most, "m/s^2", time, at)
+            faults += faults_where(kind, who, amounts, most, "m/s^2", time)
     if machine.turning_radius > 0:
         # Where the gear changes amid two samples the ways cancel, but the turns add up.
         speeds = np.abs(motion.speed)
         padded = np.concatenate([[0.0], speeds, [0.0]])
         fastest = np.maximum(np.maximum(padded[:-2], padded[2:]), speeds)
         most = fastest * lasts / machine.turning_radius * (1 + PART) + SLACK_TURN
-        faults += faults_where("turn", who, np.abs(motion.turn), most, "rad", time, at)
+        faults += faults_where("turn", who, np.abs(motion.turn), most, "rad", time)
     return faults
 
 
@@ -302,4 +289,4 @@ def _logged_speed(
     usual = machine.acceleration if math.isfinite(machine.acceleration) else USUAL_ACCELERATION
     off = np.abs(said - np.abs(motion.speed))
     most = SLACK_SPEED + usual * lasts / 2
-    return faults_where("speed differs from poses", (name,), off, most, "m/s", time, _at(time))
+    return faults_where("speed differs from poses", (name,), off, most, "m/s", time)
