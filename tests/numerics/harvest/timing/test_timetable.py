@@ -78,11 +78,12 @@ def test_a_machine_alone_takes_the_least_time_but_for_the_grid(fleets):
     journey = Journey(path, sweep, limits, 0.6, stops, np.array([4.0]))
     timed = time_machines([journey]).paths[0]
     check_is_driven(timed, journey)
-    # The stop is on the first piece: before and behind it are two paths of their own.
-    before = MachinePath.of([path.poses[0], path.pose_at(25.5)])
-    behind = MachinePath.of([path.pose_at(25.5), *path.poses[1:]], gears=path.gears)
-    best = fastest_profile(before, limits[0], 0.6).end + fastest_profile(behind, limits, 0.6).end
-    best += 4.0
+    # Before and behind the stop are two paths of their own.
+    k = int(path.piece_at(25.5))
+    before = MachinePath.of([*path.poses[: k + 1], path.pose_at(25.5)])
+    behind = MachinePath.of([path.pose_at(25.5), *path.poses[k + 1 :]], gears=path.gears[k:])
+    best = 4.0 + fastest_profile(before, limits[: k + 1], 0.6).end
+    best += fastest_profile(behind, limits[k:], 0.6).end
     assert best <= timed.end <= best * 1.01
     stood = timed.times[np.abs(timed.stations - 25.5) < 1e-9]
     assert np.ptp(stood) == pytest.approx(4.0)
