@@ -76,11 +76,14 @@ def main() -> None:
     """
     try:
         try:
-            make_app()()
+            code = make_app()(standalone_mode=False)
         finally:
             _flush()
     except SightfieldError as error:
         _refuse(str(error))
+    except typer.Abort:
+        print("Aborted!", file=sys.stderr)
+        sys.exit(1)
     except BrokenPipeError:
         # Whoever read the output has read enough.
         sys.exit(1)
@@ -89,11 +92,28 @@ def main() -> None:
             raise
         file = f", {error.filename}" if error.filename else ""
         _refuse(f"`disk` must have room for what is written; got {error.strerror}{file}")
+    except Exception as error:
+        # Typer has a copy of Click of its own, or not, from version to version.
+        if not hasattr(error, "format_message"):
+            raise
+        _refuse_words(error)
+    sys.exit(code)
 
 
 def _refuse(line: str) -> NoReturn:
     print(f"error: {line}", file=sys.stderr)
     sys.exit(2)
+
+
+def _refuse_words(error: Any) -> NoReturn:
+    """Answer words that no command takes; help, where a command is to be named."""
+    said, context = error.format_message(), error.ctx
+    if context is None:
+        _refuse(" ".join(said.split()))
+    if said == context.get_help():
+        print(said, file=sys.stderr)
+        sys.exit(error.exit_code)
+    _refuse(f"{' '.join(said.split()).rstrip('.')}; see `{context.command_path} --help`")
 
 
 def _flush() -> None:

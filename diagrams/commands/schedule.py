@@ -12,7 +12,6 @@ from ...systems.numerics.harvest.schedule.answer import answer_schedule, drawn_t
 from ...systems.numerics.harvest.schedule.fleet import Fleet, Truck, line_of, require_count
 from ...systems.numerics.units import read_quantities, read_quantity
 from ..outputs import optional_folder, write_json
-from ..schedule.load_diagram import save_load_diagram
 from ..schedule.schedule_table import schedule_tables
 from ..schedule.summary import summarise_schedule
 from .shared import JsonOption, tell
@@ -99,6 +98,9 @@ def schedule(
     with optional_folder(out) as folder:
         if folder is not None:
             write_json(folder / "summary.json", summary)
+            # Matplotlib takes its time to import.
+            from ..schedule.load_diagram import save_load_diagram
+
             save_load_diagram(folder / "loads.png", answer, drawn_timetable(answer, cycles))
     written = ("summary.json", "loads.png")
     tell(summary, schedule_tables(summary), as_json=as_json, written=written, out=out)

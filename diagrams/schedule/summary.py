@@ -17,7 +17,7 @@ from ...systems.numerics.harvest.schedule.closed_forms import (
     combines_max,
     travel_time_max,
 )
-from ...systems.numerics.harvest.schedule.fleet import line_of
+from ...systems.numerics.harvest.schedule.fleet import MOST, line_of
 from ...systems.numerics.harvest.schedule.limits import first_to_overflow
 from ...systems.numerics.harvest.schedule.periodic_plan import Aim, plan_round
 
@@ -184,7 +184,8 @@ def _least_trip(answer: ScheduleAnswer, cart: CartSchedule) -> float:
     round_ = cart.round
     early = plan_round(answer.fleet, round_, aim=Aim.EARLY)
     if early is None:
-        unbounded = answer.truck and replace(answer.truck, cart_capacity=1e3 * _all_tanks(answer))
+        room = min(1e3 * _all_tanks(answer), MOST)
+        unbounded = answer.truck and replace(answer.truck, cart_capacity=room)
         early = plan_round(answer.fleet, replace(round_, truck=unbounded), aim=Aim.EARLY)
     if early is None:
         return math.inf

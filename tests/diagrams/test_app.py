@@ -53,6 +53,32 @@ def test_a_word_that_is_no_subcommand_is_refused():
 
 
 @pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("schedule", "--combines", "1.5"), "Invalid value for '--combines'"),
+        (("schedule", "--combines", "2"), "Missing option '--capacity'"),
+        (("schedule", "--fill"), "Option '--fill' requires an argument"),
+        (("harvest", "run", "--nope"), "No such option: --nope"),
+        (("harvest", "--combines", "1e308"), "Invalid value for '--combines'"),
+        (("trak",), "No such command 'trak'"),
+    ],
+    ids=lambda part: " ".join(part) if isinstance(part, tuple) else "",
+)
+def test_words_that_no_command_takes_are_refused_in_one_line(words, says, sightfield_here):
+    done = sightfield_here(*words)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith(f"error: {says}")
+    assert done.stderr.count("\n") == 1
+
+
+def test_where_a_command_is_to_be_named_there_is_help(sightfield_here):
+    for words in ((), ("camera",)):
+        done = sightfield_here(*words)
+        assert "Commands:" in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
     "words",
     [
         ("track", "corner_1v1"),

@@ -262,6 +262,19 @@ def test_the_table_is_readable(run):
         ({"fill": 2}, "`fill` must lie above 0 and up to 1; got 2.0"),
         ({"jitter": -1}, "`jitter` must be zero or positive; got -1.0"),
         ({"jitter": 0.1, "fill": 0.5}, "`jitter` must come without fill"),
+        ({"jitter": 1e308}, "`jitter` must be at most 1e+12; got 1e+308"),
+        (
+            {"cart_capacity": 9, "truck_travel_time": 1e308},
+            "`truck_travel_time` must be at most 1e+12; got 1e+308",
+        ),
+        (
+            {"cart_capacity": 9, "truck_stop_time": 1e308},
+            "`truck_stop_time` must be at most 1e+12; got 1e+308",
+        ),
+        (
+            {"cart_capacity": 9, "truck_unload_rate": 1e-308},
+            "`truck_unload_rate` must lie between 1e-09 and 1e+12; got 1e-308",
+        ),
         ({"cycles": 0}, "`cycles` must be at least 1; got 0"),
     ],
 )
@@ -270,3 +283,30 @@ def test_absurd_input_gets_one_line(run, changes, message):
         run(**{"travel_time": 5} | changes)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_cart_that_holds_more_than_any_harvest_is_one_that_never_fills(report):
+    # Rounds of as many visits as fill it would be 1e10 visits long.
+    asked = {"travel_time": 5, "truck_travel_time": 0}
+    huge = report(**asked, cart_capacity=1e12)
+    assert huge["feasible"] is True
+    assert huge["travel_scale_max"] == pytest.approx(
+        report(**asked, cart_capacity=1e5)["travel_scale_max"]
+    )
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"capacity": 1e-9, "travel_time": 1},
+        {"cart_capacity": 1e12, "truck_stop_time": 1e12, "travel_time": 5},
+        {"unload_rate": 1e12, "travel_time": 1e12},
+    ],
+    ids=lambda changes: next(iter(changes)),
+)
+def test_what_to_change_stays_within_what_can_be_asked(report, changes):
+    refused = report(**{"combines": 2} | changes)
+    assert refused["feasible"] is False
+    for name, change in refused["remedies"].items():
+        if isinstance(change, dict):
+            assert 1e-9 <= change["value"] <= 1e12, name

@@ -9,7 +9,7 @@ from ...errors import require, require_non_negative
 from .best_visits import BestVisits
 from .carts import CartGroup, assign_combines
 from .certain_limit import certain_limit
-from .fleet import Fleet, Round, Truck
+from .fleet import MOST, Fleet, Round, Truck
 from .limits import best_round, unloading_share
 from .periodic_plan import Aim, PeriodicPlan, Timetable, plan_round
 from .simulation import (
@@ -173,6 +173,7 @@ def answer_schedule(
     require(jitter is None or fill == 1.0, "jitter", "come without fill", jitter)
     if jitter is not None:
         require_non_negative("jitter", jitter)
+        require(jitter <= MOST, "jitter", f"be at most {MOST:g}", jitter)
     groups = assign_combines(fleet, carts, truck, neighbours=neighbours)
     alone = [_plan_cart(fleet, group, truck, fill, jitter) for group in groups]
     # Carts that share combines have one plan.

@@ -18,7 +18,7 @@ from itertools import combinations, pairwise
 
 from .best_visits import BestVisits, best_visits, is_served
 from .certain_limit import is_excluded
-from .fleet import Fleet, Truck, require_count
+from .fleet import LEAST, MOST, Fleet, Truck, require_count
 from .limits import best_round
 
 # The exact search takes time like 2^n n^2.
@@ -226,8 +226,11 @@ def find_remedies(fleet: Fleet, carts: int = 1, truck: Truck | None = None) -> R
     groups = assign_combines(fleet, carts, truck)
     accuracy = _ACCURACY if truck is None else _ACCURACY_WITH_TRUCK
 
-    def least(change: Callable[[float], tuple[Fleet, Truck | None] | None]) -> float:
-        """The smallest factor from which on there is a schedule."""
+    def least(
+        change: Callable[[float], tuple[Fleet, Truck | None] | None],
+        span: tuple[float, float],
+    ) -> float:
+        """The smallest factor from which on there is a schedule, of a span of factors."""
 
         def works(factor: float) -> bool:
             changed = change(factor)
@@ -235,7 +238,8 @@ def find_remedies(fleet: Fleet, carts: int = 1, truck: Truck | None = None) -> R
                 is_served(changed[0], group.order, changed[1], group.carts) for group in groups
             )
 
-        return _threshold(works, accuracy)
+        low, high = span
+        return _threshold(works, accuracy, max(low, 1 / _FARTHEST), min(high, _FARTHEST))
 
     def scaled(name: str, factor: float) -> Fleet:
         values = tuple(factor * value for value in getattr(fleet, name))
@@ -253,19 +257,26 @@ def find_remedies(fleet: Fleet, carts: int = 1, truck: Truck | None = None) -> R
         most = max(f / u for f, u in zip(fleet.fill_rates, fleet.unload_rates, strict=True))
         return (scaled("unload_rates", factor), truck) if most < factor else None
 
+    least_filling, most_filling = _span(fleet.fill_rates)
+    longest = max(max(row) for row in fleet.travel_times)
     factors = {
-        "travel_time": _inverse(least(faster)),
-        "capacity": least(lambda factor: (scaled("capacities", factor), truck)),
-        "fill_rate": _inverse(least(slower_filling)),
-        "unload_rate": least(quicker_unloading),
+        "travel_time": _inverse(least(faster, (longest / MOST, math.inf))),
+        "capacity": least(
+            lambda factor: (scaled("capacities", factor), truck), _span(fleet.capacities)
+        ),
+        "fill_rate": _inverse(least(slower_filling, (1 / most_filling, 1 / least_filling))),
+        "unload_rate": least(quicker_unloading, _span(fleet.unload_rates)),
     }
     if truck is not None:
-        room = truck.cart_capacity
+        room, away = truck.cart_capacity, truck.travel_time
         factors["cart_capacity"] = least(
-            lambda factor: (fleet, replace(truck, cart_capacity=factor * room))
+            lambda factor: (fleet, replace(truck, cart_capacity=factor * room)), _span((room,))
         )
         factors["truck_travel_time"] = _inverse(
-            least(lambda factor: (fleet, replace(truck, travel_time=truck.travel_time / factor)))
+            least(
+                lambda factor: (fleet, replace(truck, travel_time=away / factor)),
+                (away / MOST, math.inf),
+            )
         )
     return Remedies(
         factors=factors,
@@ -282,23 +293,34 @@ def is_feasible(fleet: Fleet, carts: int, truck: Truck | None) -> bool:
     return all(group.travel_scale >= 1.0 - 1e-12 for group in groups)
 
 
+def _span(values: Sequence[float]) -> tuple[float, float]:
+    """The smallest and the largest factor that leave all values in the range that is asked."""
+    return LEAST / min(values), MOST / max(values)
+
+
 def _inverse(factor: float) -> float:
     return 1 / factor if factor else math.inf
 
 
-def _threshold(works: Callable[[float], bool], accuracy: float) -> float:
-    """The smallest factor that works, if all larger ones do; nan: none, 0: the smallest too."""
+def _threshold(works: Callable[[float], bool], accuracy: float, least: float, most: float) -> float:
+    """The smallest factor that works, if all larger ones do; nan: none, 0: the smallest too.
+
+    Args:
+        works: Whether one does.
+        accuracy: Of the factor, as a part of it.
+        least, most: The smallest and largest factor that are tried; around 1.
+    """
     low, high = 1.0, 1.0
     if works(1.0):
         while works(low):
-            if low < 1 / _FARTHEST:
+            if low <= least:
                 return 0.0
-            low, high = low / 2, low
+            low, high = max(low / 2, least), low
     else:
         while not works(high):
-            if high > _FARTHEST:
+            if high >= most:
                 return math.nan
-            low, high = high, high * 2
+            low, high = high, min(high * 2, most)
     while high - low > accuracy * high:
         middle = (low + high) / 2
         if middle in (low, high):

@@ -132,9 +132,15 @@ class Truck:
     def __post_init__(self) -> None:
         require_positive("cart_capacity", self.cart_capacity)
         require_measurable("cart_capacity", self.cart_capacity)
-        require_non_negative("truck_travel_time", self.travel_time)
         require(self.unload_rate > 0, "truck_unload_rate", "be positive", self.unload_rate)
-        require_non_negative("truck_stop_time", self.stop_time)
+        if self.unload_rate != math.inf:
+            require_measurable("truck_unload_rate", self.unload_rate)
+        for name, value in (
+            ("truck_travel_time", self.travel_time),
+            ("truck_stop_time", self.stop_time),
+        ):
+            require_non_negative(name, value)
+            require(value <= MOST, name, f"be at most {MOST:g}", value)
 
 
 def line_of(gaps: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:

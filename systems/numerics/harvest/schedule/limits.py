@@ -346,6 +346,7 @@ def _trip_intervals(fleet: Fleet, order: tuple[int, ...], truck: Truck) -> Itera
     # Full tanks in every visit: what a cart has to hold at the most.
     laps = truck.cart_capacity / math.fsum(fleet.capacities[n] for n in order)
     most = max(2 * size, size * (math.ceil(laps) + 1))
-    for every in range(1, most + 1):
+    # A round has no fewer visits than there are to a trip, however much a cart holds.
+    for every in range(1, min(most, _LONGEST_ROUND) + 1):
         if math.lcm(every, size) <= _LONGEST_ROUND and (every <= 2 * size or every % size == 0):
             yield every
