@@ -27,6 +27,10 @@ SHORT = 0.012
 # the width of the field [-].
 NUMBER_AT = (0.2, 0.15, 0.25, 0.1, 0.3, 0.35, 0.4)
 NUMBER_SIZE = 0.027
+# Of a letter of a name, with its frame, and what is kept free round marks [points].
+LETTER, LINE, ROOM = 5.2, 14.0, 7.0
+# How far from their marks names may be [points], and in how many directions they are tried.
+NAME_AT, NAME_DIRECTIONS = (4.0, 12.0, 22.0, 34.0, 48.0), 16
 
 
 def draw_map(job: HarvestJob) -> Figure:
@@ -54,20 +58,29 @@ def draw_map(job: HarvestJob) -> Figure:
     numbers: list[tuple[float, float]] = []
     for swath in swaths_of(plan):
         _draw_swath(axes, swath, size, numbers)
+    names: list[tuple[tuple[float, float], str]] = []
+    marks = numbers
     for n, timed in enumerate(plan.service.plans):
         colour = combine_colour(n)
         start, end = timed.path.poses[0], timed.path.poses[-1]
-        _arrow_into(axes, start, colour, 0.05 * size, f"start {n}")
+        tail = _arrow_into(axes, start, colour, 0.05 * size)
+        names.append((tail, f"start {n}"))
         axes.plot(*end[:2], "s", color=colour, markersize=9, markeredgecolor="black", zorder=6)
+        marks += [(start[0], start[1]), (end[0], end[1])]
     for visit in plan.service.visits:
-        _draw_visit(axes, plan.service.plans[visit.combine].pose_at(visit.begin), visit, job.reach)
+        pose = plan.service.plans[visit.combine].pose_at(visit.begin)
+        marks.append(_draw_visit(axes, pose, visit, job.reach))
     for k, truck in enumerate(plan.supply.trucks):
         axes.plot(*truck[:2], "P", color="black", markersize=12, markeredgecolor="white", zorder=7)
-        _name(axes, (truck[0], truck[1]), f"truck, cart {k}")
+        names.append(((truck[0], truck[1]), f"truck, cart {k}"))
     for gate in field.gates:
         axes.plot(*gate, "D", color="gold", markersize=10, markeredgecolor="black", zorder=7)
-        _name(axes, (gate[0], gate[1]), "gate")
+        names.append(((gate[0], gate[1]), "gate"))
     pad = 0.03 * size
+    # As the sheet is filled, but for its title and legend [m per point].
+    wide, high = high_x - low_x + 2 * pad, high_y - low_y + 2 * pad + 0.08 * size
+    scale = max(wide / SHEET[0], high / (0.85 * SHEET[1])) / 72
+    _write_names(axes, names, marks, field.outline.centroid, scale)
     axes.set_xlim(low_x - pad, high_x + pad)
     axes.set_ylim(low_y - pad - 0.08 * size, high_y + pad)
     axes.set_aspect("equal")
@@ -104,8 +117,10 @@ def _draw_swath(axes: Axes, swath: Swath, size: float, numbers: list[tuple[float
     axes.add_patch(head)
 
 
-def _draw_visit(axes: Axes, pose: np.ndarray, visit: CartVisit, reach: float) -> None:
-    """Mark where a cart comes beside a combine, with its number and the minute."""
+def _draw_visit(
+    axes: Axes, pose: np.ndarray, visit: CartVisit, reach: float
+) -> tuple[float, float]:
+    """Mark where a cart comes beside a combine, with its number and the minute; that place."""
     x, y = pose[:2] + reach * np.array([-math.sin(pose[2]), math.cos(pose[2])])
     axes.plot(
         x, y, "^", color="white", markersize=7, zorder=6,
@@ -116,6 +131,7 @@ def _draw_visit(axes: Axes, pose: np.ndarray, visit: CartVisit, reach: float) ->
         textcoords="offset points", bbox={"boxstyle": "round,pad=0.1", "fc": "white", "ec": "none",
         "alpha": 0.75},
     )  # fmt: skip
+    return x, y
 
 
 def _point(line: shapely.LineString, along: float) -> tuple[float, float]:
@@ -123,7 +139,8 @@ def _point(line: shapely.LineString, along: float) -> tuple[float, float]:
     return point.x, point.y
 
 
-def _arrow_into(axes: Axes, pose: np.ndarray, colour: str, length: float, said: str) -> None:
+def _arrow_into(axes: Axes, pose: np.ndarray, colour: str, length: float) -> tuple[float, float]:
+    """Draw an arrow to where a combine begins; the arrow's tail."""
     x, y, heading = pose.tolist()
     tail = (x - length * math.cos(heading), y - length * math.sin(heading))
     arrow = FancyArrowPatch(
@@ -132,14 +149,58 @@ def _arrow_into(axes: Axes, pose: np.ndarray, colour: str, length: float, said: 
     )  # fmt: skip
     axes.add_patch(arrow)
     axes.plot(x, y, "o", color=colour, markersize=8, markeredgecolor="black", zorder=6)
-    _name(axes, tail, said)
+    return tail
 
 
-def _name(axes: Axes, point: tuple[float, float], said: str) -> None:
-    axes.annotate(
-        said, point, xytext=(7, 7), textcoords="offset points", fontsize=8, weight="bold",
-        zorder=8, bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.8},
-    )  # fmt: skip
+def _write_names(
+    axes: Axes,
+    names: list[tuple[tuple[float, float], str]],
+    marks: list[tuple[float, float]],
+    middle: shapely.Point,
+    scale: float,
+) -> None:
+    """Write names beside what they name, away from the field where there is room.
+
+    They keep off each other and off all marks; a line leads to those that are farther away.
+
+    Args:
+        axes: Written to.
+        names: Places and what they are called [m].
+        marks: What else is to be seen [m].
+        middle: Of the field [m].
+        scale: Of the sheet [m per point].
+    """
+    taken = [shapely.Point(each).buffer(ROOM * scale) for each in marks]
+    taken += [shapely.Point(point).buffer(ROOM * scale) for point, _ in names]
+    for (x, y), said in names:
+        half = np.array([len(said) * LETTER / 2, LINE / 2]) * scale
+        outwards = math.atan2(y - middle.y, x - middle.x)
+        turns = sorted(
+            (math.tau * k / NAME_DIRECTIONS for k in range(NAME_DIRECTIONS)),
+            key=lambda turn: abs(math.remainder(turn, math.tau)),
+        )
+        places = []
+        for gap in NAME_AT:
+            for turn in turns:
+                ahead = np.array([math.cos(outwards + turn), math.sin(outwards + turn)])
+                # So far that the name's frame is beyond the mark by the gap.
+                way = np.min((half + (ROOM + gap) * scale) / np.maximum(np.abs(ahead), 1e-9))
+                middle_of_name = np.array([x, y]) + way * ahead
+                low, high = middle_of_name - half, middle_of_name + half
+                frame = shapely.box(*low, *high)
+                hidden = sum(frame.intersection(each).area for each in taken)
+                places.append((hidden, middle_of_name, frame))
+                if not hidden:
+                    break
+            if not places[-1][0]:
+                break
+        _, at, frame = min(places, key=lambda place: place[0])
+        taken.append(frame)
+        axes.annotate(
+            said, (x, y), xytext=(at[0], at[1]), fontsize=8, weight="bold", ha="center",
+            va="center", zorder=8, arrowprops={"arrowstyle": "-", "lw": 0.6, "shrinkB": 5},
+            bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.8},
+        )  # fmt: skip
 
 
 def _draw_scale(axes: Axes, corner: tuple[float, float], size: float) -> None:

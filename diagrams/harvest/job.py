@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...systems.numerics.errors import require
 from ...systems.numerics.harvest.carts.cart_plan import Failure
 from ...systems.numerics.harvest.carts.windows import beside
 from ...systems.numerics.harvest.execution.planned_work import PlannedWork, work_of
@@ -18,6 +19,9 @@ from ...systems.numerics.harvest.schedule.answer import ScheduleAnswer, answer_s
 from ...systems.numerics.harvest.schedule.fleet import Fleet, Truck
 from .scenario import HarvestScenario
 
+# Of no field are there more tanks or loads of grain, and no harvest takes longer [s].
+MOST_LOADS, SEASON = 2_000, 30 * 86_400.0
+_DAYS = round(SEASON / 86_400.0)
 # What a cart needs beside a combine before grain flows [m].
 SETTLE = 8.0
 
@@ -108,6 +112,7 @@ def plan_scenario(
         InvalidInput: See `plan_harvest`.
         NoPlan: See `plan_harvest`.
     """
+    _require_within_a_season(scenario, mean_density(density, field.polygon) * field.polygon.area)
     return plan_harvest(
         field,
         scenario.planned_combines(),
@@ -124,6 +129,36 @@ def plan_scenario(
         failure=failure,
         progress=progress,
     )
+
+
+def _require_within_a_season(scenario: HarvestScenario, grain: float) -> None:
+    """Refuse tanks and augers so small that a plan, or what is reckoned of it, would never end.
+
+    Args:
+        scenario: What is asked for.
+        grain: On the field [kg].
+    """
+    team, carts, trucks = scenario.combines.machines(), scenario.carts, scenario.trucks
+    for name, room in (
+        ("combines.capacity", min(combine.capacity for combine in team)),
+        ("carts.capacity", carts.capacity),
+        ("trucks.capacity", trucks.capacity),
+    ):
+        least = grain / MOST_LOADS
+        what = f"hold at least {least:.4g} kg, a part in {MOST_LOADS} of the field's grain"
+        require(room >= least, name, what, room)
+    for name, rate in (
+        ("combines.unload_rate", min(combine.unload_rate for combine in team)),
+        ("carts.truck_rate", carts.truck_rate),
+    ):
+        least = grain / SEASON
+        what = f"be at least {least:.4g} kg/s, with which the field's grain takes {_DAYS} days"
+        require(rate >= least, name, what, rate)
+    loads = grain / trucks.capacity / trucks.fleet(carts.count).count
+    if loads > 0:
+        most = SEASON / loads
+        what = f"be at most {most:.4g} s, with which the field's grain takes {_DAYS} days"
+        require(trucks.road_time <= most, "trucks.road_time", what, trucks.road_time)
 
 
 def travel_times(team: CombinePlan, cart_speed: float, radius: float) -> np.ndarray:

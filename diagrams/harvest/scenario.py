@@ -42,8 +42,10 @@ from .makers import with_makers_figures
 
 # Larger fields are not planned in one [m], [m^2].
 LONGEST, LARGEST = 1e4, 1e7
-# Slower machines [m/s], [m/s^2] would be planned for days.
-SLOWEST = {"speed": 0.1, "acceleration": 0.05}
+# No field has a wider strip round it that may be driven on [m].
+WIDEST_MARGIN = 200.0
+# Slower machines [m/s], [m/s^2], and those that turn on the spot [m], would be planned for days.
+SLOWEST = {"speed": 0.1, "acceleration": 0.05, "turning_radius": 0.5}
 # No field has more combines or carts.
 MOST_MACHINES = 100
 
@@ -82,13 +84,14 @@ class FieldSource:
     def __post_init__(self) -> None:
         require_one_of("coordinates", self.coordinates, ("metres", "wgs84"))
         require_non_negative("margin", self.margin)
+        most = f"be at most {WIDEST_MARGIN:g} m"
+        require(self.margin <= WIDEST_MARGIN, "margin", most, self.margin)
         for name, points in (("gates", self.gates), ("trucks", self.trucks)):
             for value in (each for point in points for each in point):
                 require_finite(name, value)
         if not self.file:
-            for name in ("part", "no_go"):
-                came = getattr(self, name)
-                require(not came, name, "come with a file", came)
+            for name in ("coordinates", "part", "no_go"):
+                _require_file(self, name)
             require_positive("width", self.width)
             require_positive("height", self.height)
 
@@ -126,8 +129,14 @@ class FieldSource:
 
 def _require_quick(machine: "Combine | Cart | OneCombine") -> None:
     for key, least in SLOWEST.items():
-        value = getattr(machine, key)
+        value = getattr(machine, key, None)
         require(value is None or value >= least, key, f"be at least {least:g}", value)
+
+
+def _require_file(source: "FieldSource | Yields", name: str) -> None:
+    """Refuse what says how a file is to be read, where there is none."""
+    came = getattr(source, name)
+    require(came == getattr(type(source), name), name, "come with a file", came)
 
 
 def _points(points: tuple[tuple[float, float], ...]) -> np.ndarray:
@@ -157,6 +166,9 @@ class Yields:
     def __post_init__(self) -> None:
         require_positive("factor", self.factor)
         require_finite("factor", self.factor)
+        if not self.file:
+            for name in ("property", "unit"):
+                _require_file(self, name)
 
     def load(
         self, field: Field, density: float | YieldMap, folder: Path = Path()

@@ -3,6 +3,7 @@
 Longitudes and latitudes of GeoJSON become metres on a plane, for places as small as a field.
 """
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -208,7 +209,9 @@ def read_geometry(path: Path, source: str) -> BaseGeometry:
         text = path.read_text(encoding="utf-8-sig")
         # A coordinate that is not a number is reported below, not warned of.
         with np.errstate(invalid="ignore"):
-            geometry = shapely.from_wkt(text) if source == "wkt" else shapely.from_geojson(text)
+            geometry = (
+                shapely.from_wkt(text) if source == "wkt" else shapely.from_geojson(_located(text))
+            )
     except (OSError, ValueError, shapely.errors.GEOSException) as error:
         reason = " ".join(str(getattr(error, "strerror", None) or error).split())[:200]
         raise InvalidInput(
@@ -217,6 +220,20 @@ def read_geometry(path: Path, source: str) -> BaseGeometry:
         ) from None
     require(geometry is not None, "world file", "hold a polygon", f"nothing in {path}")
     return shapely.force_2d(geometry)
+
+
+def _located(text: str) -> str:
+    """GeoJSON without features that lie nowhere, which are none for GEOS (RFC 7946, 3.2)."""
+    try:
+        whole = json.loads(text)
+    except (ValueError, RecursionError):
+        return text
+    features = whole.get("features") if isinstance(whole, dict) else None
+    if not isinstance(features, list):
+        return text
+    lost = [isinstance(each, dict) and each.get("geometry", "") is None for each in features]
+    kept = [each for each, nowhere in zip(features, lost, strict=True) if not nowhere]
+    return json.dumps(whole | {"features": kept}) if any(lost) else text
 
 
 def polygons_of(geometry: BaseGeometry) -> list[shapely.Polygon]:

@@ -168,7 +168,7 @@ class Cart:
         ):
             require_positive(name, getattr(self, name))
         require(self.capacity > 0, "capacity", "be positive", self.capacity)
-        require(self.hitch_offset >= 0, "hitch_offset", "be zero or positive", self.hitch_offset)
+        require_non_negative("hitch_offset", self.hitch_offset)
 
     @property
     def trailer(self) -> Trailer:

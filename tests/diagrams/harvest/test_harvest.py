@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 from sightfield.diagrams.commands.app import make_app
 from sightfield.diagrams.harvest import scenarios
 from sightfield.diagrams.harvest.driver_map import draw_map
+from sightfield.diagrams.harvest.fleet_size import find_what_it_takes
 from sightfield.diagrams.harvest.job import prepare_harvest
 from sightfield.diagrams.harvest.pictures import draw_timetable
 from sightfield.diagrams.harvest.report import planned_tanks, summarise_harvest
@@ -128,6 +129,11 @@ def test_every_scenario_that_comes_along_is_valid(name):
         ("carts.acceleration=1e-6", r"`carts\.acceleration` must be at least 0\.05"),
         ("field.trucks=[[1, .nan]]", r"`field\.trucks` must be a finite number"),
         ("field.part=2", r"`field\.part` must come with a file"),
+        ("field.coordinates=metres", r"`field\.coordinates` must come with a file"),
+        ("field.margin=1e5", r"`field\.margin` must be at most 200 m"),
+        ("yields.unit=bu/ac", r"`yields\.unit` must come with a file"),
+        ("carts.hitch_offset=inf", r"`carts\.hitch_offset` must be a finite number"),
+        ("carts.turning_radius=1e-9", r"`carts\.turning_radius` must be at least 0\.5"),
         ("travel_time=1 km", r"`travel_time` must be a number in s"),
     ],
 )
@@ -148,6 +154,27 @@ def test_a_setting_that_cannot_be_is_named(setting, named):
 def test_fields_that_no_plan_can_hold_are_refused_before_it(source, says):
     with pytest.raises(InvalidInput, match=says):
         FieldSource(**source).load()
+
+
+@pytest.mark.parametrize(
+    ("setting", "says"),
+    [
+        ("carts.capacity=1", r"`carts\.capacity` must hold at least 27\.5 kg, .*; got 1\.0"),
+        ("combines.capacity=1 g", r"`combines\.capacity` must hold at least"),
+        ("combines.each=[{}, {capacity: 2}]", r"`combines\.capacity` must hold at least"),
+        ("trucks.capacity=1", r"`trucks\.capacity` must hold at least"),
+        ("combines.unload_rate=1e-9", r"`combines\.unload_rate` must be at least .* 30 days"),
+        ("carts.truck_rate=1e-9", r"`carts\.truck_rate` must be at least .* 30 days"),
+        ("trucks={capacity: 1e4, road_time: 1e9}", r"`trucks\.road_time` must be at most"),
+    ],
+)
+def test_tanks_and_augers_with_which_no_harvest_would_end_are_refused_before_a_plan(setting, says):
+    # On 11 ha with 5 t/ha: a plan with a million loads went on for ever.
+    asked = load_scenario(HarvestScenario, find_scenario("thesis_2", scenarios), [setting])
+    with pytest.raises(InvalidInput, match=says):
+        prepare_harvest(asked)
+    with pytest.raises(InvalidInput, match=says):
+        find_what_it_takes(asked, most=None)
 
 
 def test_scenarios_have_units():
@@ -215,6 +242,28 @@ def test_the_map_numbers_every_swath_once_at_its_place_and_names_starts_and_truc
         x, y, _ = small_job.plan.service.plans[visit.combine].pose_at(visit.begin)
         away = [np.hypot(a - x, b - y) for a, b in places]
         assert min(away) == pytest.approx(small_job.reach)
+
+
+def test_names_on_the_map_hide_no_name_and_no_mark(small_job):
+    figure = draw_map(small_job)
+    figure.canvas.draw()
+    axes = figure.axes[0]
+    named = [each for each in axes.texts if each.get_text().startswith(("start", "truck"))]
+    assert len(named) >= 3
+    frames = [shapely.box(*each.get_window_extent().extents) for each in named]
+    ends = [
+        timed.path.poses[place][:2] for timed in small_job.plan.service.plans for place in (0, -1)
+    ]
+    numbers = [
+        each.get_position()
+        for each in axes.texts
+        if each.get_text().isdigit() and each.get_bbox_patch()
+    ]
+    marks = np.concatenate([ends, numbers, small_job.trucks[:, :2]])
+    shown = shapely.points(axes.transData.transform(marks))
+    for k, frame in enumerate(frames):
+        assert not frame.intersects(shapely.MultiPoint(shown)), named[k].get_text()
+        assert not any(frame.intersects(other) for other in frames[:k]), named[k].get_text()
 
 
 def command(*words):

@@ -13,6 +13,8 @@ from ...geometry.world_files import from_local_plane, local_plane
 
 # Width of the strip outside of the boundary, unless told otherwise [m].
 MARGIN = 12.0
+# Gates and trucks that are farther from the zero of a field's metres are those of no field [m].
+FARTHEST_PLACE = 200e3
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,7 @@ class Field:
         name: Of the field in its file, or empty.
 
     Raises:
-        InvalidInput: The margin is negative.
+        InvalidInput: The margin is negative, or a gate or a truck's place is far from the field.
     """
 
     world: World
@@ -100,6 +102,11 @@ class Field:
 
     def __post_init__(self) -> None:
         require_non_negative("margin", self.margin)
+        for name in ("gates", "trucks"):
+            places = getattr(self, name)
+            near = bool((np.abs(places) <= FARTHEST_PLACE).all())
+            what = f"lie within {FARTHEST_PLACE / 1e3:g} km of the field"
+            require(near, name, what, f"{np.round(places, 1).tolist()} m")
 
     @classmethod
     def rectangle(cls, width: float, height: float, *, margin: float = MARGIN) -> "Field":

@@ -98,13 +98,12 @@ def read_geojson(path: Path) -> FieldShapes:
     if about.get("type") != "FeatureCollection":
         return sort_shapes([("", "", whole)])
     assert isinstance(whole, shapely.GeometryCollection)
-    if len(whole.geoms) != len(about["features"]):
-        # Features without a geometry are none.
-        about["features"] = [each for each in about["features"] if each.get("geometry")]
+    # Features without a geometry lie nowhere.
+    located = [each for each in about["features"] or () if each.get("geometry")]
     return sort_shapes(
         [
             (*_told(feature.get("properties")), geometry)
-            for feature, geometry in zip(about["features"], whole.geoms, strict=True)
+            for feature, geometry in zip(located, whole.geoms, strict=True)
         ]
     )
 

@@ -161,6 +161,30 @@ def test_features_of_a_kind_are_no_go_areas_gates_and_trucks(tmp_path):
     assert field.ground.area == pytest.approx(124 * 104 - round_corners - 100 - 200, rel=1e-4)
 
 
+def test_features_that_lie_nowhere_are_none(tmp_path):
+    # As RFC 7946 allows and QGIS writes them.
+    polygon = {"type": "Polygon", "coordinates": [degrees(SQUARE)]}
+    nowhere = {"type": "Feature", "properties": {"kind": "gate"}, "geometry": None}
+    field = {"type": "Feature", "properties": {"name": "Hof"}, "geometry": polygon}
+    whole = {"type": "FeatureCollection", "features": [nowhere, field, nowhere]}
+    read = read_field(write(tmp_path, "f.geojson", json.dumps(whole)))
+    assert (read.name, len(read.gates)) == ("Hof", 0)
+    for features in ([nowhere], [], None):
+        whole["features"] = features
+        with pytest.raises(InvalidInput, match="`field file` must hold a polygon"):
+            read_field(write(tmp_path, "f.geojson", json.dumps(whole)))
+
+
+@pytest.mark.parametrize("place", [(1e308, 1e308), (50.0, 20.0), (np.nan, 48.0)])
+@pytest.mark.parametrize("what", ["gates", "trucks"])
+def test_gates_and_trucks_on_the_other_side_of_the_earth_are_none_of_the_field(
+    tmp_path, what, place
+):
+    path = write(tmp_path, "f.wkt", shapely.Polygon(degrees(SQUARE)).wkt)
+    with pytest.raises(InvalidInput, match=f"`{what}` must lie within 200 km of the field"):
+        read_field(path, **{what: [place]})
+
+
 def test_a_no_go_layer_in_a_file_of_its_own_may_part_a_field(tmp_path):
     path = write(tmp_path, "f.geojson", polygon(SQUARE))
     layer = write(tmp_path, "road.wkt", "LINESTRING (50 -9, 50 99)")
