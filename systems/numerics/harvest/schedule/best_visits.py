@@ -474,7 +474,7 @@ def travel_time_limit(fleet: Fleet, round_: Round) -> float:
         rows = tuple(tuple(factor * way for way in row) for row in fleet.travel_times)
         slower = replace(fleet, travel_times=rows)
         again = round_of(slower, round_.combines, round_.trips, round_.truck, round_.carts)
-        return plan_round(slower, again) is not None
+        return travel_scale_max(slower, again) >= 1.0
 
     if not works(0.0):
         return -math.inf
