@@ -55,11 +55,8 @@ def draw_map(job: HarvestJob) -> Figure:
         axes.add_collection(
             LineCollection(lines, colors=colour, linewidths=0.6, linestyles=":", alpha=0.7)
         )
-    numbers: list[tuple[float, float]] = []
-    for swath in swaths_of(plan):
-        _draw_swath(axes, swath, size, numbers)
     names: list[tuple[tuple[float, float], str]] = []
-    marks = numbers
+    marks: list[tuple[float, float]] = []
     for n, timed in enumerate(plan.service.plans):
         colour = combine_colour(n)
         start, end = timed.path.poses[0], timed.path.poses[-1]
@@ -69,7 +66,11 @@ def draw_map(job: HarvestJob) -> Figure:
         marks += [(start[0], start[1]), (end[0], end[1])]
     for visit in plan.service.visits:
         pose = plan.service.plans[visit.combine].pose_at(visit.begin)
-        marks.append(_draw_visit(axes, pose, visit, job.reach))
+        x, y = _draw_visit(axes, pose, visit, job.reach)
+        # What is said of it stands to the right.
+        marks += [(x, y), (x + NUMBER_SIZE * size, y)]
+    for swath in swaths_of(plan):
+        _draw_swath(axes, swath, size, marks)
     for k, truck in enumerate(plan.supply.trucks):
         axes.plot(*truck[:2], "P", color="black", markersize=12, markeredgecolor="white", zorder=7)
         names.append(((truck[0], truck[1]), f"truck, cart {k}"))
@@ -91,8 +92,8 @@ def draw_map(job: HarvestJob) -> Figure:
     return figure
 
 
-def _draw_swath(axes: Axes, swath: Swath, size: float, numbers: list[tuple[float, float]]) -> None:
-    """Draw a swath with its number, which keeps off those that were drawn before."""
+def _draw_swath(axes: Axes, swath: Swath, size: float, marks: list[tuple[float, float]]) -> None:
+    """Draw a swath with its number, which keeps off all marks, and becomes one."""
     colour = combine_colour(swath.combine)
     axes.plot(*swath.points.T, color=colour, linewidth=1.5, solid_capstyle="butt", zorder=3)
     line = shapely.LineString(swath.points)
@@ -100,10 +101,10 @@ def _draw_swath(axes: Axes, swath: Swath, size: float, numbers: list[tuple[float
         return
     arrow_at = line.length * 0.6
     places = [_point(line, part * line.length) for part in NUMBER_AT]
-    gaps = [min((math.dist(place, each) for each in numbers), default=math.inf) for place in places]
+    gaps = [min((math.dist(place, each) for each in marks), default=math.inf) for place in places]
     free = [place for place, gap in zip(places, gaps, strict=True) if gap >= NUMBER_SIZE * size]
     x, y = free[0] if free else places[int(np.argmax(gaps))]
-    numbers.append((x, y))
+    marks.append((x, y))
     font = 8
     axes.text(
         x, y, str(swath.number), color="white", fontsize=font, weight="bold", ha="center",

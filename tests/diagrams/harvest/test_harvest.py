@@ -260,6 +260,11 @@ def test_names_on_the_map_hide_no_name_and_no_mark(small_job):
         if each.get_text().isdigit() and each.get_bbox_patch()
     ]
     marks = np.concatenate([ends, numbers, small_job.trucks[:, :2]])
+    # Numbers keep off the places where carts come, too.
+    comes = [each.xy for each in axes.texts if each.get_text().endswith("'")]
+    assert len(comes) >= 2
+    apart = np.linalg.norm(np.subtract(np.array(numbers)[:, None], np.array(comes)), axis=-1)
+    assert apart.min() > 0.02 * 144.0
     shown = shapely.points(axes.transData.transform(marks))
     for k, frame in enumerate(frames):
         assert not frame.intersects(shapely.MultiPoint(shown)), named[k].get_text()
