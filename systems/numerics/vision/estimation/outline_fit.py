@@ -68,8 +68,8 @@ _RASTER = 1 / 12
 # Keeps the equations solvable where a blob says nothing of an unknown.
 _RIDGE = 1e-9
 # Steps of the search at most, between which weights are worked out anew; the least gain that is
-# worth another; and how often a step that gains nothing is shortened.
-_STEPS, _GAIN, _TRIALS = (3, 4, 6), 0.05, 3
+# worth another; and how often a step that loses is shortened.
+_STEPS, _GAIN, _TRIALS = (3, 5), 0.1, 3
 # Remainders as far apart as this are independent: the blocks of a JPEG have 8 pixels [px].
 _TOGETHER = 8
 # Remainders are smoothed by this to tell a wrong shape from noise [px].
@@ -110,18 +110,40 @@ class OutlineFit:
 
 @dataclass(frozen=True, eq=False)
 class _Scene:
-    """What does not change during a search: pixels, what they show, and what is known before."""
+    """What does not change during a search: pixels, what they show, and what is known before.
+
+    Attributes:
+        outline: Of the shell.
+        shape: Of the window, whose n pixels are counted row by row.
+        bearings, radii: Of the pixels about the mirror's axis, each shape (n,) [rad], [px].
+        strength: How much of the shell's colour they have, shape (n,).
+        inside: Numbers of the pixels that are fitted, at and around the blob, shape (u,).
+        ring: Whether they are of the ring around the blob, shape (n,).
+        points: How much each point around a shell counts in them, shape (n, k).
+        noise: Standard deviation of `strength`.
+        saturated: Whether parts of the picture are as bright as it can tell.
+    """
 
     outline: Outline
     shape: tuple[int, int]
     bearings: np.ndarray
     radii: np.ndarray
     strength: np.ndarray
-    used: np.ndarray
+    inside: np.ndarray
     ring: np.ndarray
     points: np.ndarray
     noise: float
     saturated: bool
+
+    def left(self, expected: np.ndarray) -> np.ndarray:
+        """What fitted pixels show beyond what is expected of all, shape (n,) -> (u,)."""
+        return self.strength[self.inside] - expected[self.inside]
+
+    def image(self, values: np.ndarray) -> np.ndarray:
+        """Images of what fitted pixels have, 0 elsewhere, shape (u, m) -> (height, width, m)."""
+        images = np.zeros((len(self.radii), values.shape[1]))
+        images[self.inside] = values
+        return images.reshape(*self.shape, -1)
 
     @property
     def widths(self) -> tuple[float, ...]:
@@ -151,64 +173,77 @@ def fit_outline(
         return None
     mean, prior = _before(start, hidden, scene)
     values, count = mean.copy(), len(mean)
-    weights = scene.used * scene.noise**-2
-    behind, excess = _behind(scene, values), 1.0
-    expected, slopes = _expect(scene, values, behind)
+    weights = np.full(len(scene.inside), scene.noise**-2)
+    excess = 1.0
+    cover = _draw(scene, values)
+    behind = _behind(scene, values, cover)
+    expected, slopes = _expect(scene, values, cover, behind)
     damping = 1e-3
     for steps in _STEPS:
         for _ in range(steps):
             cost = _cost(scene, weights, expected, values - mean, prior)
-            pulls = slopes * weights[:, None]
-            left = scene.strength - expected
-            matrix = _products(pulls, slopes) + prior
-            pull = _products(pulls, left[:, None])[:, 0] - prior @ (values - mean)
+            matrix, pull = _normal_equations(slopes, weights, scene.left(expected))
+            matrix += prior
+            pull -= prior @ (values - mean)
             gain = -1.0
             for _ in range(_TRIALS):
                 damped = matrix + damping * np.diag(np.diag(matrix)) + _RIDGE * np.eye(count)
                 trial = _bounded(values + np.linalg.solve(damped, pull))
-                found = _expect(scene, trial, behind)
+                found = _expect(scene, trial, _draw(scene, trial), behind)
                 gain = cost - _cost(scene, weights, found[0], trial - mean, prior)
                 if gain >= 0:
                     values, (expected, slopes) = trial, found
                     damping = max(0.1 * damping, 1e-6)
+                # A shorter step gains no more where a whole one changes nothing.
+                if gain > -_GAIN:
                     break
                 damping *= 10
             if gain < _GAIN:
                 break
         damping = 1e-3
         weights, excess = _weights(scene, values, expected)
-        behind = _behind(scene, values)
-        expected, slopes = _expect(scene, values, behind)
+        cover = _draw(scene, values)
+        behind = _behind(scene, values, cover)
+        expected, slopes = _expect(scene, values, cover, behind)
         _know_shifts(prior, max(scene.widths), scene, values, hidden)
     weights /= excess
     return _judge(scene, values, mean, prior, weights, expected, slopes, hidden)
 
 
-def _products(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Sums over pixels of the products of columns, shapes (n, k), (n, m) -> (k, m).
+@compiled
+def _normal_equations(
+    slopes: np.ndarray, weights: np.ndarray, left: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Matrix and right side of weighted least squares, shapes (m, m), (m,).
 
     On one core: BLAS shares this between threads, which on a busy machine wait for one another
     several times as long as they work.
-    """
-    sums = np.zeros((one.shape[1], other.shape[1]))
-    _add_products(one, other, sums)
-    return sums
-
-
-@compiled
-def _add_products(one, other, sums):
-    """Add the products of the columns of two tables.
 
     Args:
-        one: Shape (n, k).
-        other: Shape (n, m).
-        sums: What is added to, shape (k, m).
+        slopes: Shape (n, m).
+        weights: Shape (n,).
+        left: What is to be explained, shape (n,).
     """
-    for i in range(len(one)):
-        for p in range(one.shape[1]):
-            factor = one[i, p]
-            for q in range(other.shape[1]):
-                sums[p, q] += factor * other[i, q]
+    size, count = slopes.shape
+    matrix, pull = np.zeros((count, count)), np.zeros(count)
+    # Four pixels at once, so that sums are read and written a fourth as often.
+    whole = size - size % 4
+    for i in range(0, whole, 4):
+        a, b, c, d = slopes[i], slopes[i + 1], slopes[i + 2], slopes[i + 3]
+        for p in range(count):
+            row = matrix[p]
+            e, f = weights[i] * a[p], weights[i + 1] * b[p]
+            g, h = weights[i + 2] * c[p], weights[i + 3] * d[p]
+            pull[p] += e * left[i] + f * left[i + 1] + g * left[i + 2] + h * left[i + 3]
+            for q in range(count):
+                row[q] += e * a[q] + f * b[q] + g * c[q] + h * d[q]
+    for i in range(whole, size):
+        for p in range(count):
+            e = weights[i] * slopes[i, p]
+            pull[p] += e * left[i]
+            for q in range(count):
+                matrix[p, q] += e * slopes[i, q]
+    return matrix, pull
 
 
 def _scene(window: Window, outline: Outline) -> _Scene | None:
@@ -241,7 +276,7 @@ def _scene(window: Window, outline: Outline) -> _Scene | None:
         bearings,
         radii,
         strength,
-        grown[1].astype(float),
+        np.flatnonzero(grown[1]),
         ring,
         _points(bearings, radii, grown[1]),
         noise,
@@ -325,68 +360,127 @@ def _smoothing(values: np.ndarray) -> np.ndarray:
     return kernel / kernel.sum()
 
 
-def _behind(scene: _Scene, values: np.ndarray) -> np.ndarray:
-    """Slopes with the colours of the robot's top and of what lies behind, shape (n, k)."""
-    size = len(scene.bearings)
-    here = np.empty((size, 8))
-    draw_cover(scene.outline, scene.bearings, scene.radii, values[:6], here)
-    free = np.maximum(1 - here[:, 0] - here[:, 7], 0)
-    images = np.column_stack([here[:, 7], free[:, None] * scene.points])
-    return _smooth(scene, images, values)
+def _draw(scene: _Scene, values: np.ndarray) -> np.ndarray:
+    """The images of `draw_cover`, shape (n, 16)."""
+    cover = np.empty((len(scene.radii), 16))
+    draw_cover(scene.outline, scene.bearings, scene.radii, values[:6], cover)
+    return cover
+
+
+def _behind(scene: _Scene, values: np.ndarray, cover: np.ndarray) -> np.ndarray:
+    """Slopes with the colours of the robot's top and of what lies behind, shape (u, 1 + k)."""
+    images = np.empty((len(cover), 1 + scene.points.shape[1]), np.float32)
+    images[:, 0] = cover[:, 3]
+    images[:, 1:] = np.maximum(1 - cover[:, :1] - cover[:, 3:4], 0) * scene.points
+    return _smooth(scene, images, values)[scene.inside]
 
 
 def _smooth(scene: _Scene, images: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Images, shape (n, k), as the smoothing makes them."""
-    flat = np.ascontiguousarray(images.reshape(*scene.shape, -1))
+    flat = images.reshape(*scene.shape, -1)
     smooth = cv2.filter2D(flat, -1, _smoothing(values), borderType=cv2.BORDER_REPLICATE)
     return smooth.reshape(images.shape)
 
 
-def _shine(values: np.ndarray, drawn: np.ndarray, around: np.ndarray) -> np.ndarray:
-    """What a drawn shell and all around it would show without smoothing, shape (n,)."""
-    lit = drawn[:, :3] @ values[_LIGHT]
-    return lit + drawn[:, 7] * values[_TOP] + (1 - drawn[:, 0] - drawn[:, 7]) * around
-
-
-def _expect(scene: _Scene, values: np.ndarray, behind: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What the pixels should show, shape (n,), and its slopes with the unknowns, shape (n, m)."""
-    size = len(scene.bearings)
-    here, there = np.empty((size, 8)), np.empty((size, 8))
-    draw_cover(scene.outline, scene.bearings, scene.radii, values[:6], here)
-    around = np.einsum("nk,k", scene.points, values[_BEHIND])
-    shine = _shine(values, here, around)
-    # Light falls on an edge as on the pixel's covered part.
-    edge = np.divide(
-        here[:, :3] @ values[_LIGHT], here[:, 0], out=np.zeros(size), where=here[:, 0] > 0
-    )
-    images = np.empty((size, 11))
-    images[:, :3], images[:, 9] = here[:, :3], shine
-    for k, tiny in enumerate((1e-4 * values[0], 5e-4)):
-        place = values[:6].copy()
-        place[k] += tiny
-        draw_cover(scene.outline, scene.bearings, scene.radii, place, there)
-        images[:, 3 + k] = (_shine(values, there, around) - shine) / tiny
-    images[:, 5:9] = (edge - around)[:, None] * here[:, 3:7]
-    images[:, 6] = (edge - values[_TOP]) * here[:, 4]
-    off = (scene.bearings - values[1] + math.pi) % (2 * math.pi) - math.pi
+def _expect(
+    scene: _Scene, values: np.ndarray, cover: np.ndarray, behind: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """What the pixels should show, shape (n,), and slopes of the fitted ones, shape (u, m)."""
+    images = np.empty((len(cover), 11), np.float32)
     half = math.asin(scene.outline.radius / (values[0] + scene.outline.radius))
-    images[:, 10] = np.clip(off / half, -1, 1) * (images[:, 5] + images[:, 6])
+    _light(cover, scene.bearings, scene.points, values, half, images)
     smooth = _smooth(scene, images, values)
-    slopes = np.empty((size, len(values)))
-    slopes[:, :6], slopes[:, _LIGHT], slopes[:, _TOP:] = smooth[:, 3:9], smooth[:, :3], behind
-    slopes[:, _TILT] = smooth[:, 10]
     shown = smooth[:, 9] + values[_TILT] * smooth[:, 10]
-    # A Gaussian's slope with its variance is half its second derivative.
-    t = np.pad(shown.reshape(scene.shape), 1, mode="edge")
-    middle = t[1:-1, 1:-1]
-    slopes[:, 6] = 0.5 * (t[1:-1, 2:] + t[1:-1, :-2] - 2 * middle).ravel()
-    slopes[:, 7] = 0.25 * (t[2:, 2:] + t[:-2, :-2] - t[2:, :-2] - t[:-2, 2:]).ravel()
-    slopes[:, 8] = 0.5 * (t[2:, 1:-1] + t[:-2, 1:-1] - 2 * middle).ravel()
+    slopes = np.empty((len(scene.inside), len(values)))
+    _fill_slopes(smooth, shown.reshape(scene.shape), scene.inside, behind, slopes)
     return shown, slopes
 
 
+@compiled
+def _light(
+    cover: np.ndarray,
+    bearings: np.ndarray,
+    points: np.ndarray,
+    values: np.ndarray,
+    half: float,
+    images: np.ndarray,
+) -> None:
+    """Light a drawn shell and all around it.
+
+    Args:
+        cover: Of `draw_cover`, shape (n, 16).
+        bearings: Of the pixels, shape (n,) [rad].
+        points: How much each point around the shell counts in them, shape (n, k).
+        values: The unknowns, shape (m,).
+        half: Half the angle that the shell takes up [rad].
+        images: To be filled, shape (n, 11): the slopes with even light, across and along, with
+            range, bearing and shifts of base, top, left and right side, what the pixels would show
+            without smoothing, and its slope with the tilt.
+    """
+    even, across, along, top = values[9], values[10], values[11], values[_TOP]
+    for i in range(len(cover)):
+        around = 0.0
+        for k in range(points.shape[1]):
+            around += points[i, k] * values[_TOP + 1 + k]
+        c = cover[i]
+        images[i, :9], images[i, 10] = 0.0, 0.0
+        images[i, 9] = around
+        lit = c[0] * even + c[1] * across + c[2] * along
+        images[i, 9] = lit + c[3] * top + (1 - c[0] - c[3]) * around
+        images[i, 0], images[i, 1], images[i, 2] = c[0], c[1], c[2]
+        for k in range(2):
+            n = 4 + 4 * k
+            images[i, 3 + k] = c[n] * even + c[n + 1] * across + c[n + 2] * along
+            images[i, 3 + k] += c[n + 3] * top - (c[n] + c[n + 3]) * around
+        if c[0] > 0.0:
+            # Light falls on an edge as on the pixel's covered part; the robot's top is above it.
+            edge = lit / c[0]
+            images[i, 5] = (edge - around) * c[12]
+            images[i, 6] = (edge - top) * c[13]
+            images[i, 7] = (edge - around) * c[14]
+            images[i, 8] = (edge - around) * c[15]
+            off = (bearings[i] - values[1] + math.pi) % (2 * math.pi) - math.pi
+            images[i, 10] = min(max(off / half, -1.0), 1.0) * (images[i, 5] + images[i, 6])
+
+
+@compiled
+def _fill_slopes(
+    smooth: np.ndarray,
+    shown: np.ndarray,
+    inside: np.ndarray,
+    behind: np.ndarray,
+    slopes: np.ndarray,
+) -> None:
+    """Fill in the slopes of what fitted pixels show, with all unknowns.
+
+    Args:
+        smooth: The images of `_light`, smoothed, shape (n, 11).
+        shown: What the pixels show, shape (height, width).
+        inside: Numbers of the fitted ones, shape (u,).
+        behind: Slopes of these with the colours behind, shape (u, k).
+        slopes: To be filled, shape (u, 13 + k).
+    """
+    height, width = shown.shape
+    for n in range(len(inside)):
+        i = inside[n]
+        row, column = divmod(i, width)
+        above, below = max(row - 1, 0), min(row + 1, height - 1)
+        before, after = max(column - 1, 0), min(column + 1, width - 1)
+        slopes[n, :6] = smooth[i, 3:9]
+        # A Gaussian's slope with its variance is half its second derivative.
+        middle = shown[row, column]
+        slopes[n, 6] = 0.5 * (shown[row, after] + shown[row, before] - 2 * middle)
+        slopes[n, 7] = 0.25 * (
+            shown[below, after] + shown[above, before] - shown[above, after] - shown[below, before]
+        )
+        slopes[n, 8] = 0.5 * (shown[below, column] + shown[above, column] - 2 * middle)
+        slopes[n, 9:12] = smooth[i, :3]
+        slopes[n, 12] = smooth[i, 10]
+        slopes[n, 13:] = behind[n]
+
+
 def _weights(scene: _Scene, values: np.ndarray, expected: np.ndarray) -> tuple[np.ndarray, float]:
-    """One over the variance of each pixel, shape (n,), and how much more is left over than that.
+    """One over the variance of each fitted pixel, shape (u,), and how much more is left over.
 
     Pixels that one edge crosses err alike by the raster: their variance is such that all of them
     together tell its place no better than the raster lets them.
@@ -398,12 +492,12 @@ def _weights(scene: _Scene, values: np.ndarray, expected: np.ndarray) -> tuple[n
     sharpness = _sharpness(values)
     profile = (_PROFILE * sharpness) ** 2 * scene.saturated
     alone = noise**2 + (_RASTER / (2 * math.sqrt(math.pi) * sharpness) + profile) * steep
-    excess = float(np.mean((left**2 / alone)[scene.used > 0]))
+    excess = float(np.mean((left**2 / alone)[scene.inside]))
     # In a compressed picture neighbours err alike: so many of them tell what one does.
     around = (np.clip(left, -3 * noise, 3 * noise) * scene.ring).reshape(scene.shape)
     alike = float((around * _sums(around)).sum() / max((around**2).sum(), 1e-12))
     together = noise**2 * max(alike, 1.0) + (_shared_raster(noise, sharpness) + profile) * steep
-    return scene.used / together, max(excess, 1.0)
+    return 1 / together[scene.inside], max(excess, 1.0)
 
 
 def _sums(images: np.ndarray) -> np.ndarray:
@@ -439,8 +533,7 @@ def _shared_raster(noise: float, sharpness: float) -> float:
 def _cost(
     scene: _Scene, weights: np.ndarray, expected: np.ndarray, off: np.ndarray, prior: np.ndarray
 ) -> float:
-    left = scene.strength - expected
-    return float(weights @ left**2 + off @ prior @ off)
+    return float(weights @ scene.left(expected) ** 2 + off @ prior @ off)
 
 
 def _judge(
@@ -454,19 +547,10 @@ def _judge(
     hidden: tuple[float, float],
 ) -> OutlineFit | None:
     """How sure a search's end is, averaged over the widths of the shifts' prior."""
-    left, used = scene.strength - expected, scene.used > 0
-    count = len(values)
-    pulls = slopes * weights[:, None]
-    matrix, pull = _products(pulls, slopes), _products(pulls, left[:, None])[:, 0]
-    each = pulls * left[:, None]
-    sums = _sums(each.reshape(*scene.shape, count)).reshape(-1, count)
-    alike = _products(each, sums)
-    # So many blocks are independent; that the fit has made their remainders small counts most where
-    # they are few.
-    blocks = max(float(used.sum()) / _TOGETHER**2, 2.0)
-    alike *= blocks / (blocks - 1)
+    left, count = scene.left(expected), len(values)
+    matrix, pull = _normal_equations(slopes, weights, left)
     off = values - mean
-    scores, places, spreads, shifts = [], [], [], []
+    scores, places, shifts, inverses, priors = [], [], [], [], []
     for width in scene.widths:
         prior = prior.copy()
         _know_shifts(prior, width, scene, values, hidden)
@@ -479,8 +563,13 @@ def _judge(
         scores.append(0.5 * (signs - cost) - math.log(width))
         places.append((values + step)[_PLACE])
         shifts.append((off + step)[_SHIFTS])
-        spread = (inverse @ (alike + prior) @ inverse)[_PLACE, _PLACE]
-        spreads.append(_larger(inverse[_PLACE, _PLACE], spread))
+        inverses.append(inverse[_PLACE])
+        priors.append(inverse[_PLACE] @ prior @ inverse[:, _PLACE])
+    alike = _alike(scene, slopes * (weights * left)[:, None], np.array(inverses))
+    spreads = [
+        _larger(inverse[:, _PLACE], one + other)
+        for inverse, one, other in zip(inverses, alike, priors, strict=True)
+    ]
     shares = np.exp(np.array(scores) - max(scores))
     shares /= shares.sum()
     place = shares @ np.array(places)
@@ -491,8 +580,8 @@ def _judge(
     shift = shares @ np.array(shifts)
     seen = np.array([True, True, *(amount == 0 for amount in hidden)])
     steep = np.gradient(expected.reshape(scene.shape))
-    steepness = float(scene.used @ (steep[0] ** 2 + steep[1] ** 2).ravel())
-    dents = cv2.GaussianBlur((left * scene.used).reshape(scene.shape), (0, 0), _SMOOTH).ravel()
+    steepness = float((steep[0] ** 2 + steep[1] ** 2).ravel()[scene.inside].sum())
+    dents = cv2.GaussianBlur(scene.image(left[:, None]), (0, 0), _SMOOTH).ravel()
     return OutlineFit(
         range=float(place[0]),
         bearing=math.remainder(float(place[1]), 2 * math.pi),
@@ -501,11 +590,52 @@ def _judge(
         lopsided=float(shift[2] - shift[3]) if seen.all() and not scene.saturated else 0.0,
         sharpness=_sharpness(values),
         saturated=scene.saturated,
-        misfit=math.sqrt(float(scene.used @ left**2) / max(steepness, 1e-12)),
+        misfit=math.sqrt(float(left @ left) / max(steepness, 1e-12)),
         dent=float(np.abs(dents).max()),
-        roughness=math.sqrt(float(np.mean(dents[used] ** 2))),
+        roughness=math.sqrt(float(np.mean(dents[scene.inside] ** 2))),
         around=float(np.abs(values[_BEHIND]).max()),
     )
+
+
+def _alike(scene: _Scene, pulls: np.ndarray, inverses: np.ndarray) -> np.ndarray:
+    """Covariances that remainders make where neighbours err alike, shape (w, 2, 2).
+
+    Args:
+        scene: Whose pixels.
+        pulls: How each fitted pixel pulls at the unknowns, shape (u, m).
+        inverses: What a pull does to range and bearing, shape (w, 2, m).
+    """
+    each = _moves(pulls, inverses)
+    sums = _sums(scene.image(each)).reshape(-1, each.shape[1])[scene.inside]
+    # So many blocks are independent; that the fit has made their remainders small counts most where
+    # they are few.
+    blocks = max(len(pulls) / _TOGETHER**2, 2.0)
+    return _paired(each, sums) * blocks / (blocks - 1)
+
+
+@compiled
+def _moves(pulls: np.ndarray, inverses: np.ndarray) -> np.ndarray:
+    """What each pixel does to range and bearing, with each inverse, shape (u, 2 w)."""
+    size, count = pulls.shape
+    moves = np.zeros((size, 2 * len(inverses)))
+    for i in range(size):
+        for k in range(moves.shape[1]):
+            row = inverses[k // 2, k % 2]
+            for p in range(count):
+                moves[i, k] += pulls[i, p] * row[p]
+    return moves
+
+
+@compiled
+def _paired(each: np.ndarray, sums: np.ndarray) -> np.ndarray:
+    """Sums over pixels of the products of one pair of columns after the other, (w, 2, 2)."""
+    products = np.zeros((each.shape[1] // 2, 2, 2))
+    for i in range(len(each)):
+        for k in range(len(products)):
+            for p in range(2):
+                for q in range(2):
+                    products[k, p, q] += each[i, 2 * k + p] * sums[i, 2 * k + q]
+    return products
 
 
 def _larger(one: np.ndarray, other: np.ndarray) -> np.ndarray:

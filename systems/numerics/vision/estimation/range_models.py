@@ -171,6 +171,32 @@ def _edge(table: np.ndarray, distance: float, drop: float, step: float) -> float
     return table[k] + (node - k) * (table[k + 1] - table[k])
 
 
+# Nodes of the radii of one shell's edges.
+_ROUND = 64
+# Step by which their slopes with the range are taken, as a share of it.
+_FARTHER = 1e-4
+# Where the line of sight grazes a shell more than this, slopes are taken for no steeper.
+_GRAZING = 0.02
+
+
+@kernel
+def _fill_round(outline: Outline, distance: float, edges: np.ndarray) -> None:
+    """Pixel radii of base, top and far rim of a shell all round it, shape (m, 3).
+
+    By sqrt(1 - x^2) from 0 to 1, x the sine of the normal's angle to the line of sight: there they
+    are as good as straight between nodes, even where the line of sight grazes the shell.
+    """
+    rho = outline.radius
+    reach = distance + rho
+    for k in range(len(edges)):
+        along = k / (len(edges) - 1)
+        middle = math.sqrt(reach * reach - rho * rho * (1.0 - along * along))
+        near, far = middle - rho * along, middle + rho * along
+        edges[k, 0] = _edge(outline.base, near, outline.base_drop, outline.step)
+        edges[k, 1] = _edge(outline.top, near, outline.top_drop, outline.step)
+        edges[k, 2] = _edge(outline.top, far, outline.top_drop, outline.step)
+
+
 @compiled
 def draw_cover(
     outline: Outline,
@@ -179,66 +205,106 @@ def draw_cover(
     place: np.ndarray,
     images: np.ndarray,
 ) -> None:
-    """Find how much of each pixel a shell covers.
+    """Find how much of each pixel a shell covers, and how that changes with the shell's place.
 
     Args:
         outline: Of shells of its size.
         bearings, radii: Of the pixels about the mirror's axis, each shape (n,) [rad], [px].
         place: Range [m] and bearing [rad] of the shell's near side, and by how much base, top, left
             and right side appear further out than they are [px], shape (6,).
-        images: To be filled, shape (n, 8): the share of each pixel that is covered; the same times
+        images: To be filled, shape (n, 16): the share of each pixel that is covered; the same times
             x, the normal's part across the line of sight, and times sqrt(1 - x^2), its part along
-            it; the slopes of the share with the four edges [1/px]; and the share that the robot's
-            top covers, the disc that is seen over the shell's top edge.
+            it; the share that the robot's top covers, the disc that is seen over the shell's top
+            edge; the slopes of these four with the range [1/m], and with the bearing [1/rad]; the
+            slopes of the first with the four edges [1/px].
     """
-    rho = outline.radius
-    reach = place[0] + rho
-    half, tangent = math.asin(rho / reach), math.sqrt(reach * reach - rho * rho)
+    rho, farther = outline.radius, _FARTHER * place[0]
+    edges, beyond = np.empty((_ROUND, 3)), np.empty((_ROUND, 3))
+    _fill_round(outline, place[0], edges)
+    _fill_round(outline, place[0] + farther, beyond)
+    # With the range and with the bearing, of which the second turns the shell and no more.
+    by_range = (beyond - edges) / farther
+    ratio = (place[0] + rho) / rho
+    half = math.asin(1 / ratio)
+    narrower = -1 / (rho * ratio * math.sqrt(ratio * ratio - 1))
+    middle = (place[1] + math.pi) % (2 * math.pi) - math.pi
     images[:] = 0.0
     # No part of the outline is nearer to the axis, or farther from it.
-    nearest = _edge(outline.base, place[0], outline.base_drop, outline.step) - place[2] - 0.5
-    farthest = _edge(outline.top, reach + rho, outline.top_drop, outline.step)
-    farthest = max(farthest, _edge(outline.top, tangent, outline.top_drop, outline.step) + place[3])
-    farthest += 0.5
+    nearest = edges[-1, 0] - place[2] - 0.5
+    farthest = max(edges[-1, 2], edges[0, 1] + place[3]) + 0.5
     for i in range(len(bearings)):
         r = max(radii[i], 0.5)
         if not nearest < r < farthest:
             continue
-        off = (bearings[i] - place[1] + math.pi) % (2 * math.pi) - math.pi
+        off = bearings[i] - middle
+        if abs(off) > math.pi:
+            off -= math.copysign(2 * math.pi, off)
         if abs(off) > half + (1.0 + abs(place[4]) + abs(place[5])) / r:
             continue
+        image = images[i]
+        sine_off, cosine_off = math.sin(off), math.cos(off)
         for j in range(_COLUMNS):
-            t = off + ((j + 0.5) / _COLUMNS - 0.5) / r
+            aside = ((j + 0.5) / _COLUMNS - 0.5) / r
+            t = off + aside
             side = 4 if t < 0.0 else 5
             inside = 0.5 + _COLUMNS * ((half - abs(t)) * r + place[side])
             wide = min(max(inside, 0.0), 1.0)
             if wide == 0.0:
                 continue
-            x = reach * math.sin(t) / rho
-            far = tangent
-            if abs(t) < half and abs(x) < 1.0:
-                s = reach * math.cos(t) - rho * math.sqrt(1.0 - x * x)
-                far = 2.0 * reach * math.cos(t) - s
-            else:
-                s, x = tangent, math.copysign(1.0, t)
-            low = _edge(outline.base, s, outline.base_drop, outline.step)
-            high = _edge(outline.top, s, outline.top_drop, outline.step)
-            low -= place[2]
-            high += place[3]
-            rim = _edge(outline.top, far, outline.top_drop, outline.step)
-            over = min(r + 0.5, rim) - max(r - 0.5, high)
-            if over > 0.0:
-                images[i, 7] += wide * over / _COLUMNS
-            tall = min(r + 0.5, high) - max(r - 0.5, low)
-            if tall <= 0.0:
-                continue
+            # A pixel is so narrow that two terms of the series will do.
+            short = 1.0 - 0.5 * aside * aside
+            sine = short * sine_off + aside * cosine_off
+            cosine = short * cosine_off - aside * sine_off
+            x = ratio * sine
+            beside = abs(t) >= half or abs(x) >= 1.0
+            if beside:
+                x = math.copysign(1.0, t)
+            along = math.sqrt(1.0 - x * x)
+            node = along * (_ROUND - 1)
+            k = min(int(node), _ROUND - 2)
+            part = node - k
+            low = edges[k, 0] + part * (edges[k + 1, 0] - edges[k, 0]) - place[2]
+            high = edges[k, 1] + part * (edges[k + 1, 1] - edges[k, 1]) + place[3]
+            rim = edges[k, 2] + part * (edges[k + 1, 2] - edges[k, 2])
+            tall = max(min(r + 0.5, high) - max(r - 0.5, low), 0.0)
+            over = max(min(r + 0.5, rim) - max(r - 0.5, high), 0.0)
             share = wide * tall / _COLUMNS
-            images[i, 0] += share
-            images[i, 1] += share * x
-            images[i, 2] += share * math.sqrt(max(1.0 - x * x, 0.0))
-            if low > r - 0.5:
-                images[i, 3] += wide / _COLUMNS
-            if high < r + 0.5:
-                images[i, 4] += wide / _COLUMNS
+            image[0] += share
+            image[1] += share * x
+            image[2] += share * along
+            image[3] += wide * over / _COLUMNS
+            # Which edges cross the column, and end the shell's side or the robot's top in it.
+            low_ends, high_ends = tall > 0.0 and low > r - 0.5, tall > 0.0 and high < r + 0.5
+            high_begins, rim_ends = over > 0.0 and high > r - 0.5, over > 0.0 and rim < r + 0.5
+            for way in range(2):
+                x_slope, wide_slope = sine / rho, narrower
+                if way == 1:
+                    x_slope, wide_slope = -ratio * cosine, math.copysign(1.0, t)
+                x_slope = 0.0 if beside else x_slope
+                wide_slope = _COLUMNS * r * wide_slope if wide < 1.0 else 0.0
+                along_slope = -x * x_slope / max(along, _GRAZING)
+                n = 4 + 4 * way
+                if wide == 1.0 and not (low_ends or high_ends or high_begins or rim_ends):
+                    # No edge is near.
+                    image[n + 1] += share * x_slope
+                    image[n + 2] += share * along_slope
+                    continue
+                step = along_slope * (_ROUND - 1)
+                low_slope = step * (edges[k + 1, 0] - edges[k, 0])
+                high_slope = step * (edges[k + 1, 1] - edges[k, 1])
+                rim_slope = step * (edges[k + 1, 2] - edges[k, 2])
+                if way == 0:
+                    low_slope += by_range[k, 0]
+                    high_slope += by_range[k, 1]
+                    rim_slope += by_range[k, 2]
+                tall_slope = high_ends * high_slope - low_ends * low_slope
+                over_slope = rim_ends * rim_slope - high_begins * high_slope
+                share_slope = (wide_slope * tall + wide * tall_slope) / _COLUMNS
+                image[n] += share_slope
+                image[n + 1] += share_slope * x + share * x_slope
+                image[n + 2] += share_slope * along + share * along_slope
+                image[n + 3] += (wide_slope * over + wide * over_slope) / _COLUMNS
+            image[12] += low_ends * wide / _COLUMNS
+            image[13] += high_ends * wide / _COLUMNS
             if wide < 1.0:
-                images[i, side + 1] += tall
+                image[side + 10] += tall

@@ -72,7 +72,7 @@ def test_a_shell_covers_what_the_camera_shows_of_it(camera, light_of, place):
     outline = make_outline(camera, radius=SHELL.radius, base=SHELL.base, top=SHELL.top)
     rows, columns = np.indices((camera.height, camera.width)).reshape(2, -1)
     right, up = columns - camera.axis_pixel[0], camera.axis_pixel[1] - rows
-    images = np.empty((len(rows), 8))
+    images = np.empty((len(rows), 16))
     draw_cover(
         outline, np.arctan2(right, up), np.hypot(right, up), np.array([*place, 0, 0, 0, 0]), images
     )
@@ -90,19 +90,45 @@ def test_a_shell_covers_what_the_camera_shows_of_it(camera, light_of, place):
     assert np.all(np.hypot(images[inside, 1], images[inside, 2]) < 1 + 1e-9)
 
 
-@pytest.mark.parametrize("edge", range(4))
-def test_slopes_are_what_shifted_edges_change(camera, edge):
+@pytest.fixture
+def drawn(camera):
+    """A function of a place: images of a shell there, from pixels at and around it."""
     outline = make_outline(camera, radius=SHELL.radius, base=SHELL.base, top=SHELL.top)
-    radii, bearings = np.meshgrid(np.arange(120.0, 165.0), np.arange(0.2, 0.8, 0.01))
-    pixels = bearings.ravel(), radii.ravel()
+    radii, bearings = np.meshgrid(np.arange(120.0, 165.0), np.linspace(0.2, 0.8, 61))
+
+    def draw(place):
+        images = np.empty((radii.size, 16))
+        draw_cover(outline, bearings.ravel(), radii.ravel(), np.array(place), images)
+        return images
+
+    return draw
+
+
+@pytest.mark.parametrize("unknown", range(6))
+def test_slopes_are_what_a_small_change_of_the_place_makes(drawn, unknown):
     place = np.array([0.8, 0.5, 0.1, -0.2, 0.15, -0.1])
-    here, there = np.empty((radii.size, 8)), np.empty((radii.size, 8))
-    draw_cover(outline, *pixels, place, here)
-    place[2 + edge] += 1e-5
-    draw_cover(outline, *pixels, place, there)
-    change = (there[:, 0] - here[:, 0]) / 1e-5
-    assert change.sum() > 1
-    assert change == pytest.approx(here[:, 3 + edge], abs=1e-3)
+    step = np.zeros(6)
+    step[unknown] = 1e-6
+    here = drawn(place)
+    change = (drawn(place + step) - drawn(place - step)) / 2e-6
+    if unknown >= 2:
+        assert change[:, 0].sum() > 1
+        assert change[:, 0] == pytest.approx(here[:, 10 + unknown], abs=1e-3)
+        return
+    slopes = here[:, 4 + 4 * unknown : 8 + 4 * unknown]
+    # Light from along the line of sight ends steeply at the sides, where slopes are held down.
+    for k, most in enumerate((0.005, 0.005, 0.4, 0.005)):
+        size = np.linalg.norm(change[:, k])
+        assert size > 1
+        assert np.linalg.norm(slopes[:, k] - change[:, k]) < most * size
+
+
+def test_the_sides_turn_with_the_bearing_alike(drawn):
+    # Slopes by differences to one side drew bearings that way, by a quarter of a deviation.
+    images = drawn([0.8, 0.5, 0, 0, 0, 0])
+    mirrored = images.reshape(61, 45, 16)[::-1].reshape(-1, 16)
+    assert images[:, 0] == pytest.approx(mirrored[:, 0], abs=1e-9)
+    assert images[:, 8] == pytest.approx(-mirrored[:, 8], abs=1e-6)
 
 
 def spoiled(light, frame):
