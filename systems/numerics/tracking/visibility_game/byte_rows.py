@@ -73,7 +73,7 @@ def put_seen(out: np.ndarray, values: np.ndarray, seen: np.ndarray) -> None:
 
 
 @kernel
-def step_up(values: np.ndarray, others: np.ndarray, most: int) -> bool:
+def step_up(values: np.ndarray, others: np.ndarray, most: np.uint8) -> bool:
     """A step more than the others where something is seen; whether anything was different.
 
     Args:

@@ -184,7 +184,7 @@ def _moves_at(p, rules, row, column):
 
 
 @kernel
-def best_at(p: int, planes: Planes, rules: Rules, row: int, column: int, moves: int) -> int:
+def best_at(p: int, planes: Planes, rules: Rules, row: int, column: int, moves: np.uint32) -> int:
     """The most that is kept at one evader node over some moves of the pursuer from p (kernel).
 
     Args:
