@@ -97,7 +97,7 @@ def main() -> None:
         if not hasattr(error, "format_message"):
             raise
         _refuse_words(error)
-    sys.exit(code)
+    sys.exit(code or 0)
 
 
 def _refuse(line: str) -> NoReturn:
