@@ -23,10 +23,13 @@ import typer
 
 sys.path.insert(0, str(Path(__file__).parent))
 from faults import Fault, faults_of
-from run import FAILED, NEVER_ENDED, PASSED, ROOT, copy_tree, run_tests
+from run import NEVER_ENDED, PASSED, ROOT, copy_tree, run_tests
 
 # No fault needs longer to be found [s].
 LONGEST_RUN = 300.0
+
+# pytest's exit code where all tests were deselected.
+_NO_TESTS = 5
 
 _IMPORTS_OF = runpy.run_path(str(ROOT / "tests" / "test_architecture.py"))["imports_of"]
 
@@ -60,11 +63,11 @@ def tests_of(file: Path) -> tuple[list[str], list[str]]:
     """The test files for a file: those that are named for it or import it, and the others.
 
     They lie in the folder that mirrors the file's story, on its floor; those of commands, which
-    have no folder of their own, beside the stories' folders.
+    have no folder of their own, beside the stories' folders. Links to hardware are one story.
     """
     floor, *rooms = file.parts[1:] if file.parts[:2] == ("systems", "numerics") else file.parts
     folder = ROOT / "tests" / floor
-    mirror = folder / rooms[0]
+    mirror = folder if floor == "hardware_io" else folder / rooms[0]
     found = sorted(mirror.rglob("test_*.py") if mirror.is_dir() else folder.glob("test_*.py"))
     first, others = list[str](), list[str]()
     for test in found:
@@ -90,11 +93,13 @@ def try_fault(module: Module, fault: Fault) -> dict[str, object]:
                 code, said = run_tests(folder, [*tests, *deselected], LONGEST_RUN)
                 if code == NEVER_ENDED:
                     return about | {"found": said}
-                if code != FAILED and code != 2:
+                if code in (PASSED, _NO_TESTS):
                     break
-                failed = re.search(r"^(?:FAILED|ERROR) (\S+)", said, re.MULTILINE)
-                test = failed[1] if failed else tests[0]
-                if code == 2 or _passes_without(test):
+                failed = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", said, re.MULTILINE)
+                if failed is None or failed[1] in spoilt:
+                    raise RuntimeError(f"pytest ended with {code}:\n{said}")
+                test = failed[1]
+                if _passes_without(test):
                     return about | {"found": test}
                 spoilt.append(test)
     return about
