@@ -4,6 +4,7 @@ Run by `make bench`; nothing here asserts a time.
 """
 
 import math
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,6 +19,9 @@ from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from sightfield.systems.numerics.planning.planners.polished import plan_polished
 from sightfield.systems.numerics.planning.trailer import Trailer
+
+# What is played in another process is imported there by its name from the root.
+sys.path.append(str(Path(__file__).parents[1]))
 
 # Answers that take long and do not depend on what is timed.
 CACHE = Path("build/benchmarks")
