@@ -1,6 +1,7 @@
 """A map for drivers: swaths with numbers and directions, entries, trucks, gates, scale, north."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 import shapely
@@ -153,6 +154,25 @@ def _arrow_into(axes: Axes, pose: np.ndarray, colour: str, length: float) -> tup
     return tail
 
 
+def _ways_to_names(half: np.ndarray, outwards: float, scale: float) -> Iterator[np.ndarray]:
+    """Ways from a mark to the middle of its name, those liked most first, shape (2,) [m].
+
+    Args:
+        half: Of the name's width and height, shape (2,) [m].
+        outwards: The direction that is liked most [rad].
+        scale: Of the sheet [m per point].
+    """
+    turns = sorted(
+        (math.tau * k / NAME_DIRECTIONS for k in range(NAME_DIRECTIONS)),
+        key=lambda turn: abs(math.remainder(turn, math.tau)),
+    )
+    for gap in NAME_AT:
+        for turn in turns:
+            ahead = np.array([math.cos(outwards + turn), math.sin(outwards + turn)])
+            # So far that the name's frame is beyond the mark by the gap.
+            yield ahead * np.min((half + (ROOM + gap) * scale) / np.maximum(np.abs(ahead), 1e-9))
+
+
 def _write_names(
     axes: Axes,
     names: list[tuple[tuple[float, float], str]],
@@ -176,27 +196,16 @@ def _write_names(
     for (x, y), said in names:
         half = np.array([len(said) * LETTER / 2, LINE / 2]) * scale
         outwards = math.atan2(y - middle.y, x - middle.x)
-        turns = sorted(
-            (math.tau * k / NAME_DIRECTIONS for k in range(NAME_DIRECTIONS)),
-            key=lambda turn: abs(math.remainder(turn, math.tau)),
-        )
-        places = []
-        for gap in NAME_AT:
-            for turn in turns:
-                ahead = np.array([math.cos(outwards + turn), math.sin(outwards + turn)])
-                # So far that the name's frame is beyond the mark by the gap.
-                way = np.min((half + (ROOM + gap) * scale) / np.maximum(np.abs(ahead), 1e-9))
-                middle_of_name = np.array([x, y]) + way * ahead
-                low, high = middle_of_name - half, middle_of_name + half
-                frame = shapely.box(*low, *high)
-                hidden = sum(frame.intersection(each).area for each in taken)
-                places.append((hidden, middle_of_name, frame))
-                if not hidden:
-                    break
-            if not places[-1][0]:
+        least, at = math.inf, np.zeros(2)
+        for off in _ways_to_names(half, outwards, scale):
+            place = np.array([x, y]) + off
+            frame = shapely.box(*place - half, *place + half)
+            hidden = sum(frame.intersection(each).area for each in taken)
+            if hidden < least:
+                least, at = hidden, place
+            if not hidden:
                 break
-        _, at, frame = min(places, key=lambda place: place[0])
-        taken.append(frame)
+        taken.append(shapely.box(*at - half, *at + half))
         axes.annotate(
             said, (x, y), xytext=(at[0], at[1]), fontsize=8, weight="bold", ha="center",
             va="center", zorder=8, arrowprops={"arrowstyle": "-", "lw": 0.6, "shrinkB": 5},

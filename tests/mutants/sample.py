@@ -133,23 +133,30 @@ def _dotted(file: Path) -> str:
     return ".".join(file.with_suffix("").parts)
 
 
+@cache
 def _imported(file: Path) -> set[str]:
     """Modules that a file imports, as `systems.numerics.errors`, and those it takes a name from."""
     names = set(_IMPORTS_OF(_text(file), file.relative_to(ROOT)))
     return names | {name.rpartition(".")[0] for name in names}
 
 
-def _dependents(file: Path) -> set[Path]:
-    """The file and all that import it, over any number of others: whose compiled code is stale."""
+@cache
+def _importers() -> dict[str, set[Path]]:
+    """The files that import each module."""
     importers: dict[str, set[Path]] = {}
     for part in ("systems", "diagrams"):
         for each in _sources(part):
             for name in _imported(ROOT / each):
                 importers.setdefault(name, set()).add(each)
+    return importers
+
+
+def _dependents(file: Path) -> set[Path]:
+    """The file and all that import it, over any number of others: whose compiled code is stale."""
     stale, new = set[Path](), {file}
     while new:
         stale |= new
-        new = {each for old in new for each in importers.get(_dotted(old), ())} - stale
+        new = {each for old in new for each in _importers().get(_dotted(old), ())} - stale
     return stale
 
 

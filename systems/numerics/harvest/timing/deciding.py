@@ -40,7 +40,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled, kernel
-from .rule import DeadEnds, Meetings, Rule, hold_of, is_dead_end, is_within
+from .rule import DeadEnds, Meetings, Rule, first_nodes, hold_of, is_dead_end, is_within
 
 # So many cells are entered from one look whether a convoy's state is safe to the next.
 BETWEEN = 8
@@ -228,7 +228,7 @@ def drive_first_come(
         priority: Machines in the order in which those that wait are asked, shape (N,).
     """
     count = len(meetings.cells)
-    nodes = np.cumsum(meetings.cells + 1) - (meetings.cells + 1)
+    nodes = first_nodes(meetings.cells)
     entered = np.full(meetings.cells.sum() + count, -1)
     progress = np.zeros(count, dtype=np.int64)
     trial = progress.copy()
@@ -282,7 +282,7 @@ def orders_of(meetings: Meetings, course: Course) -> np.ndarray:
         course: In which all arrived.
     """
     cells = meetings.cells
-    nodes = np.cumsum(cells + 1) - (cells + 1)
+    nodes = first_nodes(cells)
     a, b = meetings.pairs.T
     i, j = meetings.examples.T
     left = course.entered[nodes[a] + i + 1]
@@ -339,7 +339,7 @@ def _course(meetings: Meetings, moves: tuple | None) -> Course:
     while moves is not None:
         m, there, moves = moves
         listed.append((m, there))
-    nodes = np.cumsum(meetings.cells + 1) - (meetings.cells + 1)
+    nodes = first_nodes(meetings.cells)
     entered = np.full(int(meetings.cells.sum()) + len(nodes), -1)
     entered[nodes] = 0
     progress = np.zeros(len(nodes), dtype=np.int64)

@@ -301,6 +301,16 @@ def is_dead_end(dead_ends, m, k, n, j):
     return is_within(dead_ends, dead_ends.rows_at[m, n] + k, j)
 
 
+@compiled
+def first_nodes(cells):
+    """Numbers of the machines' first nodes, which lie before, between and after cells, shape (N,).
+
+    Args:
+        cells: Of each machine's path, shape (N,).
+    """
+    return np.cumsum(cells + 1) - (cells + 1)
+
+
 @kernel
 def is_within(intervals, row, j):
     """Whether a number is in one of the intervals of a row.

@@ -15,7 +15,7 @@ import numpy as np
 from ...compiled import compiled, kernel
 from ...errors import require, require_positive
 from ..paths import MachinePath, TimedPath, keep_acceleration
-from .rule import Meetings, Rule, cause_of, hold_of
+from .rule import Meetings, Rule, cause_of, first_nodes, hold_of
 from .sweep import SAME, Sweep
 
 
@@ -219,7 +219,7 @@ def drive_by_rule(rule: Rule, meetings: Meetings, first, paces: Paces) -> Drive:
         paces: How fast they may be.
     """
     count = len(rule.cells)
-    nodes = np.cumsum(rule.cells + 1) - (rule.cells + 1)
+    nodes = first_nodes(rule.cells)
     size = len(paces.stations)
     drive = Drive(
         np.full(size, np.inf),

@@ -29,15 +29,24 @@ import cv2
 import numpy as np
 
 from ...compiled import compiled
-from .range_models import Outline, draw_cover
+from .expected_picture import (
+    BEHIND,
+    LEAST_NOISE,
+    PLACE,
+    SHIFTS,
+    SPREAD,
+    TILT,
+    TOP,
+    Scene,
+    draw_shell,
+    expect_picture,
+    read_scene,
+    sharpness_of,
+    show_behind,
+)
+from .range_models import Outline
 from .shell_detection import Window
 
-# The unknowns: range and bearing; shifts of base, top, left and right side; the spread of the
-# smoothing, xx, xy, yy; light, even, across and along; by how much more base and top are shifted at
-# the right end than in the middle; the colour of the robot's top, and of what lies around and
-# behind, at distances from the axis.
-_PLACE, _SHIFTS, _SPREAD, _LIGHT = slice(0, 2), slice(2, 6), slice(6, 9), slice(9, 12)
-_TILT, _TOP, _BEHIND = 12, 13, slice(14, None)
 # How alike shifts are where the neighbour is alike: dark below and above a shell, bright beside it.
 # In saturated pictures more of it is lost the farther edges are shifted, as a blurred edge is
 # between shell and floor besides where the dark in between is thin.
@@ -50,19 +59,12 @@ _UNEVEN = 0.2
 # Widths of the shifts' prior, in deviations of the smoothing: the response is close to linear, or
 # parts of the picture are as bright as it can tell.
 _LINEAR, _SATURATED = (0.015, 0.045, 0.135, 0.4), (0.3, 0.6, 1.2)
-# Share of the pixels around a blob that are white at which it is taken for saturated.
-_WHITE, _WHITE_SHARE = 254, 0.03
 # Deviations of light across and along, and of other things' colour, in that of the shell.
 _LIGHT_SPREAD, _OTHER_SPREAD = 0.25, 0.1
-# What lies behind changes its colour with the distance from the axis, where floor ends and walls
-# begin: between points so far apart [px], so many at most, on the left and on the right.
-_APART, _POINTS = 2.5, 9
 # How alike neighbouring points are, and the two sides.
 _NEXT, _ACROSS = 0.8, 0.8
 # Variance of the smoothing where the search starts, its bounds [px^2], and the weight of the start.
 _START_SPREAD, _SPREAD_BOUNDS, _SPREAD_WEIGHT = 0.45, (0.09, 36.0), 1e-4
-# Least noise of a pixel, in colour of the shell: no picture is known better.
-_LEAST_NOISE = 0.02
 # Variance of an edge's place within one pixel, as a pixel is either shell or not [px^2].
 _RASTER = 1 / 12
 # Keeps the equations solvable where a blob says nothing of an unknown.
@@ -108,49 +110,6 @@ class OutlineFit:
     around: float
 
 
-@dataclass(frozen=True, eq=False)
-class _Scene:
-    """What does not change during a search: pixels, what they show, and what is known before.
-
-    Attributes:
-        outline: Of the shell.
-        shape: Of the window, whose n pixels are counted row by row.
-        bearings, radii: Of the pixels about the mirror's axis, each shape (n,) [rad], [px].
-        strength: How much of the shell's colour they have, shape (n,).
-        inside: Numbers of the pixels that are fitted, at and around the blob, shape (u,).
-        ring: Whether they are of the ring around the blob, shape (n,).
-        points: How much each point around a shell counts in them, shape (n, k).
-        noise: Standard deviation of `strength`.
-        saturated: Whether parts of the picture are as bright as it can tell.
-    """
-
-    outline: Outline
-    shape: tuple[int, int]
-    bearings: np.ndarray
-    radii: np.ndarray
-    strength: np.ndarray
-    inside: np.ndarray
-    ring: np.ndarray
-    points: np.ndarray
-    noise: float
-    saturated: bool
-
-    def left(self, expected: np.ndarray) -> np.ndarray:
-        """What fitted pixels show beyond what is expected of all, shape (n,) -> (u,)."""
-        return self.strength[self.inside] - expected[self.inside]
-
-    def image(self, values: np.ndarray) -> np.ndarray:
-        """Images of what fitted pixels have, 0 elsewhere, shape (u, m) -> (height, width, m)."""
-        images = np.zeros((len(self.radii), values.shape[1]))
-        images[self.inside] = values
-        return images.reshape(*self.shape, -1)
-
-    @property
-    def widths(self) -> tuple[float, ...]:
-        """Of the shifts' prior, in deviations of the smoothing."""
-        return _SATURATED if self.saturated else _LINEAR
-
-
 def fit_outline(
     window: Window,
     outline: Outline,
@@ -168,16 +127,16 @@ def fit_outline(
     Returns:
         The fit, or None where the blob has no colour of its own or no shell comes near it.
     """
-    scene = _scene(window, outline)
+    scene = read_scene(window, outline)
     if scene is None:
         return None
     mean, prior = _before(start, hidden, scene)
     values, count = mean.copy(), len(mean)
     weights = np.full(len(scene.inside), scene.noise**-2)
     excess = 1.0
-    cover = _draw(scene, values)
-    behind = _behind(scene, values, cover)
-    expected, slopes = _expect(scene, values, cover, behind)
+    cover = draw_shell(scene, values)
+    behind = show_behind(scene, values, cover)
+    expected, slopes = expect_picture(scene, values, cover, behind)
     damping = 1e-3
     for steps in _STEPS:
         for _ in range(steps):
@@ -189,10 +148,11 @@ def fit_outline(
             for _ in range(_TRIALS):
                 damped = matrix + damping * np.diag(np.diag(matrix)) + _RIDGE * np.eye(count)
                 trial = _bounded(values + np.linalg.solve(damped, pull))
-                found = _expect(scene, trial, _draw(scene, trial), behind)
+                drawn = draw_shell(scene, trial)
+                found = expect_picture(scene, trial, drawn, behind)
                 gain = cost - _cost(scene, weights, found[0], trial - mean, prior)
                 if gain >= 0:
-                    values, (expected, slopes) = trial, found
+                    values, cover, (expected, slopes) = trial, drawn, found
                     damping = max(0.1 * damping, 1e-6)
                 # A shorter step gains no more where a whole one changes nothing.
                 if gain > -_GAIN:
@@ -202,10 +162,9 @@ def fit_outline(
                 break
         damping = 1e-3
         weights, excess = _weights(scene, values, expected)
-        cover = _draw(scene, values)
-        behind = _behind(scene, values, cover)
-        expected, slopes = _expect(scene, values, cover, behind)
-        _know_shifts(prior, max(scene.widths), scene, values, hidden)
+        behind = show_behind(scene, values, cover)
+        expected, slopes = expect_picture(scene, values, cover, behind)
+        _know_shifts(prior, max(_widths(scene)), scene, values, hidden)
     weights /= excess
     return _judge(scene, values, mean, prior, weights, expected, slopes, hidden)
 
@@ -246,79 +205,33 @@ def _normal_equations(
     return matrix, pull
 
 
-def _scene(window: Window, outline: Outline) -> _Scene | None:
-    """How much of the shell's colour each pixel has: 0 on the floor, about 1 on the shell."""
-    height, width = window.blob.shape
-    rows, columns = np.divmod(np.arange(height * width), width)
-    right, up = columns - window.axis[0], window.axis[1] - rows
-    colours = window.colours.reshape(-1, 3).astype(float)
-    grown = [cv2.dilate(window.blob, np.ones((n, n), np.uint8)).ravel() > 0 for n in (9, 13)]
-    core = cv2.erode(window.blob, np.ones((3, 3), np.uint8)).ravel() > 0
-    ring = grown[1] & ~grown[0]
-    if not core.any():
-        core = window.blob.ravel() > 0
-    if not ring.any():
-        return None
-    # Colourfulness, of which grey floor and dark robot have none.
-    chroma = colours - colours.mean(axis=1, keepdims=True)
-    floor = np.median(chroma[ring], axis=0)
-    across = np.median(chroma[core], axis=0) - floor
-    if not across @ across > 0:
-        return None
-    strength = (chroma - floor) @ across / (across @ across)
-    noise = 1.4826 * float(np.median(np.abs(strength[ring] - np.median(strength[ring]))))
-    noise = max(noise, _LEAST_NOISE)
-    bearings, radii = np.arctan2(right, up), np.hypot(right, up)
-    white = float((colours[grown[1]].max(axis=1) >= _WHITE).mean())
-    return _Scene(
-        outline,
-        (height, width),
-        bearings,
-        radii,
-        strength,
-        np.flatnonzero(grown[1]),
-        ring,
-        _points(bearings, radii, grown[1]),
-        noise,
-        white > _WHITE_SHARE,
-    )
-
-
-def _points(bearings: np.ndarray, radii: np.ndarray, used: np.ndarray) -> np.ndarray:
-    """How much each point around a shell counts in a pixel, shape (n, k); they sum to 1."""
-    low, high = float(radii[used].min()), float(radii[used].max())
-    count = min(max(math.ceil((high - low) / _APART), 1) + 1, _POINTS)
-    out = np.clip((radii - low) / (high - low), 0, 1) * (count - 1)
-    hats = np.maximum(1 - np.abs(out[:, None] - np.arange(count)), 0)
-    middle = bearings[np.flatnonzero(used)[0]]
-    turn = (bearings - middle + math.pi) % (2 * math.pi) - math.pi
-    first, last = float(turn[used].min()), float(turn[used].max())
-    right = np.clip((turn - first) / (last - first), 0, 1)[:, None]
-    return np.hstack([(1 - right) * hats, right * hats])
-
-
 def _before(
-    start: tuple[float, float], hidden: tuple[float, float], scene: _Scene
+    start: tuple[float, float], hidden: tuple[float, float], scene: Scene
 ) -> tuple[np.ndarray, np.ndarray]:
     """What is expected of the unknowns, shape (m,), and its precision, shape (m, m)."""
-    mean = np.zeros(_BEHIND.start + scene.points.shape[1])
-    mean[_PLACE], mean[6], mean[8], mean[9] = start, _START_SPREAD, _START_SPREAD, 1.0
+    mean = np.zeros(BEHIND.start + scene.points.shape[1])
+    mean[PLACE], mean[6], mean[8], mean[9] = start, _START_SPREAD, _START_SPREAD, 1.0
     mean[4:6] = -np.array(hidden)
     precision = np.zeros(len(mean))
-    precision[_SPREAD] = _SPREAD_WEIGHT
-    precision[10:12], precision[_TOP] = _LIGHT_SPREAD**-2, _OTHER_SPREAD**-2
+    precision[SPREAD] = _SPREAD_WEIGHT
+    precision[10:12], precision[TOP] = _LIGHT_SPREAD**-2, _OTHER_SPREAD**-2
     prior = np.diag(precision)
     place = np.arange(scene.points.shape[1] // 2)
     alike = np.kron([[1, _ACROSS], [_ACROSS, 1]], _NEXT ** np.abs(place[:, None] - place))
-    prior[_BEHIND, _BEHIND] = np.linalg.inv(alike) / _OTHER_SPREAD**2
-    _know_shifts(prior, max(scene.widths), scene, mean, hidden)
+    prior[BEHIND, BEHIND] = np.linalg.inv(alike) / _OTHER_SPREAD**2
+    _know_shifts(prior, max(_widths(scene)), scene, mean, hidden)
     return mean, prior
+
+
+def _widths(scene: Scene) -> tuple[float, ...]:
+    """Of the shifts' prior, in deviations of the smoothing."""
+    return _SATURATED if scene.saturated else _LINEAR
 
 
 def _know_shifts(
     prior: np.ndarray,
     width: float,
-    scene: _Scene,
+    scene: Scene,
     values: np.ndarray,
     hidden: tuple[float, float],
 ) -> None:
@@ -327,17 +240,13 @@ def _know_shifts(
     spread = np.eye(4)
     spread[0, 1] = spread[1, 0] = alike
     spread[2, 3] = spread[3, 2] = _ALIKE
-    spread *= (width * _sharpness(values)) ** 2
+    spread *= (width * sharpness_of(values)) ** 2
     for side, amount in zip((2, 3), hidden, strict=True):
         if amount > 0:
             spread[side], spread[:, side] = 0.0, 0.0
             spread[side, side] = (1.0 + amount) ** 2
-    prior[_SHIFTS, _SHIFTS] = np.linalg.inv(spread)
-    prior[_TILT, _TILT] = (_UNEVEN * width * _sharpness(values)) ** -2
-
-
-def _sharpness(values: np.ndarray) -> float:
-    return math.sqrt(0.5 * (values[6] + values[8]))
+    prior[SHIFTS, SHIFTS] = np.linalg.inv(spread)
+    prior[TILT, TILT] = (_UNEVEN * width * sharpness_of(values)) ** -2
 
 
 def _bounded(values: np.ndarray) -> np.ndarray:
@@ -346,140 +255,11 @@ def _bounded(values: np.ndarray) -> np.ndarray:
     values[0] = min(max(values[0], 0.02), 50.0)
     sizes, ways = np.linalg.eigh([[values[6], values[7]], [values[7], values[8]]])
     spread = (ways * np.clip(sizes, *_SPREAD_BOUNDS)) @ ways.T
-    values[_SPREAD] = spread[0, 0], spread[0, 1], spread[1, 1]
+    values[SPREAD] = spread[0, 0], spread[0, 1], spread[1, 1]
     return values
 
 
-def _smoothing(values: np.ndarray) -> np.ndarray:
-    """The Gaussian of the spread, as a kernel of odd sides that sums to 1."""
-    half = max(math.ceil(3 * math.sqrt(max(values[6], values[8]))), 1)
-    y, x = np.mgrid[-half : half + 1, -half : half + 1].astype(float)
-    xx, xy, yy = values[_SPREAD]
-    square = (yy * x * x - 2 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
-    kernel = np.exp(-0.5 * square)
-    return kernel / kernel.sum()
-
-
-def _draw(scene: _Scene, values: np.ndarray) -> np.ndarray:
-    """The images of `draw_cover`, shape (n, 16)."""
-    cover = np.empty((len(scene.radii), 16))
-    draw_cover(scene.outline, scene.bearings, scene.radii, values[:6], cover)
-    return cover
-
-
-def _behind(scene: _Scene, values: np.ndarray, cover: np.ndarray) -> np.ndarray:
-    """Slopes with the colours of the robot's top and of what lies behind, shape (u, 1 + k)."""
-    images = np.empty((len(cover), 1 + scene.points.shape[1]), np.float32)
-    images[:, 0] = cover[:, 3]
-    images[:, 1:] = np.maximum(1 - cover[:, :1] - cover[:, 3:4], 0) * scene.points
-    return _smooth(scene, images, values)[scene.inside]
-
-
-def _smooth(scene: _Scene, images: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Images, shape (n, k), as the smoothing makes them."""
-    flat = images.reshape(*scene.shape, -1)
-    smooth = cv2.filter2D(flat, -1, _smoothing(values), borderType=cv2.BORDER_REPLICATE)
-    return smooth.reshape(images.shape)
-
-
-def _expect(
-    scene: _Scene, values: np.ndarray, cover: np.ndarray, behind: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """What the pixels should show, shape (n,), and slopes of the fitted ones, shape (u, m)."""
-    images = np.empty((len(cover), 11), np.float32)
-    half = math.asin(scene.outline.radius / (values[0] + scene.outline.radius))
-    _light(cover, scene.bearings, scene.points, values, half, images)
-    smooth = _smooth(scene, images, values)
-    shown = smooth[:, 9] + values[_TILT] * smooth[:, 10]
-    slopes = np.empty((len(scene.inside), len(values)))
-    _fill_slopes(smooth, shown.reshape(scene.shape), scene.inside, behind, slopes)
-    return shown, slopes
-
-
-@compiled
-def _light(
-    cover: np.ndarray,
-    bearings: np.ndarray,
-    points: np.ndarray,
-    values: np.ndarray,
-    half: float,
-    images: np.ndarray,
-) -> None:
-    """Light a drawn shell and all around it.
-
-    Args:
-        cover: Of `draw_cover`, shape (n, 16).
-        bearings: Of the pixels, shape (n,) [rad].
-        points: How much each point around the shell counts in them, shape (n, k).
-        values: The unknowns, shape (m,).
-        half: Half the angle that the shell takes up [rad].
-        images: To be filled, shape (n, 11): the slopes with even light, across and along, with
-            range, bearing and shifts of base, top, left and right side, what the pixels would show
-            without smoothing, and its slope with the tilt.
-    """
-    even, across, along, top = values[9], values[10], values[11], values[_TOP]
-    for i in range(len(cover)):
-        around = 0.0
-        for k in range(points.shape[1]):
-            around += points[i, k] * values[_TOP + 1 + k]
-        c = cover[i]
-        images[i, :9], images[i, 10] = 0.0, 0.0
-        images[i, 9] = around
-        lit = c[0] * even + c[1] * across + c[2] * along
-        images[i, 9] = lit + c[3] * top + (1 - c[0] - c[3]) * around
-        images[i, 0], images[i, 1], images[i, 2] = c[0], c[1], c[2]
-        for k in range(2):
-            n = 4 + 4 * k
-            images[i, 3 + k] = c[n] * even + c[n + 1] * across + c[n + 2] * along
-            images[i, 3 + k] += c[n + 3] * top - (c[n] + c[n + 3]) * around
-        if c[0] > 0.0:
-            # Light falls on an edge as on the pixel's covered part; the robot's top is above it.
-            edge = lit / c[0]
-            images[i, 5] = (edge - around) * c[12]
-            images[i, 6] = (edge - top) * c[13]
-            images[i, 7] = (edge - around) * c[14]
-            images[i, 8] = (edge - around) * c[15]
-            off = (bearings[i] - values[1] + math.pi) % (2 * math.pi) - math.pi
-            images[i, 10] = min(max(off / half, -1.0), 1.0) * (images[i, 5] + images[i, 6])
-
-
-@compiled
-def _fill_slopes(
-    smooth: np.ndarray,
-    shown: np.ndarray,
-    inside: np.ndarray,
-    behind: np.ndarray,
-    slopes: np.ndarray,
-) -> None:
-    """Fill in the slopes of what fitted pixels show, with all unknowns.
-
-    Args:
-        smooth: The images of `_light`, smoothed, shape (n, 11).
-        shown: What the pixels show, shape (height, width).
-        inside: Numbers of the fitted ones, shape (u,).
-        behind: Slopes of these with the colours behind, shape (u, k).
-        slopes: To be filled, shape (u, 13 + k).
-    """
-    height, width = shown.shape
-    for n in range(len(inside)):
-        i = inside[n]
-        row, column = divmod(i, width)
-        above, below = max(row - 1, 0), min(row + 1, height - 1)
-        before, after = max(column - 1, 0), min(column + 1, width - 1)
-        slopes[n, :6] = smooth[i, 3:9]
-        # A Gaussian's slope with its variance is half its second derivative.
-        middle = shown[row, column]
-        slopes[n, 6] = 0.5 * (shown[row, after] + shown[row, before] - 2 * middle)
-        slopes[n, 7] = 0.25 * (
-            shown[below, after] + shown[above, before] - shown[above, after] - shown[below, before]
-        )
-        slopes[n, 8] = 0.5 * (shown[below, column] + shown[above, column] - 2 * middle)
-        slopes[n, 9:12] = smooth[i, :3]
-        slopes[n, 12] = smooth[i, 10]
-        slopes[n, 13:] = behind[n]
-
-
-def _weights(scene: _Scene, values: np.ndarray, expected: np.ndarray) -> tuple[np.ndarray, float]:
+def _weights(scene: Scene, values: np.ndarray, expected: np.ndarray) -> tuple[np.ndarray, float]:
     """One over the variance of each fitted pixel, shape (u,), and how much more is left over.
 
     Pixels that one edge crosses err alike by the raster: their variance is such that all of them
@@ -488,8 +268,8 @@ def _weights(scene: _Scene, values: np.ndarray, expected: np.ndarray) -> tuple[n
     down, across = np.gradient(expected.reshape(scene.shape))
     steep = (down**2 + across**2).ravel()
     left = scene.strength - expected
-    noise = max(1.4826 * float(np.median(np.abs(left[scene.ring]))), _LEAST_NOISE)
-    sharpness = _sharpness(values)
+    noise = max(1.4826 * float(np.median(np.abs(left[scene.ring]))), LEAST_NOISE)
+    sharpness = sharpness_of(values)
     profile = (_PROFILE * sharpness) ** 2 * scene.saturated
     alone = noise**2 + (_RASTER / (2 * math.sqrt(math.pi) * sharpness) + profile) * steep
     excess = float(np.mean((left**2 / alone)[scene.inside]))
@@ -531,13 +311,13 @@ def _shared_raster(noise: float, sharpness: float) -> float:
 
 
 def _cost(
-    scene: _Scene, weights: np.ndarray, expected: np.ndarray, off: np.ndarray, prior: np.ndarray
+    scene: Scene, weights: np.ndarray, expected: np.ndarray, off: np.ndarray, prior: np.ndarray
 ) -> float:
     return float(weights @ scene.left(expected) ** 2 + off @ prior @ off)
 
 
 def _judge(
-    scene: _Scene,
+    scene: Scene,
     values: np.ndarray,
     mean: np.ndarray,
     prior: np.ndarray,
@@ -551,7 +331,7 @@ def _judge(
     matrix, pull = _normal_equations(slopes, weights, left)
     off = values - mean
     scores, places, shifts, inverses, priors = [], [], [], [], []
-    for width in scene.widths:
+    for width in _widths(scene):
         prior = prior.copy()
         _know_shifts(prior, width, scene, values, hidden)
         # A place off the blob has no slopes, nor a precision before: the ridge lets it be unknown.
@@ -559,15 +339,15 @@ def _judge(
         rest = pull - prior @ off
         step = inverse @ rest
         cost = off @ prior @ off - rest @ step
-        signs = np.linalg.slogdet(prior[_SHIFTS, _SHIFTS])[1] + np.linalg.slogdet(inverse)[1]
+        signs = np.linalg.slogdet(prior[SHIFTS, SHIFTS])[1] + np.linalg.slogdet(inverse)[1]
         scores.append(0.5 * (signs - cost) - math.log(width))
-        places.append((values + step)[_PLACE])
-        shifts.append((off + step)[_SHIFTS])
-        inverses.append(inverse[_PLACE])
-        priors.append(inverse[_PLACE] @ prior @ inverse[:, _PLACE])
+        places.append((values + step)[PLACE])
+        shifts.append((off + step)[SHIFTS])
+        inverses.append(inverse[PLACE])
+        priors.append(inverse[PLACE] @ prior @ inverse[:, PLACE])
     alike = _alike(scene, slopes * (weights * left)[:, None], np.array(inverses))
     spreads = [
-        _larger(inverse[:, _PLACE], one + other)
+        _larger(inverse[:, PLACE], one + other)
         for inverse, one, other in zip(inverses, alike, priors, strict=True)
     ]
     shares = np.exp(np.array(scores) - max(scores))
@@ -588,16 +368,16 @@ def _judge(
         covariance=covariance,
         shift=float(np.abs(shift[seen]).max()),
         lopsided=float(shift[2] - shift[3]) if seen.all() and not scene.saturated else 0.0,
-        sharpness=_sharpness(values),
+        sharpness=sharpness_of(values),
         saturated=scene.saturated,
         misfit=math.sqrt(float(left @ left) / max(steepness, 1e-12)),
         dent=float(np.abs(dents).max()),
         roughness=math.sqrt(float(np.mean(dents[scene.inside] ** 2))),
-        around=float(np.abs(values[_BEHIND]).max()),
+        around=float(np.abs(values[BEHIND]).max()),
     )
 
 
-def _alike(scene: _Scene, pulls: np.ndarray, inverses: np.ndarray) -> np.ndarray:
+def _alike(scene: Scene, pulls: np.ndarray, inverses: np.ndarray) -> np.ndarray:
     """Covariances that remainders make where neighbours err alike, shape (w, 2, 2).
 
     Args:
