@@ -17,12 +17,11 @@ from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
 from sightfield.systems.numerics.harvest.machines import Combine
 from sightfield.systems.numerics.harvest.plan.harvest_plan import plan_combines
 
-from .drawn_fields import draw_field
+from .drawn_fields import MADE_FIELDS, draw_field
 
 pytestmark = pytest.mark.benchmarks
 
 TESTS = Path(__file__).parents[1] / "tests" / "numerics" / "harvest"
-MAKERS = runpy.run_path(str(TESTS / "field_makers.py"))["FIELDS"]
 LOGS = runpy.run_path(str(TESTS / "plan" / "plan_logs.py"))
 
 COMBINE = Combine()
@@ -30,11 +29,11 @@ COMBINE = Combine()
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 6])
 def test_plans(count):
-    chosen = os.environ.get("FIELDS", ",".join(MAKERS)).split(",")
-    plan_combines(MAKERS["rectangle_3"](), [COMBINE])
+    chosen = os.environ.get("FIELDS", ",".join(MADE_FIELDS)).split(",")
+    plan_combines(MADE_FIELDS["rectangle_3"](), [COMBINE])
     rows, refused, faults = defaultdict(list), [], []
     for name in chosen:
-        field = MAKERS[name]()
+        field = MADE_FIELDS[name]()
         began = time.process_time()
         try:
             plan = plan_combines(field, [COMBINE] * count)

@@ -1,6 +1,7 @@
 """Harvests from the plan to the last grain on fields drawn at random, undisturbed and disturbed.
 
-`SEED=7000 NUMBER=150 make bench ARGS="-k harvest_campaign"` draws other fields, and as many.
+`SEED=7000 NUMBER=150 make bench ARGS="-k harvest_campaign"` draws other fields, and as many; with
+`FIELD_FILES="FILE FILE"`, fields of longitudes and latitudes, `-k made_fields` runs these too.
 """
 
 import os
@@ -27,7 +28,7 @@ from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.carts.visit_choice import STRATEGIES
 from sightfield.systems.numerics.harvest.machines import Combine
 
-from .drawn_fields import draw_crew, draw_field
+from .drawn_fields import MADE_FIELDS, draw_crew, draw_field
 
 pytestmark = pytest.mark.benchmarks
 
@@ -35,17 +36,45 @@ SEED, NUMBER = (
     int(os.environ.get(name, usual)) for name, usual in (("SEED", 5000), ("NUMBER", 12))
 )
 
+FIELD_FILES = os.environ.get("FIELD_FILES", "").split()
+
 # What is asked of a run: grain that may be out of account [kg], crop under bodies in its field's.
 GRAIN_ERROR, CROP_UNDER_BODIES = 1e-6, 0.002
 
 # See `summarise_harvest`.
 Summary = dict[str, Any]
 
+# One to six combines with one to three carts.
+CREWS = [(combines, carts) for combines in range(1, 7) for carts in range(1, 4)]
+
+
+@pytest.mark.parametrize("name", [*MADE_FIELDS, *FIELD_FILES])
+def test_made_fields(name, tmp_path):
+    """Half of the crews, the other half on the next field; strategies in turns."""
+    print()
+    number = [*MADE_FIELDS, *FIELD_FILES].index(name)
+    runs = []
+    for n, (combines, carts) in enumerate(CREWS):
+        if (combines + carts + number) % 2 == 0:
+            source = _source(name, tmp_path)
+            scenario = usual_scenario(source, combines, carts)
+            strategy = STRATEGIES[(n // 2 + number // 2) % 2]
+            runs.append((Path(name).stem, replace(scenario, strategy=strategy)))
+    report(summaries(runs))
+
+
+def _source(name: str, folder: Path) -> FieldSource:
+    if name in FIELD_FILES:
+        return FieldSource(file=str(Path(name).absolute()))
+    file = folder / f"{name}.wkt"
+    file.write_text(MADE_FIELDS[name]().polygon.wkt)
+    return FieldSource(file=str(file), coordinates="metres")
+
 
 def test_undisturbed(tmp_path):
     print()
     runs = [
-        (seed, replace(drawn_scenario(seed, tmp_path), strategy=strategy))
+        (drawn_name(seed), replace(drawn_scenario(seed, tmp_path), strategy=strategy))
         for seed in range(SEED, SEED + NUMBER)
         for strategy in STRATEGIES
     ]
@@ -68,7 +97,7 @@ def test_unequal_combines(tmp_path):
             for _ in range(scenario.combines.count)
         )
         scenario = replace(scenario, combines=replace(scenario.combines, each=each))
-        runs.append((seed, replace(scenario, strategy=STRATEGIES[seed % 2])))
+        runs.append((drawn_name(seed), replace(scenario, strategy=STRATEGIES[seed % 2])))
     found = summaries(runs)
     report(found)
     ran = [each for each in found if each]
@@ -97,18 +126,27 @@ def test_disturbed(tmp_path):
             fails_at=float(random.uniform(200, 3000)),
         )
         strategy = STRATEGIES[seed % 2]
-        runs.append((seed, replace(scenario, strategy=strategy, disturbance=disturbance)))
+        scenario = replace(scenario, strategy=strategy, disturbance=disturbance)
+        runs.append((drawn_name(seed), scenario))
     report(summaries(runs))
 
 
 def drawn_scenario(seed: int, folder: Path) -> HarvestScenario:
     """The field and the crew of a seed."""
-    _, field = draw_field(seed)
-    combines, carts = draw_crew(seed)
     file = folder / f"{seed}.wkt"
-    file.write_text(field.outline.wkt)
+    file.write_text(draw_field(seed)[1].polygon.wkt)
+    return usual_scenario(FieldSource(file=str(file), coordinates="metres"), *draw_crew(seed))
+
+
+def drawn_name(seed: int) -> str:
+    """What to call a drawn field."""
+    return f"{seed}, {draw_field(seed)[0]}"
+
+
+def usual_scenario(field: FieldSource, combines: int, carts: int) -> HarvestScenario:
+    """Machines as they are without a word."""
     return HarvestScenario(
-        field=FieldSource(file=str(file), coordinates="metres"),
+        field=field,
         combines=Combines(count=combines),
         carts=Carts(count=carts),
         period=0.5,
@@ -116,11 +154,11 @@ def drawn_scenario(seed: int, folder: Path) -> HarvestScenario:
     )
 
 
-def summaries(runs: Iterable[tuple[int, HarvestScenario]]) -> list[Summary]:
+def summaries(runs: Iterable[tuple[str, HarvestScenario]]) -> list[Summary]:
     """What became of each run, told line by line; empty where there was no plan."""
     found = []
-    for seed, scenario in runs:
-        head = f"{seed}, {draw_field(seed)[0]}, {scenario.strategy}: "
+    for name, scenario in runs:
+        head = f"{name}, {scenario.strategy}: "
         head += f"{scenario.combines.count} combines, {scenario.carts.count} carts"
         try:
             job = prepare_harvest(scenario)
@@ -128,7 +166,7 @@ def summaries(runs: Iterable[tuple[int, HarvestScenario]]) -> list[Summary]:
             found.append({})
             print(f"{head}: no plan: {fault}", flush=True)
             continue
-        each = summarise_harvest(run_harvest(job), str(seed))
+        each = summarise_harvest(run_harvest(job), name)
         found.append(each)
         print(
             f"{head}{'' if each['feasible'] else ' (too few)'}: {wrong(each) or 'sound'}; makespan "

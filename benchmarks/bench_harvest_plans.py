@@ -21,12 +21,11 @@ from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines import Cart, Combine
 from sightfield.systems.numerics.harvest.plan.harvest_plan import plan_combines, plan_harvest
 
-from .drawn_fields import draw_crew, draw_field
+from .drawn_fields import MADE_FIELDS, draw_crew, draw_field
 
 pytestmark = pytest.mark.benchmarks
 
 TESTS = Path(__file__).parents[1] / "tests" / "numerics" / "harvest"
-FIELDS = runpy.run_path(str(TESTS / "field_makers.py"))["FIELDS"]
 LOGS = runpy.run_path(str(TESTS / "plan" / "plan_logs.py"))
 CREWS = [(1, 1), (2, 1), (4, 2)]
 
@@ -36,11 +35,11 @@ SEED, NUMBER = (
 )
 
 
-@pytest.mark.parametrize("name", FIELDS)
+@pytest.mark.parametrize("name", MADE_FIELDS)
 def test_whole_plans(name):
     print()
     for combines, carts in CREWS:
-        told = _told(FIELDS[name](), combines, carts)
+        told = _told(MADE_FIELDS[name](), combines, carts)
         print(f"{name}, {combines} combines, {carts} carts: {told.words}", flush=True)
         assert told.sound is not False
 

@@ -14,6 +14,9 @@ _disc, _field, _star, _banana, _blob, _bend = (
     _SHAPES[name] for name in ("_disc", "_field", "_star", "_banana", "_blob", "_bend")
 )
 
+# Those of the tests, by name.
+MADE_FIELDS = _SHAPES["FIELDS"]
+
 FAMILIES = (
     "rectangle",
     "quadrilateral",
