@@ -2,16 +2,14 @@
 
 One visit to each combine a round is enough where they are alike. Where one fills faster than the
 others the cart comes to it more often, and where its own room is small it drives by the truck in
-between. For a few combines all words of up to twice as many visits are looked at; for these and
-others `search_visits` proposes orders until it ends without another one that would let the cart
-drive slower. `travel_scale_max` judges them all.
+between. For a few combines `best_word` looks at all short words. Longer ones come from a search
+through all orders if there is no truck, and else grow from shorter ones.
 
-**The search for any order** that one cart can keep up for ever is exhaustive.
+**The search for any order** that one cart without a truck can keep up for ever is exhaustive.
 
-A cart empties every tank that it comes to, or fills itself and drives by the truck, and never
-waits: of two carts that do the same, the earlier one finds less in every tank, so that waiting
-and idle ways help nobody. What is left to choose is the order of the visits, with or without a
-way by the truck before each.
+A cart empties every tank that it comes to, and never waits: of two carts that do the same, the
+earlier one finds less in every tank, so that waiting helps nobody. What is left to choose is the
+order of the visits.
 
 The search goes through all orders, depth first, from the best state that there can be: every
 tank empty. A branch ends where some tank must run over before the cart can be there, or where it
@@ -19,39 +17,27 @@ comes to a state that is no better than one from which every order has failed. I
 answer where it comes to a state that is no worse than an earlier one of the same branch: the
 visits between the two can be repeated for ever.
 
-Without a truck the search is exact: loads grow with the loads before them, so that an order that
-fails from a state fails from every worse one. If it ends without an answer, every order of visits
-lets some tank run over, however they are chosen. With a truck a cart that is full leaves sooner,
-and what it finds is a proposal that `travel_scale_max` judges.
+It is exact: loads grow with the loads before them, so that an order that fails from a state fails
+from every worse one. If the search ends without an answer, every order of visits lets some tank run
+over, however they are chosen.
 """
 
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import lru_cache
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...compiled import compiled, kernel
+from .best_word import RatedWord, best_short_word, grown_word, rounds_of_all
 from .certain_limit import is_excluded, last_factor
 from .fleet import Fleet, Round, Truck, round_of
-from .limits import (
-    Tanks,
-    Ways,
-    best_rotation,
-    best_round,
-    limits_of,
-    tanks_of,
-    unloading_share,
-    ways_of,
-    words_of,
-)
-from .periodic_plan import plan_round, travel_scale_max
-
-Vector = NDArray[np.float64]
+from .limits import best_rotation, best_round, unloading_share
+from .periodic_plan import travel_scale_max
+from .word_limit import Tanks, Vector, tanks_of, ways_of
 
 # Visits in a row that a branch may have, and states kept for each combine of those that failed.
 _DEEPEST, _KEPT = 400, 10_000
@@ -66,12 +52,15 @@ _FAILED, _FOUND, _GIVEN_UP = 0, 1, 2
 ACCURACY = 1e-3
 _ORDERS = 30
 # Visits that a search may try: a few tenths of a second; all that seven combines take.
-_MOST_VISITS, _MOST_VISITS_BY_TRUCK = 250_000, 30_000
-# Combines up to which all short words are looked at, how many of them are judged, and which part
-# of the best limit of carts that empty every tank they must have.
-_FEW, _JUDGED, _NEAR = 4, 24, 0.9
+_MOST_VISITS = 250_000
+# Combines up to which all short words are looked at, and up to which words grow.
+_FEW, _MOST_GROWN = 4, 7
+# By which part a word must be better than another.
+_BETTER = 1e-6
 # Where the cart has no plan at all as it is, ways this much quicker are tried first.
 _LEAST = 1e-3
+# With this factor there is a schedule.
+ENOUGH = 1.0 - 1e-12
 
 
 class Outcome(Enum):
@@ -88,146 +77,102 @@ class VisitSearch(NamedTuple):
     Attributes:
         outcome: How it ended.
         combines: The visits to repeat, (V,); empty unless they were found.
-        trips: Whether the cart drives by the truck after each, (V,).
         visits: How many were tried in all.
     """
 
     outcome: Outcome
     combines: tuple[int, ...]
-    trips: tuple[bool, ...]
     visits: int
 
 
-def search_visits(tanks: Tanks, ways: Ways, most_visits: int) -> VisitSearch:
+def search_visits(tanks: Tanks, ways: Vector, most_visits: int) -> VisitSearch:
     """Look for visits to all tanks that one cart can repeat for ever.
 
     Args:
         tanks: What is visited.
-        ways: Between visits.
+        ways: From combine (row) to combine (column), (N, N) [s].
         most_visits: After which the search is given up.
     """
     order = np.zeros(_DEEPEST, dtype=np.int64)
-    trip = np.zeros(_DEEPEST, dtype=np.bool_)
-    outcome, first, last, visits = _search(tanks, ways, most_visits, order, trip)
+    outcome, first, last, visits = _search(tanks, ways, most_visits, order)
     if outcome != _FOUND:
         ended = Outcome.NONE if outcome == _FAILED else Outcome.GIVEN_UP
-        return VisitSearch(ended, (), (), visits)
-    places = range(first, last + 1)
-    # `trip` is of the way to a visit; the way to the first is the one after the last.
-    after = [*places[1:], places[0]]
-    return VisitSearch(
-        Outcome.FOUND,
-        tuple(int(order[place]) for place in places),
-        tuple(bool(trip[place]) for place in after),
-        visits,
-    )
+        return VisitSearch(ended, (), visits)
+    return VisitSearch(Outcome.FOUND, tuple(order[first : last + 1].tolist()), visits)
 
 
 @compiled
 def _search(
-    tanks: Tanks,
-    ways: Ways,
-    most_visits: int,
-    order: NDArray[np.int64],
-    trip: NDArray[np.bool_],
+    tanks: Tanks, ways: Vector, most_visits: int, order: NDArray[np.int64]
 ) -> tuple[int, int, int, int]:
     """The outcome; first and last place in `order` of what can be repeated; visits tried."""
     capacities, fill_rates, net_rates = tanks
-    direct, room = ways.direct, ways.room
     count = len(capacities)
-    choices = 2 * count if np.isfinite(room) else count
-    # Of each state of the branch: tanks, what the cart holds, time, and the next choice to try.
+    # Of each state of the branch: tanks, time, and the next choice to try.
     loads = np.zeros((_DEEPEST, count))
-    held = np.zeros(_DEEPEST)
     times = np.zeros(_DEEPEST)
     tried = np.zeros(_DEEPEST, dtype=np.int64)
-    ranking = np.zeros((_DEEPEST, choices), dtype=np.int64)
-    # Of each combine, the states there that failed: tanks, then what the cart holds.
-    failed = np.zeros((count, _KEPT, count + 1))
+    ranking = np.zeros((_DEEPEST, count), dtype=np.int64)
+    # Of each combine, the states there that failed.
+    failed = np.zeros((count, _KEPT, count))
     kept = np.zeros(count, dtype=np.int64)
     visits = 0
-    urgency = np.zeros(choices)
+    urgency = np.zeros(count)
     visited = np.zeros(count, dtype=np.bool_)
     for start in range(count):
         depth = 0
-        order[0], held[0], tried[0] = start, 0.0, 0
+        order[0], tried[0] = start, 0
         loads[0, :] = 0.0
-        _rank(ranking[0], urgency, loads[0], start, tanks, direct)
+        _rank(ranking[0], urgency, loads[0], start, tanks, ways)
         while depth >= 0:
-            if tried[depth] == choices:
+            here = order[depth]
+            if tried[depth] == count:
                 # The oldest are forgotten first.
-                here = order[depth]
-                failed[here, kept[here] % _KEPT, :count] = loads[depth]
-                failed[here, kept[here] % _KEPT, count] = held[depth]
+                failed[here, kept[here] % _KEPT] = loads[depth]
                 kept[here] += 1
                 depth -= 1
                 continue
-            choice = ranking[depth, tried[depth]]
+            there = ranking[depth, tried[depth]]
             tried[depth] += 1
-            here, there = order[depth], choice % count
-            goes_by_truck = choice >= count
-            full = held[depth] >= room * (1.0 - _ROUNDING)
-            if goes_by_truck:
-                if held[depth] == 0.0:
-                    continue
-                way = ways.by_truck[here, there] + ways.stop + held[depth] * ways.unloading
-                holds = 0.0
-            else:
-                if here == there or full:
-                    continue
-                way = direct[here, there]
-                holds = held[depth]
+            if here == there:
+                continue
             visits += 1
             if visits > most_visits or depth + 1 == _DEEPEST:
                 return _GIVEN_UP, 0, 0, visits
+            way = ways[here, there]
             load = loads[depth, there] + fill_rates[there] * way
             if load > capacities[there] * (1.0 + _ROUNDING):
                 continue
-            stay = load / net_rates[there]
-            rate = net_rates[there] + fill_rates[there]
-            left_over = 0.0
-            if holds + rate * stay > room:
-                stay = (room - holds) / rate
-                left_over = load - net_rates[there] * stay
-                holds = room
-            else:
-                holds += rate * stay
-            passed = way + stay
+            passed = way + load / net_rates[there]
             below = depth + 1
             for k in range(count):
                 loads[below, k] = loads[depth, k] + fill_rates[k] * passed
-            loads[below, there] = left_over
-            if not _all_in_time(loads[below], there, tanks, direct, choices == count):
+            loads[below, there] = 0.0
+            if not _all_in_time(loads[below], there, tanks, ways):
                 continue
-            held[below], times[below], order[below] = holds, times[depth] + passed, there
-            trip[below] = goes_by_truck
-            if _is_hopeless(loads[below], holds, failed[there], int(min(kept[there], _KEPT))):
+            times[below], order[below] = times[depth] + passed, there
+            if _is_hopeless(loads[below], failed[there], int(min(kept[there], _KEPT))):
                 continue
             idle = False
             missing = count
-            # What a cart holds comes back only by way of the truck.
-            emptied = choices == count
             visited[:] = False
             for place in range(depth, -1, -1):
-                emptied = emptied or trip[place + 1]
                 if not visited[order[place + 1]]:
                     visited[order[place + 1]] = True
                     missing -= 1
-                if order[place] != there or not _is_back(
-                    loads[below], holds, loads[place], held[place], capacities, room
-                ):
+                if order[place] != there or not _is_back(loads[below], loads[place], capacities):
                     continue
                 if times[below] <= times[place]:
                     # A way round that takes no time.
                     idle = True
                     break
-                if missing == 0 and emptied:
+                if missing == 0:
                     return _FOUND, place + 1, below, visits
             if idle:
                 continue
             depth = below
             tried[depth] = 0
-            _rank(ranking[depth], urgency, loads[depth], there, tanks, direct)
+            _rank(ranking[depth], urgency, loads[depth], there, tanks, ways)
     return _FAILED, 0, 0, visits
 
 
@@ -238,38 +183,34 @@ def _rank(
     loads: Vector,
     here: int,
     tanks: Tanks,
-    direct: Vector,
+    ways: Vector,
 ) -> None:
     """Put the choices in order: first the combine that must be left for soonest."""
-    count = len(loads)
-    for choice in range(len(ranking)):
-        there = choice % count
+    for there in range(len(loads)):
         filling = (tanks.capacities[there] - loads[there]) / tanks.fill_rates[there]
-        spare = filling - direct[here, there]
-        urgency[choice] = spare
-        place = choice
-        # Direct ways come before those by the truck, which follow in the numbers.
+        spare = filling - ways[here, there]
+        urgency[there] = spare
+        place = there
         while place > 0 and urgency[ranking[place - 1]] > spare:
             ranking[place] = ranking[place - 1]
             place -= 1
-        ranking[place] = choice
+        ranking[place] = there
 
 
 @kernel
-def _all_in_time(loads: Vector, here: int, tanks: Tanks, direct: Vector, empties: bool) -> bool:
+def _all_in_time(loads: Vector, here: int, tanks: Tanks, ways: Vector) -> bool:
     """Whether each tank, and each of any two after the other, can be come to in time.
 
     Args:
         loads: Of the tanks now.
         here: Where the cart is.
         tanks: All of them.
-        direct: Ways.
-        empties: Whether a cart stays until a tank is empty.
+        ways: Between them.
     """
     capacities, fill_rates, net_rates = tanks
     count = len(loads)
     for k in range(count):
-        if loads[k] + fill_rates[k] * direct[here, k] > capacities[k] * (1.0 + _ROUNDING):
+        if loads[k] + fill_rates[k] * ways[here, k] > capacities[k] * (1.0 + _ROUNDING):
             return False
     for k in range(count):
         if k == here:
@@ -279,10 +220,9 @@ def _all_in_time(loads: Vector, here: int, tanks: Tanks, direct: Vector, empties
                 continue
             possible = False
             for first, second in ((k, other), (other, k)):
-                way = direct[here, first]
+                way = ways[here, first]
                 load = loads[first] + fill_rates[first] * way
-                stay = load / net_rates[first] if empties else 0.0
-                way += stay + direct[first, second]
+                way += load / net_rates[first] + ways[first, second]
                 load = loads[second] + fill_rates[second] * way
                 if load <= capacities[second] * (1.0 + _ROUNDING):
                     possible = True
@@ -293,12 +233,10 @@ def _all_in_time(loads: Vector, here: int, tanks: Tanks, direct: Vector, empties
 
 
 @kernel
-def _is_hopeless(loads: Vector, holds: float, failed: Vector, kept: int) -> bool:
+def _is_hopeless(loads: Vector, failed: Vector, kept: int) -> bool:
     """Whether a state is no better than one at the same combine that has failed."""
     count = len(loads)
     for place in range(kept - 1, -1, -1):
-        if failed[place, count] > holds:
-            continue
         worse = True
         for k in range(count):
             if loads[k] < failed[place, k]:
@@ -310,16 +248,9 @@ def _is_hopeless(loads: Vector, holds: float, failed: Vector, kept: int) -> bool
 
 
 @kernel
-def _is_back(
-    loads: Vector,
-    holds: float,
-    before: Vector,
-    held_before: float,
-    capacities: Vector,
-    room: float,
-) -> bool:
+def _is_back(loads: Vector, before: Vector, capacities: Vector) -> bool:
     """Whether a state is as good as one before it, but for a little."""
-    back = holds <= held_before or holds <= held_before + _BACK * room
+    back = True
     for k in range(len(loads)):
         back = back and loads[k] <= before[k] + _BACK * capacities[k]
     return back
@@ -357,18 +288,21 @@ def best_visits(
     if carts > 1:
         return BestVisits(*best_rotation(fleet, order, truck, carts), math.inf)
     round_, scale = best_round(fleet, order, truck)
-    if not math.isfinite(scale) and scale > 0:
+    if len(order) == 1 or (not math.isfinite(scale) and scale > 0):
         return BestVisits(round_, scale, math.inf)
-    for word in _short_words(fleet, order, truck):
-        better = travel_scale_max(fleet, word)
-        if better > scale * (1.0 + ACCURACY / 2):
-            round_, scale = word, better
+    if truck is not None:
+        return BestVisits(*_best_by_truck(fleet, order, truck, (round_, scale)), math.inf)
+    served = fleet.part(order)
+    tanks, ways = tanks_of(served), ways_of(served, None)
+    if len(order) <= _FEW:
+        word = best_short_word(tanks, ways, 2 * len(order), max(scale, 0.0))
+        round_, scale = _better(fleet, order, None, word, (round_, scale))
     for _ in range(_ORDERS):
         asked = max(scale, _LEAST) * (1.0 + ACCURACY)
-        found, outcome = find_visits(fleet, order, truck, asked)
+        found, outcome = find_visits(fleet, order, asked)
         if found is None:
-            known = outcome is Outcome.NONE and truck is None
-            return BestVisits(round_, scale, asked if known else math.inf)
+            bound = asked if outcome is Outcome.NONE else math.inf
+            return BestVisits(round_, scale, bound)
         better = travel_scale_max(fleet, found)
         if better <= scale * (1.0 + ACCURACY / 2):
             break
@@ -376,68 +310,97 @@ def best_visits(
     return BestVisits(round_, scale, math.inf)
 
 
-def _short_words(fleet: Fleet, order: tuple[int, ...], truck: Truck | None) -> list[Round]:
-    """Rounds of at most twice as many visits as combines, of which one may be the best.
+def _best_by_truck(
+    fleet: Fleet,
+    order: tuple[int, ...],
+    truck: Truck,
+    best: tuple[Round, float],
+    asked: float = math.inf,
+) -> tuple[Round, float]:
+    """The best visits of one cart that drives by a truck, and by which factor it could be slower.
 
-    Those with which a cart that empties each tank could drive slowest, and some that leave it
-    little less: leaving grain behind can make up for that.
+    Args:
+        fleet: The combines.
+        order: Those that are served, at least two.
+        truck: Where the cart unloads.
+        best: A round that is known.
+        asked: A factor that is enough; nothing is said of those below [-].
     """
     size = len(order)
-    if not 2 <= size <= _FEW:
-        return []
-    if unloading_share(fleet, order) >= 1.0:
-        return []
-    served = fleet.part(order)
+    if size > _MOST_GROWN or best[1] >= asked:
+        return best
+    served, few = fleet.part(order), size <= _FEW
     tanks, ways = tanks_of(served), ways_of(served, truck)
-    found: list[tuple[float, tuple[int, ...], tuple[bool, ...]]] = []
-    for words in words_of(size, 2 * size):
-        visits = words.shape[1]
-        choices = [(False,) * visits]
-        if truck is not None:
-            choices = [trips for trips in product((False, True), repeat=visits) if any(trips)]
-        limits = limits_of(words, np.array(choices), tanks, ways)
-        for place in np.argsort(limits, axis=None)[::-1][:_JUDGED]:
-            word, choice = np.unravel_index(place, limits.shape)
-            combines = tuple(order[n] for n in words[word])
-            found.append((float(limits[word, choice]), combines, choices[choice]))
-    found.sort(key=lambda each: (-each[0], len(each[1])))
-    least = _NEAR * found[0][0]
-    return [
-        round_of(fleet, combines, trips, truck)
-        for limit, combines, trips in found[:_JUDGED]
-        if 0.0 < limit >= least
-    ]
+    known = tuple(order.index(n) for n in best[0].combines)
+    seeds = [(known, best[0].trips), *(rounds_of_all(size, with_truck=True) if few else ())]
+    kept = (24 if math.isinf(asked) else 6) if few else 2
+    longest = 4 * max(size, 3) if few else 2 * size
+    word = grown_word(tanks, ways, longest, kept, asked, seeds)
+    best = _better(fleet, order, truck, word, best)
+    if not few or best[1] >= asked:
+        return best
+    least = max(best[1], 0.0 if math.isinf(asked) else asked * (1.0 - ACCURACY / 2))
+    word = best_short_word(tanks, ways, 2 * size, least)
+    if word.limit > -math.inf:
+        best = _better(fleet, order, truck, word, best)
+        word = grown_word(tanks, ways, longest, kept, asked, [word.visits])
+        best = _better(fleet, order, truck, word, best)
+    return best
+
+
+def _better(
+    fleet: Fleet,
+    order: tuple[int, ...],
+    truck: Truck | None,
+    word: RatedWord,
+    best: tuple[Round, float],
+) -> tuple[Round, float]:
+    """The round of a word and its factor, if that is larger than the best one that is known.
+
+    Args:
+        fleet: The combines.
+        order: Which of them the numbers in the word stand for.
+        truck: Where the cart unloads, if anywhere.
+        word: A word or none.
+        best: A round and its factor.
+    """
+    if word.limit == -math.inf:
+        return best
+    places, trips = word.visits
+    round_ = round_of(fleet, [order[n] for n in places], trips, truck)
+    scale = travel_scale_max(fleet, round_)
+    return (round_, scale) if scale > best[1] + _BETTER * abs(best[1]) else best
 
 
 def find_visits(
-    fleet: Fleet, order: tuple[int, ...], truck: Truck | None, scale: float = 1.0
+    fleet: Fleet, order: tuple[int, ...], scale: float = 1.0
 ) -> tuple[Round | None, Outcome]:
     """Visits that a cart can keep up for ever with ways that are longer by a factor, if found.
 
     Args:
         fleet: The combines.
         order: Those that are served.
-        truck: Where the cart unloads, if anywhere.
         scale: Factor on all ways.
     """
     # Where more is filled than a cart unloads nothing can be kept up.
     if unloading_share(fleet, order) > 1.0:
         return None, Outcome.NONE
     served = fleet.part(order)
-    most_visits = _MOST_VISITS if truck is None else _MOST_VISITS_BY_TRUCK
-    said = search_visits(tanks_of(served), ways_of(served, truck, scale), most_visits)
+    said = search_visits(tanks_of(served), ways_of(served, None, scale).direct, _MOST_VISITS)
     if said.outcome is not Outcome.FOUND:
         return None, said.outcome
     # Begin where the order does, so that equal questions have equal answers.
     combines = [order[place] for place in said.combines]
     first = combines.index(order[0])
     combines = combines[first:] + combines[:first]
-    trips = [*said.trips[first:], *said.trips[:first]]
-    return round_of(fleet, combines, trips, truck), said.outcome
+    return round_of(fleet, combines, [False] * len(combines)), said.outcome
 
 
-def is_served(fleet: Fleet, order: tuple[int, ...], truck: Truck | None, carts: int = 1) -> bool:
-    """Whether carts can keep up some visits to these combines.
+@lru_cache(maxsize=4096)
+def visits_that_serve(
+    fleet: Fleet, order: tuple[int, ...], truck: Truck | None, carts: int = 1
+) -> Round | None:
+    """Visits to these combines that carts can keep up, if some are found.
 
     Args:
         fleet: The combines.
@@ -446,15 +409,24 @@ def is_served(fleet: Fleet, order: tuple[int, ...], truck: Truck | None, carts: 
         carts: How many serve them, one after another.
     """
     if is_excluded(fleet.part(order), carts, truck):
-        return False
+        return None
     if carts > 1:
-        return best_rotation(fleet, order, truck, carts)[1] >= 1.0 - 1e-12
-    if truck is None and best_round(fleet, order, truck)[1] >= 1.0 - 1e-12:
-        return True
-    found, _ = find_visits(fleet, order, truck, 1.0 + ACCURACY)
-    if found is not None and plan_round(fleet, found) is not None:
-        return True
-    return truck is not None and best_round(fleet, order, truck)[1] >= 1.0 - 1e-12
+        best = best_rotation(fleet, order, truck, carts)
+    else:
+        best = best_round(fleet, order, truck)
+        if truck is not None and len(order) > 1:
+            best = _best_by_truck(fleet, order, truck, best, ENOUGH)
+    if best[1] >= ENOUGH:
+        return best[0]
+    if carts > 1 or truck is not None or len(order) == 1:
+        return None
+    found, _ = find_visits(fleet, order, 1.0 + ACCURACY)
+    return found if found is not None and can_keep_up(fleet, found) else None
+
+
+def can_keep_up(fleet: Fleet, round_: Round) -> bool:
+    """Whether visits can be repeated for ever."""
+    return travel_scale_max(fleet, round_) >= ENOUGH
 
 
 def travel_time_limit(fleet: Fleet, round_: Round) -> float:

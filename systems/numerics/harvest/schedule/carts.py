@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 from functools import cache
 from itertools import combinations, pairwise
 
-from .best_visits import BestVisits, best_visits, is_served
+from .best_visits import ACCURACY, ENOUGH, BestVisits, best_visits, can_keep_up, visits_that_serve
 from .certain_limit import is_excluded
-from .fleet import LEAST, MOST, Fleet, Truck, require_count
+from .fleet import LEAST, MOST, Fleet, Round, Truck, require_count, round_of
 from .limits import best_round
 
 # The exact search takes time like 2^n n^2.
@@ -29,8 +29,8 @@ Split = tuple[Group, ...]
 _ALL_SPLITS, _ALL_SPLITS_WITH_TRUCK = 10, 6
 _ANY_ORDER, _ANY_ORDER_WITH_TRUCK, _SHARED = 6, 4, 8
 
-# Of a factor: exact without a truck; with one each trial is a linear programme for every round.
-_ACCURACY, _ACCURACY_WITH_TRUCK = 1e-12, 1e-3
+# Of a factor, with the visits that are known.
+_PRECISION = 1e-12
 # Nobody changes a machine by more.
 _FARTHEST = 1e3
 
@@ -224,7 +224,8 @@ def find_remedies(fleet: Fleet, carts: int = 1, truck: Truck | None = None) -> R
     Combines stay with their carts, except where the number of either changes.
     """
     groups = assign_combines(fleet, carts, truck)
-    accuracy = _ACCURACY if truck is None else _ACCURACY_WITH_TRUCK
+    # Of each group, visits with which some change has a schedule; they may do for others.
+    known: list[list[Round]] = [[group.best.round] for group in groups]
 
     def least(
         change: Callable[[float], tuple[Fleet, Truck | None] | None],
@@ -232,14 +233,15 @@ def find_remedies(fleet: Fleet, carts: int = 1, truck: Truck | None = None) -> R
     ) -> float:
         """The smallest factor from which on there is a schedule, of a span of factors."""
 
-        def works(factor: float) -> bool:
+        def works(factor: float, search: bool) -> bool:
             changed = change(factor)
             return changed is not None and all(
-                is_served(changed[0], group.order, changed[1], group.carts) for group in groups
+                _is_served(*changed, group, rounds, search)
+                for group, rounds in zip(groups, known, strict=True)
             )
 
         low, high = span
-        return _threshold(works, accuracy, max(low, 1 / _FARTHEST), min(high, _FARTHEST))
+        return _threshold(works, max(low, 1 / _FARTHEST), min(high, _FARTHEST))
 
     def scaled(name: str, factor: float) -> Fleet:
         values = tuple(factor * value for value in getattr(fleet, name))
@@ -290,7 +292,7 @@ def is_feasible(fleet: Fleet, carts: int, truck: Truck | None) -> bool:
     if is_excluded(fleet, carts, truck):
         return False
     groups = assign_combines(fleet, carts, truck)
-    return all(group.travel_scale >= 1.0 - 1e-12 for group in groups)
+    return all(group.travel_scale >= ENOUGH for group in groups)
 
 
 def _span(values: Sequence[float]) -> tuple[float, float]:
@@ -302,31 +304,62 @@ def _inverse(factor: float) -> float:
     return 1 / factor if factor else math.inf
 
 
-def _threshold(works: Callable[[float], bool], accuracy: float, least: float, most: float) -> float:
-    """The smallest factor that works, if all larger ones do; nan: none, 0: the smallest too.
+def _is_served(
+    fleet: Fleet, truck: Truck | None, group: CartGroup, known: list[Round], search: bool
+) -> bool:
+    """Whether carts can serve a group with visits that are known, or others that are found.
 
     Args:
-        works: Whether one does.
-        accuracy: Of the factor, as a part of it.
+        fleet: The combines as they are changed.
+        truck: Likewise.
+        group: The combines that are served, and by how many carts.
+        known: Visits; what is found is added.
+        search: Whether to look for others.
+    """
+    for each in known:
+        again = round_of(fleet, each.combines, each.trips, truck, each.carts)
+        if can_keep_up(fleet, again):
+            return True
+    if not search:
+        return False
+    found = visits_that_serve(fleet, group.order, truck, group.carts)
+    if found is not None:
+        known.append(found)
+    return found is not None
+
+
+def _threshold(works: Callable[[float, bool], bool], least: float, most: float) -> float:
+    """The smallest factor that works, if all larger ones do; nan: none, 0: the smallest too.
+
+    Visits that are known say it exactly; others are only looked for where they would let it be
+    smaller by `ACCURACY`.
+
+    Args:
+        works: Whether one does, with visits that are known, or others too.
         least, most: The smallest and largest factor that are tried; around 1.
     """
     low, high = 1.0, 1.0
-    if works(1.0):
-        while works(low):
+    if works(1.0, True):
+        while works(low, True):
             if low <= least:
                 return 0.0
             low, high = max(low / 2, least), low
+    elif not works(most, True):
+        return math.nan
     else:
-        while not works(high):
-            if high >= most:
-                return math.nan
+        while not works(high, True):
             low, high = high, min(high * 2, most)
-    while high - low > accuracy * high:
-        middle = (low + high) / 2
-        if middle in (low, high):
-            break
-        low, high = (low, middle) if works(middle) else (middle, high)
-    return high
+    while True:
+        lowest = low
+        while high - lowest > _PRECISION * high:
+            middle = (lowest + high) / 2
+            if middle in (lowest, high):
+                break
+            lowest, high = (lowest, middle) if works(middle, False) else (middle, high)
+        smaller = (1.0 - ACCURACY) * high
+        if smaller <= low or not works(smaller, True):
+            return high
+        high = smaller
 
 
 def _combines_served(fleet: Fleet, carts: int, truck: Truck | None) -> int:
