@@ -271,27 +271,56 @@ def _first_come(own, other, entered, others, passed, least, gap, even):
         Shape (n,) [m].
     """
     needs = least.copy()
-    discs = run_discs(other)
+    own_runs, runs = run_discs(own), run_discs(other)
+    # Runs of the other one's cells that the machine's present run of cells may come near.
+    near, count = np.zeros(len(runs), dtype=np.int64), 0
     need, last = -np.inf, -1
     for i in range(len(entered)):
         need = max(need, least[i])
-        while last + 1 < len(others) and (
-            others[last + 1] < entered[i] or (even and others[last + 1] == entered[i])
-        ):
-            last += 1
-        j = last
-        while j >= 0 and other.stations[j + 1] > need:
-            x, y, radius = discs[j // RUN]
-            far = np.hypot(own.discs[i, 0] - x, own.discs[i, 1] - y)
-            if far >= own.discs[i, 2] + own.margins[i] + radius + gap:
-                j = (j // RUN) * RUN - 1
-                continue
-            if cells_are_near(own, other, i, j, gap):
-                need = max(need, min(other.stations[j + 1], passed[i]))
+        last = _entered_by(others, last, entered[i], even)
+        if i % RUN == 0:
+            ends = min(i + RUN, len(entered)) - 1
+            begins = np.searchsorted(other.stations, need, side="right") - 1
+            final = _entered_by(others, last, entered[ends], even)
+            count = 0
+            for run in range(max(begins, 0) // RUN, final // RUN + 1):
+                if not _are_apart(own_runs[i // RUN], runs[run], gap):
+                    near[count] = run
+                    count += 1
+        disc = own.discs[i, 0], own.discs[i, 1], own.discs[i, 2] + own.margins[i]
+        found = False
+        for k in range(count - 1, -1, -1):
+            j = min((near[k] + 1) * RUN - 1, last)
+            if found or other.stations[max(j, 0) + 1] <= need:
                 break
-            j -= 1
+            if j < near[k] * RUN or _are_apart(disc, runs[near[k]], gap):
+                continue
+            while j >= near[k] * RUN and other.stations[j + 1] > need:
+                if cells_are_near(own, other, i, j, gap):
+                    need = max(need, min(other.stations[j + 1], passed[i]))
+                    found = True
+                    break
+                j -= 1
         needs[i] = need
     return needs
+
+
+@kernel
+def _entered_by(others, last, time, even):
+    """Number of the last cell that the other machine has entered by a time, from one on."""
+    while last + 1 < len(others) and (
+        others[last + 1] < time or (even and others[last + 1] == time)
+    ):
+        last += 1
+    return last
+
+
+@kernel
+def _are_apart(one, other, gap):
+    """Whether two discs x, y, radius are no nearer than a gap [m]."""
+    x, y = one[0] - other[0], one[1] - other[1]
+    reach = one[2] + other[2] + gap
+    return x * x + y * y >= reach * reach
 
 
 @kernel
