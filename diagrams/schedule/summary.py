@@ -61,7 +61,7 @@ def summarise_schedule(
         jitter: Part of each time, that was asked for.
     """
     fleet = answer.fleet
-    travel_time_max = travel_limit(answer) if travel_time is not None else None
+    travel_time_max = travel_limit(answer, travel_time) if travel_time is not None else None
     limits = constraints(answer, travel_time, travel_time_max)
     waits: list[float | None] = [None] * fleet.size
     served: list[float | None] = [None] * fleet.size
@@ -104,11 +104,15 @@ def summarise_schedule(
     }
 
 
-def travel_limit(answer: ScheduleAnswer) -> float:
-    """The largest equal time between neighbours with the same split [s].
+def travel_limit(answer: ScheduleAnswer, travel_time: float) -> float:
+    """The largest equal time between neighbours [s], with the same split if that is not the worse.
 
-    Ways by a truck stay as they are. Negative: not even no time would do.
-    Infinite where no cart drives from combine to combine.
+    Ways by a truck stay as they are, and so does the split then. Negative: not even no time would
+    do. Infinite where no cart drives from combine to combine.
+
+    Args:
+        answer: The schedule.
+        travel_time: Between neighbours in it [s].
     """
     fleet = replace(answer.fleet, travel_times=line_of((1.0,) * (answer.fleet.size - 1)))
     kinds = {*zip(fleet.capacities, fleet.fill_rates, fleet.unload_rates, strict=True)}
@@ -121,6 +125,8 @@ def travel_limit(answer: ScheduleAnswer) -> float:
         else travel_time_limit(fleet, cart.round)
         for cart in answer.carts
     ]
+    if answer.truck is None and travel_time > 0:
+        limits = [max(min(limits), travel_time * answer.travel_scale)]
     # Adding zero takes the sign off a zero.
     return min(limits) + 0.0
 

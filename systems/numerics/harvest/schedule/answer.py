@@ -7,7 +7,7 @@ from enum import Enum
 
 from ...errors import require, require_non_negative
 from .best_visits import BestVisits
-from .carts import CartGroup, assign_combines
+from .carts import CartGroup, assign_combines, largest_scale
 from .certain_limit import certain_limit
 from .fleet import MOST, Fleet, Round, Truck
 from .limits import best_round, unloading_share
@@ -116,6 +116,8 @@ class ScheduleAnswer:
         fleet: The combines.
         truck: Where carts unload; none: they hold any amount.
         carts: One entry for each cart that is used.
+        travel_scale: By which factor all driving could be slower, with whatever groups and visits
+            are best then; less than 1: there is no schedule.
         feasible: Whether every cart has a plan, and one that stands the jitter asked for.
         reasons: Why not, one sentence each.
         certificate: What there is too little of if no schedule of full tanks is known either;
@@ -125,14 +127,10 @@ class ScheduleAnswer:
     fleet: Fleet
     truck: Truck | None
     carts: tuple[CartSchedule, ...]
+    travel_scale: float
     feasible: bool
     reasons: tuple[str, ...]
     certificate: InfeasibilityCertificate | None = None
-
-    @property
-    def travel_scale(self) -> float:
-        """By which factor all driving could be slower; less than 1: there is no schedule."""
-        return min(cart.group.travel_scale for cart in self.carts)
 
     @property
     def jitter_max(self) -> float:
@@ -190,6 +188,7 @@ def answer_schedule(
         fleet=fleet,
         truck=truck,
         carts=tuple(plans),
+        travel_scale=largest_scale(fleet, carts, truck, neighbours=neighbours),
         feasible=feasible,
         reasons=reasons,
         certificate=certificate,

@@ -14,7 +14,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from itertools import combinations, pairwise
+from itertools import combinations, pairwise, product
 
 from .best_visits import ACCURACY, ENOUGH, BestVisits, best_visits, can_keep_up, visits_that_serve
 from .certain_limit import is_excluded
@@ -28,6 +28,8 @@ Group = tuple[int, ...]
 Split = tuple[Group, ...]
 _ALL_SPLITS, _ALL_SPLITS_WITH_TRUCK = 10, 6
 _ANY_ORDER, _ANY_ORDER_WITH_TRUCK, _SHARED = 6, 4, 8
+# Combines up to which nothing is left out, so that more of anything is never worse.
+_FEW = 4
 
 # Of a factor, with the visits that are known.
 _PRECISION = 1e-12
@@ -107,6 +109,9 @@ class CartGroup:
         return self.best.scale
 
 
+Groups = tuple[CartGroup, ...]
+
+
 def assign_combines(
     fleet: Fleet, carts: int, truck: Truck | None = None, *, neighbours: bool = False
 ) -> tuple[CartGroup, ...]:
@@ -125,6 +130,40 @@ def assign_combines(
     Raises:
         InvalidInput: There are no carts.
     """
+    best: Groups = ()
+    for groups in _assignments(fleet, carts, truck, neighbours):
+        if not best or _worst(groups) > _worst(best):
+            best = groups
+        if _worst(best) >= ENOUGH:
+            break
+    return best
+
+
+def largest_scale(
+    fleet: Fleet, carts: int, truck: Truck | None = None, *, neighbours: bool = False
+) -> float:
+    """By which factor all driving could be slower, with whatever groups are best then.
+
+    Of many combines that are served anyway, with the groups that `assign_combines` has.
+
+    Args:
+        fleet, carts, truck, neighbours: As there.
+
+    Raises:
+        InvalidInput: There are no carts.
+    """
+    best = -math.inf
+    for groups in _assignments(fleet, carts, truck, neighbours):
+        best = max(best, _worst(groups))
+        if best >= ENOUGH and fleet.size > _FEW:
+            break
+    return best
+
+
+def _assignments(
+    fleet: Fleet, carts: int, truck: Truck | None, neighbours: bool
+) -> Iterator[Groups]:
+    """Groups that are worth a try: one visit to each a round, then any, then carts that share."""
     require_count("carts", carts)
 
     @cache
@@ -153,23 +192,22 @@ def assign_combines(
     everyone, most = tuple(range(fleet.size)), min(carts, fleet.size)
     all_once = fleet.size <= (_ALL_SPLITS if truck is None else _ALL_SPLITS_WITH_TRUCK)
     splits = _splits if all_once and not neighbours else _neighbour_splits
-    found = tuple(group_of(group) for group in best_split(scale_of, splits(everyone, most)))
+    yield tuple(group_of(group) for group in best_split(scale_of, splits(everyone, most)))
     few = fleet.size <= (_ANY_ORDER if truck is None else _ANY_ORDER_WITH_TRUCK)
-    if few and 1 < most < fleet.size and _worst(found) < 1.0:
+    if few and 1 < most < fleet.size:
         again = best_split(lambda group: group_of(group).travel_scale, splits(everyone, most))
-        found = tuple(group_of(group) for group in again)
-    if carts > 1 and fleet.size <= _SHARED and _worst(found) < 1.0:
-        shared = (
-            tuple(group_of(group, number) for group, number in zip(split, numbers, strict=True))
-            for count in range(1, min(carts, fleet.size + 1))
-            for split in _neighbour_splits(everyone, count)
-            for numbers in _shares(carts, count)
-        )
-        found = max((found, *shared), key=_worst)
-    return found
+        yield tuple(group_of(group) for group in again)
+    if carts > 1 and fleet.size <= _SHARED:
+        for count in range(1, min(carts, fleet.size + 1)):
+            for split, numbers in product(
+                _neighbour_splits(everyone, count), _shares(carts, count)
+            ):
+                yield tuple(
+                    group_of(group, number) for group, number in zip(split, numbers, strict=True)
+                )
 
 
-def _worst(groups: tuple[CartGroup, ...]) -> float:
+def _worst(groups: Groups) -> float:
     return min(group.travel_scale for group in groups)
 
 

@@ -38,7 +38,9 @@ class CartRun:
         first_start: When it is beside the first combine [s].
         plan: It neither starts to unload nor leaves before this plan does; none: it starts when
             it comes and leaves when the tank is empty. It never leaves more in a tank than the
-            plan does, unless the cart is full; then it drives by the truck at once.
+            plan does, unless the cart is full, and then drives by the truck at once, or would
+            have no room for what the plan takes before the next trip: a little more here would
+            mean a little less there, more and more so from round to round.
         travel_factors: By how much longer each way takes than planned; one number or one for
             each visit of the whole run, repeated as needed.
         unload_factors: The same for emptying a tank: by as much its load falls more slowly.
@@ -151,6 +153,7 @@ class _Cart:
         self._unload_factors = np.atleast_1d(np.asarray(run.unload_factors, dtype=float)).tolist()
         truck = run.round.truck
         self._room = math.inf if truck is None else truck.cart_capacity
+        self._kept_free = _taken_later(run.round, run.plan)
         self._held, self._time = 0.0, run.first_start
         self._points = [(self._time, self._held)]
         self.visits: list[Visit] = []
@@ -190,14 +193,14 @@ class _Cart:
         load = tank.load
         net = tank.net_rate / self._unload_factors[count % len(self._unload_factors)]
         until_empty = max(load - left_planned, 0.0) / net
-        until_full = (self._room - self._held) / (net + tank.rate)
+        free = max(self._room - self._held - self._kept_free[place], 0.0)
+        until_full = free / (net + tank.rate)
         emptied = start + min(until_empty, until_full)
         left_over = load - net * until_full if until_full < until_empty else min(load, left_planned)
         taken = load - left_over + tank.rate * (emptied - start)
         leave = max(emptied, planned)
         if leave > emptied:
-            room = max(self._room - self._held - taken, 0.0)
-            leave = min(leave, emptied + room / tank.rate)
+            leave = min(leave, emptied + max(free - taken, 0.0) / tank.rate)
         self._points += [(start, self._held), (emptied, self._held + taken)]
         taken += tank.rate * (leave - emptied)
         self._held += taken
@@ -232,6 +235,19 @@ class _Cart:
         gone = there + truck.stop_time + self._held / truck.unload_rate
         self._points += [(there, self._held), (gone, 0.0)]
         self._held, self._time = 0.0, gone + factor * way / 2
+
+
+def _taken_later(round_: Round, plan: PeriodicPlan | None) -> list[float]:
+    """What a plan takes after each visit before the cart drives by the truck, (V,) [kg]."""
+    later = [0.0] * round_.size
+    if plan is None or round_.truck is None:
+        return later
+    for trip in (visit for visit in range(round_.size) if round_.trips[visit]):
+        taken = 0.0
+        for visit in round_.block(trip):
+            later[visit] = taken
+            taken += plan.taken[visit]
+    return later
 
 
 def plan_timetable(
