@@ -36,6 +36,11 @@ def combine_paint(combine: int) -> Rgba:
     return paint(*to_rgb(combine_colour(combine)))
 
 
+def combine_glow(combine: int) -> Rgba:
+    """The same, of a patch that lets the ground be seen."""
+    return paint(*to_rgb(combine_colour(combine)), opacity=0.45)
+
+
 def crop_paint(combine: int) -> Rgba:
     """The paint of standing crop in the land of a combine."""
     crop, own = CROP, combine_paint(combine)

@@ -21,7 +21,7 @@ from ..visuals.text import advance, text_mesh
 from .colours import TRACTOR, combine_paint
 from .crop_layer import CropLayer
 from .job import HarvestJob
-from .machine_shapes import CartShapes, CombineShapes, draw_trucks, machine_sizes
+from .machine_shapes import CartShapes, CombineShapes, draw_trucks
 from .panel import HarvestMoment, Panel
 
 # Radius of a ring and of its hole, letters and the height above crop, in view heights.
@@ -188,12 +188,13 @@ class HarvestScene(LeafSystem):
             tolerance=_TOLERANCE * layout.span,
         )
         set_camera(self.meshcat, layout)
-        sizes = machine_sizes(scenario.combines, scenario.carts, job.reach, layout.span)
         self._crop = CropLayer(stage, layout, job)
-        draw_trucks(stage, sizes, scenario.carts, job.trucks)
+        draw_trucks(stage, scenario.carts, job.trucks)
         self._visits = NextVisits(stage, layout.span, job)
-        self._combines = CombineShapes(stage, sizes, job.scenario.combines.count)
-        self._carts = CartShapes(stage, sizes, scenario.carts, scenario.carts.count)
+        self._combines = CombineShapes(
+            stage, scenario.combines, job.reach, layout.span, scenario.combines.count
+        )
+        self._carts = CartShapes(stage, scenario.carts, layout.span, scenario.carts.count)
         self._panel = Panel(
             stage, layout, job.scenario.combines.count, scenario.carts.count, SPEED_UP
         )

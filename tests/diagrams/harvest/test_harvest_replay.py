@@ -10,12 +10,12 @@ from sightfield.diagrams.harvest import scenarios
 from sightfield.diagrams.harvest.crop_layer import crop_patches
 from sightfield.diagrams.harvest.harvest_scene import SPEED_UP
 from sightfield.diagrams.harvest.job import prepare_harvest
-from sightfield.diagrams.harvest.machine_shapes import drawn_cart, machine_sizes, tank_box
+from sightfield.diagrams.harvest.machine_shapes import tank_box
 from sightfield.diagrams.harvest.report import summarise_harvest, write_harvest_report
 from sightfield.diagrams.harvest.run import run_harvest
 from sightfield.diagrams.harvest.scenario import HarvestScenario
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
-from sightfield.diagrams.tracking.scene.layout import make_layout
+from sightfield.systems.numerics.planning.trailer import trailer_pose
 
 pytestmark = pytest.mark.browser
 
@@ -70,11 +70,6 @@ def moment(request, replay, watched):
     return {name: each[k] for name, each in run.log.items()} | {"time": time}
 
 
-def drawn_sizes(job):
-    span = make_layout(job.field.ground.bounds, 0.0).span
-    return machine_sizes(job.scenario.combines, job.scenario.carts, job.reach, span)
-
-
 def shown(watched, path):
     return watched.page.evaluate("path => shown(path)", f"harvest/{path}")
 
@@ -99,22 +94,18 @@ def test_combines_are_where_they_were(watched, moment):
         np.testing.assert_allclose(vector(watched, f"combines/{n}", "position"), [x, y], atol=0.3)
 
 
-def test_carts_are_drawn_about_where_they_were(replay, watched, moment):
+def test_carts_are_where_they_were(replay, watched, moment):
     job = replay[0].job
     for k, state in enumerate(moment["state"]):
-        for body, pose in zip(
-            ("tractor", "trailer"),
-            drawn_cart(state, job.scenario.carts, drawn_sizes(job)),
-            strict=True,
-        ):
+        towed = trailer_pose(*state, job.scenario.carts.trailer)
+        for body, pose in (("tractor", state), ("trailer", towed)):
             drawn = vector(watched, f"carts/{k}/{body}", "position")
             np.testing.assert_allclose(drawn, pose[:2], atol=0.3)
 
 
 def test_tanks_and_clock_say_what_the_log_says(replay, watched, moment):
     job = replay[0].job
-    sizes = drawn_sizes(job)
-    rear, _, front, _ = tank_box(sizes)
+    rear, _, front, _ = tank_box(job.scenario.combines)
     assert number(watched, "numbers/time", 4, 1) == pytest.approx(moment["time"] / 60, abs=0.101)
     for n, tank in enumerate(moment["tank"]):
         assert number(watched, f"tanks/{n}/digits", 4, 1) == pytest.approx(
