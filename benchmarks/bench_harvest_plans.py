@@ -6,6 +6,7 @@ Each plan goes through the audit, which shares no code with the planner.
 import os
 import runpy
 import time
+from collections.abc import Iterable
 from itertools import product
 from pathlib import Path
 from typing import NamedTuple
@@ -64,19 +65,40 @@ def test_plans_on_drawn_fields():
     )
 
 
-def test_visits_of_both_kinds():
-    """How often combines stop for carts with greedy visits, and with revised ones."""
+def test_visits_of_both_kinds_on_drawn_fields():
+    asked = []
+    for seed, strategy in product(range(SEED, SEED + NUMBER), STRATEGIES):
+        family, field = draw_field(seed)
+        asked.append((f"{seed}, {family}", field, *draw_crew(seed), strategy))
+    compare_visits(asked)
+
+
+def test_visits_of_both_kinds_on_made_fields():
+    """Two to four combines with one and two carts; NUMBER: how many of the fields."""
+    crews = list(product((2, 3, 4), (1, 2)))
+    compare_visits(
+        (name, MADE_FIELDS[name](), *crew, STRATEGIES[(n + k) % 2])
+        for n, name in enumerate(list(MADE_FIELDS)[:NUMBER])
+        for k, crew in enumerate(crews)
+    )
+
+
+def compare_visits(asked: Iterable[tuple[str, Field, int, int, str]]) -> None:
+    """How often combines stop for carts with greedy visits, and with revised ones.
+
+    Args:
+        asked: Names, fields, numbers of combines and of carts, strategies.
+    """
     print()
     stops = dict.fromkeys(VISITS, 0)
     unloads = dict.fromkeys(VISITS, 0)
-    for seed, strategy in product(range(SEED, SEED + NUMBER), STRATEGIES):
-        family, field = draw_field(seed)
-        combines, carts = draw_crew(seed)
+    for name, field, combines, carts, strategy in asked:
         team = [Combine()] * combines
+        head = f"{name}, {strategy}, {combines} combines, {carts} carts"
         try:
             paths = plan_combines(field, team)
         except InvalidInput as fault:
-            print(f"{seed}, {family}: no plan: {fault}", flush=True)
+            print(f"{head}: no plan: {fault}", flush=True)
             continue
         told = []
         for visits in VISITS:
@@ -95,8 +117,7 @@ def test_visits_of_both_kinds():
             stops[visits] += len(service.stops)
             unloads[visits] += len(service.visits)
             told.append(f"{visits}: {len(service.stops)} stops, {len(service.visits)} unloads")
-        crew = f"{combines} combines, {carts} carts"
-        print(f"{seed}, {family}, {strategy}, {crew}: {'; '.join(told)}", flush=True)
+        print(f"{head}: {'; '.join(told)}", flush=True)
     for visits in VISITS:
         print(f"{visits}: {stops[visits]} stops for {unloads[visits]} unloads")
     assert stops["revised"] <= stops["greedy"] / 2

@@ -337,7 +337,8 @@ def _timed(path, stations, squares, allowed, acceleration) -> TimedPath:
         ],
         axis=1,
     ).ravel()
-    gained = stations[:-1] + faster
+    # Where all of a piece goes into speeding up, rounding would end it beyond its end.
+    gained = np.minimum(stations[:-1] + faster, stations[1:])
     ends = np.stack([gained, np.maximum(stations[1:] - slower, gained), stations[1:]], axis=1)
     passed = np.stack([peaks, peaks, speeds[1:]], axis=1)
     # Phases that take no time are left out.
