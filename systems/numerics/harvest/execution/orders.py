@@ -9,13 +9,17 @@ n must have passed before m enters the cell. Whatever is needed is told by the p
 - nobody is more than a stated time of the plan ahead of anybody else.
 
 While grain flows a cart and a combine are tied: each needs the other beside it, but for a slack.
+They part when no more is left than there is room for, in the tank as far as the combine's next
+visit and in the cart that comes then.
 
 **No deadlock.** No entry asks for more of n than n has driven in the plan by the time at which m
 enters the cell. On the field, whatever machines were late by, take the machine whose plan clock
 (the time at which the plan has it where it is) is least, and whose next cell the plan enters first.
 All others are at least where they are in the plan at that time, and so have passed all that it
 needs: it can go on. The same holds for ties: the one who is behind has the other at its side or
-ahead. So while a machine has not arrived, one may drive on, as long as grain flows beside it.
+ahead. No tank is full before its combine is where the next cart comes to it, as its last visit left
+no more than that: where a cart waits for a combine, that one gets there. So while a machine has not
+arrived, one may drive on, as long as grain flows beside it.
 """
 
 from collections.abc import Sequence
@@ -37,7 +41,7 @@ AHEAD = 1800.0
 # How far a tied machine may be beyond its place beside the other one [m].
 SLACK = 0.5
 # How long grain may still have to flow, at the auger's rate, when tied machines part on the way; it
-# is taken by the next visit [s].
+# is taken by the next visit, if there is room for it until then [s].
 REST = 1.5
 # A station is passed this much before it, for rounding [m].
 PASSED = 1e-6
@@ -75,8 +79,9 @@ class Ties(NamedTuple):
             come to stand if it braked, shape (T, 2) [m].
         given: What the combine has given in all when the visit is over, infinite at its last one,
             which takes all that there is, shape (T,) [kg].
-        rests: What may be left of that to the combine's next visit, whose cart has room for it
-            beside all that it is to take until it is emptied, shape (T,) [kg].
+        rooms: What may be left of that to the combine's next visit at most. Its tank has room for
+            it until then, and the cart beside all that it is to take until it is emptied. Infinite
+            at the combine's last visit, shape (T,) [kg].
         last: Whether it is the combine's last visit, shape (T,).
     """
 
@@ -86,7 +91,7 @@ class Ties(NamedTuple):
     waits: np.ndarray
     slacks: np.ndarray
     given: np.ndarray
-    rests: np.ndarray
+    rooms: np.ndarray
     last: np.ndarray
 
 
@@ -163,19 +168,23 @@ def find_ties(work: PlannedWork) -> Ties:
         total[visit.combine] += visit.taken
         given[t] = total[visit.combine] * _more(work, visit.combine, rows["ends"][t, 0])
         last[t] = all(other.combine != visit.combine for other in visits[t + 1 :])
-    rests = _rests(work, visits, given)
-    return Ties(machines, **rows, given=np.where(last, np.inf, given), rests=rests, last=last)
+    rooms = _rooms(work, visits, rows["begins"][:, 0], given)
+    return Ties(machines, **rows, given=np.where(last, np.inf, given), rooms=rooms, last=last)
 
 
-def _rests(work: PlannedWork, visits: Sequence[CartVisit], given: np.ndarray) -> np.ndarray:
-    """What each visit may leave to its combine's next one, shape (T,) [kg].
+def _rooms(
+    work: PlannedWork, visits: Sequence[CartVisit], begins: np.ndarray, given: np.ndarray
+) -> np.ndarray:
+    """What each visit may leave to its combine's next one at most, shape (T,) [kg].
 
-    Carts that are planned full have no room for it. So every cart has room for all that it may have
-    to take, and the last visits leave nothing.
+    Carts that are planned full have no room for it, nor have tanks that are planned full when the
+    next cart comes. So every cart has room for all that it may have to take, the last visits leave
+    nothing, and no combine is full before it is where its cart comes.
 
     Args:
         work: The plan.
         visits: In order.
+        begins: Where their combines are then, shape (T,) [m].
         given: By each combine in all when each visit is over, shape (T,) [kg].
     """
     combines = np.array([visit.combine for visit in visits], dtype=np.int64)
@@ -190,11 +199,14 @@ def _rests(work: PlannedWork, visits: Sequence[CartVisit], given: np.ndarray) ->
     spare = np.zeros(len(visits))
     for tour in tours.values():
         spare[tour] = max(work.cart.capacity - taken[tour].sum(), 0.0) / len(tour)
-    rests = np.zeros(len(visits))
+    rooms = np.full(len(visits), np.inf)
     for n in set(combines.tolist()):
         own = np.flatnonzero(combines == n)
-        rests[own[:-1]] = np.minimum(REST * work.combines[n].unload_rate, spare[own[1:]])
-    return rests
+        at = grain_stations(work.plans[n].path)
+        tank = np.interp(begins[own[1:]], at, work.grain[n]) - given[own[:-1]]
+        free = np.maximum(work.combines[n].capacity - tank, 0.0)
+        rooms[own[:-1]] = np.minimum(free, spare[own[1:]])
+    return rooms
 
 
 def _more(work: PlannedWork, combine: int, station: float) -> float:

@@ -12,7 +12,7 @@ has to give. Each kilogram is added to one place.
 
 **At the end** nothing is left in a tank: a visit gives no more than planned, so that no cart lacks
 room at a later one; it leaves no more to the combine's next visit than that one's cart has room
-for, and the last visit takes all that there is.
+for, and the tank until then, and the last visit takes all that there is.
 """
 
 from typing import NamedTuple
@@ -38,7 +38,7 @@ from ..machines import (
     WAITING,
 )
 from .fleet import cut_up_to, planned_at, planned_time
-from .orders import PASSED, SLACK, last_below
+from .orders import PASSED, REST, SLACK, last_below
 from .planned_work import PIECE
 
 # Grain that is nothing [kg].
@@ -130,20 +130,28 @@ def tie_hold(fleet, ties, loads, stations, speeds, m, trusts):
         moves = ties.ends[t, 0] > ties.begins[t, 0]
         # What has still to flow, and what flows until the machine is at the end.
         rest = rest_of(fleet, ties, loads, stations, t)
-        soon = 0.0
-        if moves and not ties.last[t]:
-            soon = (end - stations[m]) / max(speeds[m], 0.1)
-        elif moves and trusts:
+        rate = fleet.unload_rates[ties.machines[t, 0]]
+        flows = 0.0
+        if moves:
+            flows = rate * max(end - stations[m], 0.0) / max(speeds[m], 0.1)
+        if not ties.last[t]:
+            # What there is no room for has to flow before, whatever would on the way.
+            leaves = min(flows + rate * REST, ties.rooms[t])
+        elif trusts:
+            leaves = flows - rate / 2
+        else:
             # A machine beside one that may be late cannot count on what flows on the way.
-            soon = max(end - stations[m], 0.0) / max(speeds[m], 0.1) - 0.5
-        flows = fleet.unload_rates[ties.machines[t, 0]] * soon
-        if rest <= max(ties.rests[t] + flows, NOTHING):
+            leaves = 0.0
+        if rest <= max(leaves, NOTHING):
             continue
         far = stations[n] + speeds[n] * speeds[n] / (2 * fleet.brakes[n])
         beyond = ties.slacks[t, own] - begin
         beyond += _beside(fleet, ties, t, own, far)
         if trusts and moves and not ties.last[t] and beyond > 0.0:
-            continue
+            lasting = planned_time(fleet.planned, m, end)
+            lasting -= planned_time(fleet.planned, m, stations[m])
+            if rest <= ties.rooms[t] + rate * lasting + NOTHING:
+                continue
         hold = min(
             hold, begin + max(min(beyond, end - begin), min(ties.waits[t, own], end - begin))
         )

@@ -138,19 +138,52 @@ def test_full_carts_leave_nothing_in_a_tank(crew_of, served, seed):
     assert driven.delivered[-1] == pytest.approx(work.grain[0][-1], abs=1e-6)
 
 
-def test_what_a_visit_may_leave_is_what_the_next_cart_has_room_for(served):
-    for work in (served, full_carts(served)):
+def tight_tanks(served):
+    """The same plan with little crop, and a tank that is full to the brim when a cart comes once.
+
+    With much crop a tank that is full too early is so only a few metres before the cart.
+    """
+    thin = replace(served, grown=0.4)
+    ties, at = find_ties(thin), grain_stations(thin.plans[0].path)
+    tanks = np.interp(ties.begins[:, 0], at, thin.grain[0]) - np.append(0.0, ties.given[:-1])
+    combines = [replace(each, capacity=float(tanks.max())) for each in thin.combines]
+    return replace(thin, combines=combines)
+
+
+@pytest.mark.parametrize("seed", [None, 0, 1, 2, 3])
+def test_a_tank_that_is_planned_full_gets_to_where_the_cart_comes(crew_of, served, seed):
+    work = tight_tanks(early_leaving(served))
+    ties = find_ties(work)
+    assert ties.rooms.min() == pytest.approx(0.0, abs=1e-6)
+    disturbance = None if seed is None else Disturbance(slowness=0.2, stops=6.0, seed=seed)
+    driven = crew_of(work, step=0.5).run(disturbance)
+    assert driven.arrived
+    assert driven.lost.max() == 0.0
+    assert driven.delivered[-1] == pytest.approx(work.grain[0][-1], abs=1e-6)
+    # Behind a visit no more is left of what it should give than there is room for.
+    given, at = (driven.cut - driven.tank)[:, 0], driven.stations[:, 0]
+    for t in range(len(ties.given) - 1):
+        following = at > ties.ends[t, 0] + 1e-6
+        assert ties.given[t] - given[following].min() <= ties.rooms[t] + 1e-6
+
+
+def test_what_a_visit_may_leave_is_what_the_next_cart_and_the_tank_have_room_for(served):
+    at = grain_stations(served.plans[0].path)
+    for work in (served, full_carts(served), tight_tanks(served)):
         ties = find_ties(work)
+        rooms = ties.rooms[:-1]
         # One combine: what visits take, and what may come on top of it from the one before.
         taken = [visit.taken for visit in sorted(work.visits, key=lambda each: each.begin)]
-        on_top = np.append(0.0, ties.rests[:-1])
+        on_top = np.append(0.0, rooms)
         tours = np.searchsorted([trip.begin for trip in work.trips], [v.begin for v in work.visits])
         for tour in np.unique(tours):
             assert (np.add(taken, on_top))[tours == tour].sum() <= work.cart.capacity + 1e-6
-        assert ties.rests[-1] == 0.0
+        cut = np.interp(ties.begins[1:, 0], at, work.grain[0])
+        assert (cut - ties.given[:-1] + rooms <= work.combines[0].capacity + 1e-6).all()
+        assert ties.rooms[-1] == np.inf
         assert ties.given[-1] == np.inf
-    assert find_ties(served).rests.max() == REST * served.combines[0].unload_rate
-    assert (find_ties(full_carts(served)).rests == 0.0).any()
+    assert find_ties(served).rooms.min() > REST * served.combines[0].unload_rate
+    assert (find_ties(full_carts(served)).rooms == 0.0).any()
 
 
 def test_all_is_cut_when_the_last_visit_is_over(served):
