@@ -124,8 +124,7 @@ def best_rotation(
     if truck is None:
         choices: list[tuple[bool, ...]] = [(False,) * size]
     elif size <= _ALL_TRIPS:
-        # After the last visit in any case: which visit is the first makes no difference.
-        choices = [(*trips, True) for trips in product((False, True), repeat=size - 1)]
+        choices = [trips for trips in product((False, True), repeat=size) if any(trips)]
     else:
         everies = [every for every in range(1, size + 1) if size % every == 0]
         choices = [tuple((n + 1) % every == 0 for n in range(size)) for every in everies]

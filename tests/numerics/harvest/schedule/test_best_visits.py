@@ -265,6 +265,27 @@ def test_a_quicker_truck_never_makes_what_carts_could_do_less():
     assert [answer.carts[0].group.carts for answer in answers] == [2, 2, 1]
 
 
+def test_carts_that_share_combines_drive_by_the_truck_after_whichever_visits_are_best():
+    # Whichever way round the tour is told: a trip after its last visit was taken for granted.
+    places = np.array([[0.0, 0.0], [90.0, 5.0], [80.0, 60.0], [10.0, 70.0]])
+    ways = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
+    fleet = Fleet(
+        (8_000.0, 5_000.0, 9_000.0, 6_000.0),
+        (30.0, 12.0, 26.0, 9.0),
+        (120.0, 110.0, 150.0, 130.0),
+        tuple(map(tuple, ways.tolist())),
+    )
+    truck = Truck(14_000.0, 20.0, 300.0, 10.0)
+    scales = [
+        best_visits(fleet, order, truck, 2).scale
+        for turn in range(4)
+        for way in (1, -1)
+        for order in [tuple(np.roll((0, 1, 2, 3), turn)[::way].tolist())]
+    ]
+    assert min(scales) > 0
+    assert scales == pytest.approx([scales[0]] * 8, rel=1e-6)
+
+
 def _with_carts(changed, carts):
     fleet, truck = changed
     return fleet, carts, truck
