@@ -195,6 +195,11 @@ class _Cart:
         until_empty = max(load - left_planned, 0.0) / net
         free = max(self._room - self._held - self._kept_free[place], 0.0)
         until_full = free / (net + tank.rate)
+        if plan is not None and 0.0 < start + until_empty - planned <= _ROUNDING * plan.period:
+            # Where augers deliver little more than combines cut, what rounding adds to a load would
+            # make the cart late, which adds more.
+            until_empty = max(planned - start, 0.0)
+            left_planned = load - net * until_empty
         emptied = start + min(until_empty, until_full)
         left_over = load - net * until_full if until_full < until_empty else min(load, left_planned)
         taken = load - left_over + tank.rate * (emptied - start)

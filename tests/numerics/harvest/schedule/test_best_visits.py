@@ -247,6 +247,23 @@ def test_a_cart_that_leaves_grain_behind_goes_on_for_ever(fleet, truck):
     assert max(line.loads.max() for line in timetable.carts) <= truck.cart_capacity * (1 + 1e-9)
 
 
+def test_rounding_makes_no_cart_late_whose_combines_cut_nearly_what_augers_deliver():
+    # Each second of delay is nine more beside the combine; a tank ran over after 13 rounds.
+    fleet = Fleet(
+        (8_726.4, 4_947.1), (93.037, 28.705), (103.375, 180.687), ((0.0, 19.0), (19.0, 0.0))
+    )
+    truck = Truck(34_030.0, 48.9, 221.27, 10.363)
+    factor = 0.995 * answer_schedule(fleet, 2, truck).travel_scale
+    nearer = replace(truck, travel_time=factor * truck.travel_time)
+    answer = answer_schedule(slower(fleet, factor), 2, nearer)
+    assert {cart.group.carts for cart in answer.carts} == {2}
+    timetable = answer_timetable(answer, 400)
+    assert not timetable.overflows
+    starts = [visit.start_unloading for visit in timetable.of_cart(0)]
+    period = answer.plans[0].period
+    np.testing.assert_allclose(np.diff(starts[::2]), period, rtol=1e-6)
+
+
 def test_a_quicker_truck_never_makes_what_carts_could_do_less():
     # As it is two carts follow one another. With a truck quicker by a tenth each has combines of
     # its own: that is enough, though not all that they could do.
