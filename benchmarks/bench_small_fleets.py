@@ -161,8 +161,13 @@ def is_beaten(fleet, truck, random) -> bool:
         if truck is not None:
             trips[:, -1] = True
         good = fullest(fleet, truck, words, trips, SHORT_ROUNDS) < 1
-        if good.any() and (fullest(fleet, truck, words[good], trips[good], ROUNDS) <= 1).any():
-            return True
+        if good.any():
+            once, twice = (
+                fullest(fleet, truck, words[good], trips[good], count * ROUNDS) for count in (1, 2)
+            )
+            # Where tanks still fill, if slowly, they run over later.
+            if ((twice <= 1) & (twice <= once + 1e-6)).any():
+                return True
     return False
 
 
