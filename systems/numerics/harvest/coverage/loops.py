@@ -61,9 +61,34 @@ def smooth_line(line: shapely.LineString, radius: float) -> shapely.LineString:
 
     Args:
         line: Its ends stay where they are, if they are farther than the radius from any turn; else
-            they come to lie beside, on the line that is rounded.
+            they come to lie beside, on the line that is rounded. It may come round to where it
+            began, and go on over that.
         radius: [m].
     """
+    smoothed = _smoothed(line, radius)
+    tips = shapely.get_coordinates(line)[[0, -1]]
+    comes_round = line.length > 16 * radius and math.dist(*tips) < 4 * radius
+    if not comes_round or _apart(smoothed, line) < SAME_ENDS:
+        return smoothed
+    # Curves beside it, which cross there, end anywhere near: each half is smoothed by itself.
+    middle, more = line.length / 2, 4 * radius
+    place = line.interpolate(middle)
+    first, last = (
+        _smoothed(shapely.LineString(shapely.get_coordinates(half)), radius)
+        for half in (
+            substring(line, 0.0, middle + more),
+            substring(line, middle - more, line.length),
+        )
+    )
+    parts = (
+        substring(first, 0.0, first.project(place)),
+        substring(last, last.project(place), last.length),
+    )
+    points = [shapely.get_coordinates(part) for part in parts]
+    return shapely.LineString(np.concatenate([points[0], points[1][1:]]))
+
+
+def _smoothed(line: shapely.LineString, radius: float) -> shapely.LineString:
     smoothed = line
     for side in (radius, -radius):
         rounded = _rounded(smoothed, side)

@@ -12,6 +12,7 @@ from sightfield.systems.numerics.harvest.coverage.driver import Driver, Gate, No
 from sightfield.systems.numerics.harvest.coverage.loops import (
     crop_to_offset,
     cutting_radius,
+    drive_edge,
     drive_line,
     lay_out_loops,
     smooth_line,
@@ -82,6 +83,20 @@ def test_a_line_that_comes_round_to_where_it_began_keeps_its_length():
     assert smoothed.length == pytest.approx(line.length, abs=6.0)
     assert smoothed.hausdorff_distance(line) < 1.3
     assert not smoothed.equals_exact(line, 1e-6)
+
+
+@pytest.mark.parametrize("name", ["circle_12", "blob_5"])
+def test_a_round_by_one_combine_begins_and_ends_where_it_should_wherever_that_is(
+    field_makers, name
+):
+    combine = Combine()
+    field = field_makers[name]()
+    region, ground = crop_to_offset(field, combine), CutGround.of(field, combine)
+    loop = lay_out_loops(region, combine, 0, ground.has_room)[0]
+    for begin in np.arange(0.0, loop.length, 17.3):
+        path = drive_edge(loop, begin, begin + loop.length + 2.0, (0.0, 0.0), combine)
+        for pose, station in ((path.poses[0], begin), (path.poses[-1], begin + 2.0)):
+            assert np.hypot(*(pose - loop.pose(station))[:2]) < 0.3
 
 
 @pytest.mark.parametrize("direction", [0.0, 0.7, 2.5])
