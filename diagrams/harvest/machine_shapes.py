@@ -74,7 +74,7 @@ def auger_shape(combine: CombineSize, reach: float, *, out: bool) -> shapely.Pol
     return shapely.box(-combine.length, left - 2 * half, root, left)
 
 
-def tractor_shape(cart: Cart) -> shapely.Polygon:
+def tractor_shape(cart: Cart) -> shapely.Geometry:
     """A cart's tractor about its rear axle, with a narrower bonnet in front [m]."""
     rear, front = cart.tractor_ends
     cab, bonnet = cart.width / 2, cart.width / 3
