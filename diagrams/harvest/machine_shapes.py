@@ -64,7 +64,13 @@ def tank_box(combine: CombineSize) -> tuple[float, float, float, float]:
 
 
 def auger_shape(combine: CombineSize, reach: float, *, out: bool) -> shapely.Polygon:
-    """The auger: out to the cart on the left, or folded back along the body [m]."""
+    """The auger, out to the cart on the left or folded back along the body [m].
+
+    Args:
+        combine: As it is.
+        reach: From the combine's middle to a cart's [m].
+        out: Whether it is out.
+    """
     half, root = 0.045 * combine.length, -0.3 * combine.length
     if out:
         # A little forward, for the box that it pours into is beside the header.
