@@ -31,14 +31,14 @@ def combine_colour(combine: int) -> str:
     return COLOURS[combine % len(COLOURS)]
 
 
-def combine_paint(combine: int) -> Rgba:
-    """The paint that shows as a combine's colour in the plots."""
-    return paint(*to_rgb(combine_colour(combine)))
+def combine_paint(combine: int, opacity: float = 1.0) -> Rgba:
+    """The paint that shows as a combine's colour in the plots.
 
-
-def combine_glow(combine: int) -> Rgba:
-    """The same, of a patch that lets the ground be seen."""
-    return paint(*to_rgb(combine_colour(combine)), opacity=0.45)
+    Args:
+        combine: Its number.
+        opacity: Below 1 the ground is seen through it [-].
+    """
+    return paint(*to_rgb(combine_colour(combine)), opacity=opacity)
 
 
 def crop_paint(combine: int) -> Rgba:

@@ -1,7 +1,7 @@
 """Combines, carts and trucks from above, as large as they are: what is seen is what is audited.
 
 Tanks fill, loads grow, and trucks stand at the edge. Where the field is large a patch of colour
-under each machine says where it is.
+under each combine says where it is.
 """
 
 import numpy as np
@@ -14,6 +14,7 @@ from ...systems.numerics.harvest.machines import (
     combine_outline,
 )
 from ...systems.numerics.planning.trailer import trailer_pose
+from ..planning.pictures import drawbar_shape
 from ..visuals.meshes import disc_mesh, extruded_mesh, flat_mesh, unit_bar_mesh
 from ..visuals.stage import Stage
 from .colours import (
@@ -26,12 +27,11 @@ from .colours import (
     TRAILER,
     TRUCK_BED,
     TRUCK_CAB,
-    combine_glow,
     combine_paint,
 )
 
-# Radius of the patch under a combine and its height, just above crop, in view heights.
-_GLOW, _ABOVE = 0.018, 0.0065
+# Radius of the patch under a combine and its height, just above crop, in view heights; its opacity.
+_GLOW, _ABOVE, _CLEAR = 0.018, 0.0065, 0.45
 # As high as a combine is long things are drawn on it, or so many view heights: higher than crop.
 _TALL = 0.03
 # A truck's bed and cab, and how far it stands beyond the edge [m].
@@ -116,7 +116,7 @@ class CombineShapes:
         for n in range(count):
             path = f"combines/{n}"
             stage.raise_to(f"{path}/glow", _ABOVE * span)
-            stage.mesh(f"{path}/glow/disc", disc_mesh(_GLOW * span), combine_glow(n))
+            stage.mesh(f"{path}/glow/disc", disc_mesh(_GLOW * span), combine_paint(n, _CLEAR))
             body = extruded_mesh(body_shape(combine), 0.0, 0.42 * tall)
             stage.mesh(f"{path}/body", body, combine_paint(n))
             stage.mesh(f"{path}/header", extruded_mesh(header, 0.0, 0.25 * tall), HEADER)
@@ -161,9 +161,9 @@ class CartShapes:
 
     def __init__(self, stage: Stage, cart: Cart, span: float, count: int) -> None:
         self._stage, self._cart = stage, cart
-        size, tall = cart.length, max(2 * cart.length, _TALL * span)
+        tall = max(2 * cart.length, _TALL * span)
         box = shapely.Polygon(cart_outline(cart).trailer)
-        bar = shapely.box(cart.box_ends[1], -0.025 * size, size, 0.025 * size)
+        bar = drawbar_shape(cart.trailer)
         for k in range(count):
             path = f"carts/{k}"
             tractor = extruded_mesh(tractor_shape(cart), 0.0, 0.35 * tall)

@@ -32,7 +32,14 @@ from ..carts.cart_plan import CartVisit
 from ..carts.cut_times import OpenGround, opens_along
 from ..carts.traffic import cart_boxes
 from ..paths import TimedPath
-from ..timing.conflicts import GAP, RUN, cells_are_near, run_discs
+from ..timing.conflicts import (
+    GAP,
+    RUN,
+    cells_are_near,
+    discs_are_near,
+    near_runs,
+    run_discs,
+)
 from ..timing.sweep import Sweep
 from .planned_work import PlannedWork, grain_stations
 
@@ -294,18 +301,15 @@ def _first_come(own, other, entered, others, passed, least, gap, even):
             ends = min(i + RUN, len(entered)) - 1
             begins = np.searchsorted(other.stations, need, side="right") - 1
             final = _entered_by(others, last, entered[ends], even)
-            count = 0
-            for run in range(max(begins, 0) // RUN, final // RUN + 1):
-                if not _are_apart(own_runs[i // RUN], runs[run], gap):
-                    near[count] = run
-                    count += 1
+            first, behind = max(begins, 0) // RUN, final // RUN + 1
+            count = near_runs(own_runs[i // RUN], runs, first, behind, gap, near)
         disc = own.discs[i, 0], own.discs[i, 1], own.discs[i, 2] + own.margins[i]
         found = False
         for k in range(count - 1, -1, -1):
             j = min((near[k] + 1) * RUN - 1, last)
             if found or other.stations[max(j, 0) + 1] <= need:
                 break
-            if j < near[k] * RUN or _are_apart(disc, runs[near[k]], gap):
+            if j < near[k] * RUN or not discs_are_near(disc, runs[near[k]], gap):
                 continue
             while j >= near[k] * RUN and other.stations[j + 1] > need:
                 if cells_are_near(own, other, i, j, gap):
@@ -325,14 +329,6 @@ def _entered_by(others, last, time, even):
     ):
         last += 1
     return last
-
-
-@kernel
-def _are_apart(one, other, gap):
-    """Whether two discs x, y, radius are no nearer than a gap [m]."""
-    x, y = one[0] - other[0], one[1] - other[1]
-    reach = one[2] + other[2] + gap
-    return x * x + y * y >= reach * reach
 
 
 @kernel

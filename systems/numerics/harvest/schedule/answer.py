@@ -188,7 +188,7 @@ def answer_schedule(
         fleet=fleet,
         truck=truck,
         carts=tuple(plans),
-        travel_scale=largest_scale(fleet, carts, truck, neighbours=neighbours),
+        travel_scale=largest_scale(groups, fleet, carts, truck, neighbours=neighbours),
         feasible=feasible,
         reasons=reasons,
         certificate=certificate,

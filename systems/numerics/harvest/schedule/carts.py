@@ -114,7 +114,7 @@ Groups = tuple[CartGroup, ...]
 
 def assign_combines(
     fleet: Fleet, carts: int, truck: Truck | None = None, *, neighbours: bool = False
-) -> tuple[CartGroup, ...]:
+) -> Groups:
     """The split of the combines among at most `carts` carts whose worst group is best.
 
     Carts share combines only where none of the splits without that serves all. Among equals the
@@ -140,24 +140,24 @@ def assign_combines(
 
 
 def largest_scale(
-    fleet: Fleet, carts: int, truck: Truck | None = None, *, neighbours: bool = False
+    groups: Groups,
+    fleet: Fleet,
+    carts: int,
+    truck: Truck | None = None,
+    *,
+    neighbours: bool = False,
 ) -> float:
     """By which factor all driving could be slower, with whatever groups are best then.
 
     Of many combines that are served anyway, with the groups that `assign_combines` has.
 
     Args:
+        groups: From `assign_combines`, which are the best of all where they serve not all.
         fleet, carts, truck, neighbours: As there.
-
-    Raises:
-        InvalidInput: There are no carts.
     """
-    best = -math.inf
-    for groups in _assignments(fleet, carts, truck, neighbours):
-        best = max(best, _worst(groups))
-        if best >= ENOUGH and fleet.size > _FEW:
-            break
-    return best
+    if _worst(groups) < ENOUGH or fleet.size > _FEW:
+        return _worst(groups)
+    return max(map(_worst, _assignments(fleet, carts, truck, neighbours)))
 
 
 def _assignments(

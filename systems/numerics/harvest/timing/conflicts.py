@@ -100,13 +100,7 @@ def _near_cells(a, b, gap):
     ends = np.empty(len(a.discs) + 16, dtype=np.int64)
     for i in range(len(a.discs)):
         if i % RUN == 0:
-            x, y, radius = runs_of_a[i // RUN]
-            found = 0
-            for r in range(len(runs_of_b)):
-                off = np.hypot(x - runs_of_b[r, 0], y - runs_of_b[r, 1])
-                if off < radius + runs_of_b[r, 2] + gap:
-                    near[found] = r
-                    found += 1
+            found = near_runs(runs_of_a[i // RUN], runs_of_b, 0, len(runs_of_b), gap, near)
         before = -2
         for r in near[:found]:
             for j in range(r * RUN, min((r + 1) * RUN, len(b.discs))):
@@ -138,6 +132,36 @@ def run_discs(sweep):
             beyond = own[k, 2] + sweep.margins[r * RUN + k]
             runs[r, 2] = max(runs[r, 2], np.hypot(own[k, 0] - x, own[k, 1] - y) + beyond)
     return runs
+
+
+@kernel
+def near_runs(disc, runs, first, behind, gap, near):
+    """Write which of some runs a disc is nearer to than a gap, in rising order; return how many.
+
+    Args:
+        disc: x, y and radius [m].
+        runs: From `run_discs`, shape (r, 3) [m].
+        first, behind: The first run that counts, and one after the last.
+        gap: [m].
+        near: Written, shape (at least r,).
+    """
+    count = 0
+    for run in range(first, behind):
+        if discs_are_near(disc, runs[run], gap):
+            near[count] = run
+            count += 1
+    return count
+
+
+@kernel
+def discs_are_near(one, other, gap):
+    """Whether two discs are nearer than a gap.
+
+    Args:
+        one, other: x, y and radius of each [m].
+        gap: [m].
+    """
+    return np.hypot(one[0] - other[0], one[1] - other[1]) < one[2] + other[2] + gap
 
 
 @kernel
