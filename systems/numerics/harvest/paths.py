@@ -167,6 +167,40 @@ def poses_between(
     )
 
 
+def rounded_path(points: np.ndarray, *, cutting: bool = False) -> MachinePath:
+    """The path ahead along a polyline, its corners rounded by the widest arcs that fit.
+
+    Each corner's arc touches both edges in their middles, if these are of one length: a polyline
+    along an arc gives nearly that arc.
+
+    Args:
+        points: At least two, shape (n, 2) [m].
+        cutting: Whether the header is down.
+    """
+    steps = np.diff(points, axis=0)
+    lengths = np.hypot(*steps.T)
+    headings = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
+    poses = [(points[0, 0], points[0, 1], headings[0])]
+
+    def drive_to(x: float, y: float, theta: float) -> None:
+        last = poses[-1]
+        if np.hypot(x - last[0], y - last[1]) > 1e-6:
+            poses.append((x, y, theta))
+
+    for k in range(1, len(points) - 1):
+        before, after = headings[k - 1], headings[k]
+        if abs(after - before) < 1e-6:
+            continue
+        tangent = min(lengths[k - 1], lengths[k]) / 2
+        x, y = points[k]
+        drive_to(x - tangent * np.cos(before), y - tangent * np.sin(before), before)
+        drive_to(x + tangent * np.cos(after), y + tangent * np.sin(after), after)
+    drive_to(points[-1, 0], points[-1, 1], headings[-1])
+    if len(poses) == 1:
+        poses.append(poses[0])
+    return MachinePath.of(poses, cutting=cutting)
+
+
 def join_paths(paths: Sequence[MachinePath]) -> MachinePath:
     """Paths of which each begins where the one before it ends, as one.
 

@@ -105,6 +105,7 @@ FIELDS: dict[str, Callable[[], Field]] = {
         _box(400, 300, 8), tuple(_disc(x, y, 0.8, 6) for x, y in ((60, 90), (170, 170), (270, 240)))
     ),
     "pond_edge_9": lambda: _field(_box(360, 250), (_disc(330, 130, 14, 9),)),
+    "river_5": lambda: _field(_box(300, 180), (_bend([(60, 50), (230, 130)], 8),)),
     "river_15": lambda: _field(
         _box(500, 300), (_bend([(90, 60), (220, 140), (300, 150), (420, 230)], 12),)
     ),

@@ -462,11 +462,14 @@ def _opens_under(ground, boxes, first, tractor, trailer, chosen):
     found = np.empty(len(chosen))
     for i in range(len(chosen)):
         latest = -np.inf
-        for k in range(first[chosen[i]], first[chosen[i] + 1]):
-            x, y, theta = tractor[k]
-            latest = max(latest, opens(ground, boxes[0], x, y, theta))
-            x, y, theta = trailer[k]
-            latest = max(latest, opens(ground, boxes[1], x, y, theta))
+        last = first[chosen[i] + 1] - 1
+        # Samples are far enough apart for a corner to come out between two of them.
+        for half in range(2 * first[chosen[i]], 2 * last + 1):
+            k, after = half // 2, (half + 1) // 2
+            for poses, box in ((tractor, boxes[0]), (trailer, boxes[1])):
+                x, y = (poses[k, 0] + poses[after, 0]) / 2, (poses[k, 1] + poses[after, 1]) / 2
+                theta = (poses[k, 2] + poses[after, 2]) / 2
+                latest = max(latest, opens(ground, box, x, y, theta))
             if latest == np.inf:
                 break
         found[i] = latest + AFTER_CUT

@@ -18,8 +18,9 @@ from .service import SET_OUT, Service
 from .surroundings import SAME, changed_surroundings, is_in_reach, standing_poses
 from .tanks import EMPTY
 
-# How many places for a stop, or beside a combine that stands, are tried.
-PLACES_TRIED = 8
+# How many places beside a combine that stands are tried, how many places for a stop, and how far
+# apart those are, as a part of the time before the tank is full.
+PLACES_TRIED, STOPS_TRIED, FARTHER = 8, 12, 0.25
 # Of places beside a combine that stands, so many are looked at together.
 TOGETHER = 12
 # What comes so long after a stop is of no account while a way to it is looked for [s].
@@ -66,9 +67,12 @@ def let_wait(service: Service, number: int, full: float) -> None:
     found: list[float] = []
     for ready, apart in ((True, 14.0), (False, 60.0)):
         for time in np.arange(full - 4.0, soonest, -5.0).tolist():
-            if len(found) < PLACES_TRIED and all(abs(time - t) >= apart for t in found):
+            # The farther back, the farther apart: a round or ring may have none for long.
+            apart = max(apart, FARTHER * (full - time))
+            if len(found) < STOPS_TRIED and all(abs(time - t) >= apart for t in found):
                 by_then = time if ready else np.inf
-                if len(standing_poses(service.world, plan.pose_at(time), by_then)):
+                places = standing_poses(service.world, plan.pose_at(time), by_then)
+                if len(service.world.planner.with_ways_out(places[:TOGETHER], by_then)):
                     found.append(time)
     # Rather not where that undoes what another combine stops for.
     kept = service.kept()

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..machines import MIDDLE, Cart, Combine, CombineSize, size_of
-from ..paths import MachinePath, TimedPath, runs_of
+from ..paths import MachinePath, TimedPath, rounded_path, runs_of
 from .cart_motion import trailer_angles, trailer_poses
 from .cut_times import GAP, OpenGround, opens_along
 from .roadmap import AFTER_CUT
@@ -24,8 +24,9 @@ from .traffic import Traffic, cart_boxes, least_gaps, without
 MOMENT = 1.0
 # Least way that a combine drives in a window [m].
 SHORTEST = 24.0
-# Largest curvature of a way beside which a cart drives [1/m].
-BEND = 1 / 45.0
+# Largest curvature of a way beside which a cart drives, on the mean of a stretch of it [1/m], [m]:
+# where an outline is a polygon, a combine turns by a little within a metre.
+BEND, STRETCH = 1 / 45.0, 8.0
 # Added to the gap to other machines, between moments [m].
 BETWEEN = 0.5
 
@@ -137,7 +138,13 @@ def find_windows(
 
 def gentle_runs(path: MachinePath) -> list[tuple[float, float]]:
     """First and last stations of what is driven ahead and bends little [m]."""
-    fits = (path.gears == 1) & (np.abs(path.curvatures) <= BEND)
+    turned = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path.poses[:, 2])))])
+    middles = (path.stations[:-1] + path.stations[1:]) / 2
+    before, after = (
+        np.interp(middles + side * STRETCH / 2, path.stations, turned) for side in (-1, 1)
+    )
+    bends = np.minimum(np.abs(path.curvatures), (after - before) / STRETCH)
+    fits = (path.gears == 1) & (bends <= BEND)
     runs = [(float(path.stations[a]), float(path.stations[b])) for a, b in runs_of(fits)]
     return [(first, last) for first, last in runs if last - first >= SHORTEST]
 
@@ -145,26 +152,25 @@ def gentle_runs(path: MachinePath) -> list[tuple[float, float]]:
 def lane_beside(path: MachinePath, first: float, last: float, place: Beside) -> Lane:
     """The way of a tractor beside a combine between two stations; at its end it goes straight on.
 
+    What the combine turns within a metre the tractor turns within a stretch.
+
     Args:
         path: Of the combine.
         first, last: Of a gentle run [m].
         place: Where the tractor is beside it.
     """
-    inside = path.stations[(path.stations > first + 1e-6) & (path.stations < last - 1e-6)]
-    at = np.concatenate([[first], inside, [last]])
+    count = max(1, math.ceil((last - first) / STRETCH))
+    at = np.linspace(first, last, count + 1)
     poses = path.pose_at(np.clip(at, first + 1e-9, last - 1e-9))
-    if first + 1e-6 < last:
-        # The tractor is ahead of the combine by so much of the way.
-        poses = np.vstack([poses, poses[-1]])
-        poses[-1, :2] += (place.ahead + 1.0) * np.array(
-            [math.cos(poses[-1, 2]), math.sin(poses[-1, 2])]
-        )
-        at = np.append(at, last + place.ahead + 1.0)
-    lane = poses.copy()
-    lane[:, 0] -= place.left * np.sin(poses[:, 2])
-    lane[:, 1] += place.left * np.cos(poses[:, 2])
-    way = MachinePath.of(lane)
-    return Lane(way, at - place.ahead, way.stations)
+    # The tractor is ahead of the combine by so much of the way.
+    poses = np.vstack([poses, poses[-1]])
+    poses[-1, :2] += (place.ahead + 1.0) * np.array([np.cos(poses[-1, 2]), np.sin(poses[-1, 2])])
+    at = np.append(at, last + place.ahead + 1.0)
+    left = np.column_stack([-np.sin(poses[:, 2]), np.cos(poses[:, 2])])
+    corners = poses[:, :2] + place.left * left
+    way = rounded_path(corners)
+    ways = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
+    return Lane(way, at - place.ahead, ways * (way.length / ways[-1]))
 
 
 def drive_beside(plan: TimedPath, lane: Lane, begin: float, end: float) -> TimedPath:

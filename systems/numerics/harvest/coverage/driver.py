@@ -371,29 +371,40 @@ def find_gate(
     raise NoWay("to the rings round a hole")
 
 
-def drive_gate(driver: Driver, gate: Gate, swath: MachinePath | None) -> None:
+def drive_gate(driver: Driver, gate: Gate, swath: MachinePath | None, reach: float) -> None:
     """Drive to some rings and round them, from the outermost inwards.
 
     Rings of a narrow header leave little room between the hole and the crop that stands round them:
-    the combine may have to go out as it came in.
+    the combine may have to go out as it came in. It goes out between two rings that are more than
+    its tank holds, since no cart comes to it there.
 
     Args:
         driver: Who stands at the gate's start.
         gate: The way to the rings.
         swath: That is driven before the gate's path, if there is one.
+        reach: How far it cuts until its tank is full [m].
 
     Raises:
-        NoWay: A ring cannot be entered from the one outside of it.
+        NoWay: A ring cannot be entered from the one outside of it, or from the gate.
     """
     begun = len(driver.paths)
     if swath is not None:
         driver.drive(swath)
     driver.drive(gate.path)
     came_in = len(driver.paths)
+    way_in = join_paths(driver.paths[begun:])
+    cut = way_in.length
     for number, ring in enumerate(gate.group):
+        if number > 0 and cut + ring.length > reach:
+            driver.ways_back = [_backwards(way_in)]
+            driver.go(way_in.poses[0])
+            driver.drive(MachinePath.of(way_in.poses, gears=way_in.gears.tolist()))
+            begun, cut = len(driver.paths) - 1, 0.0
+            came_in = len(driver.paths)
         begin = _next_ring(driver, ring) if number > 0 else ring.station(driver.pose)
         path = drive_line(ring.part(begin, begin + ring.length + OVERLAP), cutting=True)
         driver.drive(_from_pose(path, driver.pose))
+        cut += path.length
     ways = [driver.paths[begun:end] for end in (came_in, len(driver.paths))]
     driver.ways_back = [_backwards(join_paths(way)) for way in ways if way]
 

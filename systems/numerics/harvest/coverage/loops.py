@@ -15,7 +15,7 @@ from shapely.ops import substring
 
 from ..field.field import Field
 from ..machines import CombineSize
-from ..paths import MachinePath
+from ..paths import MachinePath, rounded_path
 from .cut_ground import GAP
 
 # Edges of the polylines that are driven along [m].
@@ -158,29 +158,7 @@ def drive_line(points: np.ndarray, *, cutting: bool) -> MachinePath:
     points = shapely.get_coordinates(
         shapely.line_interpolate_point(line, np.linspace(0.0, line.length, count + 1))
     )
-    steps = np.diff(points, axis=0)
-    lengths = np.hypot(*steps.T)
-    headings = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
-    poses = [(points[0, 0], points[0, 1], headings[0])]
-
-    def drive_to(x: float, y: float, theta: float) -> None:
-        last = poses[-1]
-        if math.hypot(x - last[0], y - last[1]) > 1e-6:
-            poses.append((x, y, theta))
-
-    for k in range(1, len(points) - 1):
-        turn = headings[k] - headings[k - 1]
-        if abs(turn) < 1e-6:
-            continue
-        tangent = min(lengths[k - 1], lengths[k]) / 2
-        x, y = points[k]
-        before, after = headings[k - 1], headings[k]
-        drive_to(x - tangent * math.cos(before), y - tangent * math.sin(before), before)
-        drive_to(x + tangent * math.cos(after), y + tangent * math.sin(after), after)
-    drive_to(points[-1, 0], points[-1, 1], headings[-1])
-    if len(poses) == 1:
-        poses.append(poses[0])
-    return MachinePath.of(poses, cutting=cutting)
+    return rounded_path(points, cutting=cutting)
 
 
 @dataclass(frozen=True, eq=False)

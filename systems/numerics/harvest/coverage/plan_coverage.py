@@ -98,7 +98,7 @@ class CoveragePaths:
 
 
 def find_coverages(
-    field: Field, combines: Sequence[Combine], *, pattern: str = "lands"
+    field: Field, combines: Sequence[Combine], *, pattern: str = "lands", reach: float = np.inf
 ) -> Iterator[CoveragePaths]:
     """Ways to cut a whole field: the first BUILT that were found, the quickest first, then others.
 
@@ -107,6 +107,7 @@ def find_coverages(
         combines: They, of one size.
         pattern: "lands": rounds in arcs, then a land of swaths for each combine; "thesis": rounds
             from the perimeter inwards, combines on adjacent ones (Zhang 2014, Figure 3.8).
+        reach: How far a combine cuts until its tank is full [m].
 
     Raises:
         InvalidInput: A value is out of its range.
@@ -121,7 +122,7 @@ def find_coverages(
         size.header_width,
     )
     faults: list[tuple[bool, str]] = []
-    every = _sound_coverages(field, combines, pattern, faults)
+    every = _sound_coverages(field, combines, pattern, reach, faults)
     first = sorted(itertools.islice(every, BUILT), key=lambda coverage: coverage.times.max())
     if not first:
         told = [f" ({fault})" for _, fault in sorted(faults, key=lambda each: each[0])[:1]]
@@ -135,7 +136,11 @@ def find_coverages(
 
 
 def _sound_coverages(
-    field: Field, combines: Sequence[Combine], pattern: str, faults: list[tuple[bool, str]]
+    field: Field,
+    combines: Sequence[Combine],
+    pattern: str,
+    reach: float,
+    faults: list[tuple[bool, str]],
 ) -> Iterator[CoveragePaths]:
     """Coverages that do what they should, one by one.
 
@@ -150,7 +155,7 @@ def _sound_coverages(
     least = LEAST_COVERAGE_HOLES if len(field.obstacles) >= 3 else LEAST_COVERAGE
     for candidate in _spread(candidates):
         try:
-            plan = _build(field, combines, candidate, ground, adjacent=pattern == "thesis")
+            plan = _build(field, combines, candidate, ground, reach, adjacent=pattern == "thesis")
         except NoWay as fault:
             faults.append((True, str(fault)))
             continue
@@ -189,6 +194,7 @@ def _build(
     combines: Sequence[Combine],
     candidate: Candidate,
     uncut: CutGround,
+    reach: float,
     *,
     adjacent: bool,
 ) -> CoveragePaths:
@@ -199,10 +205,10 @@ def _build(
     if not roads:
         raise NoWay("no room for a round")
     drivers = [Driver(uncut.copy_for(combine), []) for combine in combines]
-    _drive_rounds(drivers, candidate, field, adjacent=adjacent)
+    _drive_rounds(drivers, candidate, field, reach, adjacent=adjacent)
     for driver in drivers:
         driver.roads = roads
-    lands = _drive_swaths(drivers, candidate)
+    lands = _drive_swaths(drivers, candidate, reach)
     off_paths = _wait_off_paths(field, uncut, drivers, candidate, lands)
     paths = tuple(driver.path for driver in drivers)
     covered = covered_area(field, paths, size)
@@ -218,7 +224,7 @@ def driving_time(path: MachinePath, combine: Combine) -> float:
 
 
 def _drive_rounds(
-    drivers: list[Driver], candidate: Candidate, field: Field, *, adjacent: bool
+    drivers: list[Driver], candidate: Candidate, field: Field, reach: float, *, adjacent: bool
 ) -> None:
     """Drive all rounds, each in arcs of all combines, or each by one of them in turn."""
     count, combine = len(drivers), drivers[0].combine
@@ -253,10 +259,12 @@ def _drive_rounds(
         for driver in drivers:
             driver.roads = roads
         if number + 1 < len(candidate.rounds):
-            _drive_early_rings(drivers, candidate, number)
+            _drive_early_rings(drivers, candidate, number, reach)
 
 
-def _drive_early_rings(drivers: list[Driver], candidate: Candidate, number: int) -> None:
+def _drive_early_rings(
+    drivers: list[Driver], candidate: Candidate, number: int, reach: float
+) -> None:
     """Rings whose outermost is of this round: the next round goes round their holes too."""
     groups = ring_groups(candidate.rounds)
     lanes = [loop for loop in candidate.rounds[number] if not loop.hole]
@@ -266,7 +274,7 @@ def _drive_early_rings(drivers: list[Driver], candidate: Candidate, number: int)
             away = [float(np.hypot(*(driver.pose - gate.start)[:2])) for driver in drivers]
             driver = drivers[int(np.argmin(away))]
             driver.go(gate.start)
-            drive_gate(driver, gate, None)
+            drive_gate(driver, gate, None, reach)
     _share_ground(drivers)
 
 
@@ -328,7 +336,7 @@ def _wait_off_paths(
     return off_paths
 
 
-def _drive_swaths(drivers: list[Driver], candidate: Candidate) -> list[list[int]]:
+def _drive_swaths(drivers: list[Driver], candidate: Candidate, reach: float) -> list[list[int]]:
     """Drive all rings that are left and all swaths; the swaths of each combine, by number."""
     swaths = candidate.swaths
     groups = ring_groups(candidate.rounds)
@@ -358,7 +366,7 @@ def _drive_swaths(drivers: list[Driver], candidate: Candidate) -> list[list[int]
             swath = None
             if gate.node is not None:
                 swath = swaths[gate.node // 2].path(back=bool(gate.node % 2))
-            drive_gate(driver, gate, swath)
+            drive_gate(driver, gate, swath, reach)
         done = {gate.node // 2 for gate in mine if gate.node is not None}
         land = [k for k in land if k not in done]
         order = order_swaths(_swath_times(swaths, land, done, driver), number)

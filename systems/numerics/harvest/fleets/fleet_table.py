@@ -9,7 +9,7 @@ from ...errors import InvalidInput, require
 from ..field.field import Field
 from ..field.yield_map import YieldMap
 from ..machines import Cart, Combine
-from ..plan.harvest_plan import CombinePlan, plan_combines, truck_places
+from ..plan.harvest_plan import CombinePlan, plan_combines, tank_reach, truck_places
 from ..trucks import TruckFleet
 from .cart_rounds import run_carts, work_ahead
 from .figures import FleetFigures, figures_of_model
@@ -88,7 +88,9 @@ def fleet_table(
         try:
             team = (planned or {}).get(count)
             if team is None:
-                team = plan_combines(field, combines[:count], pattern=pattern, seed=seed)
+                crew = combines[:count]
+                reach = tank_reach(field, crew, density)
+                team = plan_combines(field, crew, pattern=pattern, seed=seed, reach=reach)
         except InvalidInput as error:
             refused.append((count, 0, str(error)))
             continue

@@ -15,7 +15,7 @@ from ..carts.visits import serve_combines
 from ..coverage.plan_coverage import BUILT, CoveragePaths, find_coverages
 from ..coverage.precedence import crop_under_bodies, find_precedence
 from ..field.field import Field
-from ..field.yield_map import YieldMap
+from ..field.yield_map import YieldMap, mean_density
 from ..machines import Cart, Combine, CombineSize, combine_outline, size_of
 from ..paths import TimedPath
 from ..timing.sweep import grid_stations, sweep_of
@@ -39,6 +39,8 @@ FIRST_TRUCK = 0.125
 OTHER_TRUCK = 0.38
 # How far a cart is emptied from the place of its truck, at most [m].
 NEAR_TRUCK = 60.0
+# Part of a tank that is counted on where no cart comes.
+SURE = 0.9
 # Straight pieces of work that are shorter are no way for a cart [m].
 SHORTEST_LINE = 30.0
 # Carts come to a truck and leave it on a way that is about straight for so long [m], [rad].
@@ -95,7 +97,12 @@ class CombinePlan:
 
 
 def plan_combines(
-    field: Field, combines: Sequence[Combine], *, pattern: str = "lands", seed: int = 0
+    field: Field,
+    combines: Sequence[Combine],
+    *,
+    pattern: str = "lands",
+    seed: int = 0,
+    reach: float = np.inf,
 ) -> CombinePlan:
     """Plan how combines cut a field: of the best ways to cut it the one that is done first.
 
@@ -104,16 +111,22 @@ def plan_combines(
         combines: They, of one size.
         pattern: Of the paths; see `find_coverages`.
         seed: Of the orders that are tried.
+        reach: How far a combine cuts until its tank is full [m].
 
     Raises:
         InvalidInput: A value is out of its range.
         NoPlan: The combines cannot cut the field, or block one another.
     """
-    return next(find_combine_plans(field, combines, pattern=pattern, seed=seed))
+    return next(find_combine_plans(field, combines, pattern=pattern, seed=seed, reach=reach))
 
 
 def find_combine_plans(
-    field: Field, combines: Sequence[Combine], *, pattern: str = "lands", seed: int = 0
+    field: Field,
+    combines: Sequence[Combine],
+    *,
+    pattern: str = "lands",
+    seed: int = 0,
+    reach: float = np.inf,
 ) -> Iterator[CombinePlan]:
     """Plans of combines: the best ways to cut a field, what is done first first, then other ways.
 
@@ -124,6 +137,7 @@ def find_combine_plans(
         combines: They, of one size.
         pattern: Of the paths; see `find_coverages`.
         seed: Of the orders that are tried.
+        reach: How far a combine cuts until its tank is full [m].
 
     Raises:
         InvalidInput: A value is out of its range.
@@ -131,7 +145,7 @@ def find_combine_plans(
     """
     best: list[CombinePlan] = []
     blocked: list[Standstill | TroddenCrop] = []
-    every = find_coverages(field, combines, pattern=pattern)
+    every = find_coverages(field, combines, pattern=pattern, reach=reach)
     untimed: list[CoveragePaths] = []
     for number, coverage in enumerate(every):
         if best and coverage.times.max() >= min(plan.makespan for plan in best):
@@ -302,7 +316,8 @@ def plan_harvest(
             a combine or to its truck.
     """
     progress("paths and times of the combines", 0.0)
-    teams = find_combine_plans(field, combines, pattern=pattern, seed=seed)
+    reach = tank_reach(field, combines, density)
+    teams = find_combine_plans(field, combines, pattern=pattern, seed=seed, reach=reach)
     stage = "visits and routes of the carts"
 
     def served(team: CombinePlan, first_truck: float, failure: Failure | None) -> HarvestPlan:
@@ -354,6 +369,18 @@ def plan_harvest(
     raise faults[0]
 
 
+def tank_reach(field: Field, combines: Sequence[Combine], density: float | YieldMap) -> float:
+    """How far a combine surely cuts until its tank is full [m].
+
+    Args:
+        field: The field.
+        combines: They.
+        density: Of the crop [kg/m^2].
+    """
+    mean = mean_density(density, field.polygon)
+    return min(SURE * each.capacity / (mean * each.header_width) for each in combines)
+
+
 def swath_lines(team: CombinePlan) -> list[np.ndarray]:
     """Straight pieces of work, along which carts may drive, two points each (2, 2) [m]."""
     lines = []
@@ -383,9 +410,9 @@ def truck_places(
         InvalidInput: The margin has no room for so many, or none near the places of trucks.
     """
     field = team.field
-    # Not as far out as carts may drive: there a cell less is open where a field lies aslant.
+    # Not as far out as carts may drive: they swing out a little where they come in.
     ring = field.outline.buffer(
-        max(field.margin - cart.width, field.margin / 2), quad_segs=16
+        max(field.margin - cart.width - FREE, field.margin / 2), quad_segs=16
     ).exterior
     line = np.array(ring.coords)
     # Carts drive round the field as the combines of the first round do.

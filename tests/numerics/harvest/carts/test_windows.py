@@ -91,6 +91,30 @@ def test_a_tractor_stands_beside_a_combine_that_stands_in_a_bend(stands_at, stop
     assert timed.speeds[-1] == 0.0
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_cart_stays_beside_a_combine_along_a_polygon(side):
+    """The combine turns by a little within a metre at each corner, to the right or to the left."""
+    combine, cart = Combine(), Cart()
+    angles = side * np.linspace(0.0, 2.0, 25)
+    path = drive_line(200.0 * np.column_stack([np.cos(angles), np.sin(angles)]), cutting=True)
+    assert np.abs(path.curvatures).max() > 1 / 20.0
+    assert gentle_runs(path) == [(0.0, path.length)]
+    times = np.array([0.0, path.length / combine.speed])
+    plan = TimedPath(path, times, np.array([0.0, path.length]), np.full(2, combine.speed))
+    place = beside(combine, cart)
+    lane = lane_beside(path, 0.0, path.length, place)
+    timed = drive_beside(plan, lane, 10.0, times[1] - 5.0)
+    assert np.abs(np.diff(timed.speeds) / np.diff(timed.times)).max() < cart.acceleration / 2
+    beside_it = CartMotion(timed, cart, 0.0)
+    assert np.abs(beside_it.timed.path.curvatures).max() < 1 / cart.turning_radius
+    moments = np.linspace(10.0, times[1] - 5.0, 300)
+    tractor, trailer = beside_it.poses_at(moments)
+    angles = np.remainder(tractor[:, 2] - trailer[:, 2] + np.pi, 2 * np.pi) - np.pi
+    for pose, ahead, angle in zip(plan.pose_at(moments), tractor, angles, strict=True):
+        state = np.array([*ahead, angle])
+        assert is_alongside(pose, state, cart.length, cart.hitch_offset, place.left, False)
+
+
 def test_gentle_runs_end_where_the_path_turns(hand_made):
     made = hand_made(160.0, 130.0, 1)
     path = made.plans[0].path

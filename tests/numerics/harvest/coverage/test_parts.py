@@ -286,7 +286,7 @@ def test_a_narrow_header_leaves_the_ring_round_a_pole_as_it_came_there(field_mak
     gate = Gate((ring,), None, start, MachinePath.of([start, on_ring], cutting=True), x - 12.0)
     driver = Driver(ground, [])
     driver.go(start)
-    drive_gate(driver, gate, None)
+    drive_gate(driver, gate, None, np.inf)
     goal = np.array([10.0, 60.0, math.pi / 2])
     came = driver.path.length
     driver.go(goal)

@@ -11,6 +11,7 @@ import shapely
 from sightfield.systems.numerics.errors import InvalidInput, NoPlan, require
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
 from sightfield.systems.numerics.harvest.carts.cut_times import CELL, cut_times
+from sightfield.systems.numerics.harvest.carts.visits import serve_combines
 from sightfield.systems.numerics.harvest.carts.windows import beside
 from sightfield.systems.numerics.harvest.coverage.plan_coverage import BUILT, find_coverages
 from sightfield.systems.numerics.harvest.field.field import Field
@@ -27,6 +28,7 @@ from sightfield.systems.numerics.harvest.plan.harvest_plan import (
     NEAR_TRUCK,
     plan_combines,
     plan_harvest,
+    tank_reach,
     truck_places,
 )
 from sightfield.systems.numerics.harvest.timing.timetable import Block, Standstill
@@ -177,6 +179,21 @@ def test_all_grain_of_a_field_is_delivered(
     checked(logs, plan)
 
 
+def test_between_rings_that_are_more_than_its_tank_a_combine_comes_out(field_makers, logs):
+    """No cart gets to it between a river and the crop that stands round it."""
+    field, team = field_makers["river_5"](), [Combine(capacity=4500.0)]
+    crew = {"carts": 1, "density": 0.8}
+    reach = tank_reach(field, team, 0.8)
+    assert reach == pytest.approx(0.9 * 4500.0 / 0.8 / 9.0)
+    rings = shapely.union_all(field.obstacles).buffer(9.0).exterior.length * 2
+    assert rings > reach > rings / 2
+    with pytest.raises(NoPlan, match="combines that wait"):
+        plan_harvest(field, team, Cart(), team=plan_combines(field, team), **crew)
+    plan = plan_harvest(field, team, Cart(), **crew)
+    checked(logs, plan)
+    assert plan.combines.coverage.length < 1.1 * plan_combines(field, team).coverage.length
+
+
 def test_a_combine_with_a_small_tank_stops_where_the_cart_can_come(logs):
     # Heavy crop: the tank is full before the first round is done.
     plan = plan_harvest(
@@ -197,12 +214,22 @@ def test_a_combine_with_a_small_tank_stops_where_the_cart_can_come(logs):
         assert 0.5 * stands.sum() >= stop.duration - 1.0
 
 
-def test_where_carts_cannot_serve_combines_these_cut_the_field_in_another_way(field_makers, logs):
-    field = field_makers["blob_7"]()
-    crew, team = {"carts": 1, "density": 0.8}, [Combine()] * 3
-    with pytest.raises(NoPlan, match="`carts` must"):
-        plan_harvest(field, team, Cart(), team=plan_combines(field, team), **crew)
-    checked(logs, plan_harvest(field, team, Cart(), **crew))
+def test_where_carts_cannot_serve_combines_these_cut_the_field_in_another_way(
+    monkeypatch, field_makers, logs
+):
+    field, tried = field_makers["blob_7"](), []
+
+    def serve_other_ways(ground, combines, cart, plans, *others):
+        tried.append(plans)
+        if len(tried) == 1:
+            raise NoPlan("`carts` must find ways to combine 0; got none")
+        return serve_combines(ground, combines, cart, plans, *others)
+
+    monkeypatch.setattr(harvest_plan, "serve_combines", serve_other_ways)
+    plan = plan_harvest(field, [Combine()] * 3, Cart(), carts=1, density=0.8)
+    assert len(tried) == 2
+    assert list(plan.combines.paths) == list(tried[1])
+    checked(logs, plan)
 
 
 def test_no_truck_stands_at_the_tip_of_a_star(field_makers, logs):
