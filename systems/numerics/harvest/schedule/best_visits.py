@@ -37,7 +37,7 @@ from .certain_limit import is_excluded, last_factor
 from .fleet import Fleet, Round, Truck, round_of
 from .limits import best_rotation, best_round, unloading_share
 from .periodic_plan import travel_scale_max
-from .word_limit import Tanks, Vector, tanks_of, ways_of
+from .word_limit import Tanks, Vector, tanks_of, ways_of, word_limit
 
 # Visits in a row that a branch may have, and states kept for each combine of those that failed.
 _DEEPEST, _KEPT = 400, 10_000
@@ -61,6 +61,8 @@ _BETTER = 1e-6
 _LEAST = 1e-3
 # With this factor there is a schedule.
 ENOUGH = 1.0 - 1e-12
+# By which limits of words are rounded [-].
+_ROUNDING = 1e-9
 
 
 class Outcome(Enum):
@@ -425,7 +427,18 @@ def visits_that_serve(
 
 
 def can_keep_up(fleet: Fleet, round_: Round) -> bool:
-    """Whether visits can be repeated for ever."""
+    """Whether visits can be repeated for ever.
+
+    Those of one cart to several combines are judged in microseconds; see `word_limit`.
+    """
+    served = tuple(dict.fromkeys(round_.combines))
+    if round_.carts == 1 and len(served) > 1:
+        part = fleet.part(served)
+        word = np.array([served.index(n) for n in round_.combines])
+        ways = ways_of(part, round_.truck)
+        limit = word_limit(word, np.array(round_.trips), tanks_of(part), ways, 0.0)
+        if not math.isnan(limit):
+            return limit >= 1.0 - _ROUNDING
     return travel_scale_max(fleet, round_) >= ENOUGH
 
 

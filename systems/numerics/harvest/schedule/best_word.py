@@ -10,6 +10,7 @@ the trips that can go with it, and the best of what comes of all of them are kep
 is another that may grow. Nothing says that no word is better.
 """
 
+import math
 from itertools import permutations, product
 from typing import NamedTuple
 
@@ -124,7 +125,8 @@ def _look_at_all(
     """The limit of the best word, minus infinity if none is beyond `least`, and its length.
 
     Of a branch we know what has passed since the cart left each combine or, of those that it has
-    not come to, since the word began. Of words that are the same from another visit on only the
+    not come to, since the word began; and what it has driven, which says how many visits and trips
+    there must be at least. Of words that are the same from another visit on only the
     first in lexical order is looked at, and none that is a shorter one told twice (Lyndon words, by
     the period of what is written so far, Fredricksen and Maiorana 1978).
     """
@@ -135,6 +137,8 @@ def _look_at_all(
     word, trips = np.zeros(longest, dtype=np.int64), np.zeros(longest, dtype=np.bool_)
     tried, missing = np.zeros(longest, dtype=np.int64), np.zeros(longest, dtype=np.int64)
     passed = np.zeros((longest, count))
+    visits, driven = np.zeros((longest, count), dtype=np.int64), np.zeros(longest)
+    visits[0, 0] = 1
     # Of the visits before each one.
     periods = np.zeros(longest + 1, dtype=np.int64)
     missing[0], periods[0] = count - 1, 1
@@ -169,16 +173,58 @@ def _look_at_all(
         in_time = True
         for n in range(count):
             passed[depth + 1, n] = passed[depth, n] + way
+            visits[depth + 1, n] = visits[depth, n] + (1 if n == there else 0)
             in_time &= passed[depth + 1, n] * tanks.fill_rates[n] <= tanks.capacities[n]
-        left = missing[depth]
-        if not (word[: depth + 1] == there).any():
-            left -= 1
-        if not in_time or left > longest - depth - 2:
+        left = missing[depth] - (1 if visits[depth, there] == 0 else 0)
+        rest = longest - depth - 2
+        if not in_time or left > rest:
+            continue
+        driven[depth + 1] = driven[depth] + way
+        ready = visits[depth + 1], trips[: depth + 1].sum()
+        if not _can_be_enough(*ready, driven[depth + 1], rest, tanks, ways):
             continue
         depth += 1
         word[depth], passed[depth, there] = there, 0.0
         missing[depth], tried[depth], periods[depth] = left, 0, period
     return limit, size
+
+
+@kernel
+def _can_be_enough(
+    visits: NDArray[np.int64], stops: int, driven: float, rest: int, tanks: Tanks, ways: Ways
+) -> bool:
+    """Whether so many visits more, and trips after them, can serve tanks and the cart.
+
+    What is driven leaves the rest of the period, which it bounds, for unloading. Between two visits
+    to one combine its tank fills, during all ways and all stays with others; the truck gets all, no
+    more than a full cart a trip.
+
+    Args:
+        visits: To each combine so far, (N,).
+        stops: Trips so far.
+        driven: By then, at least [s].
+        rest: How many visits there may be yet; after the last of these, too, there may be a trip.
+        tanks, ways: Of them.
+    """
+    filled, busy = 0.0, 0.0
+    for n in range(len(visits)):
+        filled += tanks.fill_rates[n]
+        busy += tanks.fill_rates[n] / (tanks.net_rates[n] + tanks.fill_rates[n])
+    if np.isfinite(ways.room):
+        busy += filled * ways.unloading
+    if busy >= 1.0:
+        return False
+    period = driven / (1.0 - busy)
+    if np.isfinite(ways.room):
+        if filled * period > (stops + rest + 1) * ways.room * (1.0 + _BETTER):
+            return False
+    lacking = 0
+    for n in range(len(visits)):
+        share = tanks.fill_rates[n] / (tanks.net_rates[n] + tanks.fill_rates[n])
+        away = driven + period * (busy - share)
+        tanks_full = away * tanks.fill_rates[n] / tanks.capacities[n]
+        lacking += max(0, math.ceil(tanks_full * (1.0 - _BETTER)) - visits[n])
+    return lacking <= rest
 
 
 @kernel
