@@ -181,18 +181,20 @@ def earliest_arrivals(roadmap: Roadmap, node: int, time: float) -> np.ndarray:
     return labels
 
 
-def opens_to(roadmap: Roadmap, nodes: np.ndarray) -> np.ndarray:
+def opens_to(roadmap: Roadmap, nodes: np.ndarray, closed: np.ndarray) -> np.ndarray:
     """From when on there is a way from each node to any of some nodes, shape (n,) [s].
 
     Args:
         roadmap: With nodes and edges.
         nodes: Numbers of those to which ways lead, shape (k,).
+        closed: Edges that no way takes, shape (E,).
     """
     edges = roadmap.edges
     labels = np.full(len(roadmap.nodes), np.inf)
     labels[nodes] = -np.inf
     none = np.zeros(len(edges.source))
-    _spread(labels, *_by_node(edges.target, edges.source, len(labels)), edges.opens, none)
+    opens = np.where(closed, np.inf, edges.opens)
+    _spread(labels, *_by_node(edges.target, edges.source, len(labels)), opens, none)
     return labels
 
 

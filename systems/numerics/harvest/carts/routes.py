@@ -43,7 +43,7 @@ from .roadmap import (
     opens_to,
 )
 from .search import Intervals, Task, search
-from .traffic import Traffic, blocked_along, cart_boxes, during, joined
+from .traffic import Traffic, blocked_along, cart_boxes, during, joined, least_gaps
 
 # Half of the way between two stations moves no corner of a cart farther than this [m].
 HALF_WAY = 0.6 * WAY
@@ -89,7 +89,8 @@ class RoutePlanner:
             shape (n, m).
         last_blocked: Number of the last such moment of each, -1 for none, shape (n,).
         exits: Nodes from which carts drive to their trucks, shape (e,).
-        ways_out: From when on there is a way from each node to one of these, shape (n,) [s].
+        ways_out: From when on there is a way from each node to one of these that leads past all
+            combines where these stand in the end, shape (n,) [s].
         room: Edges of the roadmap, with room behind them for those of a search, and for their
             samples.
     """
@@ -381,7 +382,7 @@ def make_planner(
         opens = before.room.opens.copy()
         opens[: len(roadmap.edges.opens)] = roadmap.edges.opens
         room = before.room._replace(opens=opens)
-    out = opens_to(roadmap, exits)
+    out = opens_to(roadmap, exits, _too_near_in_the_end(roadmap.edges, cart, combines))
     last = _last_of_each(blocked)
     return RoutePlanner(ground, cart, roadmap, combines, blocked, last, exits, out, room)
 
@@ -393,6 +394,24 @@ def _blocked_at(
     behind = trailer_poses(nodes, np.zeros(len(nodes)), cart)
     gap = GAP + ROUGH
     return blocked_along(traffic, cart_boxes(cart), nodes, behind, gap, begin, STEP, count)
+
+
+def _too_near_in_the_end(edges: Edges, cart: Cart, combines: Traffic) -> np.ndarray:
+    """Edges that lead too near to where combines stand in the end, shape (E,)."""
+    stand = combines.poses[:, -1]
+    x, y, radius = edges.circle.T
+    away = np.hypot(x - stand[:, :1], y - stand[:, 1:2]) - radius
+    found = (away < np.abs(combines.boxes).sum(axis=1)[:, None] + GAP + ROUGH).any(axis=0)
+    near = np.flatnonzero(found)
+    counts = np.diff(edges.first)[near]
+    samples = np.repeat(edges.first[:-1][near] - np.cumsum(counts) + counts, counts)
+    samples += np.arange(len(samples))
+    late = np.full(len(samples), combines.begin + combines.poses.shape[1] * MOMENT)
+    gaps = least_gaps(
+        combines, cart_boxes(cart), edges.tractor[samples], edges.trailer[samples], late
+    )
+    found[np.setdiff1d(near, np.repeat(near, counts)[gaps < GAP + ROUGH])] = False
+    return found
 
 
 def _with_room(edges: Edges) -> Edges:

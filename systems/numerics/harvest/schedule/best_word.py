@@ -215,9 +215,9 @@ def _can_be_enough(
     if busy >= 1.0:
         return False
     period = driven / (1.0 - busy)
-    if np.isfinite(ways.room):
-        if filled * period > (stops + rest + 1) * ways.room * (1.0 + _BETTER):
-            return False
+    most = (stops + rest + 1) * ways.room
+    if filled * period > most * (1.0 + _BETTER):
+        return False
     lacking = 0
     for n in range(len(visits)):
         share = tanks.fill_rates[n] / (tanks.net_rates[n] + tanks.fill_rates[n])

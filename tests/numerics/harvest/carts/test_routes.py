@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import shapely
 
 from sightfield.systems.numerics.harvest.carts.cart_motion import (
     CartMotion,
@@ -15,7 +16,7 @@ from sightfield.systems.numerics.harvest.carts.routes import Standing, make_plan
 from sightfield.systems.numerics.harvest.carts.surroundings import field_lines
 from sightfield.systems.numerics.harvest.carts.traffic import cart_traffic, combine_traffic
 from sightfield.systems.numerics.harvest.carts.windows import beside, drive_beside, find_windows
-from sightfield.systems.numerics.harvest.machines import Cart
+from sightfield.systems.numerics.harvest.machines import Cart, cart_outline, combine_outline
 from sightfield.systems.numerics.harvest.paths import MachinePath, TimedPath
 
 TRUCK = np.array([100.0, -14.0, 0.3])
@@ -82,6 +83,43 @@ def test_a_cart_drives_from_its_truck_to_every_window_and_back(hand_made, audit,
     assert found.along <= cart.acceleration + 1e-6
     assert found.across <= cart.lateral_acceleration + 1e-6
     assert found.curvature <= 1 / cart.turning_radius + 1e-9
+
+
+def test_no_way_out_leads_past_a_combine_that_has_parked(hand_made, outlines_at):
+    """A cart drove between two combines that parked there, and had to stay."""
+    made = hand_made(180.0, 150.0, 1, margin=28.0)
+    cart, plan = Cart(), made.plans[0]
+    cut = cut_times(made.field, made.combine, made.plans)
+    ground = opened(free_cells(made.field, cut), cut)
+    roadmap = make_roadmap(ground, cart, field_lines(made.field, made.combine, made.swaths))
+    nodes, edges = roadmap.nodes, roadmap.edges
+    parked = combine_traffic(made.combine, made.plans)
+    planner = make_planner(ground, cart, roadmap, parked, TRUCK[None])
+    # By outlines, at samples of the edges; what passes by on half a metre may be left out.
+    own = outlines_at(np.array(combine_outline(made.combine)), plan.pose_at([plan.end]))[0]
+    parts = [np.array(part)[None] for part in cart_outline(cart)]
+    tractor = outlines_at(parts[0], edges.tractor)[:, 0]
+    trailer = outlines_at(parts[1], edges.trailer)[:, 0]
+    gaps = np.min([shapely.distance(box, each) for box in own for each in (tractor, trailer)], 0)
+    gaps = np.minimum.reduceat(gaps, edges.first[:-1])
+    assert np.count_nonzero(gaps == 0.0) > 10
+
+    def with_way_out(usable):
+        known = np.zeros(len(nodes), dtype=bool)
+        known[planner.exits] = True
+        for _ in range(len(nodes)):
+            reached = known.copy()
+            reached[edges.source[usable & known[edges.target]]] = True
+            if (reached == known).all():
+                break
+            known = reached
+        return known
+
+    opened_once = edges.opens < np.inf
+    found = planner.ways_out < np.inf
+    assert (found <= with_way_out(opened_once & (gaps > 0.5))).all()
+    assert (found >= with_way_out(opened_once & (gaps > 1.5))).all()
+    assert 0 < found.sum() < with_way_out(opened_once).sum()
 
 
 def test_the_audit_sees_a_cart_that_drives_where_it_likes(hand_made, audit):
