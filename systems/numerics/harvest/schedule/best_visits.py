@@ -61,6 +61,9 @@ _BETTER = 1e-6
 _LEAST = 1e-3
 # With this factor there is a schedule.
 ENOUGH = 1.0 - 1e-12
+# Visits of the longest words that are all looked at, by the number of combines: at least two to
+# each, and no more than take some hundredths of a second.
+_ALL_UP_TO = {2: 10, 3: 8, 4: 8}
 # By which limits of words are rounded [-].
 _ROUNDING = 1e-9
 
@@ -297,7 +300,7 @@ def best_visits(
     served = fleet.part(order)
     tanks, ways = tanks_of(served), ways_of(served, None)
     if len(order) <= _FEW:
-        word = best_short_word(tanks, ways, 2 * len(order), max(scale, 0.0))
+        word = best_short_word(tanks, ways, _ALL_UP_TO[len(order)], max(scale, 0.0))
         round_, scale = _better(fleet, order, None, word, (round_, scale))
     for _ in range(_ORDERS):
         asked = max(scale, _LEAST) * (1.0 + ACCURACY)
@@ -342,7 +345,7 @@ def _best_by_truck(
     if not few or best[1] >= asked:
         return best
     least = max(best[1], 0.0 if math.isinf(asked) else asked * (1.0 - ACCURACY / 2))
-    word = best_short_word(tanks, ways, 2 * size, least)
+    word = best_short_word(tanks, ways, _ALL_UP_TO[size], least)
     if word.limit > -math.inf:
         best = _better(fleet, order, truck, word, best)
         word = grown_word(tanks, ways, longest, kept, asked, [word.visits])

@@ -1,6 +1,6 @@
 """The word of visits with which one cart could drive slowest.
 
-**Short words**, of at most twice as many visits as combines, are looked at one by one: visit by
+**Short words**, of twice as many visits as combines, for instance, are looked at one by one: visit by
 visit, until some tank would run over on the ways alone if they were as long as in the best word
 that is known; what is left is judged by its linear programme. The result is exact, so that
 more of anything never makes it worse.
