@@ -1,9 +1,9 @@
 """The word of visits with which one cart could drive slowest.
 
-**Short words**, of twice as many visits as combines, for instance, are looked at one by one: visit by
-visit, until some tank would run over on the ways alone if they were as long as in the best word
-that is known; what is left is judged by its linear programme. The result is exact, so that
-more of anything never makes it worse.
+**Short words**, of twice as many visits as combines, say, are looked at one by one: visit by visit,
+until some tank would run over on the ways alone if they were as long as in the best word that is
+known; what is left is judged by its linear programme. The result is exact, so that more of
+anything never makes it worse.
 
 **Longer words** grow: into each of the best words of a length one visit more is put, anywhere, with
 the trips that can go with it, and the best of what comes of all of them are kept. A word told twice
