@@ -40,6 +40,8 @@ FAR, CHOICES, NEAREST = 42.0, 9, 40
 RIVALS = 3
 # Way between samples of an edge [m].
 SAMPLE_WAY = 2.0
+# What turns by less between two samples sweeps no more than is under these [rad].
+STRAIGHT_ON = 0.02
 # From when on ground counts as open after it was cut [s].
 AFTER_CUT = 5.0
 
@@ -465,9 +467,11 @@ def _opens_under(ground, boxes, first, tractor, trailer, chosen):
     for i in range(len(chosen)):
         latest = -np.inf
         last = first[chosen[i] + 1] - 1
-        # Samples are far enough apart for a corner to come out between two of them.
+        # In bends samples are far enough apart for a corner to come out between two of them.
         for half in range(2 * first[chosen[i]], 2 * last + 1):
             k, after = half // 2, (half + 1) // 2
+            if k < after and abs(tractor[after, 2] - tractor[k, 2]) < STRAIGHT_ON:
+                continue
             for poses, box in ((tractor, boxes[0]), (trailer, boxes[1])):
                 x, y = (poses[k, 0] + poses[after, 0]) / 2, (poses[k, 1] + poses[after, 1]) / 2
                 theta = (poses[k, 2] + poses[after, 2]) / 2

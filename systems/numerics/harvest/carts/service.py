@@ -108,6 +108,11 @@ class Service:
         """All that are planned."""
         return [job.visit for jobs in self.jobs for job in jobs if job.visit]
 
+    @property
+    def standing_time(self) -> float:
+        """How long combines stop for carts in all [s]."""
+        return sum(stop.duration for stop in self.stops)
+
     def grain(self) -> float:
         """All that is cut [kg]."""
         return sum(float(tank.cut[-1]) for tank in self.tanks)

@@ -21,8 +21,9 @@ from .tanks import EMPTY
 # How many places beside a combine that stands are tried, how many places for a stop, and how far
 # apart those are, as a part of the time before the tank is full.
 PLACES_TRIED, STOPS_TRIED, FARTHER = 8, 12, 0.25
-# Of places beside a combine that stands, so many are looked at together.
-TOGETHER = 12
+# Of places beside a combine that stands, so many are looked at together, and so many where it may
+# stop.
+TOGETHER, LIKELIEST = 12, 4
 # What comes so long after a stop is of no account while a way to it is looked for [s].
 AHEAD = 1500.0
 
@@ -72,7 +73,9 @@ def let_wait(service: Service, number: int, full: float) -> None:
             if len(found) < STOPS_TRIED and all(abs(time - t) >= apart for t in found):
                 by_then = time if ready else np.inf
                 places = standing_poses(service.world, plan.pose_at(time), by_then)
-                if len(service.world.planner.with_ways_out(places[:TOGETHER], by_then)):
+                if ready:
+                    places = service.world.planner.with_ways_out(places[:LIKELIEST], time)
+                if len(places):
                     found.append(time)
     # Rather not where that undoes what another combine stops for.
     kept = service.kept()

@@ -46,11 +46,13 @@ class _Past:
         plans: Before each of the visits since the last stop.
         others: How many visits were planned in place of others.
         most_others: How many may be.
+        unrevised: The plan when nobody could come in time for the first time.
     """
 
     plans: list[PlanSoFar]
     others: int
     most_others: int
+    unrevised: PlanSoFar | None = None
 
 
 def serve_combines(
@@ -102,38 +104,44 @@ def serve_combines(
         lateral_acceleration=PLANNED * cart.lateral_acceleration,
     )
     world = make_surroundings(ground, combines, careful, swaths, supply.trucks, list(plans))
-    services: list[tuple[Service, int]] = []
-    faults: list[NoPlan] = []
+    best: tuple[Service, int] | None = None
+    fault: NoPlan | None = None
+    past = _Past([], 0, 0)
     # Greedy visits, too, where revised ones are not enough: the better plan is taken.
     for most_other in (MOST_OTHER, 0) if visits == "revised" else (0,):
         service = Service(ground, world, supply, retime, strategy, threshold)
+        if past.unrevised is not None:
+            service.restore(past.unrevised)
+        past = _Past([], 0, most_other)
+        longest = np.inf if best is None else best[0].standing_time
         try:
-            _serve_all(service, most_other, progress)
-        except NoPlan as fault:
-            faults.append(fault)
-        else:
-            services.append((service, most_other))
-            if not service.stops:
-                break
-    if not services:
-        raise faults[-1]
-    service, most_other = min(
-        services, key=lambda each: sum(stop.duration for stop in each[0].stops)
-    )
+            _serve_all(service, past, progress, longest)
+        except NoPlan as error:
+            fault = error
+            continue
+        if service.standing_time < longest:
+            best = service, most_other
+        if not service.stops:
+            break
+    if best is None:
+        assert fault is not None
+        raise fault
+    service, most_other = best
     if failure is not None:
         _fail(service, failure)
-        _serve_all(service, most_other, progress)
+        _serve_all(service, _Past([], 0, most_other), progress)
     return service.result()
 
 
-def _serve_all(service: Service, most_other: int, progress: Callable[[float], None]) -> None:
-    """Serve until nothing is left.
+def _serve_all(
+    service: Service, past: _Past, progress: Callable[[float], None], longest: float = np.inf
+) -> None:
+    """Serve until nothing is left, or combines stand for so long in all [s].
 
     Raises:
         NoPlan: There is no end of it, or a cart finds no way.
     """
     seen: set[tuple[object, ...]] = set()
-    past = _Past([], 0, most_other)
     for _ in range(_most_rounds(service)):
         service.make_room()
         if all(t.full_at() == np.inf and t.left <= EMPTY for t in service.tanks):
@@ -150,9 +158,12 @@ def _serve_all(service: Service, most_other: int, progress: Callable[[float], No
             continue
         full = service.tanks[missed].full_at()
         if full < np.inf:
+            past.unrevised = past.unrevised or service.kept()
             if not _come_earlier(service, past, missed, full):
                 let_wait(service, missed, full)
                 past.plans = []
+            if service.standing_time >= longest:
+                return
         else:
             collect(service)
     else:
