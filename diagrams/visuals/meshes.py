@@ -64,6 +64,10 @@ def flat_mesh(shape: shapely.Geometry, height: float = 0.0) -> Mesh:
         shape: Of the plane [m].
         height: [m].
     """
+    if not shapely.is_valid(shape):
+        # What was turned and stretched may touch itself by rounding.
+        parts = shapely.get_parts(shapely.make_valid(shape))
+        shape = shapely.MultiPolygon([part for part in parts if part.area > 0])
     triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(shape))
     corners = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, :3]
     points, indices = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)

@@ -37,6 +37,23 @@ def test_a_flat_mesh_covers_its_shape_and_nothing_else(shape):
     assert set(mesh.vertices[2]) == {0.5}
 
 
+def test_a_shape_that_touches_itself_by_rounding_is_filled():
+    """A patch of crop of a real field, turned and stretched to a unit."""
+    corners = [
+        (0.9751600577439168, 4.499927956753303),
+        (0.9753977775686652, -4.5010668957336275),
+        (0.0316000335276739, -4.541940328199351),
+        (0.0057873916090965, -4.523126721332753),
+        (-0.0347711346717897, -4.390495080706786),
+        (-0.0144109783604465, 4.573669886032442),
+        (0.0341455241047584, 4.4591750579115645),
+        (0.9998548915608553, 4.500997425957527),
+    ]
+    patch = shapely.Polygon(corners)
+    assert not patch.is_valid
+    assert flat_mesh(patch).area == pytest.approx(patch.area, rel=1e-9)
+
+
 @pytest.mark.parametrize("shape", [ELL, HOLED])
 def test_an_extruded_mesh_has_a_roof_and_walls(shape):
     mesh = extruded_mesh(shape, 0.0, 2.0)
