@@ -79,6 +79,7 @@ class Outlook(NamedTuple):
         arrivals: From a node and a time, the earliest times at all nodes, (n,) [s].
         strategy: "sequential" or "on-demand".
         threshold: Part of a tank from which on carts come, unless that is too late.
+        hurries: Whether a cart comes as early as it is of use, so that others can be served after.
     """
 
     combines: Sequence[Combine]
@@ -89,6 +90,7 @@ class Outlook(NamedTuple):
     arrivals: Callable[[int, float], np.ndarray]
     strategy: str
     threshold: float
+    hurries: bool = False
 
 
 class Attempt(NamedTuple):
@@ -164,7 +166,7 @@ def choose_visits(outlook: Outlook) -> Iterator[Attempt | int]:
         reached = {target.combine for target in targets}
         missed = [n for n in served - reached if full[n] < np.inf]
         target, due = _next_target(outlook, targets)
-        tried = target.tried(due)
+        tried = target.tried(-np.inf if outlook.hurries else due)
         first = min(missed, key=lambda n: full[n], default=-1)
         if first >= 0 and full[first] < target.beginnings.times[tried[0]]:
             yield first

@@ -186,11 +186,14 @@ def _endless(service: Service) -> NoPlan:
     )
 
 
-def _serve_in_windows(service: Service, only: int | None = None) -> int | None:
+def _serve_in_windows(
+    service: Service, only: int | None = None, *, hurries: bool = False
+) -> int | None:
     """Plan the visit that comes next; the number of a combine that has to wait if none can.
 
     Args:
         only: The only combine that is served; None: any.
+        hurries: Whether a cart comes as early as it is of use.
     """
     free = []
     for cart in service.carts:
@@ -209,6 +212,7 @@ def _serve_in_windows(service: Service, only: int | None = None) -> int | None:
         service.world.arrivals,
         service.strategy,
         service.threshold,
+        hurries,
     )
     for choice in choose_visits(outlook):
         if not isinstance(choice, Attempt):
@@ -302,6 +306,8 @@ def _come_earlier(service: Service, past: _Past, number: int, full: float) -> bo
 def _reach(service: Service, past: _Past, first: list[int], until: float) -> tuple[float, int]:
     """Plan visits, one to some combines each first, until all tanks have room at a time.
 
+    Of those that come first all but the last are served as early as it is of use.
+
     Args:
         first: Numbers of the combines.
         until: The time [s].
@@ -312,7 +318,8 @@ def _reach(service: Service, past: _Past, first: list[int], until: float) -> tup
     coming = list(first)
     while coming or min(tank.full_at() for tank in service.tanks) <= until:
         past.others += 1
-        missed = _serve_in_windows(service, coming[0] if coming else None)
+        hurries = len(coming) > 1
+        missed = _serve_in_windows(service, coming[0] if coming else None, hurries=hurries)
         if missed is not None:
             return (-np.inf if coming else service.tanks[missed].full_at()), missed
         coming = coming[1:]
