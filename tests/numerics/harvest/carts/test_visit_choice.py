@@ -78,6 +78,18 @@ def test_carts_come_when_half_a_tank_is_full_and_not_before_they_can():
     assert 400.0 < later.begin <= 410.0
 
 
+def test_a_cart_that_hurries_comes_as_early_as_it_is_of_use():
+    """To a tank of which a tenth, 800 kg, is full at 34 s: the cart is there at 65 s."""
+    asked = outlook([500.0], [(20.0, 800.0)])
+    hurried = list(choose_visits(asked._replace(hurries=True)))
+    assert hurried[0] == Attempt(0, 0, 10, 65.0)
+    begins = [each.begin for each in hurried if isinstance(each, Attempt)]
+    assert begins == sorted(begins)
+    usual = next(choose_visits(asked))
+    assert isinstance(usual, Attempt)
+    assert usual.begin == pytest.approx(390.0)
+
+
 @pytest.mark.parametrize("turn", [0, 1, 2])
 def test_in_turns_the_next_one_is_served(turn):
     spans = [(50.0, 700.0)] * 3
