@@ -16,7 +16,7 @@ from ...systems.numerics.harvest.field.field import Field
 from ...systems.numerics.harvest.machines import CombineSize
 from ...systems.numerics.harvest.paths import MachinePath, TimedPath
 from ..tracking.scene.layout import Layout
-from ..visuals.meshes import extruded_mesh, flat_mesh
+from ..visuals.meshes import extruded_mesh, filled_parts, flat_mesh
 from ..visuals.stage import Stage
 from .colours import CROP, CROP_ROWS, MARGIN_GROUND, OBSTACLE, STUBBLE, crop_paint
 from .job import HarvestJob
@@ -80,14 +80,14 @@ def crop_patches(
         for n, timed in enumerate(plans)
         for stretch in _stretches(timed.path, combine.header_width)
     ]
-    standing = polygons_of(field.polygon)
+    standing = filled_parts(field.polygon)
     patches = []
     for _, n, stations in sorted(stretches, key=lambda each: each[:2]):
         poses = plans[n].path.pose_at(stations)
         left, right = _edges(poses, combine)
         swath = _swath(left, right)
-        cut = polygons_of(shapely.intersection(standing, swath))
-        standing = polygons_of(shapely.difference(standing, swath))
+        cut = filled_parts(shapely.intersection(standing, swath))
+        standing = filled_parts(shapely.difference(standing, swath))
         if cut.buffer(-thin).is_empty:
             continue
         begin, end = poses[0, :2], poses[-1, :2]
@@ -98,11 +98,11 @@ def crop_patches(
                 begin=float(stations[0]),
                 end=float(stations[-1]),
                 pose=np.array([*end, heading]),
-                shape=polygons_of(cut.simplify(_TOLERANCE * combine.header_width)),
+                shape=filled_parts(cut.simplify(_TOLERANCE * combine.header_width)),
                 edges=shapely.MultiLineString([left, right]),
             )
         )
-    return tuple(patches), polygons_of(standing.buffer(-thin).buffer(thin, join_style="mitre"))
+    return tuple(patches), filled_parts(standing.buffer(-thin).buffer(thin, join_style="mitre"))
 
 
 def _first_time(timed: TimedPath, station: float) -> float:
@@ -150,11 +150,6 @@ def _swath(left: np.ndarray, right: np.ndarray) -> shapely.Geometry:
     return shapely.union_all(shapely.convex_hull(shapely.polygons(quads)))
 
 
-def polygons_of(shape: shapely.Geometry) -> shapely.MultiPolygon:
-    """The parts of a shape that have an area."""
-    return shapely.MultiPolygon([part for part in shapely.get_parts(shape) if part.area > 0])
-
-
 class CropLayer:
     """Patches of crop at `crop/K/patch`, a little in the colour of who cuts them; stubble below."""
 
@@ -194,7 +189,7 @@ class CropLayer:
         edges = shapely.buffer(
             _seen_back(patch, patch.edges), 0.5 * _ROW_LINE * self._span, cap_style="flat"
         )
-        lines = polygons_of(shapely.intersection(crop, edges))
+        lines = filled_parts(shapely.intersection(crop, edges))
         shrink = [1.0 / (patch.end - patch.begin), 1.0]
         unit = shapely.transform(crop, lambda points: points * shrink)
         self._stage.mesh(

@@ -57,6 +57,12 @@ def merged(meshes: Iterable[Mesh]) -> Mesh:
     )
 
 
+def filled_parts(shape: shapely.Geometry) -> shapely.MultiPolygon:
+    """The parts of a shape, or of collections in it, that have an area."""
+    parts = shapely.get_parts(shapely.get_parts(shape))
+    return shapely.MultiPolygon([part for part in parts if part.area > 0])
+
+
 def flat_mesh(shape: shapely.Geometry, height: float = 0.0) -> Mesh:
     """Fill a polygon, or several, with triangles at one height.
 
@@ -66,8 +72,7 @@ def flat_mesh(shape: shapely.Geometry, height: float = 0.0) -> Mesh:
     """
     if not shapely.is_valid(shape):
         # What was turned and stretched may touch itself by rounding.
-        parts = shapely.get_parts(shapely.make_valid(shape))
-        shape = shapely.MultiPolygon([part for part in parts if part.area > 0])
+        shape = filled_parts(shapely.make_valid(shape))
     triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(shape))
     corners = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, :3]
     points, indices = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)

@@ -52,6 +52,12 @@ def test_a_shape_that_touches_itself_by_rounding_is_filled():
     patch = shapely.Polygon(corners)
     assert not patch.is_valid
     assert flat_mesh(patch).area == pytest.approx(patch.area, rel=1e-9)
+    # Two patches and a spike, which is left out.
+    far = shapely.transform(patch, lambda points: points + np.array([3.0, 0.0]))
+    spiked = shapely.Polygon([*corners[:3], (-5.0, -4.541940328199351), *corners[2:]])
+    several = shapely.MultiPolygon([far, spiked])
+    assert not several.is_valid
+    assert flat_mesh(several).area == pytest.approx(2 * patch.area, rel=1e-9)
 
 
 @pytest.mark.parametrize("shape", [ELL, HOLED])
