@@ -16,7 +16,7 @@ from ...systems.numerics.harvest.field.field import Field
 from ...systems.numerics.harvest.machines import CombineSize
 from ...systems.numerics.harvest.paths import MachinePath, TimedPath
 from ..tracking.scene.layout import Layout
-from ..visuals.meshes import extruded_mesh, filled_parts, flat_mesh
+from ..visuals.meshes import Mesh, extruded_mesh, filled_parts, flat_mesh, unpinched
 from ..visuals.stage import Stage
 from .colours import CROP, CROP_ROWS, MARGIN_GROUND, OBSTACLE, STUBBLE, crop_paint
 from .job import HarvestJob
@@ -184,26 +184,40 @@ class CropLayer:
         self._lengths = lengths
 
     def _draw_patch(self, path: str, patch: CropPatch, height: float) -> None:
-        """A patch of length 1, to be stretched, with lines between it and the next rows."""
-        crop = _seen_back(patch, patch.shape)
-        edges = shapely.buffer(
-            _seen_back(patch, patch.edges), 0.5 * _ROW_LINE * self._span, cap_style="flat"
-        )
-        lines = filled_parts(shapely.intersection(crop, edges))
-        shrink = [1.0 / (patch.end - patch.begin), 1.0]
-        unit = shapely.transform(crop, lambda points: points * shrink)
-        self._stage.mesh(
-            f"{path}/patch", extruded_mesh(unit, 0.0, height), crop_paint(patch.combine)
-        )
-        if lines.area > 0:
-            unit = shapely.transform(lines, lambda points: points * shrink)
-            self._stage.mesh(f"{path}/patch/rows", flat_mesh(unit, 1.1 * height), CROP_ROWS)
+        crop, rows = patch_meshes(patch, height, _ROW_LINE * self._span)
+        self._stage.mesh(f"{path}/patch", crop, crop_paint(patch.combine))
+        if rows is not None:
+            self._stage.mesh(f"{path}/patch/rows", rows, CROP_ROWS)
         x, y, theta = patch.pose.tolist()
         self._stage.pose(path, x, y, theta + math.pi, reach=patch.end - patch.begin)
 
 
-def _seen_back(patch: CropPatch, shape: shapely.Geometry) -> shapely.Geometry:
-    """A shape seen from where a patch ends, with x back along the combine's way."""
+def patch_meshes(patch: CropPatch, height: float, line: float) -> tuple[Mesh, Mesh | None]:
+    """A patch of length 1, to be stretched, and lines between it and the next rows, if it has any.
+
+    Args:
+        patch: The patch.
+        height: Of the crop [m].
+        line: Width of the lines [m].
+    """
+    crop = unpinched(seen_back(patch, patch.shape))
+    edges = shapely.buffer(seen_back(patch, patch.edges), line / 2, cap_style="flat")
+    lines = filled_parts(shapely.intersection(crop, edges))
+    shrink = [1.0 / (patch.end - patch.begin), 1.0]
+    unit, rows = (
+        shapely.transform(shape, lambda points: points * shrink) for shape in (crop, lines)
+    )
+    drawn = flat_mesh(rows, 1.1 * height) if lines.area > 0 else None
+    return extruded_mesh(unit, 0.0, height), drawn
+
+
+def seen_back(patch: CropPatch, shape: shapely.Geometry) -> shapely.Geometry:
+    """A shape seen from where a patch ends, with x back along the combine's way.
+
+    Args:
+        patch: The patch.
+        shape: Of the field [m].
+    """
     x, y, theta = patch.pose
     c, s = -np.cos(theta), -np.sin(theta)
     return shapely.transform(shape, lambda points: (points - [x, y]) @ np.array([[c, -s], [s, c]]))

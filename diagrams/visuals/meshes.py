@@ -63,6 +63,11 @@ def filled_parts(shape: shapely.Geometry) -> shapely.MultiPolygon:
     return shapely.MultiPolygon([part for part in parts if part.area > 0])
 
 
+def unpinched(shape: shapely.Geometry) -> shapely.Geometry:
+    """A shape, or its parts with an area if it touches itself: turned and stretched ones may."""
+    return shape if shapely.is_valid(shape) else filled_parts(shapely.make_valid(shape))
+
+
 def flat_mesh(shape: shapely.Geometry, height: float = 0.0) -> Mesh:
     """Fill a polygon, or several, with triangles at one height.
 
@@ -70,10 +75,7 @@ def flat_mesh(shape: shapely.Geometry, height: float = 0.0) -> Mesh:
         shape: Of the plane [m].
         height: [m].
     """
-    if not shapely.is_valid(shape):
-        # What was turned and stretched may touch itself by rounding.
-        shape = filled_parts(shapely.make_valid(shape))
-    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(shape))
+    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(unpinched(shape)))
     corners = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, :3]
     points, indices = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
     return mesh_of(points, indices.reshape(-1, 3), height)
