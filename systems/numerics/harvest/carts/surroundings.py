@@ -21,8 +21,9 @@ from .traffic import Traffic, combine_traffic, least_gaps
 from .visit_choice import Beginnings
 from .windows import BETWEEN, Window, beside, find_windows
 
-# How far from the end of the margin the outermost line is [m].
-EDGE = 2.4
+# How far from the end of the margin the outermost line is, and how far from its middle, towards the
+# field, the other one: it leads past carts that stand at their trucks [m].
+EDGE, INNER = 2.4, 1.2
 # How far apart two poses of opposite headings are, when those alike are looked for [m].
 LIKE = 10.0
 # Time between beginnings of a visit that are looked at [s].
@@ -207,7 +208,7 @@ def field_lines(
     """
     wide = combine.header_width
     outline = field.outline
-    ways = {field.margin / 2 - 0.4, field.margin - EDGE} if field.margin > 2 * EDGE else set()
+    ways = {field.margin / 2 - INNER, field.margin - EDGE} if field.margin > 2 * EDGE else set()
     regions = [outline.buffer(way, join_style="round") for way in sorted(ways)]
     regions += [outline.buffer(-(k + 0.5) * wide, join_style="mitre") for k in range(2)]
     regions += [each.buffer(wide / 2 + 1.0) for each in field.obstacles]

@@ -7,10 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
+from shapely import affinity
 
 from sightfield.systems.numerics.errors import InvalidInput, NoPlan, require
 from sightfield.systems.numerics.harvest.audit.audit import audit_harvest
-from sightfield.systems.numerics.harvest.carts.cut_times import CELL, cut_times
+from sightfield.systems.numerics.harvest.carts.cut_times import CELL, GAP, cut_times
+from sightfield.systems.numerics.harvest.carts.routes import ROUGH
+from sightfield.systems.numerics.harvest.carts.surroundings import field_lines
 from sightfield.systems.numerics.harvest.carts.visits import serve_combines
 from sightfield.systems.numerics.harvest.carts.windows import beside
 from sightfield.systems.numerics.harvest.coverage.plan_coverage import BUILT, find_coverages
@@ -19,6 +22,7 @@ from sightfield.systems.numerics.harvest.machines import (
     Cart,
     Combine,
     CombineSize,
+    cart_outline,
     is_alongside,
     size_of,
 )
@@ -240,6 +244,23 @@ def test_no_truck_stands_at_the_tip_of_a_star(field_makers, logs):
     tips = tips[np.hypot(*tips.T) > 250.0]
     away = plan.supply.trucks[:, None, :2] - tips
     assert np.hypot(away[..., 0], away[..., 1]).min() > 18.0
+
+
+@pytest.mark.parametrize("name", ["star_20", "blob_7", "rectangle_10"])
+def test_carts_at_their_trucks_leave_a_lane_on_the_margin_to_others(field_makers, name):
+    """On a star carts could not get past one another until its first round was cut."""
+    field, cart, team = field_makers[name](), Cart(), [Combine()] * 2
+    trucks = truck_places(plan_combines(field, team), cart, 3)
+    closed = [line for line in field_lines(field, team[0], []) if (line[0] == line[-1]).all()]
+    around = [shapely.LineString(line) for line in closed]
+    lanes = [line for line in around if not shapely.Polygon(line).within(field.outline)]
+    inner = min(lanes, key=lambda line: line.length)
+    assert inner.distance(field.outline) > cart.width / 2 + GAP + ROUGH
+    for x, y, theta in trucks:
+        straight = [shapely.Polygon(part) for part in cart_outline(cart)]
+        turned = affinity.rotate(shapely.union_all(straight), theta, (0, 0), use_radians=True)
+        stands = affinity.translate(turned, x, y)
+        assert stands.distance(inner) > cart.width / 2 + GAP + ROUGH
 
 
 def test_without_a_margin_carts_have_no_place():
