@@ -208,7 +208,8 @@ def field_lines(
     """
     wide = combine.header_width
     outline = field.outline
-    ways = {field.margin / 2 - INNER, field.margin - EDGE} if field.margin > 2 * EDGE else set()
+    inner = max(field.margin / 2 - INNER, EDGE)
+    ways = {inner, field.margin - EDGE} if field.margin > 2 * EDGE else set()
     regions = [outline.buffer(way, join_style="round") for way in sorted(ways)]
     regions += [outline.buffer(-(k + 0.5) * wide, join_style="mitre") for k in range(2)]
     regions += [each.buffer(wide / 2 + 1.0) for each in field.obstacles]

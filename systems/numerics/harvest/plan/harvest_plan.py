@@ -377,8 +377,8 @@ def tank_reach(field: Field, combines: Sequence[Combine], density: float | Yield
         combines: They.
         density: Of the crop [kg/m^2].
     """
-    mean = mean_density(density, field.polygon)
-    return min(SURE * each.capacity / (mean * each.header_width) for each in combines)
+    grain = mean_density(density, field.polygon) * size_of(combines).header_width
+    return SURE * min(each.capacity for each in combines) / grain if grain else math.inf
 
 
 def swath_lines(team: CombinePlan) -> list[np.ndarray]:
