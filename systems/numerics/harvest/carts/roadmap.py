@@ -124,16 +124,16 @@ def make_roadmap(ground: OpenGround, cart: Cart, lines: Sequence[np.ndarray]) ->
     rank = _ranks(source[words.pair], words.duration)
     edges = _driven(ground, cart, nodes[source], None, words.chosen(rank < 2 * CHOICES))
     for low, high in ((2 * CHOICES, 4 * CHOICES), (4 * CHOICES, np.inf)):
-        edges = _take(edges, _first_of_each(rivals[edges.source], edges.duration, 1))
+        edges = take_edges(edges, _first_of_each(rivals[edges.source], edges.duration, 1))
         enough = np.bincount(source[edges.source], minlength=len(nodes)) >= CHOICES
         chosen = (rank >= low) & (rank < high) & ~enough[source[words.pair]]
         more = _driven(ground, cart, nodes[source], None, words.chosen(chosen))
         edges = joined_edges([edges, more])
-    edges = _take(edges, _first_of_each(rivals[edges.source], edges.duration, 1))
+    edges = take_edges(edges, _first_of_each(rivals[edges.source], edges.duration, 1))
     edges = edges._replace(
         source=source[edges.source].astype(np.int64), target=target[edges.target].astype(np.int64)
     )
-    edges = _take(edges, _first_of_each(edges.source, edges.duration, CHOICES))
+    edges = take_edges(edges, _first_of_each(edges.source, edges.duration, CHOICES))
     return _without_dead_ends(Roadmap(nodes, opens, edges, reach))
 
 
@@ -146,7 +146,7 @@ def _without_dead_ends(roadmap: Roadmap) -> Roadmap:
     part = connected_components(links, connection="strong")[1]
     kept = part == np.bincount(part, minlength=1).argmax() if len(nodes) else part > 0
     number = np.cumsum(kept) - 1
-    edges = _take(edges, np.flatnonzero(kept[edges.source] & kept[edges.target]))
+    edges = take_edges(edges, np.flatnonzero(kept[edges.source] & kept[edges.target]))
     edges = edges._replace(source=number[edges.source], target=number[edges.target])
     return Roadmap(nodes[kept], opens[kept], edges, reach)
 
@@ -277,7 +277,7 @@ def connect(
     """
     words = _words(cart, starts, ends, np.arange(len(starts)))
     edges = _driven(ground, cart, starts, betas, words)
-    return _take(edges, _first_of_each(edges.source, edges.duration, 1))
+    return take_edges(edges, _first_of_each(edges.source, edges.duration, 1))
 
 
 def _words(cart: Cart, starts: np.ndarray, ends: np.ndarray, rivals: np.ndarray) -> _Words:
@@ -310,9 +310,9 @@ def _driven(
     pair = words.pair
     bent = np.zeros(len(pair)) if betas is None else betas[pair]
     edges = _sampled(cart, starts[pair], bent, words.curvatures, words.lengths)
-    edges = _take(edges, np.flatnonzero(edges.opens < np.inf))
+    edges = take_edges(edges, np.flatnonzero(edges.opens < np.inf))
     edges = edges._replace(opens=_edge_opens(ground, cart, edges, np.arange(len(edges.opens))))
-    edges = _take(edges, np.flatnonzero(edges.opens < np.inf))
+    edges = take_edges(edges, np.flatnonzero(edges.opens < np.inf))
     return edges._replace(source=pair[edges.source], target=pair[edges.target])
 
 
@@ -340,7 +340,13 @@ def _ranks(group: np.ndarray, value: np.ndarray) -> np.ndarray:
     return ranks
 
 
-def _take(edges: Edges, chosen: np.ndarray) -> Edges:
+def take_edges(edges: Edges, chosen: np.ndarray) -> Edges:
+    """Some edges with their samples.
+
+    Args:
+        edges: All of them.
+        chosen: Numbers of those that are taken, shape (k,).
+    """
     counts = np.diff(edges.first)[chosen]
     first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     samples = np.arange(first[-1]) + np.repeat(edges.first[:-1][chosen] - first[:-1], counts)

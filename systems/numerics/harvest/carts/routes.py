@@ -41,6 +41,7 @@ from .roadmap import (
     near_nodes,
     node_opens,
     opens_to,
+    take_edges,
 )
 from .search import Intervals, Task, search
 from .traffic import Traffic, blocked_along, cart_boxes, during, joined, least_gaps
@@ -403,14 +404,10 @@ def _too_near_in_the_end(edges: Edges, cart: Cart, combines: Traffic) -> np.ndar
     away = np.hypot(x - stand[:, :1], y - stand[:, 1:2]) - radius
     found = (away < np.abs(combines.boxes).sum(axis=1)[:, None] + GAP + ROUGH).any(axis=0)
     near = np.flatnonzero(found)
-    counts = np.diff(edges.first)[near]
-    samples = np.repeat(edges.first[:-1][near] - np.cumsum(counts) + counts, counts)
-    samples += np.arange(len(samples))
-    late = np.full(len(samples), combines.begin + combines.poses.shape[1] * MOMENT)
-    gaps = least_gaps(
-        combines, cart_boxes(cart), edges.tractor[samples], edges.trailer[samples], late
-    )
-    found[np.setdiff1d(near, np.repeat(near, counts)[gaps < GAP + ROUGH])] = False
+    along = take_edges(edges, near)
+    late = np.full(len(along.tractor), combines.begin + combines.poses.shape[1] * MOMENT)
+    gaps = least_gaps(combines, cart_boxes(cart), along.tractor, along.trailer, late)
+    found[near] = np.minimum.reduceat(gaps, along.first[:-1]) < GAP + ROUGH
     return found
 
 

@@ -18,7 +18,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compiled import compiled, kernel
-from .word_limit import Desk, Tanks, Trips, Vector, Ways, Word, desk_for, limit_beyond, word_limit
+from .word_limit import (
+    Desk,
+    Tanks,
+    Trips,
+    Vector,
+    Ways,
+    Word,
+    desk_for,
+    limit_beyond,
+    time_to_drive,
+    word_limit,
+)
 
 # Which visits, and after which of them the cart drives by the truck.
 Visits = tuple[tuple[int, ...], tuple[bool, ...]]
@@ -133,6 +144,9 @@ def _look_at_all(
     count, longest = len(tanks.capacities), len(best_word)
     with_truck = np.isfinite(ways.room)
     choices = 2 * count if with_truck else count
+    free = time_to_drive(tanks, ways.unloading if with_truck else 0.0)
+    if free[1] <= 0.0:
+        return -np.inf, 0
     desk = desk_for(count, longest)
     word, trips = np.zeros(longest, dtype=np.int64), np.zeros(longest, dtype=np.bool_)
     tried, missing = np.zeros(longest, dtype=np.int64), np.zeros(longest, dtype=np.int64)
@@ -181,7 +195,7 @@ def _look_at_all(
             continue
         driven[depth + 1] = driven[depth] + way
         ready = visits[depth + 1], trips[: depth + 1].sum()
-        if not _can_be_enough(*ready, driven[depth + 1], rest, tanks, ways):
+        if not _can_be_enough(*ready, driven[depth + 1], rest, tanks, ways.room, free):
             continue
         depth += 1
         word[depth], passed[depth, there] = there, 0.0
@@ -191,7 +205,13 @@ def _look_at_all(
 
 @kernel
 def _can_be_enough(
-    visits: NDArray[np.int64], stops: int, driven: float, rest: int, tanks: Tanks, ways: Ways
+    visits: NDArray[np.int64],
+    stops: int,
+    driven: float,
+    rest: int,
+    tanks: Tanks,
+    room: float,
+    free: tuple[float, float],
 ) -> bool:
     """Whether so many visits more, and trips after them, can serve tanks and the cart.
 
@@ -204,24 +224,18 @@ def _can_be_enough(
         stops: Trips so far.
         driven: By then, at least [s].
         rest: How many visits there may be yet; after the last of these, too, there may be a trip.
-        tanks, ways: Of them.
+        tanks: Of them.
+        room: Of the cart [kg].
+        free: From `time_to_drive`; the second is positive.
     """
-    filled, busy = 0.0, 0.0
-    for n in range(len(visits)):
-        filled += tanks.fill_rates[n]
-        busy += tanks.fill_rates[n] / (tanks.net_rates[n] + tanks.fill_rates[n])
-    if np.isfinite(ways.room):
-        busy += filled * ways.unloading
-    if busy >= 1.0:
-        return False
-    period = driven / (1.0 - busy)
-    most = (stops + rest + 1) * ways.room
-    if filled * period > most * (1.0 + _BETTER):
+    filled, spare = free
+    period = driven / spare
+    if filled * period > (stops + rest + 1) * room * (1.0 + _BETTER):
         return False
     lacking = 0
     for n in range(len(visits)):
         share = tanks.fill_rates[n] / (tanks.net_rates[n] + tanks.fill_rates[n])
-        away = driven + period * (busy - share)
+        away = driven + period * (1.0 - spare - share)
         tanks_full = away * tanks.fill_rates[n] / tanks.capacities[n]
         lacking += max(0, math.ceil(tanks_full * (1.0 - _BETTER)) - visits[n])
     return lacking <= rest

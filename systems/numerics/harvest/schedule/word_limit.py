@@ -191,12 +191,7 @@ def _bound(word: Word, trips: Trips, tanks: Tanks, ways: Ways, desk: Desk) -> fl
             return -np.inf
         else:
             driven += ways.direct[word[here], word[there]]
-    filled, spare = 0.0, 1.0
-    for n in range(count):
-        filled += fill_rates[n]
-        spare -= fill_rates[n] / (net_rates[n] + fill_rates[n])
-    if stops > 0:
-        spare -= filled * ways.unloading
+    filled, spare = time_to_drive(tanks, ways.unloading if stops > 0 else 0.0)
     if spare <= 0.0:
         return -np.inf
     if driven == 0.0:
@@ -248,6 +243,21 @@ def _bound(word: Word, trips: Trips, tanks: Tanks, ways: Ways, desk: Desk) -> fl
         elif filling < stop:
             return -np.inf
     return most
+
+
+@kernel
+def time_to_drive(tanks: Tanks, unloading: float) -> tuple[float, float]:
+    """What is filled in all [kg/s], and the part of a cart's time that unloading leaves at most.
+
+    Args:
+        tanks: What it visits.
+        unloading: How long the truck takes over one unit of grain [s/kg].
+    """
+    filled, spare = 0.0, 1.0
+    for n in range(len(tanks.capacities)):
+        filled += tanks.fill_rates[n]
+        spare -= tanks.fill_rates[n] / (tanks.net_rates[n] + tanks.fill_rates[n])
+    return filled, spare - filled * unloading
 
 
 @kernel
