@@ -7,6 +7,7 @@ must be open for as long as that takes. Waiting is standing. Going from station 
 earliest time of each speed in each open interval is kept.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -40,17 +41,19 @@ def trailer_angles(path: MachinePath, cart: Cart, beta: float, stations: np.ndar
         stations: In any order, shape (n,) [m].
     """
     at = np.clip(np.asarray(stations, dtype=float), 0.0, path.length)
+    if len(path.lengths) == 0:
+        return np.full(at.shape, beta)
+    whole = half_angle_map(cart.trailer, path.gears, path.curvatures, path.lengths)
+    begins = np.empty((len(whole), 2))
     pair = half_angles(beta)
-    pairs = np.empty((len(at), 2))
-    pairs[:] = pair
+    for k, each in enumerate(whole):
+        begins[k] = pair
+        pair = each @ pair
+        pair /= math.hypot(*pair)
     piece = path.piece_at(at)
-    for k in range(len(path.lengths)):
-        gear, curvature = float(path.gears[k]), float(path.curvatures[k])
-        chosen = piece == k
-        ways = np.append(at[chosen] - path.stations[k], path.lengths[k])
-        moved = half_angle_map(cart.trailer, gear, curvature, ways) @ pair
-        pairs[chosen] = moved[:-1]
-        pair = moved[-1] / np.hypot(*moved[-1])
+    ways = at - path.stations[piece]
+    maps = half_angle_map(cart.trailer, path.gears[piece], path.curvatures[piece], ways)
+    pairs = np.einsum("nij,nj->ni", maps, begins[piece])
     return np.remainder(2 * np.arctan2(pairs[:, 0], pairs[:, 1]) + np.pi, 2 * np.pi) - np.pi
 
 
@@ -284,16 +287,18 @@ def free_intervals(blocked, opens, begin, step):
     first = np.zeros(count + 1, dtype=np.int64)
     begins, ends = [0.0 for _ in range(0)], [0.0 for _ in range(0)]
     for n in range(count):
-        since = np.nan
-        for k in range(moments + 1):
-            time = begin + k * step
-            free = k < moments and not blocked[n, k] and time >= opens[n]
-            if free and since != since:
-                since = time
-            elif since == since and not free:
-                begins.append(since)
-                ends.append(np.inf if k == moments else time - step)
-                since = np.nan
+        row = blocked[n]
+        k = 0
+        while k < moments and begin + k * step < opens[n]:
+            k += 1
+        while k < moments:
+            if row[k]:
+                k += 1
+                continue
+            begins.append(begin + k * step)
+            while k < moments and not row[k]:
+                k += 1
+            ends.append(np.inf if k == moments else begin + k * step - step)
         first[n + 1] = len(begins)
     return first, np.array(begins), np.array(ends)
 
@@ -326,71 +331,72 @@ def _planned(
 
 @compiled
 def _earliest(begins, ends, tops, way, step, most, time, first, until):
-    """Earliest times by station, speed and interval, and the chain that leads to standing."""
+    """How far it gets, and times, stations and speeds on the way to where it stands soonest."""
     count, kept = begins.shape
-    levels = tops.max() + 1
-    speeds = np.sqrt(step * np.arange(levels))
-    best = np.full((count, levels, kept), np.inf)
-    # Of the label before: its speed, its interval, and when it was left.
-    from_level = np.full((count, levels, kept), -1, dtype=np.int16)
-    from_interval = np.zeros((count, levels, kept), dtype=np.int8)
-    left = np.zeros((count, levels, kept))
+    speeds = np.sqrt(step * np.arange(tops.max() + 1))
+    # The intervals of each station are from `low` on; where they are told backwards these come
+    # last. Labels are told station by station, speed by speed.
+    low, number = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
+    row = np.zeros(count + 1, dtype=np.int64)
+    for i in range(count):
+        while low[i] < kept and math.isnan(begins[i, low[i]]):
+            low[i] += 1
+        while low[i] + number[i] < kept and not math.isnan(begins[i, low[i] + number[i]]):
+            number[i] += 1
+        row[i + 1] = row[i] + (tops[i] + 1) * number[i]
+    best = np.full(row[-1], np.inf)
+    # Of each label: the one before it, and when that was left.
+    before = np.full(row[-1], -1)
+    left = np.zeros(row[-1])
     empty = np.zeros((0, 3))
-    for k in range(kept):
-        if begins[0, k] - 1e-9 <= time <= ends[0, k] + 1e-9:
-            best[0, first, k] = time
+    for k in range(number[0]):
+        if begins[0, low[0] + k] - 1e-9 <= time <= ends[0, low[0] + k] + 1e-9:
+            best[first * number[0] + k] = time
     reached = 0
     for i in range(count - 1):
-        top, after = tops[i], tops[i + 1]
-        for level in range(top + 1):
-            for k in range(kept):
-                now = best[i, level, k]
-                if now == np.inf:
-                    continue
-                reached = max(reached, i)
-                low = max(0, level - most)
-                high = min(after, level + most)
-                for to in range(low, high + 1):
-                    if level + to == 0:
+        begins_after, ends_after = begins[i + 1, low[i + 1] :], ends[i + 1, low[i + 1] :]
+        for label in range(row[i], row[i + 1]):
+            now = best[label]
+            if now == np.inf:
+                continue
+            reached = i
+            level, k = divmod(label - row[i], number[i])
+            end = ends[i, low[i] + k] + 1e-9
+            for to in range(max(0, level - most, 1 - level), min(tops[i + 1], level + most) + 1):
+                lasts = 2 * way / (speeds[level] + speeds[to])
+                for j in range(number[i + 1]):
+                    if ends_after[j] < now + lasts - 1e-9:
                         continue
-                    lasts = 2 * way / (speeds[level] + speeds[to])
-                    for j in range(kept):
-                        # There is no interval where it is not a number.
-                        if not (ends[i + 1, j] >= now + lasts - 1e-9):
-                            continue
-                        leave = now
-                        if level == 0:
-                            leave = max(now, begins[i + 1, j])
-                        elif begins[i + 1, j] > now + 1e-9:
-                            continue
-                        arrive = leave + lasts
-                        if arrive > ends[i, k] + 1e-9 or arrive > ends[i + 1, j] + 1e-9:
-                            continue
-                        if arrive < best[i + 1, to, j] - 1e-12:
-                            best[i + 1, to, j] = arrive
-                            from_level[i + 1, to, j] = level
-                            from_interval[i + 1, to, j] = k
-                            left[i + 1, to, j] = leave
+                    leave = now
+                    if level == 0:
+                        leave = max(now, begins_after[j])
+                    elif begins_after[j] > now + 1e-9:
+                        # Later ones begin later still, and who is on the way cannot wait.
+                        break
+                    arrive = leave + lasts
+                    if arrive > end or arrive > ends_after[j] + 1e-9:
+                        continue
+                    onto = row[i + 1] + to * number[i + 1] + j
+                    if arrive < best[onto] - 1e-12:
+                        best[onto], before[onto], left[onto] = arrive, label, leave
     last = count - 1
     goal = -1
-    for k in range(kept):
-        if best[last, 0, k] < np.inf and ends[last, k] >= until - 1e-9:
-            if until == -np.inf and ends[last, k] < np.inf:
-                continue
-            if goal < 0 or best[last, 0, k] < best[last, 0, goal]:
-                goal = k
+    for k in range(number[last]):
+        standing, end = best[row[last] + k], ends[last, low[last] + k]
+        stays = end >= until - 1e-9 and (until > -np.inf or end == np.inf)
+        if stays and standing < (best[goal] if goal >= 0 else np.inf):
+            goal = row[last] + k
     if goal < 0:
         return reached, empty
     chain = np.zeros((2 * count + 2, 3))
     size = 0
-    level, k = 0, goal
+    label = goal
     for i in range(last, -1, -1):
-        chain[size] = best[i, level, k], float(i), speeds[level]
+        chain[size] = best[label], float(i), speeds[(label - row[i]) // number[i]]
         size += 1
         if i > 0:
-            leave = left[i, level, k]
-            level, k = from_level[i, level, k], from_interval[i, level, k]
-            if leave > best[i - 1, level, k] + 1e-9:
+            leave, label = left[label], before[label]
+            if leave > best[label] + 1e-9:
                 chain[size] = leave, float(i - 1), 0.0
                 size += 1
     return reached, chain[:size][::-1].copy()

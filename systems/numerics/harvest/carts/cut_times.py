@@ -25,6 +25,8 @@ REACH = CELL / math.sqrt(2.0)
 # Distance of the places that are looked up under an outline: less than what stays uncut is wide,
 # and than an obstacle with the gap round it [m].
 LOOKS = 0.9
+# What rounding may add to the number of a cell.
+EDGE = 1e-6
 # Poses of a header between which its strip is marked are as far apart at most [m].
 STEP = 0.5
 # Least distance from a cart to an obstacle [m].
@@ -208,22 +210,28 @@ def opens(ground, box, x, y, theta):
     """
     times, corner = ground
     rows, columns = times.shape
-    c, s = math.cos(theta), math.sin(theta)
+    c, s = math.cos(theta) / CELL, math.sin(theta) / CELL
     rear, front, half = box[0] - REACH, box[1] + REACH, box[2] + REACH
     along = math.ceil((front - rear) / LOOKS)
     across = math.ceil(2 * half / LOOKS)
+    # Columns and rows of the first place, and from each to the next ahead and to the left.
+    column = (x - corner[0]) / CELL + c * rear + s * half
+    row = (y - corner[1]) / CELL + s * rear - c * half
+    ahead, aside = (front - rear) / along, 2 * half / across
+    # Where all four corners are on the cells, every place between them is.
+    for i, j in ((0, 0), (along, 0), (0, across), (along, across)):
+        at_column = column + c * ahead * i - s * aside * j
+        at_row = row + s * ahead * i + c * aside * j
+        if not (0.0 <= at_row < rows - EDGE and 0.0 <= at_column < columns - EDGE):
+            return np.inf
     latest = -np.inf
     for i in range(along + 1):
-        ahead = rear + (front - rear) * i / along
+        first_column, first_row = column + c * ahead * i, row + s * ahead * i
         for j in range(across + 1):
-            aside = half * (2 * j / across - 1)
-            column = math.floor((x + c * ahead - s * aside - corner[0]) / CELL)
-            row = math.floor((y + s * ahead + c * aside - corner[1]) / CELL)
-            if row < 0 or column < 0 or row >= rows or column >= columns:
-                return np.inf
-            latest = max(latest, times[row, column])
-            if latest == np.inf:
-                return latest
+            at_row, at_column = first_row + c * aside * j, first_column - s * aside * j
+            latest = max(latest, times[int(at_row), int(at_column)])
+        if latest == np.inf:
+            return latest
     return latest
 
 

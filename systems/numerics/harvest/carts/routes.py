@@ -233,8 +233,10 @@ class RoutePlanner:
         others = during(others, *span)
         traffic = joined(during(self.combines, *span), others)
         blocked = np.empty((len(nodes), last), dtype=bool)
-        columns = np.minimum(np.arange(first, first + last), known.shape[1] - 1)
-        blocked[:count] = known[:, columns]
+        # What is known last counts for all time to come.
+        within = known[:, min(first, known.shape[1] - 1) : first + last]
+        blocked[:count, : within.shape[1]] = within
+        blocked[:count, within.shape[1] :] = known[:, -1:]
         blocked[:count, -1] |= last_known >= first + last - 1
         moments = max(known.shape[1] - first, last)
         ends = _blocked_at(nodes[count:], self.cart, self.combines, first * STEP, moments)

@@ -220,11 +220,12 @@ def _trodden_area(
     size, shape = _fine_cells(crop)
     under = np.zeros(shape, dtype=np.bool_)
     header, box = _header(combine.header_width / 2 + size / 2, size), _body(combine, size)
+    cuts = cut_at != NEVER
+    cutters = cuts.sum(axis=0)
     for m, path in enumerate(paths):
         own = np.full(shape, np.inf, dtype=np.float32)
         _mark_cut(own, crop.origin, size, *header_down(path, size / 2), header)
-        alone = (np.delete(cut_at, m, axis=0) == NEVER).all(axis=0)
-        stands = crop.cells & (alone | given_up[m])
+        stands = crop.cells & ((cutters == cuts[m]) | given_up[m])
         stations = path.stations_every(size)
         _tread(own, stands, under, crop.origin, size, path.pose_at(stations), stations, box)
     return float(under.sum()) * size**2
