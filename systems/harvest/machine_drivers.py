@@ -90,6 +90,7 @@ class MachineDrivers(LeafSystem):
         self._fleet = pack_fleet(work)
         self._orders = find_orders(work) if orders is None else orders
         self._pace = pace_of(Disturbance() if disturbance is None else disturbance)
+        self._across_most = float(work.cart.lateral_acceleration)
         self._tracks = pack_tracks([motion.timed.path for motion in work.motions])
         count, carts = len(work.plans), len(work.motions)
         self._count = count
@@ -183,7 +184,7 @@ class MachineDrivers(LeafSystem):
         after = self._after(context)[self._count : half]
         driven = self._driven(context)[: half - self._count]
         state = read(self._state, context).reshape(-1, 4)
-        output.set_value(steer(self._tracks, state, driven, after, self._period))
+        output.set_value(steer(self._tracks, state, driven, after, self._period, self._across_most))
 
     def _calc_visits(self, context, output):
         """Whom each cart is to empty, and what it is still to take, shape (2, K)."""

@@ -352,11 +352,13 @@ def cutting_on(tracks, stations):
 
 
 @compiled
-def steer(tracks, states, stations, after, period):
+def steer(tracks, states, stations, after, period, across_most):
     """Speeds and turn rates that bring tractors along their paths in a step.
 
     Held for the step they drive the arc of the path; to that is added what turns the tractor back
-    to the path, atan(e / AIM) for an error e across, and what makes good an error along.
+    to the path, atan(e / AIM) for an error e across, and what makes good an error along. In a bend
+    that is driven as fast as it may be there is no turning back faster: the error is made good
+    behind it.
 
     Args:
         tracks: Of the tractors' rear axles.
@@ -364,6 +366,7 @@ def steer(tracks, states, stations, after, period):
         stations: Where they should be, shape (K,) [m].
         after: Where they should be after the step, shape (K,) [m].
         period: Of the step [s].
+        across_most: Largest acceleration across the heading [m/s^2].
 
     Returns:
         Tractor by tractor, shape (2 K,) [m/s], [rad/s].
@@ -382,6 +385,8 @@ def steer(tracks, states, stations, after, period):
         mended = min(max(-ALONG * gear * along, -MOST * way), MOST * way)
         back = gear * np.arctan(across / AIM) * min(1.0, way)
         turn = (there - back - states[k, 2] + np.pi) % (2 * np.pi) - np.pi
-        control[2 * k] = gear * (way + mended) / period
-        control[2 * k + 1] = turn / period
+        speed = (way + mended) / period
+        quickest = across_most / speed
+        control[2 * k] = gear * speed
+        control[2 * k + 1] = min(max(turn / period, -quickest), quickest)
     return control
