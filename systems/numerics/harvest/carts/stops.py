@@ -45,7 +45,7 @@ def collect(service: Service) -> None:
     numbers = [n for n, tank in enumerate(service.tanks) if tank.left > EMPTY]
     numbers.sort(key=lambda n: plans[n].end)
     for number in numbers:
-        if _visit_standing(service, number, None):
+        if visit_standing(service, number, None):
             return
     poses = [np.round(plans[n].path.poses[-1, :2], 1).tolist() for n in numbers]
     raise NoPlan(f"`carts` must find ways to where combines park; got none to {poses[0]}")
@@ -86,7 +86,7 @@ def let_wait(service: Service, number: int, full: float) -> None:
             service.stops.append(stop)
             if (
                 _see(service, max(time, latest) + ahead)
-                and _visit_standing(service, number, stop)
+                and visit_standing(service, number, stop)
                 and (not gentle or len(service.stops) > len(kept.stops))
             ):
                 return
@@ -97,8 +97,31 @@ def let_wait(service: Service, number: int, full: float) -> None:
     )
 
 
-def _visit_standing(service: Service, number: int, stop: Stop | None) -> bool:
-    """Serve a combine that stands at the end of its plan, where it waits, or has parked."""
+def hold(service: Service, stop: Stop) -> bool:
+    """Let a combine stop for ever, until it is known for how long.
+
+    Args:
+        service: What is planned so far; the stop is added.
+        stop: Where.
+
+    Returns:
+        Whether nothing that has begun would be undone.
+    """
+    service.stops.append(stop)
+    return _see(service)
+
+
+def visit_standing(service: Service, number: int, stop: Stop | None) -> bool:
+    """Serve a combine that stands at the end of its plan, where it waits, or has parked.
+
+    Args:
+        service: What is planned so far; the visit is added, and the stop is as long as it takes.
+        number: Of the combine.
+        stop: Where it waits, for ever so far; None: it has parked.
+
+    Returns:
+        Whether a cart gets to it and off again.
+    """
     spent: list[np.ndarray] = []
     for _ in range(PLACES_TRIED):
         found = _come_to(service, number, spent)

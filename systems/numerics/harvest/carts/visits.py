@@ -14,9 +14,9 @@ from ..field.field import Field
 from ..machines import Cart, Combine
 from ..paths import TimedPath
 from .cart_motion import CartMotion, Moving
-from .cart_plan import CartPlan, CartVisit, Failure, Supply
+from .cart_plan import FOR_EVER, CartPlan, CartVisit, Failure, Stop, Supply
 from .service import PlanSoFar, Retime, Service
-from .stops import collect, let_wait
+from .stops import collect, hold, let_wait, visit_standing
 from .surroundings import make_surroundings
 from .tanks import EMPTY
 from .visit_choice import LEAST, STRATEGIES, Attempt, FreeCart, Outlook, choose_visits
@@ -160,7 +160,7 @@ def _serve_all(
         if full < np.inf:
             past.unrevised = past.unrevised or service.kept()
             if not _come_earlier(service, past, missed, full):
-                let_wait(service, missed, full)
+                _let_wait(service, missed, full)
                 past.plans = []
             if service.standing_time >= longest:
                 return
@@ -269,6 +269,56 @@ def _visit(service: Service, choice: Attempt) -> bool:
         if service.leave([to, stay], leaves, visit, others, None):
             return True
     return False
+
+
+def _let_wait(service: Service, number: int, full: float) -> None:
+    """Let a combine wait for a cart; others are served before it if their tanks are full sooner.
+
+    Args:
+        number: Of the combine.
+        full: When its tank is full [s].
+
+    Raises:
+        NoPlan: No cart gets to it.
+    """
+    before = service.kept()
+    let_wait(service, number, full)
+    if not _is_due_sooner(service, number):
+        return
+    after = service.kept()
+    stop = [stop for stop in service.stops if stop.combine == number][-1]
+    service.restore(before)
+    try:
+        if _serve_meanwhile(service, stop._replace(duration=FOR_EVER)):
+            return
+    except NoPlan:
+        pass
+    service.restore(after)
+
+
+def _serve_meanwhile(service: Service, stop: Stop) -> bool:
+    """Serve others while a combine stands, until a cart gets to it before one of them is full."""
+    if not hold(service, stop):
+        return False
+    while True:
+        kept = service.kept()
+        served = visit_standing(service, stop.combine, stop)
+        if served and not _is_due_sooner(service, stop.combine):
+            return True
+        service.restore(kept)
+        service.make_room()
+        missed = _serve_in_windows(service)
+        if missed is not None:
+            full = service.tanks[missed].full_at()
+            if full == np.inf:
+                return False
+            let_wait(service, missed, full)
+
+
+def _is_due_sooner(service: Service, number: int) -> bool:
+    """Whether another tank is full before the last visit to a combine begins."""
+    begins = max(visit.begin for visit in service.visits if visit.combine == number)
+    return min(tank.full_at() for tank in service.tanks) < begins
 
 
 def _come_earlier(service: Service, past: _Past, number: int, full: float) -> bool:
