@@ -272,7 +272,7 @@ def _visit(service: Service, choice: Attempt) -> bool:
 
 
 def _let_wait(service: Service, number: int, full: float) -> None:
-    """Let a combine wait for a cart; others are served before it if their tanks are full sooner.
+    """Let a combine wait for a cart; others are served meanwhile if that makes all wait less.
 
     Args:
         number: Of the combine.
@@ -283,17 +283,18 @@ def _let_wait(service: Service, number: int, full: float) -> None:
     """
     before = service.kept()
     let_wait(service, number, full)
-    if not _is_due_sooner(service, number):
+    # How long others wait that are full before it has been served, if all of them do at least.
+    others = sum(max(_last_visit(service, number).end - t.full_at(), 0.0) for t in service.tanks)
+    if others == 0.0:
         return
-    after = service.kept()
-    stop = [stop for stop in service.stops if stop.combine == number][-1]
+    after, stop = service.kept(), _last_stop(service, number)
     service.restore(before)
     try:
-        if _serve_meanwhile(service, stop._replace(duration=FOR_EVER)):
-            return
+        held = _serve_meanwhile(service, stop._replace(duration=FOR_EVER))
     except NoPlan:
-        pass
-    service.restore(after)
+        held = False
+    if not held or _last_stop(service, number).duration - stop.duration >= others:
+        service.restore(after)
 
 
 def _serve_meanwhile(service: Service, stop: Stop) -> bool:
@@ -302,9 +303,10 @@ def _serve_meanwhile(service: Service, stop: Stop) -> bool:
         return False
     while True:
         kept = service.kept()
-        served = visit_standing(service, stop.combine, stop)
-        if served and not _is_due_sooner(service, stop.combine):
-            return True
+        if visit_standing(service, stop.combine, stop):
+            begins = _last_visit(service, stop.combine).begin
+            if min(tank.full_at() for tank in service.tanks) >= begins:
+                return True
         service.restore(kept)
         service.make_room()
         missed = _serve_in_windows(service)
@@ -315,10 +317,13 @@ def _serve_meanwhile(service: Service, stop: Stop) -> bool:
             let_wait(service, missed, full)
 
 
-def _is_due_sooner(service: Service, number: int) -> bool:
-    """Whether another tank is full before the last visit to a combine begins."""
-    begins = max(visit.begin for visit in service.visits if visit.combine == number)
-    return min(tank.full_at() for tank in service.tanks) < begins
+def _last_visit(service: Service, number: int) -> CartVisit:
+    visits = (visit for visit in service.visits if visit.combine == number)
+    return max(visits, key=lambda visit: visit.begin)
+
+
+def _last_stop(service: Service, number: int) -> Stop:
+    return max(stop for stop in service.stops if stop.combine == number)
 
 
 def _come_earlier(service: Service, past: _Past, number: int, full: float) -> bool:
