@@ -308,6 +308,7 @@ def _serve_meanwhile(service: Service, stop: Stop) -> bool:
             if min(tank.full_at() for tank in service.tanks) >= begins:
                 return True
         service.restore(kept)
+        visits = len(service.visits)
         service.make_room()
         missed = _serve_in_windows(service)
         if missed is not None:
@@ -315,6 +316,9 @@ def _serve_meanwhile(service: Service, stop: Stop) -> bool:
             if full == np.inf:
                 return False
             let_wait(service, missed, full)
+        if len(service.visits) <= visits:
+            # One stop undoes what another is for: there would be no end of it.
+            return False
 
 
 def _last_visit(service: Service, number: int) -> CartVisit:
