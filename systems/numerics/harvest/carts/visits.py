@@ -26,6 +26,8 @@ from .windows import drive_beside
 PLANNED = 0.97
 # When a cart leaves: as soon as all is out, or later if it cannot, or sooner [s].
 LEAVING = (0.0, 10.0, -10.0, 25.0, -25.0)
+# So long a combine waits where carts have no way to it, and not only other work [s].
+LONG = 300.0
 # Least speed at which a cart joins a combine and leaves it [m/s].
 SLOWEST = 0.5
 # So many of the last visits are given up, one more each time, where nobody could come in time.
@@ -283,11 +285,11 @@ def _let_wait(service: Service, number: int, full: float) -> None:
     """
     before = service.kept()
     let_wait(service, number, full)
+    after, stop = service.kept(), _last_stop(service, number)
     # How long others wait that are full before it has been served, if all of them do at least.
     others = sum(max(_last_visit(service, number).end - t.full_at(), 0.0) for t in service.tanks)
-    if others == 0.0:
+    if stop.duration < LONG or others == 0.0:
         return
-    after, stop = service.kept(), _last_stop(service, number)
     service.restore(before)
     try:
         held = _serve_meanwhile(service, stop._replace(duration=FOR_EVER))
