@@ -18,6 +18,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from ..systems.numerics.errors import InvalidInput, require
 from ..systems.numerics.units import WrongQuantity
+from ..systems.numerics.yaml_text import read_yaml
 from . import scenarios
 
 Schema = TypeVar("Schema")
@@ -81,7 +82,7 @@ def read_tree(path: Path) -> dict[str, Any]:
         InvalidInput: The file is no YAML mapping, or cannot be read.
     """
     try:
-        tree = yaml.safe_load(path.read_text(encoding="utf-8"))
+        tree = read_yaml(path.read_text(encoding="utf-8"))
     except (yaml.YAMLError, UnicodeDecodeError, OSError) as error:
         raise InvalidInput(
             f"`scenario` must be readable YAML; got {path}: {' '.join(str(error).split())}"
@@ -141,7 +142,7 @@ def _set(tree: dict[str, Any], override: str) -> None:
         if not isinstance(node, (dict, list)):
             raise InvalidInput(f"`--set` must name a key of the scenario; got {key}")
     try:
-        parsed = yaml.safe_load(value)
+        parsed = read_yaml(value)
     except yaml.YAMLError:
         raise InvalidInput(f"`--set` must give `{key}` a YAML value; got {value}") from None
     if isinstance(node, list):

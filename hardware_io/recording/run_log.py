@@ -137,6 +137,9 @@ def read_run_log(path: Path) -> RunLog:
         InvalidInput: It is no log, nothing in it is whole, its header is not one, or it is MCAP and
             the extra is not installed.
     """
+    # A device or a pipe may have no end.
+    endless = path.exists() and not (path.is_file() or path.is_dir())
+    require(not endless, "log", "be a readable file", path)
     try:
         data = path.read_bytes()
     except OSError as error:

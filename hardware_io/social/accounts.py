@@ -32,6 +32,7 @@ from urllib.parse import urlsplit
 import yaml
 
 from ...systems.numerics.errors import InvalidInput, SightfieldError, require
+from ...systems.numerics.yaml_text import read_yaml
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,8 +113,12 @@ def load_directory(path: str | Path) -> SocialDirectory:
     Raises:
         InvalidInput: The file cannot be read, is not such a directory, or others may read it.
     """
+    path = Path(path)
     try:
-        content: Any = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        mode = path.stat().st_mode
+        # A device has no end.
+        require(stat.S_ISREG(mode) or stat.S_ISDIR(mode), "accounts", "be a file of accounts", path)
+        content: Any = read_yaml(path.read_text(encoding="utf-8"))
         found = SocialDirectory(
             homeserver=content["homeserver"],
             pursuer=Account(**content["pursuer"]),
@@ -124,9 +129,8 @@ def load_directory(path: str | Path) -> SocialDirectory:
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, AttributeError) as e:
         what = " ".join(str(e).split())
         raise InvalidInput(f"`accounts` must be a file of accounts; got {path}: {what}") from None
-    mode = stat.S_IMODE(Path(path).stat().st_mode)
     wish = f"be readable by you alone, as it holds tokens: chmod 600 {path}"
-    require(not mode & 0o077, "accounts", wish, f"mode {mode:o}")
+    require(not mode & 0o077, "accounts", wish, f"mode {stat.S_IMODE(mode):o}")
     return found
 
 

@@ -86,6 +86,10 @@ def test_settings_override_the_file(file):
         ("", "`scenario` must be a YAML mapping"),
         ("part: [", "`scenario` must be readable YAML"),
         ("\x00", "`scenario` must be readable YAML"),
+        ("part: " + "[" * 10_000, "`scenario` must be readable YAML.*nested too deep"),
+        ("count: 2024-99-99", "`scenario` must be readable YAML.*month must be in"),
+        ("count: " + "1" * 5000, "`scenario` must be readable YAML"),
+        ("count: !!bool x", "`scenario` must be readable YAML"),
     ],
 )
 def test_mistakes_are_named_in_one_line(file, text, message):
@@ -102,6 +106,8 @@ def test_mistakes_are_named_in_one_line(file, text, message):
         ("part.points.5=[1, 2]", "below 0 in part.points.5; got 5"),
         ("part.speed.deep=1", "must name a key of the scenario; got part.speed.deep"),
         ("count=[", "must give `count` a YAML value"),
+        ("count=" + "[" * 10_000, "must give `count` a YAML value"),
+        ("count=2024-99-99", "must give `count` a YAML value; got 2024-99-99"),
         ("cuont=1", "`cuont` must be a key of the scenario; got 1"),
     ],
 )

@@ -16,6 +16,7 @@ import numpy as np
 import yaml
 
 from ..errors import InvalidInput, require, require_finite, require_one_of
+from ..yaml_text import read_yaml
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
@@ -241,8 +242,8 @@ def _read_settings(path: Path) -> dict[str, object]:
     """The keys of a map's YAML file, checked for being the right ones."""
     try:
         text = path.read_text(encoding="utf-8")
+        settings = read_yaml(text)
         node = yaml.compose(text, Loader=yaml.SafeLoader)
-        settings = yaml.safe_load(text)
     except (OSError, ValueError, yaml.YAMLError) as error:
         reason = " ".join(str(getattr(error, "strerror", None) or error).split())
         raise InvalidInput(

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -110,6 +111,9 @@ def test_a_file_that_is_no_log_is_refused(tmp_path):
         read_run_log(tmp_path / "other")
     with pytest.raises(InvalidInput, match="No such file"):
         read_run_log(tmp_path / "nothing")
+    # It has no end.
+    with pytest.raises(InvalidInput, match="`log` must be a readable file; got /dev/zero"):
+        read_run_log(Path("/dev/zero"))
 
 
 def test_the_log_of_a_run_that_failed_has_no_end(tmp_path):

@@ -46,6 +46,8 @@ def test_a_directory_comes_back_from_its_file_which_only_its_owner_reads(tmp_pat
         "homeserver: http://x\npursuer: {user: '@p:x', token: t}\nagents: [{user: '@a:x'}]",
         "homeserver: http://x\npursuer: {user: '@p:x', token: t, more: 1}\nagents: []",
         "homeserver: 3\npursuer: {user: '@p:x', token: t}\nagents: []",
+        "[" * 10_000,
+        "homeserver: 2024-99-99",
     ],
 )
 def test_a_file_that_is_no_directory_is_refused(text, tmp_path):
@@ -56,9 +58,10 @@ def test_a_file_that_is_no_directory_is_refused(text, tmp_path):
     assert "\n" not in str(caught.value)
 
 
-def test_a_file_that_is_not_there_is_refused(tmp_path):
-    with pytest.raises(InvalidInput, match="`accounts`"):
-        load_directory(tmp_path / "none.yaml")
+def test_a_file_that_is_not_there_or_has_no_end_is_refused(tmp_path):
+    for path in (tmp_path / "none.yaml", "/dev/zero"):
+        with pytest.raises(InvalidInput, match="`accounts`"):
+            load_directory(path)
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,7 @@ import numpy as np
 import yaml
 
 from ...errors import InvalidInput, require, require_one_of
+from ...yaml_text import read_yaml
 from .camera_model import CameraModel
 from .central_cameras import KannalaBrandtCamera, MeiCamera, ScaramuzzaCamera
 
@@ -232,7 +233,7 @@ def _to_kalibr(camera: CameraModel) -> str:
 
 def _from_kalibr(text: str, path: Path) -> CameraModel:
     try:
-        tree = yaml.safe_load(text)
+        tree = read_yaml(text)
     except yaml.YAMLError:
         raise InvalidInput(f"`camera` must be a camchain.yaml of Kalibr; got {path}") from None
     node = tree.get("cam0") if isinstance(tree, dict) else None
