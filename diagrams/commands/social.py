@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from ...systems.numerics.errors import require, require_non_negative
+from ...systems.numerics.errors import InvalidInput, require, require_non_negative
 from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
 from ..social import scenarios
 from ..social.networks import NetworkChoice, open_network, open_trial_server
@@ -46,16 +46,22 @@ def server(
     """
     require(agents >= 1, "--agents", "be at least 1", agents)
     require(1024 <= port <= 65535, "--port", "be from 1024 to 65535", port)
-    require(not accounts.exists(), "--accounts", "be a new file", accounts)
     console, ended = Console(highlight=False), threading.Event()
-    numbers = (signal.SIGINT, signal.SIGTERM)
+    # A terminal that is closed sends the last.
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     before = {number: signal.signal(number, lambda *_: ended.set()) for number in numbers}
     try:
         with ExitStack() as stack:
+            # Known to be writable before a server takes its time.
+            try:
+                accounts.touch(0o600, exist_ok=False)
+            except OSError as error:
+                got = f"{accounts} ({error.strerror})"
+                raise InvalidInput(f"`--accounts` must be a new file; got {got}") from None
+            stack.callback(accounts.unlink, missing_ok=True)
             folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="sightfield-synapse-"))
             console.print("Setting up Synapse and its accounts: about ten seconds.")
             opened = stack.enter_context(open_trial_server(Path(folder), port))
-            stack.callback(accounts.unlink, missing_ok=True)
             opened.make_accounts(agents, accounts)
             console.print(f"The server is up at [bold]{opened.url}[/]. In another terminal:")
             console.print(

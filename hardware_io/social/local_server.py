@@ -3,6 +3,7 @@
 import json
 import os
 import secrets
+import socket
 import subprocess
 import sys
 import time
@@ -18,6 +19,16 @@ from .accounts import make_directory, save_directory
 
 # How long a server may take to come up, and to end [s].
 _PATIENCE = 60.0
+# Synapse, which ends as soon as nobody holds the other end of its input: whoever started it may be
+# killed without a word.
+_SYNAPSE = """
+import os, runpy, signal, threading
+def watch():
+    os.read(0, 1)
+    os.kill(os.getpid(), signal.SIGTERM)
+threading.Thread(target=watch, daemon=True).start()
+runpy.run_module("synapse.app.homeserver", run_name="__main__", alter_sys=True)
+"""
 # What nobody meets who tries something out.
 _PLENTY = {"per_second": 1000, "burst_count": 1000}
 
@@ -44,7 +55,7 @@ class LocalServer:
                 "`social server` must come with the extra [social-server]: "
                 "pip install sightfield[social-server]; got no Synapse"
             )
-        self._folder = folder
+        self._folder, self._port = folder, port
         self._process: subprocess.Popen[bytes] | None = None
         self.url, self.secret = f"http://127.0.0.1:{port}", secrets.token_urlsafe(32)
         logging = {
@@ -59,7 +70,7 @@ class LocalServer:
         # JSON is YAML. The secret makes accounts.
         (folder / "homeserver.yaml").touch(0o600)
         (folder / "homeserver.yaml").write_text(json.dumps(config))
-        keys = self._command("--generate-keys")
+        keys = [*self._command("-m", "synapse.app.homeserver"), "--generate-keys"]
         made = subprocess.run(keys, check=False, cwd=folder, capture_output=True)
         if made.returncode:
             raise SightfieldError(f"Synapse makes no keys in {folder}; ended {made.returncode}")
@@ -99,23 +110,22 @@ class LocalServer:
             "rc_room_creation": _PLENTY,
         }
 
-    def _command(self, *more: str) -> list[str]:
-        config = str(self._folder / "homeserver.yaml")
-        return [sys.executable, "-m", "synapse.app.homeserver", "-c", config, *more]
+    def _command(self, *python: str) -> list[str]:
+        return [sys.executable, *python, "-c", str(self._folder / "homeserver.yaml")]
 
     def start(self) -> None:
         """Start it, and wait until it answers.
 
         Raises:
-            InvalidInput: Something else answers there.
+            InvalidInput: Something else listens there.
             SightfieldError: It does not come up.
         """
-        require(not self._answers(), "--port", "be free", self.url)
+        require(self._port_is_free(), "--port", "be free", self.url)
         with (self._folder / "output.log").open("a") as output:
             self._process = subprocess.Popen(
-                self._command(),
+                self._command("-c", _SYNAPSE),
                 cwd=self._folder,
-                stdin=subprocess.DEVNULL,
+                stdin=subprocess.PIPE,
                 stdout=output,
                 stderr=output,
                 # Ctrl-C in a terminal is for this program, which ends the server in its turn.
@@ -151,6 +161,8 @@ class LocalServer:
             except subprocess.TimeoutExpired:
                 self._process.kill()
                 self._process.wait()
+            assert self._process.stdin is not None
+            self._process.stdin.close()
             self._process = None
 
     def make_accounts(self, agents: int, path: Path) -> None:
@@ -171,6 +183,16 @@ class LocalServer:
 
     def __exit__(self, *_: object) -> None:
         self.stop()
+
+    def _port_is_free(self) -> bool:
+        with socket.socket() as probe:
+            # What has just closed there is no obstacle.
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                probe.bind(("127.0.0.1", self._port))
+            except OSError:
+                return False
+        return True
 
     def _answers(self) -> bool:
         # No proxy knows the way to this machine.

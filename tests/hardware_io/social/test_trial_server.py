@@ -7,6 +7,7 @@ import socket
 import stat
 import subprocess
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -78,8 +79,8 @@ def test_a_search_without_its_server_is_one_line_and_exit_code_2(maze, refusal, 
     assert "must be https:// but for a server on this machine" in said
 
 
-def test_a_server_to_try_makes_accounts_and_forgets_them_at_its_end(tmp_path):
-    accounts = tmp_path / "accounts.yaml"
+def open_server(accounts):
+    """`sightfield social server` for two agents, once it is up, and what it said."""
     command = [SIGHTFIELD, "social", "server", "--port", str(free_port()), "--accounts", accounts]
     server = subprocess.Popen(
         [*command, "--agents", "2"],
@@ -91,6 +92,12 @@ def test_a_server_to_try_makes_accounts_and_forgets_them_at_its_end(tmp_path):
     said = []
     while "Ctrl-C ends it" not in "".join(said[-1:]) and server.poll() is None:
         said.append(server.stdout.readline())
+    return server, said
+
+
+def test_a_server_to_try_makes_accounts_and_forgets_them_at_its_end(tmp_path):
+    accounts = tmp_path / "accounts.yaml"
+    server, said = open_server(accounts)
     try:
         assert f"sightfield social --network matrix --accounts {accounts}\n" in said
         assert stat.S_IMODE(accounts.stat().st_mode) == 0o600
@@ -98,11 +105,27 @@ def test_a_server_to_try_makes_accounts_and_forgets_them_at_its_end(tmp_path):
         assert len(directory.agents) == 2
         check_accounts(directory)
     finally:
-        server.send_signal(signal.SIGINT)
+        # As a terminal does that is closed; Ctrl-C is the same.
+        server.send_signal(signal.SIGHUP)
     assert server.wait(30) == 0
     assert not accounts.exists()
     with pytest.raises(InvalidInput, match="that answers"):
         check_accounts(directory)
+
+
+def test_synapse_ends_with_a_server_that_is_killed(tmp_path):
+    server, _ = open_server(tmp_path / "accounts.yaml")
+    directory = load_directory(tmp_path / "accounts.yaml")
+    server.kill()
+    server.wait()
+    deadline = time.monotonic() + 30
+    while time.monotonic() < deadline:
+        try:
+            check_accounts(directory)
+        except InvalidInput:
+            return
+        time.sleep(0.2)
+    pytest.fail("Synapse is still there")
 
 
 @pytest.mark.parametrize(
@@ -111,6 +134,7 @@ def test_a_server_to_try_makes_accounts_and_forgets_them_at_its_end(tmp_path):
         (("--agents", 0), "`--agents` must be at least 1; got 0"),
         (("--port", 80), "`--port` must be from 1024 to 65535; got 80"),
         (("--accounts", "."), "`--accounts` must be a new file"),
+        (("--accounts", "no/folder.yaml"), "must be a new file; got no/folder.yaml (No such file"),
     ],
 )
 def test_bad_input_is_one_line(arguments, message, refusal):
@@ -124,9 +148,15 @@ def test_without_synapse_the_server_says_what_to_install(tmp_path, monkeypatch):
 
 
 def test_a_port_that_something_has_is_refused(synapse, tmp_path):
-    second = LocalServer(tmp_path, synapse.port)
-    with pytest.raises(InvalidInput, match="`--port` must be free"):
-        second.start()
+    with socket.socket() as silent:
+        silent.bind(("127.0.0.1", 0))
+        silent.listen()
+        for port in (synapse.port, silent.getsockname()[1]):
+            folder = tmp_path / str(port)
+            folder.mkdir()
+            second = LocalServer(folder, port)
+            with pytest.raises(InvalidInput, match="`--port` must be free"):
+                second.start()
 
 
 def test_what_makes_accounts_is_for_the_user_alone(tmp_path):
