@@ -1,8 +1,8 @@
 """What makes a kind of robots: a link, what they do in silence, and robots that stand in."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from typing import Any, Protocol
 
@@ -63,6 +63,24 @@ class RobotFleet:
         good = type(value) is wanted
         require(good, f"radio.options.{name}", f"be of type {wanted.__name__}", value)
         return value
+
+
+class _Asked(Mapping[str, Any]):
+    """Options that remember by which names they were asked for."""
+
+    def __init__(self, options: Mapping[str, Any]) -> None:
+        self._options = options
+        self.names: set[str] = set()
+
+    def __getitem__(self, name: str) -> Any:
+        self.names.add(name)
+        return self._options[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._options)
+
+    def __len__(self) -> int:
+        return len(self._options)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -206,10 +224,17 @@ class RobotKind:
         """The link to a fleet, not yet connected.
 
         Raises:
-            InvalidInput: The kind's extra is not installed, or the fleet lacks what it needs.
+            InvalidInput: The kind's extra is not installed, the fleet lacks what it needs, or has
+                an option that the kind does not ask for when it makes the link.
         """
         self._require_extra()
-        return self.link(fleet)
+        asked = _Asked(fleet.options)
+        link = self.link(replace(fleet, options=asked))
+        # A key that is misspelt would leave everything unsigned.
+        for name, value in fleet.options.items():
+            known = f"be one that kind {self.name} has ({', '.join(sorted(asked.names)) or 'none'})"
+            require(name in asked.names, f"radio.options.{name}", known, value)
+        return link
 
     def open_stand_in(self, fleet: RobotFleet, around: Surroundings) -> Opened:
         """Robots that stand in for a fleet's.

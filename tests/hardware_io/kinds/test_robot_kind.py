@@ -54,6 +54,25 @@ def test_kinds_are_found_by_name_and_one_s_own_by_its_module(tmp_path, monkeypat
     assert sys.path == before
 
 
+def test_an_option_that_a_kind_does_not_have_is_refused():
+    def link(fleet):
+        return fleet.option("depth", 3), fleet.option("rate", 5.0)
+
+    with pytest.raises(InvalidInput) as refusal:
+        kind(link=link).open_link(RobotFleet(robots=(1,), options={"depth": 4, "rat": 2.0}))
+    words = "`radio.options.rat` must be one that kind toy has (depth, rate); got 2.0"
+    assert str(refusal.value) == words
+    fleet = RobotFleet(robots=(1,), options={"depth": 4})
+    assert kind(link=link).open_link(fleet) == (4, 5.0)
+
+
+def test_a_key_that_is_misspelt_does_not_leave_messages_unsigned():
+    options = {"keyfile": "lab.key"}
+    fleet = RobotFleet(robots=(1,), addresses=("127.0.0.1:14550",), options=options)
+    with pytest.raises(InvalidInput, match=r"options.keyfile` must be one .* \(key_file\)"):
+        find_kind("mavlink").open_link(fleet)
+
+
 def test_options_of_a_kind_have_their_type():
     fleet = RobotFleet(robots=(1,), options={"rate": 20, "name": "a", "fast": True})
     assert fleet.option("rate", 5.0) == 20.0
