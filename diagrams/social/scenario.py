@@ -255,7 +255,7 @@ class SocialScenario:
     search: SearchPolicy = SearchPolicy()
     # Horizon [s].
     seconds: float = 120.0
-    # Control period and time step [s].
+    # Control period and time step, a millisecond at least [s].
     period: float = 0.05
     # Of everything random: starts, walks, answers, noise.
     seed: int = 0
@@ -263,6 +263,7 @@ class SocialScenario:
     def __post_init__(self) -> None:
         require_positive("seconds", self.seconds)
         require_positive("period", self.period)
+        require(self.period >= 1e-3, "period", "be 0.001 at least", self.period)
         require(self.seed >= 0, "seed", "be zero or positive", self.seed)
         for name, whole in (
             ("camera.period", self.camera.period),

@@ -96,6 +96,7 @@ class Radio:
         require(bool(self.kind), "kind", "name a kind of robots", "nothing")
         require(self.baud_rate > 0, "baud_rate", "be positive", self.baud_rate)
         require(self.repeats > 0, "repeats", "be positive", self.repeats)
+        require(self.repeats <= 100, "repeats", "be 100 at most", self.repeats)
         require_positive("heartbeat", self.heartbeat)
         require(len(set(self.robots)) == len(self.robots), "robots", "differ", self.robots)
 
@@ -124,6 +125,7 @@ class OmniCameraDevice:
     def __post_init__(self) -> None:
         require_one_of("source", self.source, CAMERA_SOURCES)
         require_positive("rate", self.rate)
+        require(self.rate <= 1000, "rate", "be 1000 at most", self.rate)
         require_positive("stale_after", self.stale_after)
         require(self.carrier >= 0, "carrier", "be zero or positive", self.carrier)
 
@@ -215,6 +217,7 @@ class Supervision:
 
     def __post_init__(self) -> None:
         require_non_negative("slack", self.slack)
+        require(self.slack <= 100, "slack", "be 100 at most", self.slack)
         for name in ("jump", "flip", "track_width", "counts_per_metre"):
             require_positive(name, getattr(self, name))
         # They refuse what is wrong with the rest.
@@ -263,6 +266,8 @@ class StationScenario:
         require_positive("seconds", self.seconds)
         require_positive("time_step", self.time_step)
         require(self.time_step >= 1e-3, "time_step", "be 0.001 at least", self.time_step)
+        wish = f"be at most the game's period, which is {self.period}"
+        require(self.time_step <= self.period, "time_step", wish, self.time_step)
         require(
             "you" not in self.tracking.evaders.policy_of_each,
             "tracking.evaders.policies",

@@ -250,7 +250,7 @@ class TrackingScenario:
     evaders: Evaders
     # Horizon [s].
     seconds: float = 60.0
-    # Control period and time step [s].
+    # Control period and time step, a millisecond at least [s].
     period: float = 0.05
     # Whether robots keep off one another by their radii; without, they are points in all but
     # their distance from walls, and pass through each other.
@@ -263,6 +263,7 @@ class TrackingScenario:
     def __post_init__(self) -> None:
         require_positive("seconds", self.seconds)
         require_positive("period", self.period)
+        require(self.period >= 1e-3, "period", "be 0.001 at least", self.period)
         require(
             self.period <= self.seconds,
             "period",

@@ -62,6 +62,7 @@ def test_robots_start_where_the_scenario_says(social_game):
         ("evader.pose=[0.05, 1, 0]", "`evader.pose` must be 0.13 m from walls"),
         ("pursuer.speed=0", "`pursuer.speed` must be positive"),
         ("camera.period=0.13", "`camera.period` must be a multiple of the period"),
+        ("period=1e-300", "`period` must be 0.001 at least; got 1e-300"),
         ("camera.view_angle=170", "`camera.view_angle` must lie in .0, 150. deg; got 170"),
         ("search.pictures=0", "`search.pictures` must be at least 1; got 0"),
         ("search.method=akaze", "`search.method` must be one of sift, orb, surf; got akaze"),

@@ -65,6 +65,11 @@ def test_a_world_from_a_file_is_written_into_the_log_itself(tmp_path):
         ("tracking.evaders.policies=[you, adversarial, adversarial]", "not be you"),
         ("tracking=nonsense", "`scenario` must be a YAML file or one of"),
         ("time_step=0", "`time_step` must be positive"),
+        ("time_step=1e300", "`time_step` must be at most the game's period, which is 0.05; got 1e"),
+        ("tracking.period=1e-300", "`tracking.period` must be 0.001 at least; got 1e-300"),
+        ("omni_camera.rate=1e300", "`omni_camera.rate` must be 1000 at most; got 1e+300"),
+        ("supervision.slack=1e300", "`supervision.slack` must be 100 at most; got 1e+300"),
+        ("radio.repeats=1000000000", "`radio.repeats` must be 100 at most; got 1000000000"),
         ("windows=3", "`windows` must be a key of the scenario; got 3"),
     ],
 )
