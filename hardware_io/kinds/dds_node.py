@@ -197,7 +197,8 @@ def planar(place: Point | Vector3, turn: Quaternion) -> tuple[float, float, floa
         place: Where it is [m].
         turn: Its orientation, a quaternion whose length is one to within a tenth.
     """
-    length = math.sqrt(turn.x**2 + turn.y**2 + turn.z**2 + turn.w**2)
+    # A sum of squares of 1e200 would be no number but an error.
+    length = math.hypot(turn.x, turn.y, turn.z, turn.w)
     if not 0.9 < length < 1.1:
         return (math.nan, math.nan, math.nan)
     sine = 2 * (turn.w * turn.z + turn.x * turn.y)

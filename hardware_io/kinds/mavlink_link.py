@@ -102,6 +102,8 @@ _INTERVALS = {
 # Packets of numbers not newer than the last count again once none came for so long: the vehicle
 # was started anew [s].
 _ANEW = 0.5
+# No wheel has gone so far [m]: nothing is counted of it, and of 1e305 nothing could be.
+_FURTHEST = 1e9
 # A wheel that is slower than this stands [m/s].
 _SLOWEST = 0.01
 
@@ -240,7 +242,7 @@ class MavlinkLink(DatagramLink):
             )
         elif kind == "WHEEL_DISTANCE" and message.count >= 2:
             ways = message.distance[:2]
-            if all(map(math.isfinite, ways)):
+            if all(abs(each) < _FURTHEST for each in ways):
                 left, right = (round(self._counts_per_metre * each) for each in ways)
                 gone = max(abs(left - vehicle.counts[0]), abs(right - vehicle.counts[1]))
                 least = _SLOWEST * (now - vehicle.measured) * self._counts_per_metre

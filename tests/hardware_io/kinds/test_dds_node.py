@@ -104,7 +104,8 @@ def test_headings_are_those_of_orientations_whatever_roll_and_pitch_are():
 
 
 def test_an_orientation_that_is_none_gives_no_pose():
-    for turn in (dds_node.Quaternion(w=0.0), dds_node.Quaternion(w=np.nan)):
+    for w in (0.0, np.nan, np.inf, 1e200, -1.7e308):
+        turn = dds_node.Quaternion(w=w)
         assert np.isnan(dds_node.planar(dds_node.Point(1.0, 2.0), turn)).all()
 
 

@@ -130,6 +130,17 @@ def test_packets_that_are_repeated_or_overtaken_count_once(pair):
     assert link.telemetry()[7].counts == (0, 0)
 
 
+@pytest.mark.parametrize("way", [1e12, 1e300, -1.7e308, math.inf, math.nan])
+def test_ways_that_no_wheel_has_gone_are_not_counted_and_end_nothing(pair, way):
+    link, _ = pair()
+    vehicle = Packer(7, mavlink_link.AUTOPILOT)
+    beat = dialect.MAVLink_heartbeat_message(10, 3, 0, 0, 4, 3)
+    for ways, counts in (([0.1, 0.2], (400, 800)), ([way, 0.2], (400, 800)), ([1, 1], (4000,) * 2)):
+        gone = dialect.MAVLink_wheel_distance_message(0, 2, [*ways, *[0.0] * 14])
+        link.decode(7, vehicle.pack(beat, gone))
+        assert link.telemetry()[7].counts == counts
+
+
 def test_packets_of_other_systems_do_not_count(pair):
     link, rover = pair()
     stranger = Rover(8, 3.0, counts_per_metre=4000.0)
