@@ -25,9 +25,9 @@ from pydrake.systems.primitives import (
 
 from ...systems.numerics.errors import (
     require,
-    require_finite,
     require_non_negative,
     require_positive,
+    require_sizes,
 )
 from ...systems.numerics.standoff.loop import StandoffLoop, span, wanted_equilibrium
 from ...systems.numerics.standoff.sampled_loop import SampledPid
@@ -59,8 +59,8 @@ class StandoffScenario:
     delay_samples: int = 0
 
     def __post_init__(self) -> None:
-        for name in ("start", "evader_speed", "evader_sway"):
-            require_finite(name, getattr(self, name))
+        names = ("start", "evader_speed", "evader_sway", "sway_frequency", "noise")
+        require_sizes({name: getattr(self, name) for name in names})
         for name in ("sway_frequency", "noise", "seed", "delay_samples"):
             require_non_negative(name, getattr(self, name))
         whole = isinstance(self.delay_samples, int) and isinstance(self.seed, int)

@@ -5,7 +5,7 @@ A message names the parameter, the requirement and what came:
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 
 class SightfieldError(Exception):
@@ -53,6 +53,23 @@ def require_non_negative(name: str, value: float) -> None:
     """
     require_finite(name, value)
     require(value >= 0, name, "be zero or positive", value)
+
+
+# Sizes of numbers in SI units or pixels that anything can come of.
+LEAST_SIZE, MOST_SIZE = 1e-18, 1e18
+
+
+def require_sizes(values: Mapping[str, float]) -> None:
+    """Refuse finite numbers whose powers and quotients a float does not hold.
+
+    Args:
+        values: By the names of parameters, for the message: each is to be zero, or of a size
+            between LEAST_SIZE and MOST_SIZE [-].
+    """
+    words = f"be of a size from {LEAST_SIZE:g} to {MOST_SIZE:g}"
+    for name, value in values.items():
+        require_finite(name, value)
+        require(value == 0 or LEAST_SIZE <= abs(value) <= MOST_SIZE, name, words, value)
 
 
 def require_one_of(name: str, value: object, allowed: Iterable[object]) -> None:

@@ -177,6 +177,22 @@ def test_without_an_analysis_only_the_start_is_written(run, tmp_path):
             ["simulate", "--seconds", 1e9],
             "`seconds` must be at most 400000 samples, 2000 s; got 1000000000.0",
         ),
+        *(
+            (
+                ["analyse", f"--{name}", size],
+                f"`{name.replace('-', '_')}` must be of a size from 1e-18 to 1e+18; got {size}",
+            )
+            for name in ("kp", "ki", "kd", "a", "b", "c", "reference", "period", "filter-time")
+            for size in (1e300, 1e-300)
+        ),
+        (
+            ["analyse", "--kp", 1e-12],
+            "`ki` must lie between 1.29e-38 and 5.63e-13 for these kp and kd; got 5.0",
+        ),
+        (
+            ["analyse", "--controller", "PI", "--kp", 1e9],
+            "`ki` must lie between 1.29e+04 and 1.29e+30 for these kp and kd; got 5.0",
+        ),
         (["--controller", "PDI"], "`controller` must be one of P, PI, PD, PID; got PDI"),
         (["--start", "inf"], "`start` must be a finite number; got inf"),
         (

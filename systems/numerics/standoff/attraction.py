@@ -92,6 +92,10 @@ def certified_interval(loop: StandoffLoop) -> tuple[float, float]:
     return math.nextafter(low, high), math.nextafter(high, low)
 
 
+# Ratios that the digits of a float tell from none and from endless; a derivative lowers the higher.
+_WEAKEST, _STRONGEST = 1e-14, 1e12
+
+
 @dataclass(frozen=True)
 class NormalisedLoop:
     """The numbers above.
@@ -123,10 +127,16 @@ def normalise(loop: StandoffLoop) -> NormalisedLoop:
     """Express a loop in its own units.
 
     Raises:
-        InvalidInput: There is no equilibrium.
+        InvalidInput: There is no equilibrium, or the integral is so weak or so strong beside K_P
+            that rounding would swallow one of them.
     """
     rest, slope = wanted_equilibrium(loop).y, root_slope(loop)
     distance = edge(loop) - rest
+    if loop.integrates:
+        unit = loop.kp**2 * slope
+        low, high = _WEAKEST * unit, _STRONGEST * unit / (1 + loop.derivative_gain * slope)
+        words = f"lie between {low:.3g} and {high:.3g} for these kp and kd"
+        require(low <= loop.ki <= high, "ki", words, loop.ki)
     return NormalisedLoop(
         rest=rest,
         distance=distance,

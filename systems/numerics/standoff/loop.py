@@ -39,6 +39,7 @@ from ..errors import (
     require_non_negative,
     require_one_of,
     require_positive,
+    require_sizes,
 )
 
 _INCH = 0.0254
@@ -52,7 +53,7 @@ class ErrorModel:
     distances that it was measured at, 15 to 60 inches.
 
     Raises:
-        InvalidInput: A number is not finite, or the distances are in the wrong order.
+        InvalidInput: A number is out of its range, or the distances are in the wrong order.
     """
 
     # Curvature [1/m]; zero for an error that is a straight line in y.
@@ -66,7 +67,8 @@ class ErrorModel:
     longest: float = 60 * _INCH
 
     def __post_init__(self) -> None:
-        for name in ("a", "b", "c", "shortest", "longest"):
+        require_sizes({name: getattr(self, name) for name in ("a", "b", "c")})
+        for name in ("shortest", "longest"):
             require_finite(name, getattr(self, name))
         require(
             self.shortest < self.longest,
@@ -120,7 +122,7 @@ class StandoffLoop:
         else:
             require_non_negative("ki", self.ki)
         require_non_negative("kd", self.kd)
-        require_finite("reference", self.reference)
+        require_sizes({name: getattr(self, name) for name in ("kp", "ki", "kd", "reference")})
 
     @property
     def integrates(self) -> bool:

@@ -41,7 +41,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-from ..errors import InvalidInput, require, require_positive
+from ..errors import InvalidInput, require, require_positive, require_sizes
 from ..tracking.mobile_agents import clip_symmetric
 from .loop import StandoffLoop, root_slope
 
@@ -51,7 +51,7 @@ class SampledPid:
     """What the ideal law lacks.
 
     Raises:
-        InvalidInput: A time is not positive and finite, or the limit is not positive.
+        InvalidInput: A time is not positive or out of its range, or the limit is not positive.
     """
 
     # Time between samples, h [s].
@@ -64,6 +64,7 @@ class SampledPid:
     def __post_init__(self) -> None:
         require_positive("period", self.period)
         require_positive("filter_time", self.filter_time)
+        require_sizes({"period": self.period, "filter_time": self.filter_time})
         if self.limit != math.inf:
             require_positive("limit", self.limit)
 

@@ -15,11 +15,12 @@ Source: ours.
 """
 
 import math
+import warnings
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_discrete_lyapunov
+from scipy.linalg import LinAlgWarning, solve_discrete_lyapunov
 
 from ..compiled import compiled
 from .attraction import RegionOfAttraction
@@ -90,7 +91,12 @@ def certified_ball(
     # Nearer to one, the equation for P is lost in rounding.
     if np.abs(np.linalg.eigvals(step)).max() >= 1 - 1e-7:
         return CertifiedBall(np.eye(len(step)), 0.0, parts)
-    lyapunov = solve_discrete_lyapunov(step.T, np.eye(len(step)))
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", LinAlgWarning)
+            lyapunov = solve_discrete_lyapunov(step.T, np.eye(len(step)))
+    except LinAlgWarning:
+        return CertifiedBall(np.eye(len(step)), 0.0, parts)
     inverse = np.linalg.inv(lyapunov)
     lost = -math.expm1(0.5 * math.log1p(-1 / np.linalg.eigvalsh(lyapunov)[-1]))
     gain = linear.kp + linear.kd * linear.beta / linear.period
