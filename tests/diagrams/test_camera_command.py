@@ -218,10 +218,41 @@ def test_a_calibration_without_a_key_is_named(calibrated, taken, tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[" * 100_000, "`calibration` must be readable JSON"),
+        (None, "`calibration` must be a file; got /dev/zero"),
+    ],
+)
+def test_a_calibration_without_an_end_is_not_read(taken, tmp_path, text, message):
+    path = "/dev/zero"
+    if text is not None:
+        path = tmp_path / "deep.json"
+        path.write_text(text)
+    with pytest.raises(InvalidInput, match=message):
+        report("estimate", taken[0] / "picture.png", "--calibration", path)
+
+
+@pytest.mark.parametrize("keys", [("height",), ("readings", "distance", 0)])
+def test_a_calibration_with_endless_numbers_is_refused(calibrated, taken, tmp_path, keys):
+    tree = json.loads((calibrated[0] / "calibration.json").read_text())
+    node = tree
+    for key in keys[:-1]:
+        node = node[key]
+    node[keys[-1]] = 1e300
+    broken = tmp_path / "broken.json"
+    broken.write_text(json.dumps(tree))
+    with pytest.raises(InvalidInput, match=f"`.*{keys[min(1, len(keys) - 1)]}` must be"):
+        report("estimate", taken[0] / "picture.png", "--calibration", broken)
+
+
+@pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (("--colour", "mauve"), "`colour` must be one of"),
         (("--directions", 0), "`directions` must be positive; got 0"),
+        (("--directions", 10**9), "`directions` must be at most 1080; got 1000000000"),
+        (("--height", 1e300, "--directions", 2), "`height` must be of a size from"),
         (("--noise", -1), "`noise` must be zero or positive; got -1.0"),
         (("--height", -1), "`height` must be positive; got -1.0"),
         (("--top", 0.01), "`top` must be above the base"),
@@ -239,6 +270,13 @@ def test_bad_calibrations_are_named(tmp_path, arguments, message):
     ("text", "message"),
     [
         ("mirror_radius: -1\n", "`mirror_radius` must be positive; got -1"),
+        ("mirror_radius: 1.0e300\n", "`mirror_radius` must be of a size from 1e-18 to"),
+        ("focal_length: 1.0e-300\n", "`focal_length` must be of a size from 1e-18 to"),
+        ("centre: [1.0e300, 0]\n", r"`centre` must be at most 1e\+06 px from the picture"),
+        (
+            "width: 10000000\n",
+            r"`width \* height` must be at most 50,000,000 pixels; got 4800000000",
+        ),
         ("zoom: 2\n", "`zoom` must be a key"),
         ("focal_length: long\n", "`focal_length` must be a valid number"),
         ("[1, 2\n", "must be readable YAML"),

@@ -23,7 +23,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import require, require_finite, require_positive
+from ..errors import require, require_positive, require_sizes
+from .camera_models.camera_model import require_near_picture, require_size
 
 # Halvings of the angle at the mirror's centre: more than a double has bits.
 _HALVINGS = 60
@@ -37,7 +38,7 @@ class OmniCamera:
     inches (0.38 to 1.52 m) well inside a picture of 640 x 480 pixels.
 
     Raises:
-        InvalidInput: A length is not positive, or a size is no whole number.
+        InvalidInput: A length is not positive, or a number is out of its range.
     """
 
     # Of the mirror ball [m]; its diameter is D = 2 mirror_radius.
@@ -55,16 +56,14 @@ class OmniCamera:
     centre: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        for name in ("mirror_radius", "mirror_distance", "pinhole_height", "focal_length"):
+        names = ("mirror_radius", "mirror_distance", "pinhole_height", "focal_length")
+        require_sizes({name: getattr(self, name) for name in names})
+        for name in names:
             require_positive(name, getattr(self, name))
-        for name in ("width", "height"):
-            value = getattr(self, name)
-            whole = isinstance(value, int) and not isinstance(value, bool)
-            require(whole and value > 0, name, "be a positive whole number", value)
+        require_size(self.width, self.height)
         if self.centre is not None:
             require(len(self.centre) == 2, "centre", "be (column, row)", self.centre)
-            for value in self.centre:
-                require_finite("centre", value)
+            require_near_picture("centre", *self.centre)
 
     @property
     def axis_pixel(self) -> np.ndarray:

@@ -23,6 +23,7 @@ import numpy as np
 import yaml
 
 from ...errors import InvalidInput, require, require_one_of
+from ...input_files import read_input
 from ...yaml_text import read_yaml
 from .camera_model import CameraModel
 from .central_cameras import KannalaBrandtCamera, MeiCamera, ScaramuzzaCamera
@@ -44,10 +45,9 @@ def load_camera_model(path: str | Path) -> CameraModel:
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:
-        reason = " ".join(str(error).split())
-        raise InvalidInput(f"`camera` must be a readable file; got {path} ({reason})") from None
+        text = read_input("camera", path).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InvalidInput(f"`camera` must be a file of text; got {path} ({error})") from None
     if text.lstrip().startswith("{"):
         return _from_json(text, path)
     if text.startswith("%YAML"):
@@ -66,10 +66,15 @@ def save_camera_model(path: str | Path, camera: CameraModel, form: str) -> None:
         form: One of FORMS.
 
     Raises:
-        InvalidInput: Another form, or one that does not hold this camera.
+        InvalidInput: Another form, one that does not hold this camera, or no place to write to.
     """
     require_one_of("form", form, FORMS)
-    Path(path).write_text(_WRITERS[form](camera), encoding="utf-8")
+    text = _WRITERS[form](camera)
+    try:
+        Path(path).write_text(text, encoding="utf-8")
+    except OSError as error:
+        reason = f"{path} ({error.strerror})"
+        raise InvalidInput(f"`target` must be a file that can be written; got {reason}") from None
 
 
 def forms_of(camera: CameraModel) -> tuple[str, ...]:
@@ -138,7 +143,7 @@ def _from_ocamcalib(text: str, path: Path) -> CameraModel:
     except ValueError:
         raise InvalidInput(f"`camera` must {form}; got {path}") from None
     counts = [len(each) for each in (direct, inverse, centre, stretch, size)]
-    whole = counts == [int(direct[0]) + 1, int(inverse[0]) + 1, 2, 3, 2]
+    whole = counts == [direct[0] + 1, inverse[0] + 1, 2, 3, 2]
     require(whole, "camera", form, path)
     return ScaramuzzaCamera(
         polynomial=tuple(direct[1:]),
@@ -147,8 +152,8 @@ def _from_ocamcalib(text: str, path: Path) -> CameraModel:
         c=stretch[0],
         d=stretch[1],
         e=stretch[2],
-        height=int(size[0]),
-        width=int(size[1]),
+        height=_pixels(size[0]),
+        width=_pixels(size[1]),
     )
 
 
@@ -176,7 +181,7 @@ def _from_opencv(text: str, path: Path) -> CameraModel:
         store = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
     except (cv2.error, SystemError):
         raise InvalidInput(f"`camera` must be a YAML file of OpenCV; got {path}") from None
-    width, height = (int(store.getNode(f"image_{side}").real()) for side in ("width", "height"))
+    width, height = (_pixels(store.getNode(f"image_{side}").real()) for side in ("width", "height"))
     matrix = _opencv_matrix(store, "camera_matrix", 9).reshape(3, 3)
     distortion = _opencv_matrix(store, "distortion_coefficients", 4).tolist()
     grid = {
@@ -250,7 +255,7 @@ def _from_kalibr(text: str, path: Path) -> CameraModel:
     width, height = _numbers("camera.cam0.resolution", node.get("resolution"), 2)
     names = ("focal_x", "focal_y", "centre_x", "centre_y")
     grid: dict[str, Any] = dict(zip(names, numbers[-4:], strict=True))
-    grid |= {"width": int(width), "height": int(height)}
+    grid |= {"width": _pixels(width), "height": _pixels(height)}
     if kind[0] == "omni":
         k1, k2, p1, p2 = distortion
         return MeiCamera(xi=numbers[0], k1=k1, k2=k2, p1=p1, p2=p2, **grid)
@@ -270,7 +275,7 @@ def _to_json(camera: CameraModel) -> str:
 def _from_json(text: str, path: Path) -> CameraModel:
     try:
         tree = json.loads(text)
-    except ValueError:
+    except (ValueError, RecursionError):
         raise InvalidInput(f"`camera` must be readable JSON; got {path}") from None
     require(tree.pop("format", None) == FORMAT, "camera", f'be of the format "{FORMAT}"', path)
     version, model = tree.pop("version", None), tree.pop("model", None)
@@ -291,6 +296,12 @@ def _numbers(name: str, values: object, count: int) -> list[float]:
     fine = len(listed) == count and all(isinstance(each, (int, float)) for each in listed)
     require(fine, name, f"be {count} numbers", values)
     return [float(each) for each in listed]
+
+
+def _pixels(value: float) -> int:
+    """A width or a height, which some forms write as 640.0."""
+    require(float(value).is_integer(), "camera", "be of a whole number of pixels", value)
+    return int(value)
 
 
 def _require_no_k3(camera: MeiCamera, form: str) -> None:

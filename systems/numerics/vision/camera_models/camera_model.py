@@ -133,8 +133,8 @@ class PixelGrid:
     def __post_init__(self) -> None:
         require_positive("focal_x", self.focal_x)
         require_positive("focal_y", self.focal_y)
-        for name in ("centre_x", "centre_y", "skew"):
-            require_finite(name, getattr(self, name))
+        require_finite("skew", self.skew)
+        require_near_picture("centre_x, centre_y", self.centre_x, self.centre_y)
         require_size(self.width, self.height)
 
     @property
@@ -176,11 +176,32 @@ class PixelGrid:
         return np.stack([x, y], axis=1)
 
 
+# Of a picture: more pixels than any camera has, and what can be worked on in a few GB.
+MOST_PIXELS = 50_000_000
+# Where an axis may meet the plane of the picture [px].
+_FARTHEST_CENTRE = 1e6
+
+
 def require_size(width: int, height: int) -> None:
-    """Refuse a width or a height of a picture that is no positive whole number of pixels."""
+    """Refuse pictures without pixels, and those with more than any camera takes."""
     for name, value in (("width", width), ("height", height)):
         whole = isinstance(value, int) and not isinstance(value, bool)
         require(whole and value > 0, name, "be a positive whole number", value)
+    words = f"be at most {MOST_PIXELS:,} pixels"
+    require(width * height <= MOST_PIXELS, "width * height", words, width * height)
+
+
+def require_near_picture(name: str, column: float, row: float) -> None:
+    """Refuse places that are not finite, or so far from a picture that digits are lost.
+
+    Args:
+        name: Of the parameter, for the message.
+        column, row: In pixels.
+    """
+    for value in (column, row):
+        require_finite(name, value)
+        words = f"be at most {_FARTHEST_CENTRE:g} px from the picture"
+        require(abs(value) <= _FARTHEST_CENTRE, name, words, value)
 
 
 # A table this fine leaves Newton's method a few steps.

@@ -49,7 +49,14 @@ from typing import ClassVar, Self
 import numpy as np
 
 from ...errors import require, require_finite, require_non_negative, require_positive
-from .camera_model import ON_THE_GRID, PixelGrid, first_root, invert_rising, require_size
+from .camera_model import (
+    ON_THE_GRID,
+    PixelGrid,
+    first_root,
+    invert_rising,
+    require_near_picture,
+    require_size,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -302,9 +309,11 @@ class ScaramuzzaCamera:
         for value in self.polynomial:
             require_finite("polynomial", value)
         require(self.polynomial[0] < 0, "polynomial", "begin with a_0 < 0", self.polynomial[0])
-        for name in ("centre_x", "centre_y", "c", "d", "e"):
-            require_finite(name, getattr(self, name))
-        require(self.c - self.d * self.e > 0, "c, d, e", "stretch a picture", self._stretch)
+        require_near_picture("centre_x, centre_y", self.centre_x, self.centre_y)
+        stretch = (self.c, self.d, self.e)
+        for name, value in zip("cde", stretch, strict=True):
+            require_finite(name, value)
+        require(self.c - self.d * self.e > 0, "c, d, e", "stretch a picture", stretch)
         require_size(self.width, self.height)
 
     @property

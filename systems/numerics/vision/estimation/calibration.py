@@ -18,7 +18,16 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from ...errors import InvalidInput, require, require_finite, require_non_negative, require_positive
+from ...errors import (
+    MOST_SIZE,
+    InvalidInput,
+    require,
+    require_finite,
+    require_non_negative,
+    require_positive,
+    require_sizes,
+)
+from ...input_files import read_input
 from ..omni_optics import OmniCamera, bearing_of
 from .range_models import (
     MODELS,
@@ -65,8 +74,10 @@ class Readings:
             shapes,
         )
         for name in ("distance", "bearing", "pixels"):
-            finite = np.isfinite(getattr(self, name)).all()
-            require(bool(finite), f"readings.{name}", "be finite", "something that is not")
+            # Written so that NaN fails.
+            fine = np.all(np.abs(getattr(self, name)) <= MOST_SIZE)
+            words = f"be finite, and at most {MOST_SIZE:g}"
+            require(bool(fine), f"readings.{name}", words, "something that is not")
         require(bool(np.all(self.distance > 0)), "readings.distance", "be positive", "less")
         different = len(self.distances)
         require(
@@ -175,11 +186,11 @@ class Calibration:
     readings: Readings
 
     def __post_init__(self) -> None:
+        require_sizes({name: getattr(self, name) for name in _NUMBERS if name != "k_spread"})
         require_non_negative("base", self.base)
         for name in ("shell_radius", "height", "k"):
             require_positive(name, getattr(self, name))
         require_non_negative("k_spread", self.k_spread)
-        require_finite("shell_top", self.shell_top)
         require(self.shell_top > self.base, "shell_top", "be above the base", self.shell_top)
         require(len(self.parabola) == 3, "parabola", "be a, b and c", self.parabola)
         for value in self.parabola:
@@ -306,6 +317,7 @@ def calibrate(
     if height is None:
         height = fitted.focus_height - base
     require_positive("height", height)
+    require_sizes({"height": height})
     radius = _radius(fitted, readings)
     values = k_values(readings.means(radius), readings.distances, height=height)
     k = float(values.mean())
@@ -420,10 +432,10 @@ def load_calibration(path: str | Path) -> Calibration:
         InvalidInput: No readable JSON, not a calibration or of another version, keys missing or
             unknown, or values that make no sense.
     """
-    path = Path(path)
+    data = read_input("calibration", path)
     try:
-        tree = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        tree = json.loads(data)
+    except (ValueError, RecursionError) as error:
         reason = " ".join(str(error).split())
         raise InvalidInput(f"`calibration` must be readable JSON; got {path} ({reason})") from None
     is_ours = isinstance(tree, dict) and tree.get("format") == FORMAT

@@ -32,6 +32,8 @@ from .shell_estimate import ShellEstimate, estimate_shell
 
 # How far beyond the farthest shell the walls of the simulated room are [m].
 _ROOM = 2.0
+# Bearings a third of a degree apart; more are a slip of the finger that would take days.
+_MOST_DIRECTIONS = 1080
 
 
 class LabelledPicture(NamedTuple):
@@ -76,9 +78,12 @@ def simulated_pictures(
         directions: Number of bearings, evenly round the robot from its front on.
 
     Raises:
-        InvalidInput: No direction, or a distance is not positive.
+        InvalidInput: No direction or too many, or a distance is not positive.
     """
     require(directions > 0, "directions", "be positive", directions)
+    require(
+        directions <= _MOST_DIRECTIONS, "directions", f"be at most {_MOST_DIRECTIONS}", directions
+    )
     for distance in distances:
         require_positive("distances", distance)
     half = max(distances) + 2 * shell.radius + _ROOM

@@ -1,5 +1,7 @@
 """Pictures as arrays and as files: what counts as one, and what is refused."""
 
+import struct
+import zlib
 from contextlib import suppress
 from pathlib import Path
 
@@ -7,6 +9,8 @@ import cv2
 import numpy as np
 
 from ...errors import InvalidInput, require
+from ...input_files import read_input
+from ..camera_models.camera_model import MOST_PIXELS
 
 SUFFIXES = (".png", ".jpg", ".jpeg")
 
@@ -73,16 +77,17 @@ def load_picture(path: str | Path) -> np.ndarray:
     """Read a PNG or JPEG file as red, green, blue, shape (height, width, 3), uint8.
 
     Raises:
-        InvalidInput: No file there, another format, a file that is cut short or does not decode,
-            or a picture of another depth than 8 bits.
+        InvalidInput: No file there, another format, a file that is cut short, damaged or does not
+            decode, too many pixels, or another depth than 8 bits.
     """
     path = Path(path)
     require(path.suffix.lower() in SUFFIXES, "picture", f"end in {', '.join(SUFFIXES)}", path)
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InvalidInput(f"`picture` must be readable; got {path} ({error.strerror})") from None
-    require(_is_whole(data), "picture", "be a whole PNG or JPEG file", path)
+    data = read_input("picture", path)
+    size = _png_size(data) if data.startswith(_PNG) else _jpeg_size(data)
+    if size is None:
+        raise InvalidInput(f"`picture` must be a whole PNG or JPEG file; got {path}")
+    words, (width, height) = f"have at most {MOST_PIXELS:,} pixels", size
+    require(width * height <= MOST_PIXELS, "picture", words, f"{path}, {width} x {height}")
     decoded = None
     with suppress(cv2.error):
         decoded = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
@@ -110,12 +115,40 @@ def save_picture(path: Path, picture: np.ndarray) -> None:
     path.write_bytes(data.tobytes())
 
 
-def _is_whole(data: bytes) -> bool:
-    """Whether a file ends as its format says.
+# Sizes are read before pixels, because a small file may hold a picture that fills the memory. The
+# decoder fills what is missing of a file that is cut short with grey, and says nothing.
+_PNG = b"\x89PNG\r\n\x1a\n"
 
-    The decoder fills the rest of a file that is cut short with grey and says nothing.
-    """
-    if data.startswith(b"\x89PNG"):
-        return data.rfind(b"IEND") > data.rfind(b"IDAT") > 0
+
+def _png_size(data: bytes) -> tuple[int, int] | None:
+    """Width and height [px], None for a file that is not whole: a chunk is missing or damaged."""
+    size, at, held = None, len(_PNG), False
+    while at + 12 <= len(data):
+        (length,) = struct.unpack_from(">I", data, at)
+        end = at + 8 + length
+        kind, body = data[at + 4 : at + 8], data[at + 4 : end]
+        if data[end : end + 4] != struct.pack(">I", zlib.crc32(body)):
+            return None
+        if kind == b"IHDR" and length == 13:
+            size = struct.unpack_from(">II", data, at + 8)
+        held = held or kind == b"IDAT"
+        if kind == b"IEND":
+            return size if held else None
+        at = end + 4
+    return None
+
+
+def _jpeg_size(data: bytes) -> tuple[int, int] | None:
+    """Width and height [px], None for a file that does not end as its format says, or is none."""
     # Coded data never holds a marker, so the end of the image comes after the last scan's start.
-    return data.startswith(b"\xff\xd8") and data.rfind(b"\xff\xd9") > data.rfind(b"\xff\xda") > 0
+    whole = data.startswith(b"\xff\xd8") and data.rfind(b"\xff\xd9") > data.rfind(b"\xff\xda") > 0
+    at = 2
+    while whole and at + 9 <= len(data) and data[at] == 0xFF:
+        marker = data[at + 1]
+        # A start of frame; the other three of these are tables.
+        if 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):
+            height, width = struct.unpack_from(">HH", data, at + 5)
+            return width, height
+        # Markers may be filled up with bytes that are all ones.
+        at += 1 if marker == 0xFF else 2 + struct.unpack_from(">H", data, at + 2)[0]
+    return None

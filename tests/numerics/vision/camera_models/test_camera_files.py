@@ -163,6 +163,12 @@ def test_fisheyes_of_opencv_and_kalibr_are_one_camera(tmp_path):
         (KALIBR.replace("cam0", "cam1", 1), "`camera` must have a camera `cam0`"),
         (KALIBR.replace("[640, 480]", "[640, ["), "`camera` must be a camchain.yaml of Kalibr"),
         ("{", "`camera` must be readable JSON"),
+        ('{"a":' * 100_000, "`camera` must be readable JSON"),
+        (OCAM.replace("480 640", "nan 640"), "`camera` must be of a whole number of pixels; got"),
+        (OCAM.replace("480 640", "480.5 640"), "`camera` must be of a whole number of pixels; got"),
+        (OCAM.replace("4 -150", "nan -150"), "`camera` must be a calib_results.txt of OCamCalib"),
+        (OCAM.replace("480 640", "1e300 640"), "`width * height` must be at most 50,000,000"),
+        (OCAM.replace("0.999 ", "-0.999 "), "`c, d, e` must stretch a picture; got (-0"),
         ("{}", '`camera` must be of the format "sightfield camera model"'),
     ],
 )
@@ -174,8 +180,14 @@ def test_what_is_wrong_with_a_file_is_said_in_one_line(text, message, tmp_path):
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(InvalidInput, match="`camera` must be a readable file; got"):
+    with pytest.raises(InvalidInput, match="`camera` must be readable; got"):
         load_camera_model(tmp_path / "none.txt")
+
+
+def test_a_place_that_cannot_be_written_is_named(cameras, tmp_path):
+    for place in (tmp_path, tmp_path / "no" / "file"):
+        with pytest.raises(InvalidInput, match="`target` must be a file that can be written; got"):
+            save_camera_model(place, cameras["mei"], "sightfield")
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,10 @@
 """Picture files are read whole or refused, and folders say where their shells stood."""
 
 import math
+import os
 import resource
+import struct
+import zlib
 
 import cv2
 import numpy as np
@@ -68,10 +71,49 @@ def test_what_is_no_picture_file_is_refused(tmp_path):
     (tmp_path / "a.png").write_bytes(b"\x89PNG IDAT junk IEND")
     for name, message in (
         ("a.txt", "must end in"),
-        ("a.png", "must decode"),
+        ("a.png", "must be a whole PNG or JPEG file"),
         ("b.png", "must be readable"),
     ):
         with pytest.raises(InvalidInput, match=message):
+            load_picture(tmp_path / name)
+
+
+@pytest.mark.parametrize("suffix", ["png", "jpg"])
+def test_a_picture_that_would_fill_the_memory_is_not_decoded(tmp_path, picture, suffix):
+    path = tmp_path / f"a.{suffix}"
+    cv2.imwrite(str(path), picture)
+    data = bytearray(path.read_bytes())
+    # The header says so: of a PNG with its checksum, of a JPEG in the start of frame.
+    if suffix == "png":
+        data[16:24] = struct.pack(">II", 60_000, 50_000)
+        data[29:33] = struct.pack(">I", zlib.crc32(data[12:29]))
+    else:
+        frame = data.index(b"\xff\xc0")
+        data[frame + 5 : frame + 9] = struct.pack(">HH", 50_000, 60_000)
+    path.write_bytes(data)
+    with pytest.raises(InvalidInput, match=r"at most 50,000,000 pixels; got .*, 60000 x 50000"):
+        load_picture(path)
+
+
+def test_a_png_with_a_damaged_byte_is_refused_before_the_decoder_complains(
+    tmp_path, picture, capfd
+):
+    save_picture(tmp_path / "a.png", picture)
+    whole = (tmp_path / "a.png").read_bytes()
+    for place in (20, len(whole) // 3, len(whole) // 2):
+        damaged = bytearray(whole)
+        damaged[place] ^= 0xFF
+        (tmp_path / "a.png").write_bytes(damaged)
+        with pytest.raises(InvalidInput, match="`picture` must be a whole PNG or JPEG file"):
+            load_picture(tmp_path / "a.png")
+    assert capfd.readouterr().err == ""
+
+
+def test_pipes_and_devices_are_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe.png")
+    (tmp_path / "endless.png").symlink_to("/dev/zero")
+    for name in ("pipe.png", "endless.png"):
+        with pytest.raises(InvalidInput, match=f"`picture` must be a file; got .*{name}"):
             load_picture(tmp_path / name)
 
 
