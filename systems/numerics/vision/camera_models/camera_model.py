@@ -183,7 +183,14 @@ _FARTHEST_CENTRE = 1e6
 
 
 def require_size(width: int, height: int) -> None:
-    """Refuse pictures without pixels, and those with more than any camera takes."""
+    """Refuse pictures without pixels, and those with more than any camera takes.
+
+    Args:
+        width, height: Of the picture, in pixels.
+
+    Raises:
+        InvalidInput: They are no positive whole numbers, or more than MOST_PIXELS together.
+    """
     for name, value in (("width", width), ("height", height)):
         whole = isinstance(value, int) and not isinstance(value, bool)
         require(whole and value > 0, name, "be a positive whole number", value)
@@ -196,7 +203,10 @@ def require_near_picture(name: str, column: float, row: float) -> None:
 
     Args:
         name: Of the parameter, for the message.
-        column, row: In pixels.
+        column, row: The place, in pixels.
+
+    Raises:
+        InvalidInput: It is.
     """
     for value in (column, row):
         require_finite(name, value)
