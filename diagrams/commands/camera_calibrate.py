@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ...systems.numerics.errors import InvalidInput, require, require_positive
-from ...systems.numerics.vision.boards.board import Checkerboard, find_corners
+from ...systems.numerics.vision.boards.board import Checkerboard, copied, find_corners
 from ...systems.numerics.vision.boards.calibrate import MODELS as BOARD_MODELS
 from ...systems.numerics.vision.boards.calibrate import calibrate_on_board, fixed_names
 from ...systems.numerics.vision.boards.fit import fit_aspect, fit_intervals, held_out_residuals
@@ -68,15 +68,17 @@ _FOLDS = 4
 def calibrate_board(
     pictures: Path | None, words: str, square: str, model: str, out: Path | None, as_json: bool
 ) -> None:
-    """Calibrate on every picture of a folder that shows the whole board, and report."""
-    board = _board(words, square)
+    """Calibrate on the pictures of a folder that show the whole board, each once, and report."""
+    board, fixed = _board(words, square), fixed_names(model)
     require(pictures is not None and pictures.is_dir(), "pictures", "be a folder", pictures)
     files = sorted(
         file for file in Path(str(pictures)).iterdir() if file.suffix.lower() in _ENDINGS
     )
     require(len(files) > 0, "pictures", f"hold files {', '.join(_ENDINGS)}", pictures)
     with optional_folder(out) as folder:
-        found, skipped, size = {}, [], None
+        found: dict[str, np.ndarray] = {}
+        skipped: dict[str, str] = {}
+        size = None
         console = Console(stderr=True)
         for file in track(files, "Pictures", console=console, transient=True, disable=as_json):
             picture = load_picture(file)
@@ -85,13 +87,15 @@ def calibrate_board(
             require(shape == size, "pictures", f"all be {size[1]} x {size[0]} pixels", file)
             corners = find_corners(picture, board)
             if corners is None:
-                skipped.append(file.name)
+                skipped[file.name] = "the whole board was not found"
+            elif copied(corners, found.values()):
+                skipped[file.name] = "it is a copy of another picture"
             else:
                 found[file.name] = corners
         height, width = size or (0, 0)
         seen = list(found.values())
         fit = calibrate_on_board(board, seen, width=width, height=height, model=model)
-        fixed, folds = fixed_names(model), min(_FOLDS, len(seen))
+        folds = min(_FOLDS, len(seen))
         held = None
         # A fold has to leave as many pictures as a calibration takes.
         if len(seen) >= 5:
@@ -99,13 +103,13 @@ def calibrate_board(
         free = fit_aspect(fit, board.points, seen, fixed=fixed)
         ends = fit_intervals(fit, board.points, seen, fixed=fixed)
         forms = forms_of(fit.camera)
-        summary = summarise_board(fit, model, list(found), skipped, held, free, ends)
+        summary = summarise_board(fit, model, list(found), list(skipped), held, free, ends)
         if folder is not None:
             for form in forms:
                 save_camera_model(folder / _NAMES[form], fit.camera, form)
             write_json(folder / "summary.json", summary)
             save_residuals(folder / "residuals.png", fit, seen)
-    remarks = [Text(f"Skipped {name}: the whole board was not found") for name in skipped]
+    remarks = [Text(f"Skipped {name}: {reason}") for name, reason in skipped.items()]
     table = Table("parameter", "value", "standard deviation", "95% from", "to")
     for name, value, spread, end in zip(
         fit.camera.names, fit.camera.vector, fit.deviations, ends, strict=True

@@ -294,7 +294,7 @@ def summarise_board(
     Args:
         fit: What was found.
         model: Its name.
-        used, skipped: Names of pictures with and without a board.
+        used, skipped: Names of pictures with a board, and of those without one and of copies.
         held: Residuals of pictures left out, shape (pictures, corners, 2) [px], None if they were
             too few.
         free: The fit with the proportions of the squares free.

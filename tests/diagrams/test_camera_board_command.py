@@ -1,6 +1,7 @@
 """`sightfield camera` calibrates on pictures of boards and converts files of cameras."""
 
 import json
+import shutil
 from dataclasses import replace
 
 import cv2
@@ -61,6 +62,19 @@ def pictures(tmp_path_factory):
         cv2.imwrite(str(folder / f"board{k}.png"), colours)
     cv2.imwrite(str(folder / "nothing.png"), np.full((360, 480, 3), 200, np.uint8))
     return folder
+
+
+def test_copies_of_a_picture_make_no_camera_surer(pictures, tmp_path):
+    words = ("calibrate", "--board", "6x4", "--square", SQUARE, "--json", "--pictures")
+    for k in range(4):
+        shutil.copy(pictures / f"board{k}.png", tmp_path / f"board{k}.png")
+    once = json.loads(invoke(*words, tmp_path))
+    for k in range(3):
+        shutil.copy(pictures / "board0.png", tmp_path / f"copy{k}.png")
+    again = json.loads(invoke(*words, tmp_path))
+    assert again.pop("skipped") == ["copy0.png", "copy1.png", "copy2.png"]
+    assert once.pop("skipped") == []
+    assert again == once
 
 
 def test_pictures_of_a_board_give_back_the_camera_that_took_them(pictures, tmp_path):

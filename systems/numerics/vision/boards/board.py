@@ -1,12 +1,18 @@
 """Checkerboards, where their corners are in pictures, and how a board lies before a camera."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
-from ...errors import require, require_positive
+from ...errors import require, require_positive, require_sizes
 from ..camera_models.camera_model import CameraModel
+
+# More than can be told apart in a picture.
+_MOST_CORNERS = 100_000
+# Corners found in two pictures never agree so well, for noise and the sensor's pixels [px].
+_COPIED = 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -14,7 +20,8 @@ class Checkerboard:
     """The inner corners of a checkerboard, where four squares meet.
 
     Raises:
-        InvalidInput: Fewer than 3 corners a side, or a square without a size.
+        InvalidInput: Fewer than 3 corners a side, more than a picture has room for, or a square
+            without a size.
     """
 
     # Corners along a row, and rows.
@@ -29,8 +36,12 @@ class Checkerboard:
             value = getattr(self, name)
             whole = isinstance(value, int) and not isinstance(value, bool)
             require(whole and value >= 3, name, "be a whole number of at least 3", value)
-        require_positive("square_width", self.square_width)
-        require_positive("square_height", self.square_height)
+        count = self.columns * self.rows
+        require(count <= _MOST_CORNERS, "columns * rows", f"be at most {_MOST_CORNERS}", count)
+        for name in ("square_width", "square_height"):
+            value = getattr(self, name)
+            require_positive(name, value)
+            require_sizes({name: value})
 
     @property
     def points(self) -> np.ndarray:
@@ -77,6 +88,18 @@ def find_corners(picture: np.ndarray, board: Checkerboard) -> np.ndarray | None:
     flags = cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
     found, corners = cv2.findChessboardCornersSB(grey, (board.columns, board.rows), flags=flags)
     return corners.reshape(-1, 2).astype(float) if found else None
+
+
+def copied(corners: np.ndarray, others: Iterable[np.ndarray]) -> bool:
+    """Whether corners are those of another picture: of a copy, which tells nothing new.
+
+    Taken for a picture of its own a copy would make a calibration look surer than it is.
+
+    Args:
+        corners: Of one picture, shape (n, 2), in pixels.
+        others: Of others, shapes (n, 2).
+    """
+    return any(float(np.abs(corners - other).max()) < _COPIED for other in others)
 
 
 def board_pose(camera: CameraModel, points: np.ndarray, pixels: np.ndarray) -> Pose:

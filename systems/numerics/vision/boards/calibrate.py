@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 from ...errors import InvalidInput, require, require_one_of
 from ..camera_models.camera_model import CameraModel
 from ..camera_models.central_cameras import KannalaBrandtCamera, MeiCamera, ScaramuzzaCamera
-from .board import Checkerboard, board_pose
+from .board import Checkerboard, board_pose, copied
 from .fit import BoardFit, fit_camera, free_indices
 
 # The centre is looked for on grids: so many each way, each grid this much finer.
@@ -150,9 +150,13 @@ def calibrate_on_board(
         decentred: As of `fixed_names`.
 
     Raises:
-        InvalidInput: Another model, fewer than 3 pictures, or they fit no camera.
+        InvalidInput: Another model, fewer than 3 pictures, copies among them, or they fit no
+            camera.
     """
     require_one_of("model", model, MODELS)
+    for number, corners in enumerate(pictures):
+        new = not copied(corners, pictures[:number])
+        require(new, "pictures", "differ from each other", f"number {number}, a copy")
     points = board.points
     curve: CameraModel = first_guess(points, pictures, width, height)
     for degree in (2, _DEGREE):

@@ -55,6 +55,13 @@ def test_other_models_see_the_same_bearings(mirror, model):
     assert fit.rms < 0.1
 
 
+def test_a_picture_and_its_copy_are_not_two_pictures(mirror):
+    corners = mirror.pictures[0]
+    nearly = corners + 0.002 * np.random.default_rng(0).standard_normal(corners.shape)
+    with pytest.raises(InvalidInput, match="`pictures` must differ from each other; got number 2"):
+        fitted(mirror, [*mirror.pictures[:2], nearly])
+
+
 def test_the_first_guess_is_near(mirror):
     guess = first_guess(mirror.board.points, mirror.pictures, 640, 480)
     assert np.hypot(guess.centre_x - 331, guess.centre_y - 229) < 6
@@ -189,6 +196,10 @@ def test_corners_are_found_where_they_were_drawn():
 def test_what_is_no_board_and_no_calibration_is_refused(mirror):
     with pytest.raises(InvalidInput, match="`columns` must be a whole number of at least 3; got 2"):
         Checkerboard(columns=2, rows=5, square_width=1, square_height=1)
+    with pytest.raises(InvalidInput, match=r"`columns \* rows` must be at most 100000; got 1000"):
+        Checkerboard(columns=10**6, rows=10**6, square_width=1, square_height=1)
+    with pytest.raises(InvalidInput, match="`square_height` must be of a size from 1e-18 to"):
+        Checkerboard(columns=4, rows=5, square_width=1, square_height=1e300)
     with pytest.raises(InvalidInput, match="`square_width` must be positive; got 0"):
         Checkerboard(columns=4, rows=5, square_width=0, square_height=1)
     with pytest.raises(
