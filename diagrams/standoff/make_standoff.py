@@ -65,6 +65,8 @@ class StandoffScenario:
             require_non_negative(name, getattr(self, name))
         whole = isinstance(self.delay_samples, int) and isinstance(self.seed, int)
         require(whole, "seed, delay_samples", "be integers", (self.seed, self.delay_samples))
+        # Drake's generator takes no more.
+        require(self.seed < 2**32, "seed", "be less than 2^32", self.seed)
 
 
 def MakeStandoff(scenario: StandoffScenario) -> Diagram:

@@ -193,6 +193,11 @@ def test_without_an_analysis_only_the_start_is_written(run, tmp_path):
             ["analyse", "--controller", "PI", "--kp", 1e9],
             "`ki` must lie between 1.29e+04 and 1.29e+30 for these kp and kd; got 5.0",
         ),
+        (["simulate", "--seed", 10**20], f"`seed` must be less than 2^32; got {10**20}"),
+        (
+            ["design", "--damping", 1e300],
+            "`damping` must be of a size from 1e-18 to 1e+18; got 1e+300",
+        ),
         (["--controller", "PDI"], "`controller` must be one of P, PI, PD, PID; got PDI"),
         (["--start", "inf"], "`start` must be a finite number; got inf"),
         (

@@ -392,6 +392,7 @@ class Specification:
 
     def __post_init__(self) -> None:
         require_positive("damping", self.damping)
+        require_sizes({"damping": self.damping})
         for name, low, high in (
             ("phase_margin", 0.0, math.pi / 2),
             ("gain_margin", 1.0, math.inf),
