@@ -14,7 +14,7 @@ from types import ModuleType
 from typing import Any, TypeVar, get_args, get_type_hints
 
 import yaml
-from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic import ConfigDict, TypeAdapter, ValidationError, with_config
 
 from ..systems.numerics.errors import InvalidInput, require
 from ..systems.numerics.units import WrongQuantity
@@ -23,7 +23,7 @@ from . import scenarios
 
 Schema = TypeVar("Schema")
 
-# Every dataclass of a scenario says `__pydantic_config__ = NO_OTHER_KEYS`.
+# Dataclasses within another take it over.
 NO_OTHER_KEYS = ConfigDict(extra="forbid")
 
 
@@ -125,7 +125,7 @@ def build(schema: type[Schema], tree: Any) -> Schema:
 # Reading the types of a schema takes far longer than building from it, and a study builds hundreds.
 @lru_cache(maxsize=32)
 def _adapter(schema: type[Schema]) -> TypeAdapter[Schema]:
-    return TypeAdapter(schema)
+    return TypeAdapter(with_config(NO_OTHER_KEYS)(schema))
 
 
 def _set(tree: dict[str, Any], override: str) -> None:

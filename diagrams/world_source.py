@@ -2,15 +2,11 @@
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import ClassVar
-
-from pydantic import ConfigDict
 
 from ..systems.numerics.errors import require, require_one_of
 from ..systems.numerics.geometry.occupancy_outline import OutlineOptions
 from ..systems.numerics.geometry.world import World, make_world
 from ..systems.numerics.geometry.world_files import load_world
-from .scenario_files import NO_OTHER_KEYS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,8 +16,6 @@ class WorldSource:
     Raises:
         InvalidInput: Neither rings nor a file are given, or both; an option is out of its range.
     """
-
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
     # Outer ring, [[x, y], ...] [m]; may be non-convex.
     boundary: list[list[float]] = field(default_factory=list)

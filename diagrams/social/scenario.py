@@ -2,20 +2,20 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Annotated
 
-from pydantic import ConfigDict
-
-from ...systems.numerics.errors import (
-    require,
-    require_finite,
-    require_non_negative,
-    require_one_of,
-    require_positive,
+from ...systems.numerics.checked import (
+    Checked,
+    Count,
+    Finite,
+    NonNegative,
+    Positive,
+    at_least,
+    one_of,
 )
+from ...systems.numerics.errors import require
 from ...systems.numerics.social.localisation.relative import METHODS as LOCALISATIONS
 from ...systems.numerics.social.recognition.references import METHODS as FEATURES
-from ..scenario_files import NO_OTHER_KEYS
 from ..world_source import WorldSource
 
 ORDERS = ("in_turn", "information")
@@ -37,69 +37,56 @@ def require_poses(name: str, poses: list[list[float]], count: int) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MazeSource:
+class MazeSource(Checked):
     """Walls and what hangs on them.
 
     Raises:
         InvalidInput: A value is out of its range.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
     # The walls; null: the 8 ft x 8 ft maze of Zhang 2014, 2.3.4, with its landmarks.
     world: WorldSource | None = None
     # How many are hung as far from one another as walls allow, where the walls are given.
-    landmarks: int = 13
+    landmarks: Annotated[int, at_least(1)] = 13
     # Side of a landmark [m].
-    landmark_side: float = 0.26
-
-    def __post_init__(self) -> None:
-        require(self.landmarks > 0, "landmarks", "be at least 1", self.landmarks)
-        require_positive("landmark_side", self.landmark_side)
+    landmark_side: Positive = 0.26
 
 
 @dataclass(frozen=True, kw_only=True)
-class AgentCamera:
+class AgentCamera(Checked):
     """Of every common agent.
 
     Raises:
         InvalidInput: A value is out of its range.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
     # Size of a picture [px].
     width: int = 640
     height: int = 480
     # Horizontal angle of view [deg].
-    view_angle: float = 65.0
+    view_angle: Finite = 65.0
     # Between pictures [s].
-    period: float = 2.0
+    period: Positive = 2.0
     # Standard deviation of a pixel's noise [gray levels of 255].
-    noise: float = 3.0
+    noise: NonNegative = 3.0
     # Standard deviation of the blur [px].
-    blur: float = 0.6
+    blur: NonNegative = 0.6
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         for name in ("width", "height"):
             size = getattr(self, name)
             require(size >= 64, name, "be at least 64 pixels", size)
-        require_finite("view_angle", self.view_angle)
         require(0 < self.view_angle < 150, "view_angle", "lie in (0, 150) deg", self.view_angle)
-        require_positive("period", self.period)
-        require_non_negative("noise", self.noise)
-        require_non_negative("blur", self.blur)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Crowd:
+class Crowd(Checked):
     """The people of the story: they walk about, take pictures and post them.
 
     Raises:
         InvalidInput: A value is out of its range.
     """
-
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
     # Probability of each, per iteration, of accepting a request (Table 2.4).
     friending: list[float]
@@ -112,11 +99,12 @@ class Crowd:
     # Probability that a friend in common persuades an agent, per iteration.
     persuasion: float = 0.0
     # Speed [m/s].
-    speed: float = 0.1
+    speed: Positive = 0.1
     # Where each starts, [x, y, heading] [m], [m], [rad]; empty: at random by the seed.
     poses: list[list[float]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         count = len(self.friending)
         require(count > 0, "friending", "name an agent at least", self.friending)
         require(
@@ -139,7 +127,6 @@ class Crowd:
         for i, pair in enumerate(self.acquaintances):
             known = len(pair) == 2 and pair[0] != pair[1] and set(pair) <= set(range(count))
             require(known, f"acquaintances.{i}", f"be two agents below {count}", pair)
-        require_positive("speed", self.speed)
         require_poses("poses", self.poses, count)
 
     @property
@@ -149,97 +136,78 @@ class Crowd:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SoughtEvader:
+class SoughtEvader(Checked):
     """Whom the pursuer looks for.
 
     Raises:
         InvalidInput: A value is out of its range.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
     # What it does: "wander" as common agents do, or "rest".
-    policy: str = "wander"
+    policy: Annotated[str, one_of(POLICIES)] = "wander"
     # Speed [m/s].
-    speed: float = 0.06
+    speed: Positive = 0.06
     # Where it starts, [x, y, heading] [m], [m], [rad]; empty: at random by the seed.
     pose: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        require_one_of("policy", self.policy, POLICIES)
-        require_positive("speed", self.speed)
+        super().__post_init__()
         require_poses("pose", [self.pose] if self.pose else [], 1)
 
 
 @dataclass(frozen=True, kw_only=True)
-class SearchingPursuer:
+class SearchingPursuer(Checked):
     """Who makes friends, reads their pictures, and goes to the evader.
 
     Raises:
         InvalidInput: A value is out of its range.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
     # Speed [m/s].
-    speed: float = 0.2
+    speed: Positive = 0.2
     # What is left of its route where it waits for the next location [m].
-    stand_off: float = 0.35
+    stand_off: NonNegative = 0.35
     # Where it starts, [x, y, heading] [m], [m], [rad]; empty: at random by the seed.
     pose: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        require_positive("speed", self.speed)
-        require_non_negative("stand_off", self.stand_off)
+        super().__post_init__()
         require_poses("pose", [self.pose] if self.pose else [], 1)
 
 
 @dataclass(frozen=True, kw_only=True)
-class SearchPolicy:
+class SearchPolicy(Checked):
     """How friends are made and pictures read (Table 2.3).
 
     Raises:
         InvalidInput: A value is out of its range.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
     # N_req, most answers awaited at once.
-    requests: int = 3
+    requests: Annotated[int, at_least(1)] = 3
     # T_wait, iterations without acceptance after which the next one gives up.
-    patience: int = 10
+    patience: Annotated[int, at_least(0)] = 10
     # N_f, most friends; 0: as many as there are agents.
-    friends: int = 0
+    friends: Annotated[int, at_least(0)] = 0
     # N_img, pictures of each friend in one look.
-    pictures: int = 1
+    pictures: Annotated[int, at_least(1)] = 1
     # Between iterations of Algorithms 2 and 3 [s].
-    period: float = 2.0
+    period: Positive = 2.0
     # Who is asked first: "in_turn", or those who promise most "information" (4.4).
-    order: str = "in_turn"
+    order: Annotated[str, one_of(ORDERS)] = "in_turn"
     # How features are found: "sift", "orb", or "surf" where OpenCV has it.
-    method: str = "sift"
+    method: Annotated[str, one_of(FEATURES)] = "sift"
     # How camera and evader are located: "thesis", "edges", "pnp", or "level", the surest.
-    localisation: str = "level"
-
-    def __post_init__(self) -> None:
-        for name, least in (("requests", 1), ("patience", 0), ("friends", 0), ("pictures", 1)):
-            value = getattr(self, name)
-            require(value >= least, name, f"be at least {least}", value)
-        require_positive("period", self.period)
-        require_one_of("order", self.order, ORDERS)
-        require_one_of("method", self.method, FEATURES)
-        require_one_of("localisation", self.localisation, LOCALISATIONS)
+    localisation: Annotated[str, one_of(LOCALISATIONS)] = "level"
 
 
 @dataclass(frozen=True, kw_only=True)
-class SocialScenario:
+class SocialScenario(Checked):
     """A pursuer without a camera finds an evader in its friends' pictures.
 
     Raises:
         InvalidInput: A value is out of its range.
     """
-
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
     # Where it takes place.
     maze: MazeSource = MazeSource()
@@ -254,17 +222,15 @@ class SocialScenario:
     # How friends are made and pictures read.
     search: SearchPolicy = SearchPolicy()
     # Horizon [s].
-    seconds: float = 120.0
+    seconds: Positive = 120.0
     # Control period and time step, a millisecond at least [s].
-    period: float = 0.05
+    period: Positive = 0.05
     # Of everything random: starts, walks, answers, noise.
-    seed: int = 0
+    seed: Count = 0
 
     def __post_init__(self) -> None:
-        require_positive("seconds", self.seconds)
-        require_positive("period", self.period)
+        super().__post_init__()
         require(self.period >= 1e-3, "period", "be 0.001 at least", self.period)
-        require(self.seed >= 0, "seed", "be zero or positive", self.seed)
         for name, whole in (
             ("camera.period", self.camera.period),
             ("search.period", self.search.period),

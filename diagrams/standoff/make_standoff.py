@@ -7,7 +7,7 @@ they converge as the sample time falls.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from pydrake.common import RandomDistribution, RandomGenerator
@@ -23,6 +23,7 @@ from pydrake.systems.primitives import (
     Sine,
 )
 
+from ...systems.numerics.checked import Checked, Finite, NonNegative
 from ...systems.numerics.errors import (
     require,
     require_non_negative,
@@ -35,7 +36,7 @@ from ...systems.standoff import BiasedRangeEstimator, StandoffClosedLoop, Stando
 
 
 @dataclass(frozen=True, kw_only=True)
-class StandoffScenario:
+class StandoffScenario(Checked):
     """A run of the block diagram. The pursuer starts at zero.
 
     Raises:
@@ -45,24 +46,23 @@ class StandoffScenario:
     loop: StandoffLoop = field(default_factory=StandoffLoop)
     sampled: SampledPid = field(default_factory=SampledPid)
     # Distance at the start [m].
-    start: float = 0.1
+    start: Finite = 0.1
     # Mean speed of the evader, and how much and how fast it sways about that [m/s], [rad/s].
-    evader_speed: float = 0.0
-    evader_sway: float = 0.0
-    sway_frequency: float = 1.0
+    evader_speed: Finite = 0.0
+    evader_sway: Finite = 0.0
+    sway_frequency: NonNegative = 1.0
     # Whether the pursuer knows the evader's velocity.
     feed_forward: bool = True
     # Standard deviation of the estimate's noise, drawn anew at every sample [m], and its seed.
-    noise: float = 0.0
-    seed: int = 0
+    noise: NonNegative = 0.0
+    seed: Annotated[int, require_non_negative] = 0
     # How many samples late the estimate comes.
-    delay_samples: int = 0
+    delay_samples: Annotated[int, require_non_negative] = 0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         names = ("start", "evader_speed", "evader_sway", "sway_frequency", "noise")
         require_sizes({name: getattr(self, name) for name in names})
-        for name in ("sway_frequency", "noise", "seed", "delay_samples"):
-            require_non_negative(name, getattr(self, name))
         whole = isinstance(self.delay_samples, int) and isinstance(self.seed, int)
         require(whole, "seed, delay_samples", "be integers", (self.seed, self.delay_samples))
         # Drake's generator takes no more.

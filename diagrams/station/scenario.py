@@ -3,20 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import ClassVar
+from typing import Annotated
 
-from pydantic import ConfigDict
-
-from ...systems.numerics.errors import (
-    require,
-    require_non_negative,
-    require_one_of,
-    require_positive,
-)
+from ...systems.numerics.checked import Checked, Count, NonNegative, Positive, one_of
+from ...systems.numerics.errors import require, require_positive
 from ...systems.numerics.station.channel import Channel
 from ...systems.numerics.station.motion_checks import Chassis
 from ...systems.numerics.station.supervision import STAND, SupervisionRules
-from ..scenario_files import NO_OTHER_KEYS, build, find_scenario, read_tree, with_settings
+from ..scenario_files import build, find_scenario, read_tree, with_settings
 from ..tracking.scenario import TrackingScenario
 from . import scenarios
 
@@ -27,17 +21,15 @@ MODES = ("simulate", "emulate", "hardware")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Mocap:
+class Mocap(Checked):
     """The motion capture.
 
     Raises:
         InvalidInput: A value is out of its range.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
     # A system of the `motioncapture` package, "lcm", "ros2", or "log" for a recorded run.
-    source: str = "vicon"
+    source: Annotated[str, one_of(MOCAP_SOURCES)] = "vicon"
     # Machine that runs the tracking software.
     hostname: str = "192.168.1.10"
     # Names of the robots there, pursuers first; empty: pursuer0, ..., evader0, ...
@@ -57,30 +49,27 @@ class Mocap:
     # Of "log": the file.
     log: str = ""
     # Age beyond which a pose is invalid, and its robot stops [s].
-    stale_after: float = 0.06
+    stale_after: Positive = 0.06
 
     def __post_init__(self) -> None:
-        require_one_of("source", self.source, MOCAP_SOURCES)
-        require_positive("stale_after", self.stale_after)
+        super().__post_init__()
         require(self.source != "log" or bool(self.log), "log", "name a recorded run", "nothing")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Radio:
+class Radio(Checked):
     """The way to the robots: for most kinds a network, for XBee a radio.
 
     Raises:
         InvalidInput: A value is out of its range.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
     # Of the robots: one of those that `sightfield station kind-check --help` lists, or module:NAME.
     kind: str = "xbee"
     # Of "xbee": serial port of the station's module, in API mode.
     port: str = "/dev/ttyUSB0"
     # Its speed [baud].
-    baud_rate: int = 57600
+    baud_rate: Annotated[int, require_positive] = 57600
     # Of kinds on a network: where each robot is, pursuers first.
     addresses: list[str] = field(default_factory=list)
     # What else a kind asks for, by name.
@@ -88,73 +77,58 @@ class Radio:
     # Numbers of the robots, as set in their firmware, pursuers first; empty: 1, 2, ...
     robots: list[int] = field(default_factory=list)
     # How often each command goes out in a period: a lost frame then costs a part of it only.
-    repeats: int = 2
+    repeats: Annotated[int, require_positive] = 2
     # Simulated robots stop when they have not heard for this long [s].
-    heartbeat: float = 0.17
+    heartbeat: Positive = 0.17
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         require(bool(self.kind), "kind", "name a kind of robots", "nothing")
-        require(self.baud_rate > 0, "baud_rate", "be positive", self.baud_rate)
-        require(self.repeats > 0, "repeats", "be positive", self.repeats)
         require(self.repeats <= 100, "repeats", "be 100 at most", self.repeats)
-        require_positive("heartbeat", self.heartbeat)
         require(len(set(self.robots)) == len(self.robots), "robots", "differ", self.robots)
 
 
 @dataclass(frozen=True, kw_only=True)
-class OmniCameraDevice:
+class OmniCameraDevice(Checked):
     """The omni-directional camera on a pursuer.
 
     Raises:
         InvalidInput: A value is out of its range.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
     # "capture" for what OpenCV opens, "folder" for pictures, "none" for a laboratory without.
-    source: str = "none"
+    source: Annotated[str, one_of(CAMERA_SOURCES)] = "none"
     # Number or path of the device, address of the stream, or the folder.
     place: str = "0"
     # Pictures a second of a folder, and of the simulated camera [1/s].
-    rate: float = 10.0
+    rate: Positive = 10.0
     # Pursuer that carries it, from 0.
-    carrier: int = 0
+    carrier: Count = 0
     # Age beyond which a picture is invalid [s].
-    stale_after: float = 0.5
+    stale_after: Positive = 0.5
 
     def __post_init__(self) -> None:
-        require_one_of("source", self.source, CAMERA_SOURCES)
-        require_positive("rate", self.rate)
+        super().__post_init__()
         require(self.rate <= 1000, "rate", "be 1000 at most", self.rate)
-        require_positive("stale_after", self.stale_after)
-        require(self.carrier >= 0, "carrier", "be zero or positive", self.carrier)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Infrared:
+class Infrared(Checked):
     """The four infrared sensors of each robot.
 
     Raises:
         InvalidInput: A value is out of its range.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
     # Age beyond which ranges are invalid [s].
-    stale_after: float = 1.0
+    stale_after: Positive = 1.0
     # A robot drives no further while something ahead is nearer to its rim [m]; 0: it does.
-    reflex: float = 0.02
-
-    def __post_init__(self) -> None:
-        require_positive("stale_after", self.stale_after)
-        require_non_negative("reflex", self.reflex)
+    reflex: NonNegative = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
 class Imperfections:
     """How bad the channels of the simulated laboratory are; see `Channel`."""
-
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
     # Poses; the quantum is of positions and headings alike.
     mocap: Channel = field(default_factory=Channel)
@@ -165,37 +139,32 @@ class Imperfections:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Emulation:
+class Emulation(Checked):
     """How bad the air of the emulated laboratory is.
 
     Raises:
         InvalidInput: A value is out of its range.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
     # Probability that a frame is lost, in [0, 1].
     frame_loss: float = 0.1
     # Of a frame [s].
-    delay: float = 0.05
+    delay: NonNegative = 0.05
     # Of losses.
-    seed: int = 0
+    seed: Count = 0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         require(0 <= self.frame_loss <= 1, "frame_loss", "lie in [0, 1]", self.frame_loss)
-        require_non_negative("delay", self.delay)
-        require(self.seed >= 0, "seed", "be zero or positive", self.seed)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Supervision:
+class Supervision(Checked):
     """What the supervisor lets pass, and what it does about the rest.
 
     Raises:
         InvalidInput: A value is out of its range.
     """
-
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
     # Reasons that hold a robot until the operator says start, even when they are over; others clear
     # by themselves. foreign_stop, motor and odometry always stay.
@@ -205,21 +174,19 @@ class Supervision:
     # When the operator's view is gone: stand or go_on.
     view: str = STAND
     # Way that no robot drives between two poses, beyond what its speed allows [m].
-    jump: float = 0.06
+    jump: Positive = 0.06
     # Turn that none makes, beyond what its turn rate allows [rad].
-    flip: float = 0.5
+    flip: Positive = 0.5
     # By how much a robot may be nearer to a wall, or to another, than its radius [m].
-    slack: float = 0.08
+    slack: NonNegative = 0.08
     # Between a robot's wheels [m].
-    track_width: float = 0.16
+    track_width: Positive = 0.16
     # Of its encoders [1/m].
-    counts_per_metre: float = 3998.0
+    counts_per_metre: Positive = 3998.0
 
     def __post_init__(self) -> None:
-        require_non_negative("slack", self.slack)
+        super().__post_init__()
         require(self.slack <= 100, "slack", "be 100 at most", self.slack)
-        for name in ("jump", "flip", "track_width", "counts_per_metre"):
-            require_positive(name, getattr(self, name))
         # They refuse what is wrong with the rest.
         _ = self.rules
 
@@ -239,21 +206,19 @@ class Supervision:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StationScenario:
+class StationScenario(Checked):
     """A laboratory and the game that is played in it.
 
     Raises:
         InvalidInput: A value is out of its range.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
     # The game, as `sightfield track` plays it: its period is the station's.
     tracking: TrackingScenario
     # Horizon [s].
-    seconds: float = 15.0
+    seconds: Positive = 15.0
     # Time step of the simulated robots, a millisecond at least [s].
-    time_step: float = 0.01
+    time_step: Positive = 0.01
     mocap: Mocap = field(default_factory=Mocap)
     radio: Radio = field(default_factory=Radio)
     omni_camera: OmniCameraDevice = field(default_factory=OmniCameraDevice)
@@ -263,8 +228,7 @@ class StationScenario:
     supervision: Supervision = field(default_factory=Supervision)
 
     def __post_init__(self) -> None:
-        require_positive("seconds", self.seconds)
-        require_positive("time_step", self.time_step)
+        super().__post_init__()
         require(self.time_step >= 1e-3, "time_step", "be 0.001 at least", self.time_step)
         wish = f"be at most the game's period, which is {self.period}"
         require(self.time_step <= self.period, "time_step", wish, self.time_step)

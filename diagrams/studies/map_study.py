@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -20,7 +20,8 @@ import pyarrow.parquet as pq
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ...systems.numerics.errors import InvalidInput, require, require_one_of, require_positive
+from ...systems.numerics.checked import Checked, Count, Positive, one_of
+from ...systems.numerics.errors import InvalidInput, require, require_one_of
 from ...systems.numerics.geometry.random_arena import Arena, draw_arena
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.statistics import Estimate, paired_difference, run_seed
@@ -51,7 +52,7 @@ VALUES = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class MapStudy:
+class MapStudy(Checked):
     """Which maps are solved, and how finely.
 
     Raises:
@@ -69,17 +70,15 @@ class MapStudy:
     # Arenas of each value.
     arenas: int = 10
     # Root of all seeds.
-    seed: int = 0
+    seed: Count = 0
     # Between the pursuer's nodes [m].
-    grid: float = 0.1
+    grid: Positive = 0.1
     # Of the visibility game.
-    bound: str = "middle"
+    bound: Annotated[str, one_of(BOUNDS)] = "middle"
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         require(self.arenas >= 2, "arenas", "be two at least", self.arenas)
-        require(self.seed >= 0, "seed", "be zero or positive", self.seed)
-        require_positive("grid", self.grid)
-        require_one_of("bound", self.bound, BOUNDS)
         require(0 < self.speed_ratio < 1, "speed_ratio", "lie between 0 and 1", self.speed_ratio)
         for name in self.values:
             require_one_of("factor", name, FACTORS)

@@ -2,16 +2,16 @@
 
 import re
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any, ClassVar
+from typing import Annotated, Any
 
 import yaml
-from pydantic import ConfigDict
 
-from ...systems.numerics.errors import InvalidInput, require
+from ...systems.numerics.checked import Checked, Count
+from ...systems.numerics.errors import InvalidInput, require, require_positive
 from ...systems.numerics.geometry.random_arena import Arena, draw_arena
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.statistics import run_seed
-from ..scenario_files import NO_OTHER_KEYS, build, with_settings
+from ..scenario_files import build, with_settings
 from ..tracking.game import with_random_starts
 from ..tracking.scenario import TrackingScenario
 from ..world_source import WorldSource
@@ -26,8 +26,6 @@ class Cell:
     Raises:
         InvalidInput: The name is none.
     """
-
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
     # Unique in the study: letters, digits and _ . , + -
     name: str
@@ -47,7 +45,7 @@ class Cell:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Study:
+class Study(Checked):
     """A grid of cells, each played a number of times from random starts in random worlds.
 
     Run r has the same seed in every cell, and so the same world and, for teams of the same sizes,
@@ -58,8 +56,6 @@ class Study:
         InvalidInput: A number is out of its range, cells share a name, or a setting is none.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
     # What to call it.
     name: str
     # What every cell starts from; its own starts are not used.
@@ -67,18 +63,16 @@ class Study:
     # The grid.
     cells: tuple[Cell, ...]
     # Runs of each cell that has no number of its own.
-    runs: int
+    runs: Annotated[int, require_positive]
     # Root of all seeds.
-    seed: int = 0
+    seed: Count = 0
     # How each run's world is drawn; None: the scenario's own world.
     arena: Arena | None = field(default_factory=Arena)
     # Runs one after the other that share a drawn world, and what is computed once for it.
-    starts_per_arena: int = 1
+    starts_per_arena: Annotated[int, require_positive] = 1
 
     def __post_init__(self) -> None:
-        require(self.runs > 0, "runs", "be positive", self.runs)
-        require(self.seed >= 0, "seed", "be zero or positive", self.seed)
-        require(self.starts_per_arena > 0, "starts_per_arena", "be positive", self.starts_per_arena)
+        super().__post_init__()
         require(len(self.cells) > 0, "cells", "hold one at least", "none")
         names = [cell.name for cell in self.cells]
         twice = sorted({name for name in names if names.count(name) > 1})

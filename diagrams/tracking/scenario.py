@@ -2,17 +2,10 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Annotated
 
-from pydantic import ConfigDict
-
-from ...systems.numerics.errors import (
-    require,
-    require_finite,
-    require_non_negative,
-    require_one_of,
-    require_positive,
-)
+from ...systems.numerics.checked import Checked, Count, NonNegative, Positive, one_of
+from ...systems.numerics.errors import require, require_finite, require_one_of
 from ...systems.numerics.tracking.assignment.holding import HOLDS
 from ...systems.numerics.tracking.assignment.rules import ASSIGNMENT_RULES
 from ...systems.numerics.tracking.assignment.team_view import EXTRA_PURSUERS
@@ -20,7 +13,6 @@ from ...systems.numerics.tracking.assignment.voting import MOST_EVADERS
 from ...systems.numerics.tracking.corner_fields import FIELDS
 from ...systems.numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS
 from ...systems.numerics.tracking.visibility_game.bottleneck import SWITCHES
-from ..scenario_files import NO_OTHER_KEYS
 from ..world_source import WorldSource
 
 # The fields that are none: pursuers try their steps, or look them up in the solved game. By that
@@ -44,40 +36,33 @@ POLICIES = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class RobotTeam:
+class RobotTeam(Checked):
     """A team of equal robots.
 
     Raises:
         InvalidInput: A value is out of its range.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
     # "point" (2.1) or "differential_drive".
-    model: str = "point"
+    model: Annotated[str, one_of(MODELS)] = "point"
     # Speed limit [m/s].
-    top_speed: float
+    top_speed: Positive
     # Turn-rate limit of differential drives [rad/s].
-    top_turn_rate: float = 3.0
+    top_turn_rate: Positive = 3.0
     # Turn rate per heading error of differential drives [1/s].
-    heading_gain: float = 4.0
+    heading_gain: Positive = 4.0
     # Radius of the robot's body: its centre keeps this distance from obstacles [m].
-    radius: float = 0.0
+    radius: NonNegative = 0.0
     # Where each member starts, [x, y] [m]; empty: drawn at random by the seed.
     positions: list[list[float]] = field(default_factory=list)
     # Number of members, where positions are drawn at random.
-    count: int = 0
+    count: Count = 0
     # Where each differential drive looks at the start [rad]; empty: east.
     headings: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        require_one_of("model", self.model, MODELS)
-        require_positive("top_speed", self.top_speed)
-        require_positive("top_turn_rate", self.top_turn_rate)
-        require_positive("heading_gain", self.heading_gain)
-        require_non_negative("radius", self.radius)
+        super().__post_init__()
         require(self.count % 1 == 0, "count", "be a whole number", self.count)
-        require(self.count >= 0, "count", "be zero or positive", self.count)
         for i, point in enumerate(self.positions):
             require(len(point) == 2, f"positions.{i}", "be [x, y]", point)
             for value in point:
@@ -113,14 +98,14 @@ class Pursuers(RobotTeam):
     """
 
     # Who tracks whom: a name in RULES, or by the solved visibility game, "guarantee".
-    assignment: str = "hungarian"
+    assignment: Annotated[str, one_of((*ASSIGNMENT_RULES, GUARANTEE))] = "hungarian"
     # When the team changes its mind: "none" asks the rule at every step, "until_lost" when a
     # pursuer has lost its evader or could be spared for one that nobody has, "cost" also when it
     # pays, "certificate" also when more can be guaranteed. Empty: "certificate" with "guarantee",
     # "until_lost" with the others.
     hold: str = ""
     # What pursuers beyond a matching do: "stay" or "riskiest".
-    extra: str = "stay"
+    extra: Annotated[str, one_of(EXTRA_PURSUERS)] = "stay"
     # How far pursuers hear what others see; .inf: a centre knows all [m].
     radio_range: float = math.inf
     # Risk functions for the assignment, one for all or one each (2.13).
@@ -131,25 +116,23 @@ class Pursuers(RobotTeam):
     # a look at what each step would bring, "lookahead", or by the solved visibility game:
     # "guarantee", or "certified", the lower bound's own policy, where nothing but walls blocks
     # sight. What certified pursuers want is not smoothed, and their drives turn before they drive.
-    field: str = "margin"
+    field: Annotated[str, one_of((*FIELDS, LOOKAHEAD, GUARANTEE, CERTIFIED))] = "margin"
     # Between the pursuers' nodes on which that game is solved, for "optimal" evaders too; a little
     # less for "certified", so that a step is a number of periods [m].
-    grid: float = 0.1
+    grid: Positive = 0.1
     # The same for the game of one pursuer and two evaders, by which they play where they are fewer
     # than the evaders; halved it takes 64 times the memory [m].
-    grid_of_two: float = 0.25
+    grid_of_two: Positive = 0.25
     # Time constant of the mean that pursuers take of their desired velocities, 0 for none [s]. On
     # the rim of a star region a field asks for to and fro in turns; the mean of that is steady.
-    smoothing: float = 0.4
+    smoothing: NonNegative = 0.4
     # Allow several pursuers on one spot: alternatives that run side by side, as in Figure 2.6.
     alternatives: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_one_of("assignment", self.assignment, (*ASSIGNMENT_RULES, GUARANTEE))
         guaranteed = self.assignment == GUARANTEE
         require_one_of("hold", self.switch, SWITCHES if guaranteed else HOLDS)
-        require_one_of("extra", self.extra, EXTRA_PURSUERS)
         require(self.radio_range >= 0, "radio_range", "be zero or positive", self.radio_range)
         require(
             not guaranteed or math.isinf(self.radio_range),
@@ -157,10 +140,6 @@ class Pursuers(RobotTeam):
             "be .inf with the assignment guarantee, which a centre makes",
             self.radio_range,
         )
-        require_one_of("field", self.field, (*FIELDS, LOOKAHEAD, GUARANTEE, CERTIFIED))
-        require_positive("grid", self.grid)
-        require_positive("grid_of_two", self.grid_of_two)
-        require_non_negative("smoothing", self.smoothing)
         for name, chosen, known in (
             ("risk_functions", self.risk_functions, RISK_FUNCTIONS),
             ("risk_vectors", self.risk_vectors, RISK_VECTORS),
@@ -192,11 +171,10 @@ class Evaders(RobotTeam):
     # Waypoints of each evader, [[x, y], ...] each [m]; only those with that policy use them.
     waypoints: list[list[list[float]]] = field(default_factory=list)
     # Time between the turns of a random walk [s].
-    turn_period: float = 2.0
+    turn_period: Positive = 2.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_positive("turn_period", self.turn_period)
         require(
             len(self.policies) in (1, self.size),
             "policies",
@@ -233,14 +211,12 @@ class Evaders(RobotTeam):
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrackingScenario:
+class TrackingScenario(Checked):
     """A game of sight: pursuers keep evaders in view among obstacles.
 
     Raises:
         InvalidInput: A value is out of its range.
     """
-
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
     # Where it takes place.
     world: WorldSource
@@ -249,20 +225,19 @@ class TrackingScenario:
     # The team that is watched.
     evaders: Evaders
     # Horizon [s].
-    seconds: float = 60.0
+    seconds: Positive = 60.0
     # Control period and time step, a millisecond at least [s].
-    period: float = 0.05
+    period: Positive = 0.05
     # Whether robots keep off one another by their radii; without, they are points in all but
     # their distance from walls, and pass through each other.
     bodies: bool = True
     # Whether a robot hides what is behind it; without, robots look over one another.
     bodies_block_sight: bool = False
     # Of everything random: starts, lots, walks.
-    seed: int = 0
+    seed: Count = 0
 
     def __post_init__(self) -> None:
-        require_positive("seconds", self.seconds)
-        require_positive("period", self.period)
+        super().__post_init__()
         require(self.period >= 1e-3, "period", "be 0.001 at least", self.period)
         require(
             self.period <= self.seconds,
@@ -270,7 +245,6 @@ class TrackingScenario:
             f"be at most `seconds`, which is {self.seconds}",
             self.period,
         )
-        require(self.seed >= 0, "seed", "be zero or positive", self.seed)
         require(
             self.speed_ratio < 1,
             "evaders.top_speed",

@@ -5,14 +5,11 @@ Plots show how well ranges are read, as the thesis's Figures 2.10 to 2.12, for b
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from pydantic import ConfigDict
 
 from ...systems.numerics.errors import require
 from ...systems.numerics.vision.boards.fit import BoardFit, rms_of
@@ -21,18 +18,11 @@ from ...systems.numerics.vision.estimation.range_models import MODELS, exact_pix
 from ...systems.numerics.vision.estimation.shell_detection import ShellDetection
 from ...systems.numerics.vision.estimation.shell_estimate import ShellEstimate, locate
 from ...systems.numerics.vision.omni_optics import OmniCamera
-from ..scenario_files import NO_OTHER_KEYS, load_scenario
-
-
-@dataclass(frozen=True, kw_only=True)
-class CameraFile(OmniCamera):
-    """The keys of a camera file are the fields of `OmniCamera`, each with its default."""
-
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
+from ..scenario_files import load_scenario
 
 
 def load_camera(path: Path | None) -> OmniCamera:
-    """The optics in a file, or the default ones.
+    """The optics in a file, whose keys are the fields of `OmniCamera`, or the default ones.
 
     Raises:
         InvalidInput: No file there, no YAML mapping, an unknown key, or a value out of its range.
@@ -40,7 +30,7 @@ def load_camera(path: Path | None) -> OmniCamera:
     if path is None:
         return OmniCamera()
     require(path.is_file(), "camera", "be a YAML file", path)
-    return load_scenario(CameraFile, path)
+    return load_scenario(OmniCamera, path)
 
 
 def summarise_calibration(

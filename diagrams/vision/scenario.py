@@ -6,18 +6,12 @@ Before a run, cameras without a calibration are calibrated in simulation.
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import ClassVar
+from typing import Annotated
 
 import numpy as np
-from pydantic import ConfigDict
 
-from ...systems.numerics.errors import (
-    require,
-    require_finite,
-    require_non_negative,
-    require_one_of,
-    require_positive,
-)
+from ...systems.numerics.checked import Checked, Finite, NonNegative, Positive, one_of
+from ...systems.numerics.errors import require, require_one_of
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.vision.estimation.calibration import (
     Calibration,
@@ -33,7 +27,6 @@ from ...systems.numerics.vision.estimation.shell_detection import chosen_colours
 from ...systems.numerics.vision.omni_optics import OmniCamera
 from ...systems.numerics.vision.sensor import Sensor
 from ...systems.numerics.vision.surroundings import SHELL_COLOURS, Shell, Surroundings, shell_of
-from ..scenario_files import NO_OTHER_KEYS
 from ..tracking.game import TrackingGame, set_up_game
 from ..tracking.scenario import TrackingScenario
 
@@ -48,61 +41,52 @@ _PURSUER_COLOUR = (88, 90, 95)
 class OmniOptics(OmniCamera):
     """The pursuers' cameras, all equal."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
 
 @dataclass(frozen=True, kw_only=True)
 class PictureQuality(Sensor):
     """The quality of their pictures; each camera adds its number to the seed."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
 
 @dataclass(frozen=True, kw_only=True)
-class PursuerVision:
+class PursuerVision(Checked):
     """How pursuers see, and the strategy that goes with it.
 
     Raises:
         InvalidInput: A value is out of its range.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
     # Weight w of (2.7): 1 for the pursuit field alone, 0 for the pull towards the evader alone.
-    weight: float = 0.5
+    weight: Finite = 0.5
     # Distance from the evader to keep [m], and the way over which the limit on closing in grows
     # from there to the top speed [m].
-    stand_off: float = 0.45
-    fade: float = 0.2
+    stand_off: NonNegative = 0.45
+    fade: Positive = 0.2
     # What pursuers know of evaders: "pictures" or "truth".
-    senses: str = "pictures"
+    senses: Annotated[str, one_of(SENSES)] = "pictures"
     # The evader that each pursuer trails, by number; empty: as pursuers.assignment says.
     targets: list[int] = field(default_factory=list)
     # The colour of each evader's shell, a name in SHELL_COLOURS, all different.
     colours: list[str]
     # Radius of the shells [m].
-    shell_radius: float = Shell().radius
+    shell_radius: Positive = Shell().radius
     # Between pictures [s].
-    picture_period: float = 0.1
+    picture_period: Positive = 0.1
     # Height of the walls [m].
-    wall_height: float = 0.5
+    wall_height: Positive = 0.5
     # Mirror and camera.
     optics: OmniOptics = OmniOptics()
     # Exposure, blur, noise, losses.
     quality: PictureQuality = PictureQuality()
     # How ranges are read: "exact" or "thesis".
-    model: str = "exact"
+    model: Annotated[str, one_of(MODELS)] = "exact"
     # Calibration file; empty: the cameras are calibrated in simulation before the run.
     calibration: str = ""
     # Distances to shells' near sides over which that is done, least and greatest [m].
     calibrated_range: list[float] = field(default_factory=lambda: [0.2, 4.0])
 
     def __post_init__(self) -> None:
-        require_finite("weight", self.weight)
+        super().__post_init__()
         require(0 <= self.weight <= 1, "weight", "lie in [0, 1]", self.weight)
-        require_non_negative("stand_off", self.stand_off)
-        for name in ("fade", "shell_radius", "picture_period", "wall_height"):
-            require_positive(name, getattr(self, name))
         span = self.calibrated_range
         require(
             len(span) == 2 and 0 < span[0] < span[1],
@@ -110,8 +94,6 @@ class PursuerVision:
             "be [least, greatest], both positive",
             span,
         )
-        require_one_of("senses", self.senses, SENSES)
-        require_one_of("model", self.model, MODELS)
         for j, colour in enumerate(self.colours):
             require_one_of(f"colours.{j}", colour, SHELL_COLOURS)
         different = len(set(self.colours)) == len(self.colours)
@@ -135,8 +117,6 @@ class PictureTrackingScenario(TrackingScenario):
     Raises:
         InvalidInput: A value is out of its range.
     """
-
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
     # How pursuers see.
     vision: PursuerVision

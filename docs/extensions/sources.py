@@ -16,6 +16,10 @@ from pathlib import Path
 ROOT = Path(os.environ.get("SIGHTFIELD_SOURCES", Path(__file__).resolve().parents[2]))
 PARTS = ("systems", "diagrams", "hardware_io")
 
+# Names that `sightfield.systems.numerics.checked` has for numbers with a rule.
+RULED_NUMBERS = dict.fromkeys(("Finite", "Positive", "NonNegative", "Chance"), "float")
+RULED_NUMBERS["Count"] = "int"
+
 Routine = ast.FunctionDef | ast.AsyncFunctionDef
 
 
@@ -210,13 +214,22 @@ def _fields(node: ast.ClassDef, lines: list[str]) -> Iterator[Parameter]:
     note, end, kind = "", 0, ""
     for each in node.body:
         if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name):
-            annotation = ast.unparse(each.annotation)
+            annotation = _without_rules(each.annotation)
             # A comment holds for all numbers in the lines that follow it without a gap.
             goes_on = each.lineno == end + 1 and {annotation, kind} <= {"float", "int"}
             note = _note(each, lines) or (note if goes_on else "")
             end, kind = each.end_lineno or each.lineno, annotation
             if not each.target.id.startswith("_") and "ClassVar" not in annotation:
                 yield Parameter(each.target.id, annotation, note)
+
+
+def _without_rules(node: ast.expr) -> str:
+    """A field's type without the rule that `sightfield.systems.numerics.checked` gives it."""
+    if isinstance(node, ast.Subscript) and ast.unparse(node.value) == "Annotated":
+        parts = node.slice
+        return ast.unparse(parts.elts[0] if isinstance(parts, ast.Tuple) else parts)
+    name = ast.unparse(node)
+    return RULED_NUMBERS.get(name, name)
 
 
 def _note(node: ast.stmt, lines: list[str]) -> str:

@@ -8,14 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...systems.numerics.errors import require, require_non_negative
+from ...systems.numerics.checked import Checked, NonNegative
+from ...systems.numerics.errors import require
 
 # A module tries a frame to a single other one so many times, as the 802.15.4 MAC does.
 TRIES = 4
 
 
 @dataclass(frozen=True, kw_only=True)
-class AirSettings:
+class AirSettings(Checked):
     """How bad the air is.
 
     Attributes:
@@ -29,14 +30,13 @@ class AirSettings:
     """
 
     frame_loss: float = 0.0
-    delay: float = 0.002
-    jitter: float = 0.0
+    delay: NonNegative = 0.002
+    jitter: NonNegative = 0.0
     rssi: int = -48
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         require(0 <= self.frame_loss <= 1, "frame_loss", "be 0 to 1", self.frame_loss)
-        require_non_negative("delay", self.delay)
-        require_non_negative("jitter", self.jitter)
         require(-255 <= self.rssi <= 0, "rssi", "be -255 to 0 dBm", self.rssi)
 
 

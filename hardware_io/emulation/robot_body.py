@@ -12,14 +12,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...systems.numerics.errors import require, require_non_negative, require_positive
+from ...systems.numerics.checked import Checked, NonNegative, Positive
+from ...systems.numerics.errors import require
 
 # Of the converter: 10 bits of 5 V.
 VOLT = 1024 / 5.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class RobotBody:
+class RobotBody(Checked):
     """A robot and its motors.
 
     A motor follows tau v' = power top_speed - v - friction sign(v): first order, with dry friction,
@@ -40,22 +41,18 @@ class RobotBody:
         InvalidInput: A value is out of its range.
     """
 
-    radius: float = 0.10
-    track_width: float = 0.16
-    wheel_diameter: float = 0.065
-    counts: float = 48 * 34.014 / 2
-    top_speed: float = 0.9
-    friction: float = 0.06
-    time_constant: float = 0.045
-    coasting_constant: float = 0.3
+    radius: Positive = 0.10
+    track_width: Positive = 0.16
+    wheel_diameter: Positive = 0.065
+    counts: Positive = 48 * 34.014 / 2
+    top_speed: Positive = 0.9
+    friction: NonNegative = 0.06
+    time_constant: Positive = 0.045
+    coasting_constant: Positive = 0.3
     battery: float = 7.6
 
     def __post_init__(self) -> None:
-        for name in ("radius", "track_width", "wheel_diameter", "counts", "top_speed"):
-            require_positive(name, getattr(self, name))
-        for name in ("time_constant", "coasting_constant"):
-            require_positive(name, getattr(self, name))
-        require_non_negative("friction", self.friction)
+        super().__post_init__()
         require(0 <= self.battery <= 10, "battery", "be 0 to 10 V", self.battery)
 
     @property

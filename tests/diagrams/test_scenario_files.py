@@ -6,7 +6,6 @@ import pytest
 
 from sightfield.diagrams.harvest.scenario import HarvestScenario
 from sightfield.diagrams.scenario_files import (
-    NO_OTHER_KEYS,
     build,
     builtin_scenarios,
     find_scenario,
@@ -22,7 +21,6 @@ from sightfield.systems.numerics.errors import InvalidInput, require_positive
 class Part:
     """A part of a scenario."""
 
-    __pydantic_config__ = NO_OTHER_KEYS
     speed: float
     points: list[list[float]] = field(default_factory=list)
 
@@ -34,7 +32,6 @@ class Part:
 class Whole:
     """A scenario."""
 
-    __pydantic_config__ = NO_OTHER_KEYS
     part: Part
     count: int = 3
 

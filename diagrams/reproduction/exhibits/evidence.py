@@ -5,8 +5,9 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
 
-from ....systems.numerics.errors import require_one_of
+from ....systems.numerics.checked import Checked, one_of
 from ...studies.claims import FAILS, HOLDS, OPEN, Judgement
 from ...studies.engine import run_study
 from ...studies.opponents import FEWER
@@ -25,7 +26,7 @@ VERDICTS = {
 
 
 @dataclass(frozen=True)
-class Finding:
+class Finding(Checked):
     """One statement, and what came of it.
 
     Attributes:
@@ -41,10 +42,7 @@ class Finding:
     subject: str
     thesis: str
     ours: str
-    verdict: str
-
-    def __post_init__(self) -> None:
-        require_one_of("verdict", self.verdict, VERDICTS)
+    verdict: Annotated[str, one_of(VERDICTS)]
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,14 @@
 """A world from an occupancy map: clean polygons in place of cells."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import cv2
 import numpy as np
 import shapely
 
-from ..errors import require_non_negative, require_one_of, require_positive
+from ..checked import Checked, NonNegative, one_of
+from ..errors import require_positive
 from .cell_outline import simplify_outline, trace_cells
 from .occupancy_map import FREE, UNKNOWN, OccupancyMap
 from .world import World, ring_area, world_from_polygon
@@ -201,22 +203,24 @@ ERROR_ACCURACY = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True)
-class OutlineOptions:
+class OutlineOptions(Checked):
     """How cells become polygons.
 
     Raises:
         InvalidInput: A number is out of its range.
     """
 
-    unknown: str = "occupied"  # what unknown cells count as: "occupied" or "free"
-    min_obstacle_area: float = 0.02  # [m^2]; a smaller obstacle without a wall's shape is speckle
-    min_wall_length: float = 0.3  # [m]; a slender obstacle this long is a wall, however small
-    tolerance: float | None = None  # [m], between cells and polygons; None: the side of a cell
+    # What unknown cells count as: "occupied" or "free".
+    unknown: Annotated[str, one_of(("occupied", "free"))] = "occupied"
+    # A smaller obstacle without a wall's shape is speckle [m^2].
+    min_obstacle_area: NonNegative = 0.02
+    # A slender obstacle this long is a wall, however small [m].
+    min_wall_length: NonNegative = 0.3
+    # Between cells and polygons [m]; None: the side of a cell.
+    tolerance: float | None = None
 
     def __post_init__(self) -> None:
-        require_one_of("unknown", self.unknown, ("occupied", "free"))
-        require_non_negative("min_obstacle_area", self.min_obstacle_area)
-        require_non_negative("min_wall_length", self.min_wall_length)
+        super().__post_init__()
         if self.tolerance is not None:
             require_positive("tolerance", self.tolerance)
 

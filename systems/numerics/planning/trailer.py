@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import require, require_finite, require_positive
+from ..checked import Checked, Finite, Positive
+from ..errors import require
 from ..tracking.mobile_agents import clip_symmetric
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trailer:
+class Trailer(Checked):
     """A tractor and its trailer.
 
     The state is (x, y, theta, beta): the tractor's rear axle [m], its heading [rad], and the angle
@@ -28,23 +29,20 @@ class Trailer:
     """
 
     # Speed of the tractor [m/s].
-    speed: float = 1.0
+    speed: Positive = 1.0
     # Bound of its turn rate [rad/s].
-    turn_rate: float = 1.0
+    turn_rate: Positive = 1.0
     # From the hitch to the trailer's axle [m].
-    length: float = 1.0
+    length: Positive = 1.0
     # From the tractor's rear axle back to the hitch [m].
-    hitch_offset: float = 0.0
+    hitch_offset: Finite = 0.0
     # Whether it may drive backwards too, at the same speed.
     reverse: bool = False
     # Largest |beta| [rad]; pi: no limit.
     jackknife: float = math.pi
 
     def __post_init__(self) -> None:
-        require_positive("speed", self.speed)
-        require_positive("turn_rate", self.turn_rate)
-        require_positive("length", self.length)
-        require_finite("hitch_offset", self.hitch_offset)
+        super().__post_init__()
         require(isinstance(self.reverse, bool), "reverse", "be true or false", self.reverse)
         require(0 < self.jackknife <= math.pi, "jackknife", "lie in (0, pi]", self.jackknife)
 

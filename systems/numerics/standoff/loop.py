@@ -29,15 +29,15 @@ The equations are plain arithmetic, so that NumPy arrays and Drake's scalars all
 
 import math
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
+from ..checked import Checked, Finite, NonNegative, Positive, one_of
 from ..errors import (
     InvalidInput,
     require,
-    require_finite,
     require_non_negative,
-    require_one_of,
     require_positive,
     require_sizes,
 )
@@ -46,7 +46,7 @@ _INCH = 0.0254
 
 
 @dataclass(frozen=True, kw_only=True)
-class ErrorModel:
+class ErrorModel(Checked):
     """e(y) = a y^2 + b y + c: true distance minus estimated distance, over the true distance y.
 
     The defaults are the thesis's fit, a = 0.001062 1/mm, b = -0.7598, c = 137 mm, and the
@@ -57,19 +57,18 @@ class ErrorModel:
     """
 
     # Curvature [1/m]; zero for an error that is a straight line in y.
-    a: float = 1.062
+    a: Finite = 1.062
     # Slope at y = 0 [1].
-    b: float = -0.7598
+    b: Finite = -0.7598
     # Error at y = 0 [m].
-    c: float = 0.137
+    c: Finite = 0.137
     # Distances between which the fit was measured [m].
-    shortest: float = 15 * _INCH
-    longest: float = 60 * _INCH
+    shortest: Finite = 15 * _INCH
+    longest: Finite = 60 * _INCH
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         require_sizes({name: getattr(self, name) for name in ("a", "b", "c")})
-        for name in ("shortest", "longest"):
-            require_finite(name, getattr(self, name))
         require(
             self.shortest < self.longest,
             "shortest",
@@ -94,7 +93,7 @@ CONTROLLERS = ("P", "PI", "PD", "PID")
 
 
 @dataclass(frozen=True, kw_only=True)
-class StandoffLoop:
+class StandoffLoop(Checked):
     """A controller, its gains, the distance that it is to keep, and the estimate's error.
 
     A gain that the controller has no use for is ignored. The defaults are the thesis's.
@@ -104,24 +103,20 @@ class StandoffLoop:
     """
 
     # P, PI, PD or PID.
-    controller: str = "PID"
+    controller: Annotated[str, one_of(CONTROLLERS)] = "PID"
     # Gains [1/s], [1/s^2], [1].
-    kp: float = 10.0
-    ki: float = 5.0
-    kd: float = 1.0
+    kp: Positive = 10.0
+    ki: Finite = 5.0
+    kd: NonNegative = 1.0
     # Distance to keep, r [m].
-    reference: float = 0.2
+    reference: Finite = 0.2
     error: ErrorModel = field(default=THESIS_ERROR)
 
     def __post_init__(self) -> None:
-        require_one_of("controller", self.controller, CONTROLLERS)
-        require_positive("kp", self.kp)
+        super().__post_init__()
         # Without it a PI or PID controller has a whole line of states at rest.
-        if self.integrates:
-            require_positive("ki", self.ki)
-        else:
-            require_non_negative("ki", self.ki)
-        require_non_negative("kd", self.kd)
+        refuse = require_positive if self.integrates else require_non_negative
+        refuse("ki", self.ki)
         require_sizes({name: getattr(self, name) for name in ("kp", "ki", "kd", "reference")})
 
     @property

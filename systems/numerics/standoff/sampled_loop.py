@@ -41,13 +41,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
+from ..checked import Checked, Positive
 from ..errors import InvalidInput, require, require_positive, require_sizes
 from ..tracking.mobile_agents import clip_symmetric
 from .loop import StandoffLoop, root_slope
 
 
 @dataclass(frozen=True, kw_only=True)
-class SampledPid:
+class SampledPid(Checked):
     """What the ideal law lacks.
 
     Raises:
@@ -55,15 +56,14 @@ class SampledPid:
     """
 
     # Time between samples, h [s].
-    period: float = 0.005
+    period: Positive = 0.005
     # Time constant of the derivative's filter, tau [s].
-    filter_time: float = 0.02
+    filter_time: Positive = 0.02
     # Bound of the commanded speed [m/s]; infinite: none.
     limit: float = math.inf
 
     def __post_init__(self) -> None:
-        require_positive("period", self.period)
-        require_positive("filter_time", self.filter_time)
+        super().__post_init__()
         require_sizes({"period": self.period, "filter_time": self.filter_time})
         if self.limit != math.inf:
             require_positive("limit", self.limit)

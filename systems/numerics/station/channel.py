@@ -10,11 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import require, require_finite, require_non_negative
+from ..checked import Checked, Count, Finite, NonNegative
+from ..errors import require
 
 
 @dataclass(frozen=True, kw_only=True)
-class Channel:
+class Channel(Checked):
     """How bad a channel is.
 
     Attributes:
@@ -29,23 +30,20 @@ class Channel:
         InvalidInput: A number is out of its range.
     """
 
-    period: float = 0.01
-    delay: float = 0.0
-    jitter: float = 0.0
-    dropout: float = 0.0
-    quantum: float = 0.0
-    seed: int = 0
+    period: Finite = 0.01
+    delay: NonNegative = 0.0
+    jitter: NonNegative = 0.0
+    dropout: NonNegative = 0.0
+    quantum: NonNegative = 0.0
+    seed: Count = 0
 
     def __post_init__(self) -> None:
-        require_finite("period", self.period)
+        super().__post_init__()
         require(self.period >= 1e-3, "period", "be 0.001 at least", self.period)
-        for name in ("delay", "jitter", "dropout", "quantum"):
-            require_non_negative(name, getattr(self, name))
         require(
             self.delay + self.jitter <= 60, "delay", "be 60 with the jitter at most", self.delay
         )
         require(self.dropout <= 1, "dropout", "lie in [0, 1]", self.dropout)
-        require(self.seed >= 0, "seed", "be zero or positive", self.seed)
 
     @property
     def slots(self) -> int:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import require_non_negative, require_positive
+from ..checked import Checked, NonNegative, Positive
 from .pose_checks import angle_between
 from .supervision import Reason
 
@@ -48,7 +48,7 @@ _BETWEEN_REPORTS = 0.03
 
 
 @dataclass(frozen=True, kw_only=True)
-class Chassis:
+class Chassis(Checked):
     """Wheels of a robot.
 
     Attributes:
@@ -61,15 +61,10 @@ class Chassis:
         InvalidInput: A number is out of its range.
     """
 
-    track_width: float = 0.16
-    counts_per_metre: float = 3998.0
-    top_speed: float = 0.6
-    report_delay: float = 0.03
-
-    def __post_init__(self) -> None:
-        for name in ("track_width", "counts_per_metre", "top_speed"):
-            require_positive(name, getattr(self, name))
-        require_non_negative("report_delay", self.report_delay)
+    track_width: Positive = 0.16
+    counts_per_metre: Positive = 3998.0
+    top_speed: Positive = 0.6
+    report_delay: NonNegative = 0.03
 
 
 class MotionMemory(NamedTuple):

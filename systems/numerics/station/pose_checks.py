@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from ..errors import require_non_negative, require_positive
+from ..checked import Checked, NonNegative, Positive
 from ..geometry.world import World
 from .supervision import Reason
 
@@ -22,7 +22,7 @@ _BRAKED_AFTER = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
-class PoseLimits:
+class PoseLimits(Checked):
     """What a robot can do.
 
     Attributes:
@@ -37,17 +37,12 @@ class PoseLimits:
         InvalidInput: A number is out of its range.
     """
 
-    top_speed: float
-    top_turn_rate: float
+    top_speed: Positive
+    top_turn_rate: Positive
     bounds: tuple[float, float, float, float]
-    margin: float = 0.3
-    jump: float = 0.06
-    flip: float = 0.5
-
-    def __post_init__(self) -> None:
-        for name in ("top_speed", "top_turn_rate", "jump", "flip"):
-            require_positive(name, getattr(self, name))
-        require_non_negative("margin", self.margin)
+    margin: NonNegative = 0.3
+    jump: Positive = 0.06
+    flip: Positive = 0.5
 
 
 class PoseMemory(NamedTuple):

@@ -6,11 +6,12 @@ What is decided is said in words too, when it changes.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ..errors import require_one_of, require_positive
+from ..checked import Checked, Positive, one_of
+from ..errors import require_one_of
 
 
 class Standing(IntEnum):
@@ -101,7 +102,7 @@ _FIRST_SIGHT = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
-class SupervisionRules:
+class SupervisionRules(Checked):
     """What a supervisor does about what it notices.
 
     Attributes:
@@ -114,14 +115,13 @@ class SupervisionRules:
     """
 
     cleared_by_operator: tuple[str, ...] = ()
-    silent_after: float = 1.0
-    view: str = STAND
+    silent_after: Positive = 1.0
+    view: Annotated[str, one_of((STAND, GO_ON))] = STAND
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         for name in self.cleared_by_operator:
             require_one_of("cleared_by_operator", name, sorted(NAMES))
-        require_one_of("view", self.view, (STAND, GO_ON))
-        require_positive("silent_after", self.silent_after)
 
     @property
     def staying(self) -> np.ndarray:

@@ -23,7 +23,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import require, require_positive, require_sizes
+from ..checked import Checked, Positive
+from ..errors import require, require_sizes
 from .camera_models.camera_model import require_near_picture, require_size
 
 # Halvings of the angle at the mirror's centre: more than a double has bits.
@@ -31,7 +32,7 @@ _HALVINGS = 60
 
 
 @dataclass(frozen=True, kw_only=True)
-class OmniCamera:
+class OmniCamera(Checked):
     """A pinhole camera under a spherical mirror, on the axis of both.
 
     The defaults are a testbed robot's: it sees the floor, its horizon and shells from 15 to 60
@@ -42,13 +43,13 @@ class OmniCamera:
     """
 
     # Of the mirror ball [m]; its diameter is D = 2 mirror_radius.
-    mirror_radius: float = 0.05
+    mirror_radius: Positive = 0.05
     # From the pinhole up to the lowest point of the ball [m].
-    mirror_distance: float = 0.15
+    mirror_distance: Positive = 0.15
     # Of the pinhole above the floor [m].
-    pinhole_height: float = 0.22
+    pinhole_height: Positive = 0.22
     # Of the pinhole, in pixels.
-    focal_length: float = 860.0
+    focal_length: Positive = 860.0
     # Of the picture, in pixels.
     width: int = 640
     height: int = 480
@@ -56,10 +57,9 @@ class OmniCamera:
     centre: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         names = ("mirror_radius", "mirror_distance", "pinhole_height", "focal_length")
         require_sizes({name: getattr(self, name) for name in names})
-        for name in names:
-            require_positive(name, getattr(self, name))
         require_size(self.width, self.height)
         if self.centre is not None:
             require(len(self.centre) == 2, "centre", "be (column, row)", self.centre)

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from ..checked import Checked, Count, Finite, NonNegative, Positive
 from ..compiled import compiled
-from ..errors import require, require_finite, require_non_negative, require_positive
+from ..errors import require
 
 # A blur wider than any picture, and light and noise that saturate all of it.
 _WIDEST_BLUR, _MOST_LIGHT = 1e3, 1e6
@@ -15,7 +16,7 @@ _NOISE, _DROPS = 0, 1
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sensor:
+class Sensor(Checked):
     """How good pictures are. The response is linear: no gamma.
 
     Raises:
@@ -23,22 +24,20 @@ class Sensor:
     """
 
     # Counts per light: 1 turns full white light into 255.
-    exposure: float = 1.0
+    exposure: Positive = 1.0
     # Standard deviation of the blur by lens and mirror, in pixels.
-    blur: float = 0.6
+    blur: NonNegative = 0.6
     # Standard deviation of the noise, in counts of 255, alike in every pixel and channel.
-    noise: float = 3.0
+    noise: NonNegative = 3.0
     # Levels of brightness that a channel can tell apart are 2^bits.
     bits: int = 8
     # Share of the pictures that are lost, in [0, 1].
-    drop_share: float = 0.0
+    drop_share: Finite = 0.0
     # Of noise and losses.
-    seed: int = 0
+    seed: Count = 0
 
     def __post_init__(self) -> None:
-        require_positive("exposure", self.exposure)
-        require_non_negative("blur", self.blur)
-        require_non_negative("noise", self.noise)
+        super().__post_init__()
         for name, most in (
             ("exposure", _MOST_LIGHT),
             ("blur", _WIDEST_BLUR),
@@ -47,9 +46,7 @@ class Sensor:
             value = getattr(self, name)
             require(value <= most, name, f"be at most {most:g}", value)
         require(self.bits in range(1, 9), "bits", "be a whole number from 1 to 8", self.bits)
-        require_finite("drop_share", self.drop_share)
         require(0 <= self.drop_share <= 1, "drop_share", "lie in [0, 1]", self.drop_share)
-        require(self.seed >= 0, "seed", "be zero or positive", self.seed)
 
 
 def expose(sensor: Sensor, light: np.ndarray, frame: int) -> np.ndarray:

@@ -8,7 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import require, require_finite, require_non_negative, require_positive
+from ..checked import Checked, Finite, NonNegative, Positive
+from ..errors import require
 from ..geometry.world import World
 
 # The shells of Figures 2.26 and 2.27, and others that differ from them in hue.
@@ -22,7 +23,7 @@ SHELL_COLOURS: dict[str, tuple[int, int, int]] = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shell:
+class Shell(Checked):
     """A coloured upright cylinder around a robot.
 
     The defaults fit the testbed's robots, whose centres keep 0.16 m from obstacles, and which
@@ -33,18 +34,16 @@ class Shell:
     """
 
     # Of the cylinder [m].
-    radius: float = 0.1
+    radius: Positive = 0.1
     # Height of the bottom edge above the floor [m].
-    base: float = 0.04
+    base: NonNegative = 0.04
     # Height of the top edge above the floor [m].
-    top: float = 0.2
+    top: Positive = 0.2
     # Red, green and blue in full white light, each 0 to 255.
     colour: tuple[int, int, int] = SHELL_COLOURS["red"]
 
     def __post_init__(self) -> None:
-        require_positive("radius", self.radius)
-        require_non_negative("base", self.base)
-        require_positive("top", self.top)
+        super().__post_init__()
         require(self.top > self.base, "top", f"be above the base, {self.base} m", self.top)
         require(len(self.colour) == 3, "colour", "be (red, green, blue)", self.colour)
         for value in self.colour:
@@ -68,7 +67,7 @@ Colour = tuple[int, int, int]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Surroundings:
+class Surroundings(Checked):
     """A world raised to walls of one height, and its colours under full white light.
 
     Walls are higher than the default camera's mirror, so that they hide all that is behind them:
@@ -82,9 +81,9 @@ class Surroundings:
     # Free region; everything outside it is wall.
     world: World
     # Of all walls [m].
-    wall_height: float = 0.5
+    wall_height: Positive = 0.5
     # Side of the floor's square tiles [m].
-    tile: float = 0.5
+    tile: Positive = 0.5
     # Of the floor's tiles, in turn; equal colours make a plain floor.
     floor: tuple[Colour, Colour] = ((150, 150, 147), (138, 139, 141))
     # Of the walls' sides, facing the light.
@@ -98,14 +97,12 @@ class Surroundings:
     # Of what is beside the mirror in the picture.
     backdrop: Colour = (16, 16, 18)
     # Heading of the walls' and shells' sides that are lit best [rad].
-    light_heading: float = 0.9
+    light_heading: Finite = 0.9
     # What the sides facing away lose of it, in [0, 1).
     shading: float = 0.3
 
     def __post_init__(self) -> None:
-        require_positive("wall_height", self.wall_height)
-        require_positive("tile", self.tile)
-        require_finite("light_heading", self.light_heading)
+        super().__post_init__()
         require(0 <= self.shading < 1, "shading", "lie in [0, 1)", self.shading)
         for colour in (*self.floor, *self._others):
             require(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...checked import Checked, Finite, Positive
 from ...errors import require, require_finite, require_positive
 from ..goal import Goal
 from ..trailer import Trailer
@@ -20,7 +21,7 @@ MARGIN = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class StateGrid:
+class StateGrid(Checked):
     """Equally spaced nodes in x and y, and periodic ones in theta and beta.
 
     Angle number k stands at 2 pi k / n, so that zero is a node and mirror images of nodes are
@@ -31,10 +32,10 @@ class StateGrid:
     """
 
     # Position of the first node [m].
-    x_min: float
-    y_min: float
+    x_min: Finite
+    y_min: Finite
     # Distance of nodes, the same in x and y [m].
-    step: float
+    step: Positive
     # Numbers of nodes.
     x_count: int
     y_count: int
@@ -42,9 +43,7 @@ class StateGrid:
     beta_count: int
 
     def __post_init__(self) -> None:
-        require_finite("x_min", self.x_min)
-        require_finite("y_min", self.y_min)
-        require_positive("step", self.step)
+        super().__post_init__()
         for name in ("x_count", "y_count", "theta_count", "beta_count"):
             count = getattr(self, name)
             require(isinstance(count, int) and count >= 8, name, "be an integer >= 8", count)

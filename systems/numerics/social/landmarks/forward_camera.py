@@ -6,11 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ...errors import require, require_finite, require_positive
+from ...checked import Checked, Finite, Positive
+from ...errors import require
 
 
 @dataclass(frozen=True, kw_only=True)
-class ForwardCamera:
+class ForwardCamera(Checked):
     """Optics of a common agent's camera; pixels are square and the axis meets the middle.
 
     Frame: x to the right, y down, z forward. A pixel's centre has whole coordinates, the first
@@ -24,25 +25,23 @@ class ForwardCamera:
     width: int = 640
     height: int = 480
     # Horizontal angle of view [rad].
-    field_of_view: float = math.radians(65)
+    field_of_view: Finite = math.radians(65)
     # Of the lens above the floor [m].
-    lens_height: float = 0.16
+    lens_height: Positive = 0.16
     # Pixels per metre on the image plane, k_ppm of (2.14).
-    pixel_density: float = 1.6e5
+    pixel_density: Positive = 1.6e5
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         for name in ("width", "height"):
             size = getattr(self, name)
             require(isinstance(size, int) and size >= 16, name, "be at least 16 pixels", size)
-        require_finite("field_of_view", self.field_of_view)
         require(
             0 < self.field_of_view < math.pi,
             "field_of_view",
             "lie between 0 and pi rad",
             self.field_of_view,
         )
-        require_positive("lens_height", self.lens_height)
-        require_positive("pixel_density", self.pixel_density)
 
     @cached_property
     def focal_pixels(self) -> float:

@@ -6,11 +6,13 @@ The surfaces, walls and flat pictures, are Wavefront OBJ texts for renderers.
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 import shapely
 
-from ...errors import require, require_finite, require_positive
+from ...checked import Checked, Count, Finite, Positive, at_least
+from ...errors import require
 from ...geometry.world import World
 from .forward_camera import ForwardCamera
 
@@ -34,7 +36,7 @@ def upright_square(middle: np.ndarray, side: float, facing: float) -> np.ndarray
 
 
 @dataclass(frozen=True, kw_only=True)
-class Landmark:
+class Landmark(Checked):
     """A square picture, unlike all others, that hangs upright on a wall.
 
     Raises:
@@ -42,22 +44,19 @@ class Landmark:
     """
 
     # Which picture: of `landmark_picture`.
-    number: int
+    number: Count
     # Of its middle, on the wall [m].
-    x: float
-    y: float
+    x: Finite
+    y: Finite
     # Of its middle above the floor [m].
     middle_height: float = 0.18
     # Direction of the wall's normal, into free space [rad].
-    facing: float
+    facing: Finite
     # [m].
-    side: float = 0.26
+    side: Positive = 0.26
 
     def __post_init__(self) -> None:
-        require(self.number >= 0, "number", "be zero or positive", self.number)
-        for name in ("x", "y", "facing"):
-            require_finite(name, getattr(self, name))
-        require_positive("side", self.side)
+        super().__post_init__()
         require(
             self.middle_height >= 0.5 * self.side,
             "middle_height",
@@ -73,7 +72,7 @@ class Landmark:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MarkerBlock:
+class MarkerBlock(Checked):
     """An upright block on the evader's axis that shows the marker on every side.
 
     Side k faces the evader's heading plus 2 pi k / copies.
@@ -82,15 +81,14 @@ class MarkerBlock:
         InvalidInput: A number is out of its range, or the block is too slim for its copies.
     """
 
-    copies: int = 4
+    copies: Annotated[int, at_least(3)] = 4
     # Of a square marker, as wide as the block's side [m].
-    side: float = 0.14
+    side: Positive = 0.14
     # Of the markers' middles above the floor [m].
     middle_height: float = 0.16
 
     def __post_init__(self) -> None:
-        require(self.copies >= 3, "copies", "be at least 3", self.copies)
-        require_positive("side", self.side)
+        super().__post_init__()
         require(
             self.middle_height >= 0.5 * self.side,
             "middle_height",
@@ -131,7 +129,7 @@ class MarkerBlock:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Maze:
+class Maze(Checked):
     """What all robots know of their surroundings, and the looks of the evader.
 
     Attributes:
@@ -152,13 +150,12 @@ class Maze:
     landmarks: tuple[Landmark, ...]
     marker: MarkerBlock = field(default_factory=MarkerBlock)
     camera: ForwardCamera = field(default_factory=ForwardCamera)
-    wall_height: float = 0.45
-    robot_radius: float = 0.1
-    body_height: float = 0.08
+    wall_height: Positive = 0.45
+    robot_radius: Positive = 0.1
+    body_height: Positive = 0.08
 
     def __post_init__(self) -> None:
-        for name in ("wall_height", "robot_radius", "body_height"):
-            require_positive(name, getattr(self, name))
+        super().__post_init__()
         require(
             self.body_height <= min(self.marker.middle_height, self.camera.lens_height),
             "body_height",

@@ -7,11 +7,12 @@ grows with the friends that the agent has in common with the pursuer (the future
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
 
-from ...errors import require, require_chance, require_chances
+from ...checked import Chance, Checked
+from ...errors import require, require_chances
 from .interface import Answer, Response
 
 
@@ -28,7 +29,7 @@ class Acceptance(Protocol):
 
 
 @dataclass(frozen=True)
-class OwnAcceptance:
+class OwnAcceptance(Checked):
     """Each agent has its own probability, whoever the pursuer's friends are.
 
     Attributes:
@@ -38,10 +39,7 @@ class OwnAcceptance:
         InvalidInput: A probability is none.
     """
 
-    friending: tuple[float, ...]
-
-    def __post_init__(self):
-        require_chances("friending", self.friending)
+    friending: Annotated[tuple[float, ...], require_chances]
 
     def count(self) -> int:
         """How many agents there are."""
@@ -53,7 +51,7 @@ class OwnAcceptance:
 
 
 @dataclass(frozen=True)
-class MutualFriendsAcceptance:
+class MutualFriendsAcceptance(Checked):
     """Each friend in common gives the request one more chance.
 
     With m friends of the pursuer among the agent's acquaintances, each of whom persuades it with
@@ -68,13 +66,12 @@ class MutualFriendsAcceptance:
         InvalidInput: A probability is none, or a pair is not of two agents.
     """
 
-    friending: tuple[float, ...]
+    friending: Annotated[tuple[float, ...], require_chances]
     acquaintances: frozenset[tuple[int, int]]
-    persuasion: float = 0.2
+    persuasion: Chance = 0.2
 
     def __post_init__(self):
-        require_chances("friending", self.friending)
-        require_chance("persuasion", self.persuasion)
+        super().__post_init__()
         for pair in self.acquaintances:
             two = len(pair) == 2 and pair[0] != pair[1] and set(pair) <= set(range(self.count()))
             require(two, "acquaintances", f"be pairs of two agents below {self.count()}", pair)

@@ -19,7 +19,9 @@ Source: Zhang 2014, Algorithm 2.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
+from ...checked import Checked, whole
 from ...errors import require, require_whole
 from .interface import Answer, Response, SocialNetwork
 
@@ -27,7 +29,7 @@ STRANGER, FRIEND = -2, -1
 
 
 @dataclass(frozen=True, kw_only=True)
-class EvolutionLimits:
+class EvolutionLimits(Checked):
     """Parameters of Algorithm 2; the defaults are Table 2.3's, which has no N_f.
 
     Attributes:
@@ -39,14 +41,9 @@ class EvolutionLimits:
         InvalidInput: A number is not whole, or out of its range.
     """
 
-    requests: int = 3
-    patience: int = 10
-    friends: int = 3
-
-    def __post_init__(self):
-        require_whole("requests", self.requests, 1)
-        require_whole("patience", self.patience, 0)
-        require_whole("friends", self.friends, 1)
+    requests: Annotated[int, whole(1)] = 3
+    patience: Annotated[int, whole(0)] = 10
+    friends: Annotated[int, whole(1)] = 3
 
 
 @dataclass(frozen=True)

@@ -22,15 +22,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...checked import Checked, NonNegative, Positive
 from ...compiled import compiled
-from ...errors import require, require_non_negative, require_positive
+from ...errors import require
 from ...geometry.edge_index import EdgeIndex, point_is_free
 from ...geometry.segment_sight import segment_is_clear
 from .infrared import InfraredRing
 
 
 @dataclass(frozen=True, kw_only=True)
-class WanderingLaw:
+class WanderingLaw(Checked):
     """What an agent does about what it feels.
 
     Attributes:
@@ -44,16 +45,15 @@ class WanderingLaw:
         InvalidInput: A number is out of its range.
     """
 
-    speed: float = 0.1
-    turn_rate: float = 1.0
-    turn_range: float = 0.1
-    least_turn: float = math.radians(40)
+    speed: Positive = 0.1
+    turn_rate: Positive = 1.0
+    turn_range: Positive = 0.1
+    least_turn: Positive = math.radians(40)
     greatest_turn: float = math.radians(150)
-    centring: float = 20.0
+    centring: Positive = 20.0
 
     def __post_init__(self) -> None:
-        for name in ("speed", "turn_rate", "turn_range", "least_turn", "centring"):
-            require_positive(name, getattr(self, name))
+        super().__post_init__()
         require(
             self.greatest_turn >= self.least_turn,
             "greatest_turn",
@@ -115,7 +115,7 @@ _CHANGE = math.radians(60)
 
 
 @dataclass(frozen=True, kw_only=True)
-class FollowingLaw:
+class FollowingLaw(Checked):
     """How the pursuer goes along its route.
 
     Attributes:
@@ -131,19 +131,13 @@ class FollowingLaw:
         InvalidInput: A number is out of its range.
     """
 
-    speed: float = 0.2
-    turn_rate: float = 2.0
-    gain: float = 4.0
-    lookahead: float = 0.12
-    stand_off: float = 0.35
-    wary_range: float = 0.18
-    passing_gap: float = 0.03
-
-    def __post_init__(self) -> None:
-        for name in ("speed", "turn_rate", "gain", "lookahead", "wary_range"):
-            require_positive(name, getattr(self, name))
-        for name in ("stand_off", "passing_gap"):
-            require_non_negative(name, getattr(self, name))
+    speed: Positive = 0.2
+    turn_rate: Positive = 2.0
+    gain: Positive = 4.0
+    lookahead: Positive = 0.12
+    stand_off: NonNegative = 0.35
+    wary_range: Positive = 0.18
+    passing_gap: NonNegative = 0.03
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from ...errors import require, require_positive, require_sizes
+from ...checked import Checked, Positive
+from ...errors import require, require_sizes
 from ..camera_models.camera_model import CameraModel
 
 # More than can be told apart in a picture.
@@ -16,7 +17,7 @@ _COPIED = 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
-class Checkerboard:
+class Checkerboard(Checked):
     """The inner corners of a checkerboard, where four squares meet.
 
     Raises:
@@ -28,20 +29,18 @@ class Checkerboard:
     columns: int
     rows: int
     # Width and height of a square [m]. A print may have stretched them differently.
-    square_width: float
-    square_height: float
+    square_width: Positive
+    square_height: Positive
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         for name in ("columns", "rows"):
             value = getattr(self, name)
             whole = isinstance(value, int) and not isinstance(value, bool)
             require(whole and value >= 3, name, "be a whole number of at least 3", value)
         count = self.columns * self.rows
         require(count <= _MOST_CORNERS, "columns * rows", f"be at most {_MOST_CORNERS}", count)
-        for name in ("square_width", "square_height"):
-            value = getattr(self, name)
-            require_positive(name, value)
-            require_sizes({name: value})
+        require_sizes({"square_width": self.square_width, "square_height": self.square_height})
 
     @property
     def points(self) -> np.ndarray:

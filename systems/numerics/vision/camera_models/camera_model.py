@@ -22,7 +22,8 @@ from typing import ClassVar, Protocol, Self
 
 import numpy as np
 
-from ...errors import require, require_finite, require_positive
+from ...checked import Checked, Finite, Positive
+from ...errors import require, require_finite
 
 
 class CameraModel(Protocol):
@@ -108,7 +109,7 @@ ON_THE_GRID: dict[str, str] = dict.fromkeys(("focal_x", "focal_y", "centre_x", "
 
 
 @dataclass(frozen=True, kw_only=True)
-class PixelGrid:
+class PixelGrid(Checked):
     """Pixels of points (x, y) of the plane z = 1: u = f_x x + s y + u_0, v = f_y y + v_0.
 
     Raises:
@@ -119,21 +120,19 @@ class PixelGrid:
     UNITS: ClassVar[dict[str, str]] = ON_THE_GRID
 
     # In pixels for one unit of the plane.
-    focal_x: float
-    focal_y: float
+    focal_x: Positive
+    focal_y: Positive
     # Where the axis meets the picture, in pixels.
-    centre_x: float
-    centre_y: float
+    centre_x: Finite
+    centre_y: Finite
     # Of the picture, in pixels.
     width: int
     height: int
     # Columns that one unit of y adds, in pixels; 0 for axes at right angles.
-    skew: float = 0.0
+    skew: Finite = 0.0
 
     def __post_init__(self) -> None:
-        require_positive("focal_x", self.focal_x)
-        require_positive("focal_y", self.focal_y)
-        require_finite("skew", self.skew)
+        super().__post_init__()
         require_near_picture("centre_x, centre_y", self.centre_x, self.centre_y)
         require_size(self.width, self.height)
 

@@ -48,7 +48,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ...errors import require, require_finite, require_non_negative, require_positive
+from ...checked import Checked, Finite, NonNegative
+from ...errors import require, require_finite, require_positive
 from .camera_model import (
     ON_THE_GRID,
     PixelGrid,
@@ -69,15 +70,10 @@ class KannalaBrandtCamera(PixelGrid):
 
     UNITS: ClassVar = ON_THE_GRID | {f"k{n}": f"1/rad^{2 * n}" for n in range(1, 5)}
 
-    k1: float = 0.0  # [1/rad^2]
-    k2: float = 0.0  # [1/rad^4]
-    k3: float = 0.0  # [1/rad^6]
-    k4: float = 0.0  # [1/rad^8]
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for name in ("k1", "k2", "k3", "k4"):
-            require_finite(name, getattr(self, name))
+    k1: Finite = 0.0  # [1/rad^2]
+    k2: Finite = 0.0  # [1/rad^4]
+    k3: Finite = 0.0  # [1/rad^6]
+    k4: Finite = 0.0  # [1/rad^8]
 
     @cached_property
     def largest_angle(self) -> float:
@@ -129,20 +125,14 @@ class MeiCamera(PixelGrid):
 
     # Height of the second centre of projection above the sphere's, in its radii: 0 for a pinhole,
     # 1 for a parabolic mirror, between them for a hyperbolic one, above 1 for lenses.
-    xi: float
+    xi: NonNegative
     # Radial distortion [-].
-    k1: float = 0.0
-    k2: float = 0.0
-    k3: float = 0.0
+    k1: Finite = 0.0
+    k2: Finite = 0.0
+    k3: Finite = 0.0
     # Tangential distortion [-].
-    p1: float = 0.0
-    p2: float = 0.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_non_negative("xi", self.xi)
-        for name in ("k1", "k2", "k3", "p1", "p2"):
-            require_finite(name, getattr(self, name))
+    p1: Finite = 0.0
+    p2: Finite = 0.0
 
     @classmethod
     def of_hyperbolic_mirror(
@@ -282,7 +272,7 @@ class MeiCamera(PixelGrid):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ScaramuzzaCamera:
+class ScaramuzzaCamera(Checked):
     """A central camera whose rays are a polynomial of the radius.
 
     Raises:
@@ -294,26 +284,24 @@ class ScaramuzzaCamera:
     # are smooth on their axis.
     polynomial: tuple[float, ...]
     # Where the axis meets the picture, in pixels.
-    centre_x: float
-    centre_y: float
+    centre_x: Finite
+    centre_y: Finite
     # Of the picture, in pixels.
     width: int
     height: int
     # Rows and columns that one pixel down (c, e) and one to the right (d, 1) add [-].
-    c: float = 1.0
-    d: float = 0.0
-    e: float = 0.0
+    c: Finite = 1.0
+    d: Finite = 0.0
+    e: Finite = 0.0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         require(len(self.polynomial) >= 3, "polynomial", "have a_0, a_1, a_2", self.polynomial)
         for value in self.polynomial:
             require_finite("polynomial", value)
         require(self.polynomial[0] < 0, "polynomial", "begin with a_0 < 0", self.polynomial[0])
         require_near_picture("centre_x, centre_y", self.centre_x, self.centre_y)
-        stretch = (self.c, self.d, self.e)
-        for name, value in zip("cde", stretch, strict=True):
-            require_finite(name, value)
-        require(self.c - self.d * self.e > 0, "c, d, e", "stretch a picture", stretch)
+        require(self.c - self.d * self.e > 0, "c, d, e", "stretch a picture", self._stretch)
         require_size(self.width, self.height)
 
     @property

@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
+from ...checked import Checked, Finite, NonNegative, Positive
 from ...errors import (
     MOST_SIZE,
     InvalidInput,
     require,
     require_finite,
-    require_non_negative,
     require_positive,
     require_sizes,
 )
@@ -156,7 +156,7 @@ _WIDEST_GAP = np.pi
 
 
 @dataclass(frozen=True, kw_only=True)
-class Calibration:
+class Calibration(Checked):
     """What an estimator has to know of a camera and of the shells it looks for.
 
     Attributes:
@@ -176,21 +176,18 @@ class Calibration:
     """
 
     camera: OmniCamera
-    base: float
-    shell_radius: float
-    shell_top: float
-    height: float
-    k: float
-    k_spread: float
+    base: NonNegative
+    shell_radius: Positive
+    shell_top: Finite
+    height: Positive
+    k: Positive
+    k_spread: NonNegative
     parabola: tuple[float, float, float]
     readings: Readings
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         require_sizes({name: getattr(self, name) for name in _NUMBERS if name != "k_spread"})
-        require_non_negative("base", self.base)
-        for name in ("shell_radius", "height", "k"):
-            require_positive(name, getattr(self, name))
-        require_non_negative("k_spread", self.k_spread)
         require(self.shell_top > self.base, "shell_top", "be above the base", self.shell_top)
         require(len(self.parabola) == 3, "parabola", "be a, b and c", self.parabola)
         for value in self.parabola:

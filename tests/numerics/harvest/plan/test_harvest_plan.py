@@ -219,7 +219,7 @@ def test_a_combine_with_a_small_tank_stops_where_the_cart_can_come(logs):
 
 
 def test_while_a_combine_waits_to_which_no_cart_gets_others_are_served(field_makers, logs):
-    """One fills up on its rings round a pond: the others wait too, 2745 s in all, for their turn."""
+    """One fills up on its rings round a pond: if others wait their turn it is 2745 s in all."""
     field, team = field_makers["pond_10"](), [Combine(capacity=4500.0)] * 3
     crew = {"carts": 1, "density": 0.8, "strategy": "on-demand", "visits": "greedy"}
     plan = plan_harvest(field, team, Cart(), **crew)

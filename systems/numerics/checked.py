@@ -1,0 +1,102 @@
+"""Fields whose types say what values they take, and dataclasses that are held to that when made.
+
+    @dataclass(frozen=True, kw_only=True)
+    class Lens(Checked):
+        # Above the floor [m].
+        height: Positive = 0.16
+
+A rule is a function of a field's name and value that raises InvalidInput; it stands in the type,
+as in `Annotated[str, one_of(MODELS)]`. Rules on several fields at once stand in `__post_init__`,
+after `super().__post_init__()`.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import fields
+from functools import cache
+from typing import Annotated, Any
+
+from .errors import (
+    require,
+    require_chance,
+    require_finite,
+    require_non_negative,
+    require_one_of,
+    require_positive,
+    require_whole,
+)
+
+Rule = Callable[[str, Any], object]
+
+Finite = Annotated[float, require_finite]
+Positive = Annotated[float, require_positive]
+NonNegative = Annotated[float, require_non_negative]
+Chance = Annotated[float, require_chance]
+
+
+class Checked:
+    """Base of dataclasses that refuse values against the rules in their fields' types.
+
+    Raises:
+        InvalidInput: A value is out of its range.
+    """
+
+    def __post_init__(self) -> None:
+        for name, rule in _rules(type(self)):
+            rule(name, getattr(self, name))
+
+
+# Some are made in every run of a study.
+@cache
+def _rules(kind: Any) -> list[tuple[str, Rule]]:
+    """The rules of a dataclass in the order of its fields, each with its field's name."""
+    return [
+        (each.name, rule)
+        for each in fields(kind)
+        for rule in getattr(each.type, "__metadata__", ())
+        if callable(rule)
+    ]
+
+
+def one_of(allowed: Iterable[object]) -> Rule:
+    """The rule that a value stands in a list.
+
+    Args:
+        allowed: The list.
+
+    Raises:
+        InvalidInput: By the rule, for a value that does not.
+    """
+    choices = list(allowed)
+    return lambda name, value: require_one_of(name, value, choices)
+
+
+def at_least(least: int) -> Rule:
+    """The rule that a number is large enough.
+
+    Args:
+        least: The smallest that is allowed.
+
+    Raises:
+        InvalidInput: By the rule, for one that is not.
+    """
+    return lambda name, value: require(value >= least, name, f"be at least {least}", value)
+
+
+def whole(least: int) -> Rule:
+    """The rule that a number is whole, and large enough.
+
+    Args:
+        least: The smallest that is allowed.
+
+    Raises:
+        InvalidInput: By the rule, for one that is not.
+    """
+    return lambda name, value: require_whole(name, value, least)
+
+
+def _not_below_zero(name: str, value: int) -> None:
+    require(value >= 0, name, "be zero or positive", value)
+
+
+# Of seeds and numbers of things, which NumPy may have drawn.
+Count = Annotated[int, _not_below_zero]
