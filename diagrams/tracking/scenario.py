@@ -56,13 +56,14 @@ class RobotTeam(Checked):
     # Where each member starts, [x, y] [m]; empty: drawn at random by the seed.
     positions: list[list[float]] = field(default_factory=list)
     # Number of members, where positions are drawn at random.
-    count: Count = 0
+    count: int = 0
     # Where each differential drive looks at the start [rad]; empty: east.
     headings: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         require(self.count % 1 == 0, "count", "be a whole number", self.count)
+        require(self.count >= 0, "count", "be zero or positive", self.count)
         for i, point in enumerate(self.positions):
             require(len(point) == 2, f"positions.{i}", "be [x, y]", point)
             for value in point:
