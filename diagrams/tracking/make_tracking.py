@@ -23,8 +23,9 @@ from ...systems.numerics.tracking.corner_fields import FIELDS
 from ...systems.numerics.tracking.corner_game import corner_table
 from ...systems.numerics.tracking.risk import RISK_VECTORS
 from ...systems.numerics.tracking.team_pursuit import sample_field
-from ...systems.tracking.assignment import Assignment, codes_of
+from ...systems.tracking.assignment import Assignment
 from ...systems.tracking.certified_pursuit import CertifiedPursuit
+from ...systems.tracking.game_ports import codes_of
 from ...systems.tracking.guarantee_assignment import GuaranteeAssignment
 from ...systems.tracking.guarantee_pursuit import GuaranteePursuit, TeamGuaranteePursuit
 from ...systems.tracking.guaranteed_time import GuaranteedTime, StandingCertificate

@@ -15,7 +15,8 @@ from ...systems.numerics.tracking.corner_game import corner_table
 from ...systems.numerics.tracking.modified_field import modified_velocities
 from ...systems.numerics.tracking.risk import RISK_VECTORS
 from ...systems.numerics.tracking.team_pursuit import sample_field
-from ...systems.tracking.assignment import Assignment, codes_of
+from ...systems.tracking.assignment import Assignment
+from ...systems.tracking.game_ports import codes_of
 from ...systems.tracking.line_of_sight import LineOfSight, SightLossMonitor
 from ...systems.tracking.modified_field import ModifiedField
 from ...systems.tracking.pursuit_field_controller import PursuitFieldController

@@ -8,8 +8,7 @@ from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.geometry.wall_sliding import SKIN
 from ..numerics.geometry.world import World
 from ..numerics.tracking.adversarial_evasion import adversarial_velocities
-from ..numerics.tracking.corner_game import corner_table
-from ..numerics.tracking.sight_state import sight_size
+from .game_ports import GamePorts
 
 
 class AdversarialEvaders(LeafSystem):
@@ -67,23 +66,18 @@ class AdversarialEvaders(LeafSystem):
         require_positive("top_speed", top_speed)
         require(0 < speed_ratio < 1, "speed_ratio", "lie in (0, 1)", speed_ratio)
         require_non_negative("radius", radius)
-        self._corners = corner_table(world)
         self.parameters = NumericParameters(self, top_speed=top_speed, speed_ratio=speed_ratio)
         # Wall sliding stops a skin short of the wall; a little more is "at the wall".
         self._standoff = float(radius) + 10.0 * SKIN * world.tolerance
-        self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
-        self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
-        size = sight_size(pursuers, evaders, len(self._corners))
-        self._sight = self.DeclareVectorInputPort("sight", size)
+        self._game = GamePorts(self, world, pursuers, evaders)
         self.DeclareVectorOutputPort("velocity", 2 * evaders, self._calc_velocity)
 
     def _calc_velocity(self, context, output):
         top_speed, speed_ratio = self.parameters(context)
         velocity = adversarial_velocities(
-            read(self._pursuers, context),
-            read(self._evaders, context),
-            read(self._sight, context),
-            self._corners,
+            *self._game.positions(context),
+            read(self._game.sight, context),
+            self._game.corners,
             speed_ratio,
             top_speed,
             self._standoff,

@@ -11,10 +11,9 @@ from ..numerics.errors import InvalidInput, require, require_non_negative, requi
 from ..numerics.geometry.world import World
 from ..numerics.tracking.assignment.holding import HOLDS, hold_or_choose, is_broken
 from ..numerics.tracking.assignment.rules import ASSIGNMENT_RULES, AssignmentRule, decentralised
-from ..numerics.tracking.assignment.team_view import EXTRA_PURSUERS, TeamView, names_evaders
-from ..numerics.tracking.corner_game import corner_table
+from ..numerics.tracking.assignment.team_view import EXTRA_PURSUERS, TeamView
 from ..numerics.tracking.risk import RISK_FUNCTIONS, team_risk
-from ..numerics.tracking.sight_state import sight_size
+from .game_ports import GamePorts, codes_of, require_assignment
 
 # State of an assignment before the first sample.
 NOTHING_HELD = -2.0
@@ -96,12 +95,7 @@ class Assignment(LeafSystem):
         self._rule = decentralised(rule, radio_range)
         self._kinds = codes_of("risk_functions", risk_functions, RISK_FUNCTIONS, pursuers)
         self._extra, self._seed = extra, seed
-        self._corners = corner_table(world)
-        self._shape = (pursuers, evaders)
-        self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
-        self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
-        size = sight_size(pursuers, evaders, len(self._corners))
-        self._sight = self.DeclareVectorInputPort("sight", size)
+        self._game = GamePorts(self, world, pursuers, evaders)
         # Kept, because finding it by name takes as long as a small matching.
         self._chosen = self.DeclareVectorOutputPort("assignment", pursuers, self._calc_assignment)
         if hold != "none":
@@ -109,18 +103,17 @@ class Assignment(LeafSystem):
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
 
     def _calc_assignment(self, context, output):
-        sight, held = read(self._sight, context), self._what_is_held(context)
-        n, m = self._shape
-        visible = sight[: n * m].reshape(n, m) > 0.5
+        game, held = self._game, self._what_is_held(context)
+        (n, m), visible = game.shape, game.visible(context)
         if self._hold == "until_lost" and held is not None and not is_broken(visible, held):
             # As `hold_or_choose` would find, without the risks that it would not look at.
             output.set_value(held)
             return
-        evaders = read(self._evaders, context)
+        pursuers, evaders = game.positions(context)
         view = TeamView(
             visible=visible,
-            risk=team_risk(self._kinds, evaders, sight, self._corners),
-            pursuers=read(self._pursuers, context).reshape(n, 2),
+            risk=team_risk(self._kinds, evaders, read(game.sight, context), game.corners),
+            pursuers=pursuers.reshape(n, 2),
             evaders=evaders.reshape(m, 2),
             extra=self._extra,
             seed=self._seed,
@@ -141,32 +134,3 @@ class Assignment(LeafSystem):
 
     def _keep(self, context, discrete_state):
         discrete_state.set_value(self._held, self._chosen.Eval(context))
-
-
-def require_assignment(assignment: np.ndarray, evaders: int) -> None:
-    """Refuse an assignment that names no evader: compiled code does not look where it reads.
-
-    Args:
-        assignment: Each pursuer's evader, -1 for none, shape (Np,).
-        evaders: How many there are.
-
-    Raises:
-        InvalidInput: An entry is no evader.
-    """
-    if not names_evaders(assignment, evaders):
-        raise InvalidInput(
-            f"`assignment` must name evaders from 0 to {evaders - 1}, or -1; "
-            f"got {assignment.tolist()}"
-        )
-
-
-def codes_of(name: str, names: Sequence[str], codes: dict[str, int], count: int) -> np.ndarray:
-    """Codes of `count` names, a single name standing for all; shape (count,).
-
-    Raises:
-        InvalidInput: A name is not among `codes`, or their number is neither 1 nor `count`.
-    """
-    for each in names:
-        require_one_of(name, each, codes)
-    require(len(names) in (1, count), name, f"have 1 or {count} entries", list(names))
-    return np.array([codes[each] for each in names] * (count if len(names) == 1 else 1))

@@ -29,15 +29,13 @@ from ..numerics.tracking.best_response.rollouts import (
     follow_plan,
 )
 from ..numerics.tracking.corner_fields import FIELDS
-from ..numerics.tracking.corner_game import corner_table
 from ..numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS
-from ..numerics.tracking.sight_state import sight_size
 from ..numerics.tracking.visibility_game.board import make_board
 from ..numerics.tracking.visibility_game.bottleneck import SWITCHES
 from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
 from ..numerics.tracking.visibility_game.responsibilities import make_team_board
 from ..numerics.tracking.visibility_game.two_evaders import GuaranteedTimesOfTwo
-from .assignment import codes_of, require_assignment
+from .game_ports import GamePorts, codes_of
 
 
 class Foresight(NamedTuple):
@@ -180,11 +178,12 @@ class BestResponseEvaders(LeafSystem):
         if table is not None and pursuit == "certified":
             require(table.bound == "lower", "table", "be by the lower bound", table.bound)
             committed = math.ceil(table.step / self._rollout.step - 1e-9)
+        self._game = GamePorts(self, world, pursuers, evaders, assigned=True)
         index = build_edge_index(world)
         self._rules = GameRules(
             world=index,
             corner_index=build_corner_index(world, index),
-            corners=corner_table(world),
+            corners=self._game.corners,
             pursuer_region=build_edge_index(*pursuer_regions),
             evader_region=build_edge_index(*evader_regions),
             field=KNOWN_PURSUITS[pursuit],
@@ -206,12 +205,6 @@ class BestResponseEvaders(LeafSystem):
                 self._board = make_board(table)
             else:
                 self._team = make_team_board(table, double)
-        self._count = evaders
-        self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
-        self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
-        size = sight_size(pursuers, evaders, len(self._rules.corners))
-        self._sight = self.DeclareVectorInputPort("sight", size)
-        self._assignment = self.DeclareVectorInputPort("assignment", pursuers)
         if self._team is not None:
             self._responsible = self.DeclareVectorInputPort("responsible", evaders)
         plans = np.zeros((evaders, 3))
@@ -229,10 +222,8 @@ class BestResponseEvaders(LeafSystem):
 
     def _decide(self, context, discrete_state):
         plans = context.get_discrete_state(self._plans).value().reshape(-1, 3).copy()
-        pursuers, evaders = read(self._pursuers, context), read(self._evaders, context)
-        assignment = read(self._assignment, context)
-        require_assignment(assignment, self._count)
-        assignment = assignment.astype(int)
+        pursuers, evaders = self._game.positions(context)
+        assignment = self._game.targets(context).astype(int)
         responsible = None
         if self._team is not None:
             responsible = read(self._responsible, context).astype(int)
@@ -240,7 +231,7 @@ class BestResponseEvaders(LeafSystem):
         game = pursuers, evaders, velocities, assignment
         boards = self._board, self._team, responsible
         beyond = self._beyond if self._is_long(context) else None
-        for j in range(self._count):
+        for j in range(len(plans)):
             plans[j], takes = choose_plan(self._rules, self._rollout, j, *game, plans[j], *boards)
             if beyond is not None and takes > self._rollout.horizon:
                 plans[j], _ = choose_plan(self._rules, beyond, j, *game, plans[j], *boards)
@@ -257,19 +248,17 @@ class BestResponseEvaders(LeafSystem):
 
     def _velocities(self, context, plans):
         """Velocities along plans, shape (2 Ne,) [m/s]."""
-        rules, evaders = self._rules, read(self._evaders, context)
-        sight = read(self._sight, context)
+        rules, (pursuers, evaders) = self._rules, self._game.positions(context)
         velocities = adversarial_velocities(
-            read(self._pursuers, context),
+            pursuers,
             evaders,
-            sight,
+            read(self._game.sight, context),
             rules.corners,
             rules.ratio,
             rules.evader_speed,
             rules.standoff,
         )
-        whom = sight[: len(plans) * self._assignment.size()].reshape(-1, len(plans))
-        seen = np.any(whom, axis=0)
+        seen = np.any(self._game.visible(context), axis=0)
         for j, (kind, ax, ay) in enumerate(plans):
             if kind != BY_THE_GAME and seen[j]:
                 x, y = evaders[2 * j], evaders[2 * j + 1]

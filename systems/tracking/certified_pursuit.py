@@ -9,15 +9,10 @@ from ..drake_types import read, state_vector
 from ..numerics.errors import InvalidInput, require, require_positive
 from ..numerics.geometry.world import World
 from ..numerics.tracking.body_gaps import gap_to_paths, gap_to_runners
-from ..numerics.tracking.corner_fields import FIELDS
-from ..numerics.tracking.corner_game import corner_table
-from ..numerics.tracking.risk import RISK_VECTORS
-from ..numerics.tracking.sight_state import sight_size
-from ..numerics.tracking.team_pursuit import team_pursuit
 from ..numerics.tracking.visibility_game.certificates import team_certificate
 from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
-from .assignment import codes_of, require_assignment
 from .collision_avoidance import body_radii
+from .game_ports import FieldRule, GamePorts
 
 # Of each pursuer's commitment: where to, how many periods are left, after whom, how long the
 # evader will be kept from the end of these, and from where.
@@ -124,24 +119,18 @@ class CertifiedPursuit(LeafSystem):
         self._turning = round(table.turning_time / period)
         self._radii = body_radii("radii", radii, pursuers)
         self._evader_radii = body_radii("evader_radii", evader_radii, evaders)
-        self._weightings = codes_of("risk_vectors", risk_vectors, RISK_VECTORS, pursuers)
-        self._corners = corner_table(world)
-        self._evader_count = evaders
+        self._game = GamePorts(self, world, pursuers, evaders, assigned=True)
+        self._field = FieldRule(self._game, "margin", risk_vectors, period)
         self._ratio = table.evader_speed / table.pursuer_speed
-        self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
-        self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
-        size = sight_size(pursuers, evaders, len(self._corners))
-        self._sight = self.DeclareVectorInputPort("sight", size)
-        self._assignment = self.DeclareVectorInputPort("assignment", pursuers)
         nothing = np.tile(NOTHING, pursuers)
         self._kept = self.DeclareDiscreteState(state_vector(nothing))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._go_on)
         self.DeclareVectorOutputPort("velocity", 2 * pursuers, self._calc_velocity)
         # Sight is for pursuers that promise nothing.
         promised = {
-            self._pursuers.ticket(),
-            self._evaders.ticket(),
-            self._assignment.ticket(),
+            self._game.pursuers.ticket(),
+            self._game.evaders.ticket(),
+            self._game.assignment.ticket(),
             self.discrete_state_ticket(self._kept),
         }
         self.DeclareVectorOutputPort("guaranteed_time", pursuers, self._calc_time, promised)
@@ -154,10 +143,8 @@ class CertifiedPursuit(LeafSystem):
     def _calc_commitment(self, context, output):
         """What holds now: what is kept, or where that is over or void, anew."""
         commitments = context.get_discrete_state(self._kept).value().reshape(-1, COMMITMENT).copy()
-        pursuers = read(self._pursuers, context).reshape(-1, 2)
-        evaders = read(self._evaders, context).reshape(-1, 2)
-        assignment = read(self._assignment, context)
-        require_assignment(assignment, self._evader_count)
+        pursuers, evaders = (each.reshape(-1, 2) for each in self._game.positions(context))
+        assignment = self._game.targets(context)
         void = [
             commitment[LEFT] == 0
             or commitment[EVADER] != evader
@@ -245,23 +232,15 @@ class CertifiedPursuit(LeafSystem):
         discrete_state.set_value(self._kept, commitments.ravel())
 
     def _calc_velocity(self, context, output):
-        pursuers = read(self._pursuers, context)
+        pursuers = read(self._game.pursuers, context)
         commitments = self._now(context)
         committed = commitments[:, LEFT] > 0
         velocities = np.zeros((len(commitments), 2))
         if not committed.all():
-            velocities = team_pursuit(
-                FIELDS["margin"],
-                self._weightings,
-                pursuers,
-                read(self._evaders, context),
-                read(self._sight, context),
-                read(self._assignment, context),
-                self._corners,
-                self._ratio,
-                self._table.pursuer_speed,
-                self._period,
-            ).reshape(-1, 2)
+            assignment = read(self._game.assignment, context)
+            speed = self._table.pursuer_speed
+            field = self._field.velocities(context, assignment, self._ratio, speed)
+            velocities = field.reshape(-1, 2)
         way = commitments[committed, :2] - pursuers.reshape(-1, 2)[committed]
         velocities[committed] = way / (self._period * commitments[committed, LEFT, None])
         output.set_value(velocities.ravel())
@@ -279,6 +258,5 @@ class CertifiedPursuit(LeafSystem):
         output.set_value(self._times(context))
 
     def _calc_certificate(self, context, output):
-        assignment = read(self._assignment, context)
-        certificate = team_certificate(self._times(context), assignment, self._evader_count)
-        output.set_value([certificate])
+        assignment, evaders = read(self._game.assignment, context), self._game.shape[1]
+        output.set_value([team_certificate(self._times(context), assignment, evaders)])

@@ -3,11 +3,9 @@
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
-from ..drake_types import read, state_vector
+from ..drake_types import state_vector
 from ..numerics.errors import require, require_non_negative, require_one_of
 from ..numerics.geometry.world import World
-from ..numerics.tracking.corner_game import corner_table
-from ..numerics.tracking.sight_state import sight_size
 from ..numerics.tracking.visibility_game.board import make_board
 from ..numerics.tracking.visibility_game.bottleneck import (
     SWITCHES,
@@ -23,6 +21,7 @@ from ..numerics.tracking.visibility_game.planes import FOR_EVER
 from ..numerics.tracking.visibility_game.pursuit import pair_worths, time_of_team
 from ..numerics.tracking.visibility_game.regain import steps_to_guard
 from .assignment import NOTHING_HELD
+from .game_ports import GamePorts
 
 # A step that is promised is worth more than all that the middle bound says of a pair.
 PROMISED = 1e6
@@ -93,24 +92,19 @@ class GuaranteeAssignment(LeafSystem):
         self._steps = [each.step for each in (promised, table) if each is not None]
         if promised is not None:
             require(promised.bound == "lower", "promised", "be by the lower bound", promised.bound)
-        self._shape = (pursuers, evaders)
-        self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
-        self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
-        size = sight_size(pursuers, evaders, len(corner_table(world)))
-        self._sight = self.DeclareVectorInputPort("sight", size)
+        self._game = GamePorts(self, world, pursuers, evaders)
         self._chosen = self.DeclareVectorOutputPort("assignment", pursuers, self._calc_assignment)
         if hold != "none":
             self._held = self.DeclareDiscreteState(state_vector(np.full(pursuers, NOTHING_HELD)))
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
 
     def _calc_assignment(self, context, output):
-        sight, held = read(self._sight, context), self._what_is_held(context)
-        n, m = self._shape
-        visible = sight[: n * m].reshape(n, m) > 0.5
+        held, visible = self._what_is_held(context), self._game.visible(context)
+        n, m = self._game.shape
         if held is not None and self._hold == "until_lost" and covered(held, visible) == m:
             output.set_value(held)
             return
-        pursuers, evaders = read(self._pursuers, context), read(self._evaders, context)
+        pursuers, evaders = self._game.positions(context)
         game = pursuers, evaders, visible
         lasts = self._guarantees(game)
         before = (0.0,) if held is None else lasts(held)

@@ -5,14 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import LeafSystem, ValueProducer
 
-from ..drake_types import AbstractValue, read, state_vector
-from ..numerics.errors import require_non_negative, require_positive
+from ..drake_types import AbstractValue, state_vector
+from ..numerics.errors import require_positive
 from ..numerics.geometry.world import World
-from ..numerics.tracking.corner_fields import FIELDS
-from ..numerics.tracking.corner_game import corner_table
-from ..numerics.tracking.risk import RISK_VECTORS
-from ..numerics.tracking.sight_state import sight_size
-from ..numerics.tracking.team_pursuit import team_pursuit
 from ..numerics.tracking.visibility_game.board import make_board
 from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
 from ..numerics.tracking.visibility_game.pursuit import guarantee_velocities
@@ -27,7 +22,7 @@ from ..numerics.tracking.visibility_game.responsibilities import (
     watchers,
 )
 from ..numerics.tracking.visibility_game.two_evaders import GuaranteedTimesOfTwo
-from .assignment import codes_of, require_assignment
+from .game_ports import FieldRule, GamePorts
 
 
 class GuaranteePursuit(LeafSystem):
@@ -84,40 +79,23 @@ class GuaranteePursuit(LeafSystem):
         period: float = 0.0,
     ):
         super().__init__()
-        require_non_negative("period", period)
+        self._game = GamePorts(self, world, pursuers, evaders, assigned=True)
+        self._field = FieldRule(self._game, "margin", risk_vectors, period)
         self._board = make_board(table)
-        self._weightings = codes_of("risk_vectors", risk_vectors, RISK_VECTORS, pursuers)
-        self._corners = corner_table(world)
-        self._shape = (pursuers, evaders)
         self._speed, self._period = table.pursuer_speed, float(period)
         self._ratio = table.evader_speed / table.pursuer_speed
-        self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
-        self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
-        size = sight_size(pursuers, evaders, len(self._corners))
-        self._sight = self.DeclareVectorInputPort("sight", size)
-        self._assignment = self.DeclareVectorInputPort("assignment", pursuers)
         self.DeclareVectorOutputPort("velocity", 2 * pursuers, self._calc_velocity)
 
     def _calc_velocity(self, context, output):
-        pursuers, evaders = read(self._pursuers, context), read(self._evaders, context)
-        assignment, sight = read(self._assignment, context), read(self._sight, context)
-        require_assignment(assignment, self._shape[1])
-        field = team_pursuit(
-            FIELDS["margin"],
-            self._weightings,
-            pursuers,
-            evaders,
-            sight,
-            assignment,
-            self._corners,
-            self._ratio,
+        game, targets = self._game, self._game.targets(context)
+        velocity = guarantee_velocities(
+            self._board,
+            *game.positions(context),
+            game.visible(context),
+            targets,
+            self._field.velocities(context, targets, self._ratio, self._speed),
             self._speed,
             self._period,
-        )
-        n, m = self._shape
-        visible = sight[: n * m].reshape(n, m) > 0.5
-        velocity = guarantee_velocities(
-            self._board, pursuers, evaders, visible, assignment, field, self._speed, self._period
         )
         output.set_value(velocity)
 
@@ -188,22 +166,17 @@ class TeamGuaranteePursuit(LeafSystem):
     ):
         super().__init__()
         require_positive("period", period)
+        self._game = GamePorts(self, world, pursuers, evaders)
+        self._field = FieldRule(self._game, "margin", risk_vectors, period)
         self._board = make_team_board(single, double)
-        self._weightings = codes_of("risk_vectors", risk_vectors, RISK_VECTORS, pursuers)
-        self._corners = corner_table(world)
-        self._shape = (pursuers, evaders)
         self._speed, self._period = single.pursuer_speed, float(period)
         self._ratio = single.evader_speed / single.pursuer_speed
-        self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
-        self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
-        size = sight_size(pursuers, evaders, len(self._corners))
-        self._sight = self.DeclareVectorInputPort("sight", size)
         nobody = state_vector(np.full(evaders, float(NOBODY)))
         self._held = self.DeclareDiscreteState(nobody)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
         # Looked up once at a time, whichever outputs are asked for.
         looked_up = ValueProducer(lambda: AbstractValue.Make([]), self._look_up)
-        ports = self._pursuers, self._evaders, self._sight
+        ports = self._game.pursuers, self._game.evaders, self._game.sight
         self._known = self.DeclareCacheEntry(
             "prospects", looked_up, {port.ticket() for port in ports}
         )
@@ -217,10 +190,9 @@ class TeamGuaranteePursuit(LeafSystem):
         self.DeclareVectorOutputPort("velocity", 2 * pursuers, self._calc_velocity)
 
     def _look_up(self, context, value):
-        n, m = self._shape
-        visible = read(self._sight, context)[: n * m].reshape(n, m) > 0.5
-        pursuers, evaders = read(self._pursuers, context), read(self._evaders, context)
-        value.set_value([*prospects(self._board, pursuers, evaders, visible), visible])
+        visible = self._game.visible(context)
+        found = prospects(self._board, *self._game.positions(context), visible)
+        value.set_value([*found, visible])
 
     def _prospects(self, context) -> list[np.ndarray]:
         """Times of one evader and of two, and who sees whom."""
@@ -252,26 +224,13 @@ class TeamGuaranteePursuit(LeafSystem):
         output.set_value([shared_certificate(one, two, self._watching(context))])
 
     def _calc_velocity(self, context, output):
-        pursuers, evaders = read(self._pursuers, context), read(self._evaders, context)
-        field = team_pursuit(
-            FIELDS["margin"],
-            self._weightings,
-            pursuers,
-            evaders,
-            read(self._sight, context),
-            np.asarray(self._assignment.Eval(context)),
-            self._corners,
-            self._ratio,
-            self._speed,
-            self._period,
-        )
+        assignment = np.asarray(self._assignment.Eval(context))
         velocity = team_velocities(
             self._board,
-            pursuers,
-            evaders,
+            *self._game.positions(context),
             self._owners(context),
             self._watching(context),
-            field,
+            self._field.velocities(context, assignment, self._ratio, self._speed),
             self._speed,
             self._period,
         )

@@ -8,7 +8,7 @@ from ..numeric_parameters import NumericParameters
 from ..numerics.errors import InvalidInput, require_positive
 from ..numerics.tracking.visibility_game.certificates import team_certificate
 from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
-from .assignment import require_assignment
+from .game_ports import require_assignment
 
 
 class GuaranteedTime(LeafSystem):

@@ -9,10 +9,8 @@ from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_positive
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.world import World
-from ..numerics.tracking.corner_game import corner_table
 from ..numerics.tracking.lookahead import lookahead_velocities
-from ..numerics.tracking.sight_state import sight_size
-from .assignment import require_assignment
+from .game_ports import GamePorts
 
 
 class LookaheadPursuit(LeafSystem):
@@ -73,27 +71,19 @@ class LookaheadPursuit(LeafSystem):
         require_positive("top_speed", top_speed)
         require(0 < speed_ratio < 1, "speed_ratio", "lie in (0, 1)", speed_ratio)
         self._region = build_edge_index(*regions)
-        self._corners = corner_table(world)
-        self._evader_count = evaders
         self.parameters = NumericParameters(self, top_speed=top_speed, speed_ratio=speed_ratio)
-        self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
-        self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
-        size = sight_size(pursuers, evaders, len(self._corners))
-        self._sight = self.DeclareVectorInputPort("sight", size)
-        self._assignment = self.DeclareVectorInputPort("assignment", pursuers)
+        self._game = GamePorts(self, world, pursuers, evaders, assigned=True)
         self.DeclareVectorOutputPort("velocity", 2 * pursuers, self._calc_velocity)
 
     def _calc_velocity(self, context, output):
-        assignment = read(self._assignment, context)
-        require_assignment(assignment, self._evader_count)
+        game = self._game
         top_speed, speed_ratio = self.parameters(context)
         velocity = lookahead_velocities(
             self._region,
-            read(self._pursuers, context),
-            read(self._evaders, context),
-            read(self._sight, context),
-            assignment,
-            self._corners,
+            *game.positions(context),
+            read(game.sight, context),
+            game.targets(context),
+            game.corners,
             speed_ratio,
             top_speed,
         )

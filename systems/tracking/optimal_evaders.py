@@ -10,11 +10,10 @@ from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.wall_sliding import SKIN
 from ..numerics.geometry.world import World
 from ..numerics.tracking.adversarial_evasion import escape_outlooks
-from ..numerics.tracking.corner_game import corner_table
-from ..numerics.tracking.sight_state import sight_size
 from ..numerics.tracking.visibility_game.board import make_board
 from ..numerics.tracking.visibility_game.evasion import optimal_velocities
 from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
+from .game_ports import GamePorts
 
 
 class OptimalEvaders(LeafSystem):
@@ -74,26 +73,21 @@ class OptimalEvaders(LeafSystem):
         require_non_negative("radius", radius)
         self._board = make_board(table)
         self._region = build_edge_index(*evader_regions)
-        self._corners = corner_table(world)
         self._ratio, self._speed = table.evader_speed / table.pursuer_speed, table.evader_speed
         self._step = table.step
         self._with_distance = bool(with_distance)
         # Wall sliding stops a skin short of the wall; a little more is "at the wall".
         self._standoff = float(radius) + 10.0 * SKIN * world.tolerance
-        self._shape = pursuers, evaders
-        self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
-        self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
-        size = sight_size(pursuers, evaders, len(self._corners))
-        self._sight = self.DeclareVectorInputPort("sight", size)
+        self._game = GamePorts(self, world, pursuers, evaders)
         self.DeclareVectorOutputPort("velocity", 2 * evaders, self._calc_velocity)
 
     def _calc_velocity(self, context, output):
-        pursuers, evaders = read(self._pursuers, context), read(self._evaders, context)
-        sight = read(self._sight, context)
-        game = self._corners, self._ratio, self._speed, self._standoff
+        pursuers, evaders = self._game.positions(context)
+        sight = read(self._game.sight, context)
+        game = self._game.corners, self._ratio, self._speed, self._standoff
         outlooks = escape_outlooks(pursuers, evaders, sight, *game)
         outlooks[:, 2] /= self._step
-        n, m = self._shape
+        n, m = self._game.shape
         velocity = optimal_velocities(
             self._board,
             self._region,

@@ -4,16 +4,10 @@ from collections.abc import Sequence
 
 from pydrake.systems.framework import LeafSystem
 
-from ..drake_types import read
 from ..numeric_parameters import NumericParameters
-from ..numerics.errors import require, require_non_negative, require_one_of, require_positive
+from ..numerics.errors import require, require_positive
 from ..numerics.geometry.world import World
-from ..numerics.tracking.corner_fields import FIELDS
-from ..numerics.tracking.corner_game import corner_table
-from ..numerics.tracking.risk import RISK_VECTORS
-from ..numerics.tracking.sight_state import sight_size
-from ..numerics.tracking.team_pursuit import team_pursuit
-from .assignment import codes_of, require_assignment
+from .game_ports import FieldRule, GamePorts
 
 
 class PursuitFieldController(LeafSystem):
@@ -79,35 +73,12 @@ class PursuitFieldController(LeafSystem):
         super().__init__()
         require_positive("top_speed", top_speed)
         require(0 < speed_ratio < 1, "speed_ratio", "lie in (0, 1)", speed_ratio)
-        require_one_of("field", field, FIELDS)
-        require_non_negative("period", period)
-        self._field = FIELDS[field]
-        self._weightings = codes_of("risk_vectors", risk_vectors, RISK_VECTORS, pursuers)
-        self._corners = corner_table(world)
-        self._evader_count = evaders
-        self._period = float(period)
         self.parameters = NumericParameters(self, top_speed=top_speed, speed_ratio=speed_ratio)
-        self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
-        self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
-        size = sight_size(pursuers, evaders, len(self._corners))
-        self._sight = self.DeclareVectorInputPort("sight", size)
-        self._assignment = self.DeclareVectorInputPort("assignment", pursuers)
+        self._game = GamePorts(self, world, pursuers, evaders, assigned=True)
+        self._field = FieldRule(self._game, field, risk_vectors, period)
         self.DeclareVectorOutputPort("velocity", 2 * pursuers, self._calc_velocity)
 
     def _calc_velocity(self, context, output):
-        assignment = read(self._assignment, context)
-        require_assignment(assignment, self._evader_count)
         top_speed, speed_ratio = self.parameters(context)
-        velocity = team_pursuit(
-            self._field,
-            self._weightings,
-            read(self._pursuers, context),
-            read(self._evaders, context),
-            read(self._sight, context),
-            assignment,
-            self._corners,
-            speed_ratio,
-            top_speed,
-            self._period,
-        )
-        output.set_value(velocity)
+        targets = self._game.targets(context)
+        output.set_value(self._field.velocities(context, targets, speed_ratio, top_speed))
