@@ -301,7 +301,8 @@ class ScaramuzzaCamera(Checked):
             require_finite("polynomial", value)
         require(self.polynomial[0] < 0, "polynomial", "begin with a_0 < 0", self.polynomial[0])
         require_near_picture("centre_x, centre_y", self.centre_x, self.centre_y)
-        require(self.c - self.d * self.e > 0, "c, d, e", "stretch a picture", self._stretch)
+        stretch = (self.c, self.d, self.e)
+        require(self.c - self.d * self.e > 0, "c, d, e", "stretch a picture", stretch)
         require_size(self.width, self.height)
 
     @property
