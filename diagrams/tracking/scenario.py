@@ -99,7 +99,7 @@ class Pursuers(RobotTeam):
     """
 
     # Who tracks whom: a name in RULES, or by the solved visibility game, "guarantee".
-    assignment: Annotated[str, one_of((*ASSIGNMENT_RULES, GUARANTEE))] = "hungarian"
+    assignment: Annotated[str, one_of(ASSIGNMENT_RULES, (GUARANTEE,))] = "hungarian"
     # When the team changes its mind: "none" asks the rule at every step, "until_lost" when a
     # pursuer has lost its evader or could be spared for one that nobody has, "cost" also when it
     # pays, "certificate" also when more can be guaranteed. Empty: "certificate" with "guarantee",
@@ -117,7 +117,7 @@ class Pursuers(RobotTeam):
     # a look at what each step would bring, "lookahead", or by the solved visibility game:
     # "guarantee", or "certified", the lower bound's own policy, where nothing but walls blocks
     # sight. What certified pursuers want is not smoothed, and their drives turn before they drive.
-    field: Annotated[str, one_of((*FIELDS, LOOKAHEAD, GUARANTEE, CERTIFIED))] = "margin"
+    field: Annotated[str, one_of(FIELDS, (LOOKAHEAD, GUARANTEE, CERTIFIED))] = "margin"
     # Between the pursuers' nodes on which that game is solved, for "optimal" evaders too; a little
     # less for "certified", so that a step is a number of periods [m].
     grid: Positive = 0.1

@@ -10,9 +10,10 @@ as in `Annotated[str, one_of(MODELS)]`. Rules on several fields at once stand in
 after `super().__post_init__()`.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection
 from dataclasses import fields
 from functools import cache
+from itertools import chain
 from typing import Annotated, Any
 
 from .errors import (
@@ -57,17 +58,17 @@ def _rules(kind: Any) -> list[tuple[str, Rule]]:
     ]
 
 
-def one_of(allowed: Iterable[object]) -> Rule:
-    """The rule that a value stands in a list.
+def one_of(*allowed: Collection[object]) -> Rule:
+    """The rule that a value stands in a list, as the list is when the rule is asked.
 
     Args:
-        allowed: The list.
+        allowed: The list, or several. What is added to one later, as a rule of one's own to the
+            rules of assignment, may be chosen too.
 
     Raises:
         InvalidInput: By the rule, for a value that does not.
     """
-    choices = list(allowed)
-    return lambda name, value: require_one_of(name, value, choices)
+    return lambda name, value: require_one_of(name, value, chain(*allowed))
 
 
 def at_least(least: int) -> Rule:

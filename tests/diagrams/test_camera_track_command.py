@@ -61,7 +61,7 @@ def test_weights_are_swept(sightfield_here, tmp_path):
         (["omni_9v9"], "`scenario` must be a YAML file or one of omni_1v1, omni_2v2; got omni_9v9"),
         (["--weight", "2"], "`vision.weight` must lie in [0, 1]; got 2.0"),
         (["--set", "vision.colours=[puce]"], "`vision.colours.0` must be one of"),
-        (["--set", "vision.calibration=nowhere.json"], "`calibration` must be readable JSON"),
+        (["--set", "vision.calibration=nowhere.json"], "`calibration` must be readable; got"),
         (["--sweep", "0,half"], "`--sweep` must be numbers, as 0,0.5,1; got 0,half"),
         (["--sweep", "0,7", "--truth"], "`weight` must lie in [0, 1]; got 7.0"),
         (["--sweep", "0", "--seeds", "0"], "`--seeds` must be positive; got 0"),

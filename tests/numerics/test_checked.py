@@ -75,3 +75,13 @@ def test_a_subclass_keeps_the_rules_and_adds_its_own():
     for given in ({"length": -1.0}, {"length": 1.0, "blur": -1.0}, {"length": 0.5}):
         with pytest.raises(InvalidInput):
             LongLens(**given)
+
+
+def test_what_is_added_to_a_list_later_may_be_chosen():
+    lists = {"first": 1}, ["other"]
+    rule = one_of(*lists)
+    with pytest.raises(InvalidInput, match="one of first, other"):
+        rule("way", "own")
+    lists[0]["own"] = 2
+    rule("way", "own")
+    rule("way", "other")

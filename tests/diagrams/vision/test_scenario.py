@@ -62,5 +62,5 @@ def test_a_scenario_may_name_its_calibration_file(loaded, practised, tmp_path):
     save_calibration(path, practised)
     game = set_up_picture_game(loaded("omni_1v1", f"vision.calibration={path}"))
     assert game.calibration.k == practised.k
-    with pytest.raises(InvalidInput, match="`calibration` must be readable JSON"):
+    with pytest.raises(InvalidInput, match=r"`calibration` must be readable; got .*none\.json"):
         set_up_picture_game(loaded("omni_1v1", f"vision.calibration={tmp_path / 'none.json'}"))
