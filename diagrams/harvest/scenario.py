@@ -4,10 +4,8 @@ import dataclasses
 import math
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
-from pydantic import ConfigDict
 
 from ...systems.numerics.errors import (
     require,
@@ -37,7 +35,6 @@ from ...systems.numerics.units import (
     Watts,
     area_text,
 )
-from ..scenario_files import NO_OTHER_KEYS
 from .makers import with_makers_figures
 
 # Larger fields are not planned in one [m], [m^2].
@@ -57,8 +54,6 @@ class FieldSource:
     Raises:
         InvalidInput: A value is out of its range.
     """
-
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
     # Sides of a rectangle [m].
     width: Metres = 0.0
@@ -151,8 +146,6 @@ class Yields:
         InvalidInput: A value is out of its range.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
     # GeoJSON with a yield for each polygon or an ESRI ASCII grid, in coordinates as the field's;
     # relative to the scenario's folder; empty: as dense everywhere.
     file: str = ""
@@ -200,8 +193,6 @@ class OneCombine:
         InvalidInput: A value is out of its range.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
     # Speed, forwards and backwards [m/s].
     speed: MetresPerSecond | None = None
     # Largest, speeding up and slowing down [m/s^2].
@@ -230,8 +221,6 @@ class Combines(Combine):
     Raises:
         InvalidInput: A value is out of its range.
     """
-
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
     # Of a maker, by its name in the catalogue; see `makers`. What is said besides holds.
     machine: str = ""
@@ -267,8 +256,6 @@ class Carts(Cart):
         InvalidInput: A value is out of its range.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
     # Of a maker, by its name in the catalogue; see `makers`. What is said besides holds.
     machine: str = ""
     # Number of carts.
@@ -291,8 +278,6 @@ class Trucks:
     Raises:
         InvalidInput: A value is out of its range.
     """
-
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
     # How many there are; null: one for each cart.
     count: int | None = None
@@ -326,8 +311,6 @@ class Disturbances(Disturbance):
         InvalidInput: A value is out of its range.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
-
 
 @dataclass(frozen=True, kw_only=True)
 class HarvestScenario:
@@ -336,8 +319,6 @@ class HarvestScenario:
     Raises:
         InvalidInput: A value is out of its range.
     """
-
-    __pydantic_config__: ClassVar[ConfigDict] = NO_OTHER_KEYS
 
     # Where.
     field: FieldSource

@@ -285,11 +285,15 @@ def _let_wait(service: Service, number: int, full: float) -> None:
     """
     before = service.kept()
     let_wait(service, number, full)
-    after, stop = service.kept(), _last_stop(service, number)
-    # How long others wait that are full before it has been served, if all of them do at least.
-    others = sum(max(_last_visit(service, number).end - t.full_at(), 0.0) for t in service.tanks)
-    if stop.duration < LONG or others == 0.0:
+    stop = _last_stop(service, number)
+    if stop.duration < LONG:
         return
+    # How long others wait that are full before it has been served, if all of them do at least.
+    served = _last_visit(service, number).end
+    others = sum(max(served - tank.full_at(), 0.0) for tank in service.tanks)
+    if others == 0.0:
+        return
+    after = service.kept()
     service.restore(before)
     try:
         held = _serve_meanwhile(service, stop._replace(duration=FOR_EVER))
