@@ -38,6 +38,16 @@ _PURSUER_COLOUR = (88, 90, 95)
 
 
 @dataclass(frozen=True, kw_only=True)
+class OmniOptics(OmniCamera):
+    """The pursuers' cameras, all equal."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PictureQuality(Sensor):
+    """The quality of their pictures; each camera adds its number to the seed."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class PursuerVision(Checked):
     """How pursuers see, and the strategy that goes with it.
 
@@ -63,10 +73,10 @@ class PursuerVision(Checked):
     picture_period: Positive = 0.1
     # Height of the walls [m].
     wall_height: Positive = 0.5
-    # Mirror and camera, of all pursuers.
-    optics: OmniCamera = field(default_factory=OmniCamera)
-    # Exposure, blur, noise, losses; each camera adds its number to the seed.
-    quality: Sensor = field(default_factory=Sensor)
+    # Mirror and camera.
+    optics: OmniOptics = OmniOptics()
+    # Exposure, blur, noise, losses.
+    quality: PictureQuality = PictureQuality()
     # How ranges are read: "exact" or "thesis".
     model: Annotated[str, one_of(MODELS)] = "exact"
     # Calibration file; empty: the cameras are calibrated in simulation before the run.
