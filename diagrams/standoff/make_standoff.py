@@ -23,12 +23,11 @@ from pydrake.systems.primitives import (
     Sine,
 )
 
-from ...systems.numerics.checked import Checked, Finite, NonNegative
+from ...systems.numerics.checked import Checked, NonNegativeSized, Sized
 from ...systems.numerics.errors import (
     require,
     require_non_negative,
     require_positive,
-    require_sizes,
 )
 from ...systems.numerics.standoff.loop import StandoffLoop, span, wanted_equilibrium
 from ...systems.numerics.standoff.sampled_loop import SampledPid
@@ -46,23 +45,21 @@ class StandoffScenario(Checked):
     loop: StandoffLoop = field(default_factory=StandoffLoop)
     sampled: SampledPid = field(default_factory=SampledPid)
     # Distance at the start [m].
-    start: Finite = 0.1
+    start: Sized = 0.1
     # Mean speed of the evader, and how much and how fast it sways about that [m/s], [rad/s].
-    evader_speed: Finite = 0.0
-    evader_sway: Finite = 0.0
-    sway_frequency: NonNegative = 1.0
+    evader_speed: Sized = 0.0
+    evader_sway: Sized = 0.0
+    sway_frequency: NonNegativeSized = 1.0
     # Whether the pursuer knows the evader's velocity.
     feed_forward: bool = True
     # Standard deviation of the estimate's noise, drawn anew at every sample [m], and its seed.
-    noise: NonNegative = 0.0
+    noise: NonNegativeSized = 0.0
     seed: Annotated[int, require_non_negative] = 0
     # How many samples late the estimate comes.
     delay_samples: Annotated[int, require_non_negative] = 0
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        names = ("start", "evader_speed", "evader_sway", "sway_frequency", "noise")
-        require_sizes({name: getattr(self, name) for name in names})
         whole = isinstance(self.delay_samples, int) and isinstance(self.seed, int)
         require(whole, "seed, delay_samples", "be integers", (self.seed, self.delay_samples))
         # Drake's generator takes no more.

@@ -17,7 +17,10 @@ ROOT = Path(os.environ.get("SIGHTFIELD_SOURCES", Path(__file__).resolve().parent
 PARTS = ("systems", "diagrams", "hardware_io")
 
 # Names that `sightfield.systems.numerics.checked` has for numbers with a rule.
-RULED_NUMBERS = dict.fromkeys(("Finite", "Positive", "NonNegative", "Chance"), "float")
+RULED_NUMBERS = dict.fromkeys(
+    ("Finite", "Sized", "Positive", "PositiveSized", "NonNegative", "NonNegativeSized", "Chance"),
+    "float",
+)
 RULED_NUMBERS["Count"] = "int"
 
 Routine = ast.FunctionDef | ast.AsyncFunctionDef

@@ -23,14 +23,19 @@ from .errors import (
     require_non_negative,
     require_one_of,
     require_positive,
+    require_sized,
     require_whole,
 )
 
 Rule = Callable[[str, Any], object]
 
 Finite = Annotated[float, require_finite]
+# Zero, or of a size whose powers and quotients a float holds.
+Sized = Annotated[float, require_sized]
 Positive = Annotated[float, require_positive]
+PositiveSized = Annotated[float, require_positive, require_sized]
 NonNegative = Annotated[float, require_non_negative]
+NonNegativeSized = Annotated[float, require_non_negative, require_sized]
 Chance = Annotated[float, require_chance]
 
 

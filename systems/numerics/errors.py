@@ -5,7 +5,7 @@ A message names the parameter, the requirement and what came:
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 
 class SightfieldError(Exception):
@@ -59,17 +59,16 @@ def require_non_negative(name: str, value: float) -> None:
 LEAST_SIZE, MOST_SIZE = 1e-18, 1e18
 
 
-def require_sizes(values: Mapping[str, float]) -> None:
-    """Refuse finite numbers whose powers and quotients a float does not hold.
+def require_sized(name: str, value: float) -> None:
+    """Refuse finite numbers, too, whose powers and quotients a float does not hold.
 
     Args:
-        values: By the names of parameters, for the message: each is to be zero, or of a size
-            between LEAST_SIZE and MOST_SIZE [-].
+        name: Of the parameter, for the message.
+        value: What came: to be zero, or of a size between LEAST_SIZE and MOST_SIZE [-].
     """
+    require_finite(name, value)
     words = f"be of a size from {LEAST_SIZE:g} to {MOST_SIZE:g}"
-    for name, value in values.items():
-        require_finite(name, value)
-        require(value == 0 or LEAST_SIZE <= abs(value) <= MOST_SIZE, name, words, value)
+    require(value == 0 or LEAST_SIZE <= abs(value) <= MOST_SIZE, name, words, value)
 
 
 def require_one_of(name: str, value: object, allowed: Iterable[object]) -> None:

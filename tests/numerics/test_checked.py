@@ -13,6 +13,7 @@ from sightfield.systems.numerics.checked import (
     Finite,
     NonNegative,
     Positive,
+    PositiveSized,
     at_least,
     one_of,
     whole,
@@ -27,6 +28,7 @@ class Lens(Checked):
     free: float = float("nan")
     tilt: Finite = 0.0
     height: Positive = 1.0
+    gain: PositiveSized = 1.0
     blur: NonNegative = 0.0
     losses: Chance = 0.0
     seed: Count = 0
@@ -51,6 +53,8 @@ class LongLens(Lens):
     [
         ("tilt", np.inf, "`tilt` must be a finite number; got inf"),
         ("height", 0.0, "`height` must be positive; got 0.0"),
+        ("gain", -1.0, "`gain` must be positive; got -1.0"),
+        ("gain", 1e300, "`gain` must be of a size from 1e-18 to 1e+18; got 1e+300"),
         ("blur", -1.0, "`blur` must be zero or positive; got -1.0"),
         ("losses", 1.5, "`losses` must be from 0 to 1; got 1.5"),
         ("seed", -1, "`seed` must be zero or positive; got -1"),

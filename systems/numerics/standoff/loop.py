@@ -33,13 +33,12 @@ from typing import Annotated
 
 import numpy as np
 
-from ..checked import Checked, Finite, NonNegative, Positive, one_of
+from ..checked import Checked, Finite, NonNegativeSized, PositiveSized, Sized, one_of
 from ..errors import (
     InvalidInput,
     require,
     require_non_negative,
     require_positive,
-    require_sizes,
 )
 
 _INCH = 0.0254
@@ -57,18 +56,17 @@ class ErrorModel(Checked):
     """
 
     # Curvature [1/m]; zero for an error that is a straight line in y.
-    a: Finite = 1.062
+    a: Sized = 1.062
     # Slope at y = 0 [1].
-    b: Finite = -0.7598
+    b: Sized = -0.7598
     # Error at y = 0 [m].
-    c: Finite = 0.137
+    c: Sized = 0.137
     # Distances between which the fit was measured [m].
     shortest: Finite = 15 * _INCH
     longest: Finite = 60 * _INCH
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_sizes({name: getattr(self, name) for name in ("a", "b", "c")})
         require(
             self.shortest < self.longest,
             "shortest",
@@ -105,11 +103,11 @@ class StandoffLoop(Checked):
     # P, PI, PD or PID.
     controller: Annotated[str, one_of(CONTROLLERS)] = "PID"
     # Gains [1/s], [1/s^2], [1].
-    kp: Positive = 10.0
-    ki: Finite = 5.0
-    kd: NonNegative = 1.0
+    kp: PositiveSized = 10.0
+    ki: Sized = 5.0
+    kd: NonNegativeSized = 1.0
     # Distance to keep, r [m].
-    reference: Finite = 0.2
+    reference: Sized = 0.2
     error: ErrorModel = field(default=THESIS_ERROR)
 
     def __post_init__(self) -> None:
@@ -117,7 +115,6 @@ class StandoffLoop(Checked):
         # Without it a PI or PID controller has a whole line of states at rest.
         refuse = require_positive if self.integrates else require_non_negative
         refuse("ki", self.ki)
-        require_sizes({name: getattr(self, name) for name in ("kp", "ki", "kd", "reference")})
 
     @property
     def integrates(self) -> bool:

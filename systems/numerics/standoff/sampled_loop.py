@@ -41,8 +41,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-from ..checked import Checked, Positive
-from ..errors import InvalidInput, require, require_positive, require_sizes
+from ..checked import Checked, PositiveSized
+from ..errors import InvalidInput, require, require_positive, require_sized
 from ..tracking.mobile_agents import clip_symmetric
 from .loop import StandoffLoop, root_slope
 
@@ -56,15 +56,14 @@ class SampledPid(Checked):
     """
 
     # Time between samples, h [s].
-    period: Positive = 0.005
+    period: PositiveSized = 0.005
     # Time constant of the derivative's filter, tau [s].
-    filter_time: Positive = 0.02
+    filter_time: PositiveSized = 0.02
     # Bound of the commanded speed [m/s]; infinite: none.
     limit: float = math.inf
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_sizes({"period": self.period, "filter_time": self.filter_time})
         if self.limit != math.inf:
             require_positive("limit", self.limit)
 
@@ -392,7 +391,7 @@ class Specification:
 
     def __post_init__(self) -> None:
         require_positive("damping", self.damping)
-        require_sizes({"damping": self.damping})
+        require_sized("damping", self.damping)
         for name, low, high in (
             ("phase_margin", 0.0, math.pi / 2),
             ("gain_margin", 1.0, math.inf),

@@ -23,8 +23,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..checked import Checked, Positive
-from ..errors import require, require_sizes
+from ..checked import Checked, PositiveSized
+from ..errors import require
 from .camera_models.camera_model import require_near_picture, require_size
 
 # Halvings of the angle at the mirror's centre: more than a double has bits.
@@ -43,13 +43,13 @@ class OmniCamera(Checked):
     """
 
     # Of the mirror ball [m]; its diameter is D = 2 mirror_radius.
-    mirror_radius: Positive = 0.05
+    mirror_radius: PositiveSized = 0.05
     # From the pinhole up to the lowest point of the ball [m].
-    mirror_distance: Positive = 0.15
+    mirror_distance: PositiveSized = 0.15
     # Of the pinhole above the floor [m].
-    pinhole_height: Positive = 0.22
+    pinhole_height: PositiveSized = 0.22
     # Of the pinhole, in pixels.
-    focal_length: Positive = 860.0
+    focal_length: PositiveSized = 860.0
     # Of the picture, in pixels.
     width: int = 640
     height: int = 480
@@ -58,8 +58,6 @@ class OmniCamera(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        names = ("mirror_radius", "mirror_distance", "pinhole_height", "focal_length")
-        require_sizes({name: getattr(self, name) for name in names})
         require_size(self.width, self.height)
         if self.centre is not None:
             require(len(self.centre) == 2, "centre", "be (column, row)", self.centre)

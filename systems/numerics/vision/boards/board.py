@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from ...checked import Checked, Positive
-from ...errors import require, require_sizes
+from ...checked import Checked, PositiveSized
+from ...errors import require
 from ..camera_models.camera_model import CameraModel
 
 # More than can be told apart in a picture.
@@ -29,8 +29,8 @@ class Checkerboard(Checked):
     columns: int
     rows: int
     # Width and height of a square [m]. A print may have stretched them differently.
-    square_width: Positive
-    square_height: Positive
+    square_width: PositiveSized
+    square_height: PositiveSized
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -40,7 +40,6 @@ class Checkerboard(Checked):
             require(whole and value >= 3, name, "be a whole number of at least 3", value)
         count = self.columns * self.rows
         require(count <= _MOST_CORNERS, "columns * rows", f"be at most {_MOST_CORNERS}", count)
-        require_sizes({"square_width": self.square_width, "square_height": self.square_height})
 
     @property
     def points(self) -> np.ndarray:

@@ -18,14 +18,14 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from ...checked import Checked, Finite, NonNegative, Positive
+from ...checked import Checked, NonNegative, NonNegativeSized, PositiveSized, Sized
 from ...errors import (
     MOST_SIZE,
     InvalidInput,
     require,
     require_finite,
     require_positive,
-    require_sizes,
+    require_sized,
 )
 from ...input_files import read_input
 from ..omni_optics import OmniCamera, bearing_of
@@ -176,18 +176,17 @@ class Calibration(Checked):
     """
 
     camera: OmniCamera
-    base: NonNegative
-    shell_radius: Positive
-    shell_top: Finite
-    height: Positive
-    k: Positive
+    base: NonNegativeSized
+    shell_radius: PositiveSized
+    shell_top: Sized
+    height: PositiveSized
+    k: PositiveSized
     k_spread: NonNegative
     parabola: tuple[float, float, float]
     readings: Readings
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_sizes({name: getattr(self, name) for name in _NUMBERS if name != "k_spread"})
         require(self.shell_top > self.base, "shell_top", "be above the base", self.shell_top)
         require(len(self.parabola) == 3, "parabola", "be a, b and c", self.parabola)
         for value in self.parabola:
@@ -314,7 +313,7 @@ def calibrate(
     if height is None:
         height = fitted.focus_height - base
     require_positive("height", height)
-    require_sizes({"height": height})
+    require_sized("height", height)
     radius = _radius(fitted, readings)
     values = k_values(readings.means(radius), readings.distances, height=height)
     k = float(values.mean())
