@@ -4,6 +4,7 @@ A visit has a route to the combine, a time beside it and a route to where nobody
 way leads on, or to the truck. Whatever is planned can be kept, and come back to.
 """
 
+import copy
 import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -16,11 +17,10 @@ from ..field.yield_map import mean_density
 from ..paths import TimedPath
 from ..trucks import TruckPool
 from .cart_motion import CartMotion, Moving, join_motions, standing_motion
-from .cart_plan import CartPlan, CartVisit, Job, Stop, Supply, Trip
+from .cart_plan import CartPlan, CartVisit, Job, Stop, Trip
 from .cut_times import GAP
 from .routes import Standing
 from .surroundings import CartSurroundings
-from .tanks import make_tanks
 from .traffic import SAMPLE, Traffic, cart_traffic, least_gaps
 from .visit_choice import LEAST
 from .windows import BETWEEN
@@ -54,7 +54,6 @@ class Service:
     Args:
         field: The field.
         world: What carts plan among.
-        supply: Crop and trucks.
         retime: Times plans again when combines stop.
         strategy, threshold: In which order combines are served, and from when on; see
             `serve_combines`.
@@ -73,28 +72,26 @@ class Service:
         self,
         field: Field,
         world: CartSurroundings,
-        supply: Supply,
         retime: Retime,
         strategy: str,
         threshold: float,
     ) -> None:
-        self.field, self.supply, self.retime = field, supply, retime
-        self.density = mean_density(supply.density, field.polygon)
+        self.field, self.supply, self.retime = field, world.supply, retime
+        self.density = mean_density(self.supply.density, field.polygon)
         self.strategy, self.threshold = strategy, threshold
         self.world, self.cart = world, world.cart
         capacities = [combine.capacity for combine in world.team]
         self.least_tank, self.largest_tank = min(capacities), max(capacities)
-        self.jobs: list[list[Job]] = [[] for _ in supply.trucks]
+        self.jobs: list[list[Job]] = [[] for _ in self.supply.trucks]
         self.stops: list[Stop] = []
-        self.begins = [standing_motion(self.cart, pose, 0.0) for pose in supply.trucks]
-        self.turns = [0] * len(supply.trucks)
+        self.begins = [standing_motion(self.cart, pose, 0.0) for pose in self.supply.trucks]
+        self.turns = [0] * len(self.supply.trucks)
         self.settled, self.failed = -np.inf, -1
         self.fill_tanks()
 
     def fill_tanks(self) -> None:
         """Account for what is cut and what the visits take."""
-        ends = [plan.end for plan in self.world.plans]
-        self.tanks = make_tanks(self.world.team, self.world.cut, self.supply.density, ends)
+        self.tanks = [copy.copy(tank) for tank in self.world.tanks]
         for visit in self.visits:
             self.tanks[visit.combine].take(visit)
 

@@ -5,7 +5,8 @@ stands for ever, a cart's way to it is found among all others, who go on or wait
 stands for as long as that took. What was planned before and is not possible any more is given up.
 """
 
-from itertools import product
+from collections.abc import Iterator
+from itertools import product, tee
 
 import numpy as np
 
@@ -15,7 +16,13 @@ from .cart_motion import CartMotion, Moving, standing_motion
 from .cart_plan import FOR_EVER, CartVisit, Job, Stop
 from .cut_times import opens_along
 from .service import SET_OUT, Service
-from .surroundings import SAME, changed_surroundings, is_in_reach, standing_poses
+from .surroundings import (
+    SAME,
+    CartSurroundings,
+    changed_surroundings,
+    is_in_reach,
+    standing_poses,
+)
 from .tanks import EMPTY
 
 # How many places beside a combine that stands are tried, how many places for a stop, and how far
@@ -64,24 +71,13 @@ def let_wait(service: Service, number: int, full: float) -> None:
     """
     plan = service.world.plans[number]
     served = max((v.end for v in service.visits if v.combine == number), default=0.0)
-    soonest = max(served, service.settled) + 4.0
-    found: list[float] = []
-    for ready, apart in ((True, 14.0), (False, 60.0)):
-        for time in np.arange(full - 4.0, soonest, -5.0).tolist():
-            # The farther back, the farther apart: a round or ring may have none for long.
-            apart = max(apart, FARTHER * (full - time))
-            if len(found) < STOPS_TRIED and all(abs(time - t) >= apart for t in found):
-                by_then = time if ready else np.inf
-                places = standing_poses(service.world, plan.pose_at(time), by_then)
-                if ready:
-                    places = service.world.planner.with_ways_out(places[:LIKELIEST], time)
-                if len(places):
-                    found.append(time)
+    times = _where_to_stop(service.world, number, full, served, service.settled + 4.0)
     # Rather not where that undoes what another combine stops for.
     kept = service.kept()
     latest = max([0.0, *(service.standing(cart).since for cart in service.carts)])
     for ahead, gentle in product((AHEAD, np.inf), (True, False) if service.stops else (False,)):
-        for time in found or [max(full - 4.0, service.settled + 4.0, 0.0)]:
+        times, again = tee(times)
+        for time in again:
             stop = Stop(number, float(plan.station_at(time)), FOR_EVER)
             service.stops.append(stop)
             if (
@@ -95,6 +91,39 @@ def let_wait(service: Service, number: int, full: float) -> None:
         f"`carts` must find ways to combines that wait; got none to combine {number} near "
         f"{np.round(plan.pose_at(full)[:2], 1).tolist()}"
     )
+
+
+def _where_to_stop(
+    world: CartSurroundings, number: int, full: float, served: float, soonest: float
+) -> Iterator[float]:
+    """When a combine may stop, the best moments first: where carts can get to it, late ones first.
+
+    Args:
+        world: What carts plan among.
+        number: Of the combine.
+        full: When its tank is full [s].
+        served: When its last visit ends [s].
+        soonest: It cannot stop before that [s].
+
+    Yields:
+        Moments; where carts cannot get to it at any, the last before it is full [s].
+    """
+    plan = world.plans[number]
+    found: list[float] = []
+    for ready, apart in ((True, 14.0), (False, 60.0)):
+        for time in np.arange(full - 4.0, max(served + 4.0, soonest), -5.0).tolist():
+            # The farther back, the farther apart: a round or ring may have none for long.
+            apart = max(apart, FARTHER * (full - time))
+            if len(found) < STOPS_TRIED and all(abs(time - t) >= apart for t in found):
+                by_then = time if ready else np.inf
+                places = standing_poses(world, plan.pose_at(time), by_then)
+                if ready:
+                    places = world.planner.with_ways_out(places[:LIKELIEST], time)
+                if len(places):
+                    found.append(time)
+                    yield time
+    if not found:
+        yield max(full - 4.0, soonest, 0.0)
 
 
 def hold(service: Service, stop: Stop) -> bool:
@@ -240,9 +269,7 @@ def _see(service: Service, until: float = np.inf) -> bool:
         while True:
             stops, before = len(service.stops), service.world.plans
             plans = service.retime(service.stops)
-            service.world, since = changed_surroundings(
-                service.world, service.field, service.supply.trucks, plans, until
-            )
+            service.world, since = changed_surroundings(service.world, service.field, plans, until)
             _give_up_impossible(service, before, since)
             if len(service.stops) == stops:
                 break

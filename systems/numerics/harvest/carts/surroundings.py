@@ -13,10 +13,11 @@ from ..field.field import Field
 from ..machines import MIDDLE, STANDING, Cart, Combine, CombineSize, box_middle, size_of
 from ..paths import TimedPath
 from .cart_motion import trailer_poses
-from .cart_plan import ended
+from .cart_plan import Supply, ended
 from .cut_times import GAP, CutTimes, OpenGround, cut_times, free_cells, opened
 from .roadmap import SPACING, earliest_arrivals, make_roadmap, node_opens, reopened
 from .routes import RoutePlanner, make_planner
+from .tanks import Tank, make_tanks
 from .traffic import Traffic, combine_traffic, least_gaps
 from .visit_choice import Beginnings
 from .windows import BETWEEN, Window, beside, find_windows
@@ -57,6 +58,7 @@ class CartSurroundings:
     Attributes:
         team: The combines, N of one size.
         cart: One of the equal carts.
+        supply: Crop and trucks.
         plans: Of the combines.
         cut: When they cut the ground.
         free: Cells on which carts may be at some time, shape (rows, columns).
@@ -69,6 +71,7 @@ class CartSurroundings:
 
     team: Sequence[Combine]
     cart: Cart
+    supply: Supply
     plans: list[TimedPath]
     cut: CutTimes
     free: np.ndarray
@@ -82,6 +85,12 @@ class CartSurroundings:
     def size(self) -> CombineSize:
         """Of the combines."""
         return size_of(self.team)
+
+    @cached_property
+    def tanks(self) -> list[Tank]:
+        """Of the combines, from which nobody has taken anything."""
+        ends = [plan.end for plan in self.plans]
+        return make_tanks(self.team, self.cut, self.supply.density, ends)
 
     @cached_property
     def windows(self) -> list[Window]:
@@ -128,7 +137,7 @@ def make_surroundings(
     team: Sequence[Combine],
     cart: Cart,
     swaths: Sequence[np.ndarray],
-    trucks: np.ndarray,
+    supply: Supply,
     plans: list[TimedPath],
 ) -> CartSurroundings:
     """Look at a field for the first time.
@@ -138,7 +147,7 @@ def make_surroundings(
         team: The combines, N of one size.
         cart: One of the equal carts.
         swaths: Lines that carts may follow in the field, points of each (n, 2) [m].
-        trucks: Poses of the tractor at them, shape (K, 3).
+        supply: Crop and trucks.
         plans: Of all combines.
     """
     size = size_of(team)
@@ -147,24 +156,19 @@ def make_surroundings(
     ground = opened(free, cut)
     roadmap = make_roadmap(ground, cart, field_lines(field, size, swaths))
     combines = combine_traffic(size, plans)
-    planner = make_planner(ground, cart, roadmap, combines, trucks)
+    planner = make_planner(ground, cart, roadmap, combines, supply.trucks)
     tree = KDTree(_places(roadmap.nodes))
-    return CartSurroundings(team, cart, plans, cut, free, ground, combines, planner, tree)
+    return CartSurroundings(team, cart, supply, plans, cut, free, ground, combines, planner, tree)
 
 
 def changed_surroundings(
-    world: CartSurroundings,
-    field: Field,
-    trucks: np.ndarray,
-    plans: list[TimedPath],
-    until: float = np.inf,
+    world: CartSurroundings, field: Field, plans: list[TimedPath], until: float = np.inf
 ) -> tuple[CartSurroundings, float]:
     """Look at a field when combines have other times.
 
     Args:
         world: As it was.
         field: The field.
-        trucks: Poses of the tractor at them, shape (K, 3).
         plans: Of all combines, on the same paths.
         until: What they do later is not looked at [s].
 
@@ -179,6 +183,7 @@ def changed_surroundings(
     ground = opened(world.free, cut)
     roadmap = reopened(world.planner.roadmap, ground, world.cart, since)
     combines = combine_traffic(world.size, plans, world.combines, since)
+    trucks = world.supply.trucks
     planner = make_planner(ground, world.cart, roadmap, combines, trucks, world.planner, since)
     # The nodes, and so their tree, are the same ones.
     after = replace(

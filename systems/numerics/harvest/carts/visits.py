@@ -105,13 +105,13 @@ def serve_combines(
         acceleration=PLANNED * cart.acceleration,
         lateral_acceleration=PLANNED * cart.lateral_acceleration,
     )
-    world = make_surroundings(ground, combines, careful, swaths, supply.trucks, list(plans))
+    world = make_surroundings(ground, combines, careful, swaths, supply, list(plans))
     best: tuple[Service, int] | None = None
     fault: NoPlan | None = None
     past = _Past([], 0, 0)
     # Greedy visits, too, where revised ones are not enough: the better plan is taken.
     for most_other in (MOST_OTHER, 0) if visits == "revised" else (0,):
-        service = Service(ground, world, supply, retime, strategy, threshold)
+        service = Service(ground, world, retime, strategy, threshold)
         if past.unrevised is not None:
             service.restore(past.unrevised)
         past = _Past([], 0, most_other)
