@@ -189,9 +189,12 @@ def run_standoff(scenario: StandoffScenario, duration: float) -> StandoffRun:
     """Simulate the block diagram for a duration [s].
 
     Raises:
-        InvalidInput: The duration is not positive, or there is no equilibrium.
+        InvalidInput: The duration is not positive, the period is longer, or there is no
+            equilibrium.
     """
     require_positive("duration", duration)
+    period = scenario.sampled.period
+    require(period <= duration, "period", f"be at most the duration, {duration:g} s", period)
     rest = wanted_equilibrium(scenario.loop).y
     bound = _LOST * max(span(scenario.loop), abs(scenario.start))
     diagram = MakeStandoff(scenario)

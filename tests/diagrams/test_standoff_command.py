@@ -170,6 +170,7 @@ def test_without_an_analysis_only_the_start_is_written(run, tmp_path):
         ),
         (["--period", 0], "`period` must be positive; got 0.0"),
         (["--period", 1e-9], "`period` must be at least 2.5e-05 s; got 1e-09"),
+        (["--period", 1e9], "`period` must be at most the duration, 10 s; got 1000000000.0"),
         (["--delay", -1], "`delay` must be zero or positive; got -1.0"),
         (["analyse", "--delay", 9], "`delay` must be at most 500 samples of 0.005 s; got 9.0"),
         (["--limit", 0], "`limit` must be positive; got 0.0"),

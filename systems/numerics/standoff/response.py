@@ -18,7 +18,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from ..errors import require, require_finite, require_non_negative, require_positive
-from .loop import StandoffLoop, equilibria, root_slope, singularities, span
+from .loop import StandoffLoop, root_slope, singularities, span, wanted_equilibrium
 
 SETTLED, SINGULAR, DIVERGED, MOVING = "settled", "singular", "diverged", "moving"
 
@@ -72,51 +72,62 @@ def respond(
     """
     require_start(loop, start)
     require_positive("duration", duration)
-    rests = [each.y for each in equilibria(loop)]
-    length = span(loop)
+    # From the wanted equilibrium, f = x (a x - s): however far away that is, nothing cancels.
+    rest, slope, curvature = wanted_equilibrium(loop).y, root_slope(loop), loop.error.a
+    rests = [0.0, slope / curvature] if curvature else [0.0]
+    length, away = span(loop), start - rest
     # Equilibria may lie very far apart: near is near to the wanted one.
     near = _NEAR * min(length, 1.0)
-    side = math.copysign(1.0, loop.inertia(start))
-    gain = loop.integral_gain
+    gain, derivative = loop.integral_gain, loop.derivative_gain
+
+    def miss(x):
+        return x * (curvature * x - slope)
+
+    def inertia(x):
+        return 1 - derivative * (2 * curvature * x - slope)
+
+    side = math.copysign(1.0, inertia(away))
 
     def rates(_, state):
-        return [loop.rate(state[0], state[1]), loop.miss(state[0]) if gain else 0.0]
+        x, total = state
+        return [(loop.kp * miss(x) + gain * total) / inertia(x), miss(x) if gain else 0.0]
 
     def breakdown(_, state):
-        return side * loop.inertia(state[0]) - _BREAKDOWN
+        return side * inertia(state[0]) - _BREAKDOWN
 
     def lost(_, state):
-        return _LOST * max(length, abs(start)) - abs(state[0] - rests[0])
+        return _LOST * max(length, abs(away)) - abs(state[0])
 
     def settled(_, state):
-        off = min(abs(state[0] - rest) for rest in rests)
+        off = min(abs(state[0] - each) for each in rests)
         return max(off, gain / loop.kp * abs(state[1])) - near
 
     for event in (breakdown, lost, settled):
         event.terminal = True  # type: ignore[attr-defined]  # how SciPy marks events
     weak = loop.integrates and loop.ki < 1e-3 * loop.kp**2 * root_slope(loop)
-    stiff = weak or loop.derivative_gain > 0
+    stiff = weak or derivative > 0
     path = solve_ivp(
         rates,
         (0.0, duration),
-        [start, integral],
+        [away, integral],
         # Implicit: stiff beside the singularity, and with a weak integral.
         method="Radau" if stiff else "DOP853",
         rtol=1e-9 if stiff else _TOLERANCE,
         atol=_TOLERANCE * min(length, 1.0),
         events=(breakdown, lost, settled),
     )
-    y = path.y[0]
     hits = [len(times) > 0 for times in path.t_events]
-    outcome, end = MOVING, float(y[-1])
+    outcome, end = MOVING, float(path.y[0, -1])
     if hits[2] or settled(0.0, path.y[:, -1]) <= 0:
-        outcome, end = SETTLED, min(rests, key=lambda rest: abs(rest - end))
+        outcome, end = SETTLED, rest + min(rests, key=lambda each: abs(each - end))
     elif hits[1]:
-        outcome, end = DIVERGED, math.copysign(math.inf, end - rests[0])
+        outcome, end = DIVERGED, math.copysign(math.inf, end)
     # Beside the singularity the rate outgrows every step size, and the solver gives up.
     elif hits[0] or path.status == -1:
-        outcome, end = _ending(loop, end)
-    return StandoffResponse(path.t, y, path.y[1], outcome, end)
+        outcome, end = _ending(loop, rest + end)
+    else:
+        end += rest
+    return StandoffResponse(path.t, rest + path.y[0], path.y[1], outcome, end)
 
 
 def require_start(loop: StandoffLoop, start: float) -> None:

@@ -18,6 +18,8 @@ from sightfield.systems.numerics.standoff.loop import (
     CONTROLLERS,
     ErrorModel,
     StandoffLoop,
+    root_slope,
+    span,
     wanted_equilibrium,
 )
 from sightfield.systems.numerics.standoff.response import (
@@ -140,6 +142,25 @@ def test_a_strong_integral_bounds_the_starts_at_rest_too():
     for start, outcome in ((low + 1e-6, SETTLED), (low - 1e-6, DIVERGED)):
         found = respond(loop, start, integral=still_integral(loop, start))
         assert found.outcome == outcome
+
+
+@pytest.mark.parametrize("c", [-1e3, -1e6, -1e9, -1e17])
+def test_distances_far_from_zero_cost_no_accuracy(c):
+    loop = StandoffLoop(error=ErrorModel(c=c))
+    rest, length, slope = wanted_equilibrium(loop).y, span(loop), root_slope(loop)
+    # Measured by the distance between its equilibria it is this loop, at 0 and 1.
+    unit = StandoffLoop(
+        kp=loop.kp * slope,
+        ki=loop.ki * slope,
+        kd=loop.kd * slope,
+        reference=0.0,
+        error=ErrorModel(a=1.0, b=0.0, c=0.0),
+    )
+    start = -1e-3
+    found, alike = respond(loop, rest + start * length), respond(unit, start)
+    expected = np.interp(found.times, alike.times, alike.y)
+    assert np.abs((found.y - rest) / length - expected).max() < 1e-3 * abs(start)
+    assert len(found.times) < 10_000
 
 
 @pytest.mark.parametrize("controller", CONTROLLERS)
