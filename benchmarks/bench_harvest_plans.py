@@ -20,7 +20,11 @@ from sightfield.systems.numerics.harvest.carts.visit_choice import STRATEGIES
 from sightfield.systems.numerics.harvest.carts.visits import VISITS
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines import Cart, Combine
-from sightfield.systems.numerics.harvest.plan.harvest_plan import plan_combines, plan_harvest
+from sightfield.systems.numerics.harvest.plan.harvest_plan import (
+    plan_combines,
+    plan_harvest,
+    tank_reach,
+)
 
 from .drawn_fields import MADE_FIELDS, draw_crew, draw_field
 
@@ -29,6 +33,8 @@ pytestmark = pytest.mark.benchmarks
 TESTS = Path(__file__).parents[1] / "tests" / "numerics" / "harvest"
 LOGS = runpy.run_path(str(TESTS / "plan" / "plan_logs.py"))
 CREWS = [(1, 1), (2, 1), (4, 2)]
+# Of the crop [kg/m^2].
+DENSITY = 0.8
 
 # The first seed of the drawn fields, and how many: `SEED=5000 NUMBER=300 make bench ...`.
 SEED, NUMBER = (
@@ -96,7 +102,7 @@ def compare_visits(asked: Iterable[tuple[str, Field, int, int, str]]) -> None:
         team = [Combine()] * combines
         head = f"{name}, {strategy}, {combines} combines, {carts} carts"
         try:
-            paths = plan_combines(field, team)
+            paths = plan_combines(field, team, reach=tank_reach(field, team, DENSITY))
         except InvalidInput as fault:
             print(f"{head}: no plan: {fault}", flush=True)
             continue
@@ -106,7 +112,7 @@ def compare_visits(asked: Iterable[tuple[str, Field, int, int, str]]) -> None:
                 service = plan_harvest(
                     *(field, team, Cart()),
                     carts=carts,
-                    density=0.8,
+                    density=DENSITY,
                     strategy=strategy,
                     visits=visits,
                     team=paths,
@@ -134,7 +140,7 @@ class Told(NamedTuple):
 def _told(field: Field, combines: int, carts: int) -> Told:
     began = time.process_time()
     try:
-        plan = plan_harvest(field, [Combine()] * combines, Cart(), carts=carts, density=0.8)
+        plan = plan_harvest(field, [Combine()] * combines, Cart(), carts=carts, density=DENSITY)
     except InvalidInput as fault:
         return Told(f"no plan: {fault}", None, (0.0, 0.0))
     took = time.process_time() - began

@@ -350,7 +350,7 @@ def _drive_swaths(drivers: list[Driver], candidate: Candidate, reach: float) -> 
         if gate.node is not None:
             times[:, chain.index(gate.node // 2)] += gate.length / speeds
     starts = np.array([driving_time(driver.path, driver.combine) for driver in drivers])
-    lands = _share_lands(chain, times, starts, drivers, swaths)
+    lands = _share_lands(chain, times, starts, drivers, swaths, reach)
     shares: list[list[Gate]] = [[] for _ in drivers]
     for gate in gates:
         owners = [
@@ -369,7 +369,7 @@ def _drive_swaths(drivers: list[Driver], candidate: Candidate, reach: float) -> 
             drive_gate(driver, gate, swath, reach)
         done = {gate.node // 2 for gate in mine if gate.node is not None}
         land = [k for k in land if k not in done]
-        order = order_swaths(_swath_times(swaths, land, done, driver), number)
+        order = order_swaths(_swath_times(swaths, land, done, driver, reach), number)
         rests.append([2 * land[node // 2] + node % 2 for node in order])
     _share_ground(drivers)
     for driver, order in zip(drivers, rests, strict=True):
@@ -386,6 +386,7 @@ def _share_lands(
     starts: np.ndarray,
     drivers: list[Driver],
     swaths: tuple[Swath, ...],
+    reach: float,
 ) -> list[list[int]]:
     """The land of each combine, near to where it is, so that all end at nearly the same time.
 
@@ -398,6 +399,7 @@ def _share_lands(
         starts: When combines begin, shape (N,) [s].
         drivers: The combines.
         swaths: All of them.
+        reach: How far a combine cuts until its tank is full [m].
     """
     place = {k: number for number, k in enumerate(chain)}
     owners = np.arange(len(drivers))
@@ -413,18 +415,21 @@ def _share_lands(
         )
         ends = starts + reckoned
         for number, (land, driver) in enumerate(zip(lands, drivers, strict=True)):
-            ends[number] += _turning_time(swaths, land, driver, number) - TURN_TIME * len(land)
+            turning = _turning_time(swaths, land, driver, number, reach)
+            ends[number] += turning - TURN_TIME * len(land)
         if ends.max() < earliest:
             best, earliest = lands, float(ends.max())
         budgets = ends - reckoned
     return best
 
 
-def _turning_time(swaths: tuple[Swath, ...], land: list[int], driver: Driver, seed: int) -> float:
+def _turning_time(
+    swaths: tuple[Swath, ...], land: list[int], driver: Driver, seed: int, reach: float
+) -> float:
     """What it takes to get to a land from where a combine is, and from swath to swath [s]."""
     if not land:
         return 0.0
-    times = _swath_times(swaths, land, set(), driver)
+    times = _swath_times(swaths, land, set(), driver, reach)
     order = order_swaths(times, seed)
     return float(times.first[order[0]] + times.between[order[:-1], order[1:]].sum())
 
@@ -443,7 +448,7 @@ def _nearest_drivers(
 
 
 def _swath_times(
-    swaths: tuple[Swath, ...], land: list[int], done: set[int], driver: Driver
+    swaths: tuple[Swath, ...], land: list[int], done: set[int], driver: Driver, reach: float
 ) -> SwathTimes:
     """Times between the swaths of a land, and which of them open one another's left side."""
     combine = driver.combine
@@ -457,5 +462,6 @@ def _swath_times(
     number_of = {k: number for number, k in enumerate(land)} | dict.fromkeys([None, *done], OPEN)
     sides = [left_neighbour(swaths, k, back=back) for k in land for back in (False, True)]
     left = np.array([number_of.get(side, STANDS) for side in sides], dtype=np.int64)
-    closed = np.repeat([CLOSED * swath.length / combine.speed for swath in mine], 2)
-    return SwathTimes(between, first, left, closed)
+    lengths = np.array([swath.length for swath in mine])
+    closed = np.repeat(CLOSED * lengths / combine.speed, 2)
+    return SwathTimes(between, first, left, closed, lengths / reach)

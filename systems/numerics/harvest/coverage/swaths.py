@@ -2,7 +2,8 @@
 
 The order and the directions are found by annealing. A cart drives on the left of a combine, on
 ground that is cut. So a swath is driven with crop on its left only where the way that this saves is
-worth it.
+worth it, and runs of such swaths that fill much of a tank are avoided: a cart would have to come
+shortly before each of them.
 """
 
 import math
@@ -25,6 +26,11 @@ LEAST_PIECE = 0.02
 # Steps of the annealing per swath, and the first and last temperatures [s].
 STEPS = 1500
 HOT, COLD = 40.0, 0.3
+
+# What it costs to fill a tank where no cart can come: nothing up to a part of it, then with the
+# square of what is more; a whole one about as long as a stop for a cart takes [-], [s].
+UNTROUBLED = 0.4
+FILLED = 300.0
 
 # In place of the swath on the left: no crop, or crop that none of these swaths cuts.
 OPEN, STANDS = -1, -2
@@ -232,16 +238,20 @@ class SwathTimes(NamedTuple):
         first: From where the combine comes from, shape (2 m,) [s].
         left: Number of the swath on the left of who drives a node, OPEN or STANDS, shape (2 m,).
         closed: What it costs to drive a node while crop stands on its left, shape (2 m,) [s].
+        fill: Part of a tank that each swath fills, shape (m,) [-].
     """
 
     between: np.ndarray
     first: np.ndarray
     left: np.ndarray
     closed: np.ndarray
+    fill: np.ndarray
 
 
 def order_swaths(times: SwathTimes, seed: int) -> list[int]:
     """Nodes in the best order found, by the time between swaths and what closed ones cost.
+
+    A run of closed ones costs more than each by itself where it fills much of a tank.
 
     Args:
         times: Of m swaths.
@@ -258,8 +268,14 @@ def order_swaths(times: SwathTimes, seed: int) -> list[int]:
 
 
 @kernel
+def _trouble(filled):
+    """What it costs to fill a part of a tank where no cart can come [s]."""
+    return FILLED * max(filled - UNTROUBLED, 0.0) ** 2
+
+
+@kernel
 def _total(order, times, done):
-    total = times.first[order[0]]
+    total, filled = times.first[order[0]], 0.0
     done[:] = False
     for k in range(len(order)):
         node = order[k]
@@ -268,6 +284,11 @@ def _total(order, times, done):
         left = times.left[node]
         if left == STANDS or (left != OPEN and not done[left]):
             total += times.closed[node]
+            total -= _trouble(filled)
+            filled += times.fill[node // 2]
+            total += _trouble(filled)
+        else:
+            filled = 0.0
         done[node // 2] = True
     return total
 

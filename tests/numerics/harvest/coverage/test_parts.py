@@ -23,8 +23,10 @@ from sightfield.systems.numerics.harvest.coverage.precedence import (
     find_precedence,
 )
 from sightfield.systems.numerics.harvest.coverage.swaths import (
+    FILLED,
     OPEN,
     STANDS,
+    UNTROUBLED,
     SwathTimes,
     lay_out_swaths,
     left_neighbour,
@@ -127,6 +129,7 @@ def test_annealing_finds_the_best_order_of_five_swaths():
         rng.uniform(5, 60, 10),
         left,
         rng.uniform(20, 60, 10),
+        rng.uniform(0.2, 0.8, 5),
     )
     totals, without = {}, {}
     for order in itertools.permutations(range(5)):
@@ -134,16 +137,31 @@ def test_annealing_finds_the_best_order_of_five_swaths():
             nodes = [2 * i + way for i, way in zip(order, ways, strict=True)]
             between = sum(times.between[a, b] for a, b in itertools.pairwise(nodes))
             without[tuple(nodes)] = times.first[nodes[0]] + between
-            closed = 0.0
+            closed, runs = 0.0, [0.0]
             for place, node in enumerate(nodes):
                 beside = int(left[node])
                 if beside == STANDS or (beside != OPEN and beside not in order[:place]):
                     closed += times.closed[node]
-            totals[tuple(nodes)] = without[tuple(nodes)] + closed
+                    runs[-1] += times.fill[node // 2]
+                else:
+                    runs.append(0.0)
+            full = FILLED * sum(max(run - UNTROUBLED, 0.0) ** 2 for run in runs)
+            totals[tuple(nodes)] = without[tuple(nodes)] + closed + full
     order = tuple(order_swaths(times, 3))
     assert totals[order] == pytest.approx(min(totals.values()))
     assert order != min(without, key=without.__getitem__)
     assert sorted(node // 2 for node in order) == [0, 1, 2, 3, 4]
+
+
+@pytest.mark.parametrize(("fill", "apart"), [(0.2, False), (0.8, True)])
+def test_two_closed_swaths_are_driven_apart_if_both_together_overfill_a_tank(fill, apart):
+    # Two with crop on their left on either way, and an open one that is out of the way.
+    between = np.full((6, 6), 20.0)
+    between[4:] = between[:, 4:] = 40.0
+    left = np.array([STANDS] * 4 + [OPEN] * 2)
+    closed, fills = np.full(6, 30.0), np.array([fill, fill, 0.1])
+    order = order_swaths(SwathTimes(between, np.full(6, 10.0), left, closed, fills), 0)
+    assert (order[1] // 2 == 2) == apart
 
 
 def test_on_the_left_of_a_swath_is_the_one_beside_most_of_it():
