@@ -1,5 +1,6 @@
 """What tests of several parts need: programs, the wheel, and a page in headless Chromium."""
 
+import fcntl
 import gc
 import os
 import shutil
@@ -39,16 +40,43 @@ def pytest_collection_finish() -> None:
     gc.freeze()
 
 
+@pytest.fixture(scope="session")
+def shared_folder(tmp_path_factory) -> Path:
+    """A folder that all test processes of a run have in common."""
+    base = tmp_path_factory.getbasetemp()
+    return base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+
+@pytest.fixture(scope="session")
+def made_once(shared_folder) -> Callable[[str, Callable[[Path], None]], Path]:
+    """A function of a folder's name and of what fills that folder, which it returns.
+
+    It is filled once for all test processes: whoever comes second waits for it. If that fails,
+    whoever comes next tries again.
+    """
+
+    def make(name: str, fill: Callable[[Path], None]) -> Path:
+        folder, filled = shared_folder / name, shared_folder / f"{name}.filled"
+        with (shared_folder / f"{name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not filled.exists():
+                shutil.rmtree(folder, ignore_errors=True)
+                folder.mkdir()
+                fill(folder)
+                filled.touch()
+        return folder
+
+    return make
+
+
 @pytest.fixture(scope="session", autouse=True)
-def games_of_tests(tmp_path_factory) -> Iterator[None]:
+def games_of_tests(shared_folder) -> Iterator[None]:
     """Solved visibility games are kept in a folder of the tests, and not in the user's cache.
 
     In one folder for all test processes: what one has solved the others need not.
     """
-    base = tmp_path_factory.getbasetemp()
-    shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SIGHTFIELD_GAMES", str(shared / "games"))
+        patch.setenv("SIGHTFIELD_GAMES", str(shared_folder / "games"))
         yield
 
 
@@ -130,31 +158,35 @@ def begun() -> Callable[[list[str]], list[str]]:
 
 
 @pytest.fixture(scope="session")
-def wheel(tmp_path_factory, run_program) -> Path:
+def wheel(made_once, tmp_path_factory, run_program) -> Path:
     """A wheel, built from a copy so that no earlier build leaks into it."""
-    source = tmp_path_factory.mktemp("source")
-    described = tomllib.loads((ROOT / "pyproject.toml").read_text())
-    project, parts = described["project"], described["tool"]["setuptools"]["package-dir"]
-    for file in ("pyproject.toml", project["readme"], *project["license-files"]):
-        shutil.copy(ROOT / file, source)
-    for folder in (*parts.values(), "tests"):
-        caches = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(ROOT / folder, source / folder, ignore=caches)
-    out = tmp_path_factory.mktemp("wheel")
-    pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-index"]
-    run_program(*pip, "--no-deps", "--no-build-isolation", "--wheel-dir", out, source)
-    (built,) = out.glob("*.whl")
+
+    def build(out: Path) -> None:
+        source = tmp_path_factory.mktemp("source")
+        described = tomllib.loads((ROOT / "pyproject.toml").read_text())
+        project, parts = described["project"], described["tool"]["setuptools"]["package-dir"]
+        for file in ("pyproject.toml", project["readme"], *project["license-files"]):
+            shutil.copy(ROOT / file, source)
+        for folder in (*parts.values(), "tests"):
+            caches = shutil.ignore_patterns("__pycache__")
+            shutil.copytree(ROOT / folder, source / folder, ignore=caches)
+        pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-index"]
+        run_program(*pip, "--no-deps", "--no-build-isolation", "--wheel-dir", out, source)
+
+    (built,) = made_once("wheel", build).glob("*.whl")
     return built
 
 
 @pytest.fixture(scope="session")
-def wheel_folder(wheel, tmp_path_factory, run_program) -> Path:
+def wheel_folder(wheel, made_once, run_program) -> Path:
     """A fresh folder with nothing but the wheel installed into it."""
-    folder = tmp_path_factory.mktemp("target")
-    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-index", "--no-deps"]
-    run_program(*pip, "--target", folder, wheel)
-    _take_compiled(folder / "sightfield")
-    return folder
+
+    def install(folder: Path) -> None:
+        pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-index", "--no-deps"]
+        run_program(*pip, "--target", folder, wheel)
+        _take_compiled(folder / "sightfield")
+
+    return made_once("target", install)
 
 
 def _take_compiled(package: Path) -> None:
