@@ -137,9 +137,14 @@ def sightfield_here(monkeypatch, capsys) -> Callable[..., SimpleNamespace]:
     return run
 
 
+# Options with which a command does little: the first seconds of a game, fleets of few machines side
+# by side, some of a calibration's pictures.
+BEGINNINGS = {"--seconds": "3", "--most": "2,1,1", "--directions": "3"}
+
+
 @pytest.fixture(scope="session")
 def begun() -> Callable[[list[str]], list[str]]:
-    """A function of the words after `sightfield`: the same, for the first seconds of a game.
+    """A function of the words after `sightfield`: the same, for the beginning of what it does.
 
     Where a page says what can be typed, the beginning shows that it can.
     """
@@ -150,9 +155,10 @@ def begun() -> Callable[[list[str]], list[str]]:
             command = command.commands[rest.pop(0)]
         # What runs by default has its options.
         command = getattr(command, "commands", {}).get("run", command)
-        timed = any("--seconds" in option.opts for option in command.params)
+        known = {name for option in command.params for name in option.opts}
         # The last one of an option counts.
-        return [*words, "--seconds", "3"] if timed else words
+        little = [(name, value) for name, value in BEGINNINGS.items() if name in known]
+        return [*words, *(word for pair in little for word in pair)]
 
     return shorten
 
