@@ -7,6 +7,8 @@ import pytest
 from typer.testing import CliRunner
 
 from sightfield.diagrams.commands.app import COMMANDS, import_command, make_app
+from sightfield.diagrams.harvest.job import HarvestJob, prepare_harvest
+from sightfield.diagrams.harvest.scenario import HarvestScenario
 
 # Each command that runs live: where it plays, and its rates when nobody watches and when somebody
 # does, in the words of its help and in numbers.
@@ -71,9 +73,24 @@ def test_every_command_that_runs_live_is_looked_at():
     assert found == set(LIVE)
 
 
+@pytest.fixture(scope="module")
+def prepare_once():
+    """Plans each harvest once: the rate is no part of what is planned."""
+    jobs = {}
+
+    def prepare(scenario: HarvestScenario, *others: object) -> HarvestJob:
+        asked = repr(scenario)
+        if asked not in jobs:
+            jobs[asked] = prepare_harvest(scenario, *others)
+        return jobs[asked]
+
+    return prepare
+
+
 @pytest.fixture
-def rate(monkeypatch):
+def rate(monkeypatch, prepare_once):
     """A function of a command and its options: the rate at which it plays."""
+    monkeypatch.setattr("sightfield.diagrams.commands.harvest_run.prepare_harvest", prepare_once)
 
     def play(words: tuple[str, ...], *options: str) -> float:
         def stop(*_: object, realtime_rate: float, **__: object) -> None:

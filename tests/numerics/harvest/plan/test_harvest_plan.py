@@ -2,6 +2,7 @@
 
 import runpy
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -114,7 +115,7 @@ def test_of_the_best_ways_to_cut_a_field_the_one_that_is_done_first_is_taken(
 
 
 def test_where_combines_would_block_one_another_the_field_is_cut_another_way(monkeypatch):
-    field, combine = Field.rectangle(230.0, 150.0), Combine()
+    field, combine = Field.rectangle(120.0, 90.0), Combine()
     standstill = Standstill((Block(1, 20.0, (3.0, 4.0), 0, 70.0, "in the way"),), (5, 7))
     blocked, ways = BUILT, []
 
@@ -191,11 +192,12 @@ def test_between_rings_that_are_more_than_its_tank_a_combine_comes_out(field_mak
     assert reach == pytest.approx(0.9 * 4500.0 / 0.8 / 9.0)
     rings = shapely.union_all(field.obstacles).buffer(9.0).exterior.length * 2
     assert rings > reach > rings / 2
+    around = plan_combines(field, team)
     with pytest.raises(NoPlan, match="combines that wait"):
-        plan_harvest(field, team, Cart(), team=plan_combines(field, team), **crew)
+        plan_harvest(field, team, Cart(), team=around, **crew)
     plan = plan_harvest(field, team, Cart(), **crew)
     checked(logs, plan)
-    assert plan.combines.coverage.length < 1.1 * plan_combines(field, team).coverage.length
+    assert plan.combines.coverage.length < 1.1 * around.coverage.length
 
 
 def test_a_combine_with_a_small_tank_stops_where_the_cart_can_come(logs):
@@ -332,9 +334,16 @@ def cut_by(plan):
     return CELL**2 * np.array([(cutter == n).sum() for n in range(len(plan.paths))])
 
 
+@pytest.fixture(scope="module")
+def planned():
+    """A function of a team: its plan of one field, made once."""
+    field = Field.rectangle(300.0, 200.0)
+    return cache(lambda team: plan_combines(field, team))
+
+
 @pytest.mark.parametrize("team", [(SLOW, QUICK), (QUICK, USUAL, SLOW)])
-def test_whoever_is_quicker_cuts_more_and_all_end_together(logs, team):
-    plan = plan_combines(Field.rectangle(300.0, 200.0), team)
+def test_whoever_is_quicker_cuts_more_and_all_end_together(logs, planned, team):
+    plan = planned(team)
     audit = audit_harvest(logs["log_of"](plan), logs["site_of"](plan))
     assert audit.faults == ()
     assert audit.figures["coverage"] >= 0.995
@@ -348,9 +357,8 @@ def test_whoever_is_quicker_cuts_more_and_all_end_together(logs, team):
     assert plan.makespan < equal.makespan
 
 
-def test_the_order_in_which_combines_are_named_is_of_little_account():
-    field = Field.rectangle(300.0, 200.0)
-    plans = [plan_combines(field, team) for team in ((SLOW, QUICK), (QUICK, SLOW))]
+def test_the_order_in_which_combines_are_named_is_of_little_account(planned):
+    plans = [planned(team) for team in ((SLOW, QUICK), (QUICK, SLOW))]
     assert plans[0].makespan == pytest.approx(plans[1].makespan, rel=0.1)
     assert cut_by(plans[0]) == pytest.approx(cut_by(plans[1])[::-1], rel=0.15)
 
