@@ -11,7 +11,7 @@ project = "Sightfield"
 release = tomllib.loads((HERE.parent / "pyproject.toml").read_text())["project"]["version"]
 version = release
 
-extensions = ["myst_parser", "api_pages", "commands_page", "drake_systems"]
+extensions = ["myst_parser", "api_pages", "commands_page", "drake_systems", "indexed_names"]
 exclude_patterns = ["pictures", "extensions"]
 myst_heading_anchors = 3
 # Dashes alone: y' is a derivative, not a quotation.

@@ -96,6 +96,18 @@ def test_a_page_shows_a_systems_ports(site, name):
     assert re.search(r"<td><p>sight</p></td>\s*<td><p>Np Ne \+ Np K \+ Ne K</p></td>", page)
 
 
+@pytest.mark.parametrize("name", ["World", "World.corners"], ids=["type", "attribute"])
+def test_short_names_in_signatures_and_texts_lead_to_what_they_name(site, name):
+    place = "sightfield.systems.numerics.geometry.html#sightfield.systems.numerics.geometry.world"
+    link = re.compile(rf'<a class="reference internal" href="{place}\.{name}"[^>]*>.*?</a>')
+    pages = [
+        site / f"api/sightfield.{room}.html" for room in ("systems.tracking", "diagrams.tracking")
+    ]
+    found = [each for file in pages for each in link.findall(file.read_text(encoding="utf-8"))]
+    assert found
+    assert all(f">{name}<" in each for each in found)
+
+
 def test_no_markup_is_left_over(site):
     pages = [file.read_text(encoding="utf-8") for file in site.rglob("*.html")]
     words = [re.sub(r"(?s)<pre.*?</pre>|<code.*?</code>|<script.*?</script>", "", x) for x in pages]
