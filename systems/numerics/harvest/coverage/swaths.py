@@ -23,7 +23,9 @@ from .loops import CLEAR
 # Pieces of a strip that are smaller than this share of the header squared are left [-].
 LEAST_PIECE = 0.02
 
-# Steps of the annealing per swath, and the first and last temperatures [s].
+# How often orders are annealed from anew, steps of each time per swath, and the first and last
+# temperatures [s].
+TRIES = 10
 STEPS = 1500
 HOT, COLD = 40.0, 0.3
 
@@ -260,11 +262,14 @@ def order_swaths(times: SwathTimes, seed: int) -> list[int]:
     count = len(times.first) // 2
     if count == 0:
         return []
-    order = 2 * np.arange(count)
-    best = np.empty_like(order)
-    draws = np.random.default_rng(seed).random((STEPS * count, 5))
-    _anneal(order, best, times, draws, HOT, COLD)
-    return best.tolist()
+    random, least, found = np.random.default_rng(seed), np.inf, []
+    for _ in range(TRIES):
+        order = 2 * np.arange(count)
+        best = np.empty_like(order)
+        total = _anneal(order, best, times, random.random((STEPS * count, 5)), HOT, COLD)
+        if total < least:
+            least, found = total, best.tolist()
+    return found
 
 
 @kernel
@@ -295,7 +300,7 @@ def _total(order, times, done):
 
 @compiled
 def _anneal(order, best, times, draws, hot, cold):
-    """Write the best order found into `best`."""
+    """Write the best order found into `best`, and return what it takes."""
     count, steps = len(order), len(draws)
     done = np.zeros(count, dtype=np.bool_)
     now = _total(order, times, done)
@@ -333,3 +338,4 @@ def _anneal(order, best, times, draws, hot, cold):
             if now < least:
                 least = now
                 best[:] = order
+    return least
