@@ -38,6 +38,7 @@ class Scene:
     Attributes:
         outline: Of the shell.
         shape: Of the window, whose n pixels are counted row by row.
+        axis: Pixel of the mirror's axis in the window (column, row), shape (2,).
         bearings, radii: Of the pixels about the mirror's axis, each shape (n,) [rad], [px].
         strength: How much of the shell's colour they have, shape (n,).
         inside: Numbers of the pixels that are fitted, at and around the blob, shape (u,).
@@ -49,6 +50,7 @@ class Scene:
 
     outline: Outline
     shape: tuple[int, int]
+    axis: np.ndarray
     bearings: np.ndarray
     radii: np.ndarray
     strength: np.ndarray
@@ -112,6 +114,7 @@ def read_scene(window: Window, outline: Outline) -> Scene | None:
     return Scene(
         outline,
         (height, width),
+        window.axis,
         bearings,
         radii,
         strength,
@@ -168,7 +171,7 @@ def show_behind(scene: Scene, values: np.ndarray, cover: np.ndarray) -> np.ndarr
     images = np.empty((len(cover), 1 + scene.points.shape[1]), np.float32)
     images[:, 0] = cover[:, 3]
     images[:, 1:] = np.maximum(1 - cover[:, :1] - cover[:, 3:4], 0) * scene.points
-    return _smooth(scene, images, values)[scene.inside]
+    return smooth(scene, images, values)[scene.inside]
 
 
 def expect_picture(
@@ -185,10 +188,10 @@ def expect_picture(
     images = np.empty((len(cover), 11), np.float32)
     half = math.asin(scene.outline.radius / (values[0] + scene.outline.radius))
     _light(cover, scene.bearings, scene.points, values, half, images)
-    smooth = _smooth(scene, images, values)
-    shown = smooth[:, 9] + values[TILT] * smooth[:, 10]
+    smoothed = smooth(scene, images, values)
+    shown = smoothed[:, 9] + values[TILT] * smoothed[:, 10]
     slopes = np.empty((len(scene.inside), len(values)))
-    _fill_slopes(smooth, shown.reshape(scene.shape), scene.inside, behind, slopes)
+    _fill_slopes(smoothed, shown.reshape(scene.shape), scene.inside, behind, slopes)
     return shown, slopes
 
 
@@ -274,11 +277,17 @@ def _fill_slopes(
         slopes[n, 13:] = behind[n]
 
 
-def _smooth(scene: Scene, images: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Images, shape (n, k), as the smoothing makes them."""
+def smooth(scene: Scene, images: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Images as the smoothing makes them, shape (n, k).
+
+    Args:
+        scene: Whose pixels.
+        images: Shape (n, k), float32.
+        values: The unknowns, shape (m,).
+    """
     flat = images.reshape(*scene.shape, -1)
-    smooth = cv2.filter2D(flat, -1, _smoothing(values), borderType=cv2.BORDER_REPLICATE)
-    return smooth.reshape(images.shape)
+    smoothed = cv2.filter2D(flat, -1, _smoothing(values), borderType=cv2.BORDER_REPLICATE)
+    return smoothed.reshape(images.shape)
 
 
 def _smoothing(values: np.ndarray) -> np.ndarray:

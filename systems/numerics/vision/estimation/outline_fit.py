@@ -14,12 +14,11 @@ bearing together with what of the picture is not known beforehand:
   over several widths of the shifts' prior, each as likely as it makes the picture.
 
 A pixel's noise is that of the ring around the blob, and near edges that of the raster besides, as
-a pixel is either shell or not before the smoothing. What is left over after the fit may be more
-than that, and neighbours may err alike, as they do in the blocks of a compressed picture: the
-covariance is then that of the remainders themselves, with weights that fall with the distance.
+a pixel is either shell or not before the smoothing. By this pixels are weighed. How sure range and
+bearing are is then told by how the raster lies under this very outline (`raster_error`), by what is
+left over after the fit (`remainders`), and by what is not known beforehand.
 
-Sources: ours; W. Newey and K. West, A simple, positive semi-definite, heteroskedasticity and
-autocorrelation consistent covariance matrix, Econometrica 55, 1987.
+Source: ours.
 """
 
 import math
@@ -45,17 +44,25 @@ from .expected_picture import (
     show_behind,
 )
 from .range_models import Outline
+from .raster_error import raster_covariance
+from .remainders import remainder_covariance
 from .shell_detection import Window
 
-# How alike shifts are where the neighbour is alike: dark below and above a shell, bright beside it.
-# In saturated pictures more of it is lost the farther edges are shifted, as a blurred edge is
-# between shell and floor besides where the dark in between is thin.
-_ALIKE, _DARK_LOST = 0.97, 0.07
+# How alike shifts of base and top are, where the neighbour is dark, and of the sides, where it is
+# bright, but the light is not alike; in saturated pictures that counts less.
+_ALIKE, _ALIKE_SIDES, _ALIKE_WHITE = 0.97, 0.94, 0.995
+# In those base and top differ the farther edges are shifted, by this times the fourth power of it,
+# as a blurred edge is between shell and floor besides where the dark in between is thin [deviations
+# of the smoothing].
+_DARK_LOST = 0.19
 # What a pixel on an edge of a saturated picture is off by, as its profile is cut off and no longer
 # that of the smoothing [deviations of the smoothing].
 _PROFILE = 0.9
 # How much shifts change along an edge, as the light on the shell does, as a share of them.
 _UNEVEN = 0.2
+# How far the fourth and sixth moment of the smoothing may be from a Gaussian's, as shares of those:
+# by 0.4 and 0.6 if it is even, as motion is.
+_FLATTENED = 0.4
 # Widths of the shifts' prior, in deviations of the smoothing: the response is close to linear, or
 # parts of the picture are as bright as it can tell.
 _LINEAR, _SATURATED = (0.015, 0.045, 0.135, 0.4), (0.3, 0.6, 1.2)
@@ -72,7 +79,7 @@ _RIDGE = 1e-9
 # Steps of the search at most, between which weights are worked out anew; the least gain that is
 # worth another; and how often a step that loses is shortened.
 _STEPS, _GAIN, _TRIALS = (3, 5), 0.1, 3
-# Remainders as far apart as this are independent: the blocks of a JPEG have 8 pixels [px].
+# Noise as far apart as this is independent: the blocks of a JPEG have 8 pixels [px].
 _TOGETHER = 8
 # Remainders are smoothed by this to tell a wrong shape from noise [px].
 _SMOOTH = 1.5
@@ -94,6 +101,7 @@ class OutlineFit:
         misfit: What is left over, as the distance by which edges would be off [px].
         dent: Greatest remainder after smoothing, as a share of the shell's colour.
         roughness: Root mean square of the smoothed remainders, as a share of it.
+        strange: By how many times it is more than the noise around and the raster make of it.
         around: How far what lies around is from the floor's colour, at most, as a share of it.
     """
 
@@ -107,6 +115,7 @@ class OutlineFit:
     misfit: float
     dent: float
     roughness: float
+    strange: float
     around: float
 
 
@@ -133,7 +142,7 @@ def fit_outline(
     mean, prior = _before(start, hidden, scene)
     values, count = mean.copy(), len(mean)
     weights = np.full(len(scene.inside), scene.noise**-2)
-    excess = 1.0
+    raster, excess = np.zeros(len(scene.inside)), 1.0
     cover = draw_shell(scene, values)
     behind = show_behind(scene, values, cover)
     expected, slopes = expect_picture(scene, values, cover, behind)
@@ -161,12 +170,12 @@ def fit_outline(
             if gain < _GAIN:
                 break
         damping = 1e-3
-        weights, excess = _weights(scene, values, expected)
+        weights, raster, excess = _weights(scene, values, expected)
         behind = show_behind(scene, values, cover)
         expected, slopes = expect_picture(scene, values, cover, behind)
         _know_shifts(prior, max(_widths(scene)), scene, values, hidden)
     weights /= excess
-    return _judge(scene, values, mean, prior, weights, expected, slopes, hidden)
+    return _judge(scene, values, mean, prior, weights, raster, expected, slopes, hidden)
 
 
 @compiled
@@ -236,17 +245,23 @@ def _know_shifts(
     hidden: tuple[float, float],
 ) -> None:
     """Set the precision of shifts and tilt; nothing is known of a side that is hidden."""
-    alike = 1 - _DARK_LOST * width**4 if scene.saturated else _ALIKE
+    sharpness = sharpness_of(values)
     spread = np.eye(4)
-    spread[0, 1] = spread[1, 0] = alike
-    spread[2, 3] = spread[3, 2] = _ALIKE
-    spread *= (width * sharpness_of(values)) ** 2
+    spread[0, 1] = spread[1, 0] = _ALIKE
+    spread[2, 3] = spread[3, 2] = _ALIKE_SIDES
+    if scene.saturated:
+        sides = [off for off, amount in zip(values[4:6], hidden, strict=True) if amount == 0]
+        far = float(np.mean(np.abs(sides))) / sharpness if sides else width
+        lost = 0.5 * (_DARK_LOST * far**4 / width) ** 2
+        spread[0, 1] = spread[1, 0] = 1 - min(max(lost, 1 - _ALIKE_WHITE), 1.0)
+        spread[2, 3] = spread[3, 2] = _ALIKE_WHITE
+    spread *= (width * sharpness) ** 2
     for side, amount in zip((2, 3), hidden, strict=True):
         if amount > 0:
             spread[side], spread[:, side] = 0.0, 0.0
             spread[side, side] = (1.0 + amount) ** 2
     prior[SHIFTS, SHIFTS] = np.linalg.inv(spread)
-    prior[TILT, TILT] = (_UNEVEN * width * sharpness_of(values)) ** -2
+    prior[TILT, TILT] = (_UNEVEN * width * sharpness) ** -2
 
 
 def _bounded(values: np.ndarray) -> np.ndarray:
@@ -259,25 +274,33 @@ def _bounded(values: np.ndarray) -> np.ndarray:
     return values
 
 
-def _weights(scene: Scene, values: np.ndarray, expected: np.ndarray) -> tuple[np.ndarray, float]:
-    """One over the variance of each fitted pixel, shape (u,), and how much more is left over.
+def _weights(
+    scene: Scene, values: np.ndarray, expected: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """One over the variance of each fitted pixel, deviations by the raster, and what is over.
+
+    Both of shape (u,); the last is by how much more is left over than all of that.
 
     Pixels that one edge crosses err alike by the raster: their variance is such that all of them
     together tell its place no better than the raster lets them.
     """
     down, across = np.gradient(expected.reshape(scene.shape))
     steep = (down**2 + across**2).ravel()
+    # The smoothing across the edge that a pixel is on, and both ways.
+    xx, xy, yy = values[SPREAD]
+    normal = np.sqrt(xx * across**2 + 2 * xy * across * down + yy * down**2).ravel()
+    alone = _RASTER * normal * np.sqrt(steep / (xx * yy - xy * xy)) / (2 * math.sqrt(math.pi))
     left = scene.strength - expected
     noise = max(1.4826 * float(np.median(np.abs(left[scene.ring]))), LEAST_NOISE)
     sharpness = sharpness_of(values)
     profile = (_PROFILE * sharpness) ** 2 * scene.saturated
-    alone = noise**2 + (_RASTER / (2 * math.sqrt(math.pi) * sharpness) + profile) * steep
-    excess = float(np.mean((left**2 / alone)[scene.inside]))
+    excess = float(np.mean((left**2 / (noise**2 + alone + profile * steep))[scene.inside]))
     # In a compressed picture neighbours err alike: so many of them tell what one does.
     around = (np.clip(left, -3 * noise, 3 * noise) * scene.ring).reshape(scene.shape)
     alike = float((around * _sums(around)).sum() / max((around**2).sum(), 1e-12))
-    together = noise**2 * max(alike, 1.0) + (_shared_raster(noise, sharpness) + profile) * steep
-    return 1 / together[scene.inside], max(excess, 1.0)
+    shared = _shared_raster(noise, sharpness)
+    together = noise**2 * max(alike, 1.0) + (shared + profile) * steep
+    return 1 / together[scene.inside], np.sqrt(alone[scene.inside]), max(excess, 1.0)
 
 
 def _sums(images: np.ndarray) -> np.ndarray:
@@ -322,6 +345,7 @@ def _judge(
     mean: np.ndarray,
     prior: np.ndarray,
     weights: np.ndarray,
+    raster: np.ndarray,
     expected: np.ndarray,
     slopes: np.ndarray,
     hidden: tuple[float, float],
@@ -330,7 +354,7 @@ def _judge(
     left, count = scene.left(expected), len(values)
     matrix, pull = _normal_equations(slopes, weights, left)
     off = values - mean
-    scores, places, shifts, inverses, priors = [], [], [], [], []
+    scores, steps, inverses, priors = [], [], [], []
     for width in _widths(scene):
         prior = prior.copy()
         _know_shifts(prior, width, scene, values, hidden)
@@ -341,23 +365,23 @@ def _judge(
         cost = off @ prior @ off - rest @ step
         signs = np.linalg.slogdet(prior[SHIFTS, SHIFTS])[1] + np.linalg.slogdet(inverse)[1]
         scores.append(0.5 * (signs - cost) - math.log(width))
-        places.append((values + step)[PLACE])
-        shifts.append((off + step)[SHIFTS])
-        inverses.append(inverse[PLACE])
+        steps.append(step)
+        inverses.append(inverse)
         priors.append(inverse[PLACE] @ prior @ inverse[:, PLACE])
-    alike = _alike(scene, slopes * (weights * left)[:, None], np.array(inverses))
-    spreads = [
-        _larger(inverse[:, PLACE], one + other)
-        for inverse, one, other in zip(inverses, alike, priors, strict=True)
-    ]
     shares = np.exp(np.array(scores) - max(scores))
     shares /= shares.sum()
-    place = shares @ np.array(places)
-    apart = np.array(places) - place
-    covariance = np.tensordot(shares, spreads, 1) + (apart.T * shares) @ apart
+    step = shares @ np.array(steps)
+    apart = (np.array(steps) - step)[:, PLACE]
+    gains = (slopes @ np.tensordot(shares, inverses, 1)) * weights[:, None]
+    by_raster = raster_covariance(scene, values, gains[:, PLACE])
+    _know_shifts(prior, _widths(scene)[int(shares.argmax())], scene, values, hidden)
+    by_rest = _doubt_by_rest(
+        scene, values, off, prior, weights, raster, expected, slopes, gains[:, PLACE]
+    )
+    covariance = by_raster + by_rest + np.tensordot(shares, priors, 1) + (apart.T * shares) @ apart
+    place, shift = values[PLACE] + step[PLACE], (off + step)[SHIFTS]
     if not (np.isfinite(place).all() and np.isfinite(covariance).all()):
         return None
-    shift = shares @ np.array(shifts)
     seen = np.array([True, True, *(amount == 0 for amount in hidden)])
     steep = np.gradient(expected.reshape(scene.shape))
     steepness = float((steep[0] ** 2 + steep[1] ** 2).ravel()[scene.inside].sum())
@@ -373,54 +397,65 @@ def _judge(
         misfit=math.sqrt(float(left @ left) / max(steepness, 1e-12)),
         dent=float(np.abs(dents).max()),
         roughness=math.sqrt(float(np.mean(dents[scene.inside] ** 2))),
+        strange=_strange(scene, values, expected, dents, raster),
         around=float(np.abs(values[BEHIND]).max()),
     )
 
 
-def _alike(scene: Scene, pulls: np.ndarray, inverses: np.ndarray) -> np.ndarray:
-    """Covariances that remainders make where neighbours err alike, shape (w, 2, 2).
+def _doubt_by_rest(
+    scene: Scene,
+    values: np.ndarray,
+    off: np.ndarray,
+    prior: np.ndarray,
+    weights: np.ndarray,
+    raster: np.ndarray,
+    expected: np.ndarray,
+    slopes: np.ndarray,
+    moves: np.ndarray,
+) -> np.ndarray:
+    """Covariance of range and bearing by what is left over, shape (2, 2).
 
-    Args:
-        scene: Whose pixels.
-        pulls: How each fitted pixel pulls at the unknowns, shape (u, m).
-        inverses: What a pull does to range and bearing, shape (w, 2, m).
+    Smoothing that goes one way is motion, whose profile is flatter than a Gaussian's. What that
+    leaves over is alike along all edges, to either side of them: it moves none, and is left out.
     """
-    each = _moves(pulls, inverses)
-    sums = _sums(scene.image(each)).reshape(-1, each.shape[1])[scene.inside]
-    # So many blocks are independent; that the fit has made their remainders small counts most where
-    # they are few.
-    blocks = max(len(pulls) / _TOGETHER**2, 2.0)
-    return _paired(each, sums) * blocks / (blocks - 1)
+    (least, most), ways = np.linalg.eigh([[values[6], values[7]], [values[7], values[8]]])
+    slopes = np.hstack(
+        [slopes, _profile(expected.reshape(scene.shape), ways[:, 1], most)[scene.inside]]
+    )
+    prior, off = np.pad(prior, (0, 2)), np.append(off, [0.0, 0.0])
+    prior[-2:, -2:] = np.eye(2) / max(_FLATTENED * (1 - least / most), 1e-3) ** 2
+    left = scene.left(expected)
+    matrix, pull = _normal_equations(slopes, weights, left)
+    inverse = np.linalg.inv(matrix + prior + _RIDGE * np.eye(len(off)))
+    left = left - slopes @ (inverse @ (pull - prior @ off))
+    gains = (slopes @ inverse) * weights[:, None]
+    return remainder_covariance(scene, left, slopes, gains, moves, raster, values[SPREAD])
 
 
-@compiled
-def _moves(pulls: np.ndarray, inverses: np.ndarray) -> np.ndarray:
-    """What each pixel does to range and bearing, with each inverse, shape (u, 2 w)."""
-    size, count = pulls.shape
-    moves = np.zeros((size, 2 * len(inverses)))
-    for i in range(size):
-        for k in range(moves.shape[1]):
-            row = inverses[k // 2, k % 2]
-            for p in range(count):
-                moves[i, k] += pulls[i, p] * row[p]
-    return moves
+def _profile(expected: np.ndarray, way: np.ndarray, variance: float) -> np.ndarray:
+    """What another profile of the smoothing along a way changes in a picture, shape (n, 2).
+
+    Its fourth and sixth moment, in parts of what a Gaussian's are: by the series of derivatives.
+    """
+    x, y = way
+    mixed = 0.5 * x * y
+    second = np.array([[mixed, y * y, -mixed], [x * x, -2.0, x * x], [-mixed, y * y, mixed]])
+    curved = [expected]
+    for _ in range(3):
+        curved.append(cv2.filter2D(curved[-1], -1, second, borderType=cv2.BORDER_REPLICATE))
+    fourth, sixth = variance**2 / 8 * curved[2], variance**3 / 48 * curved[3]
+    return np.column_stack([fourth.ravel(), sixth.ravel()])
 
 
-@compiled
-def _paired(each: np.ndarray, sums: np.ndarray) -> np.ndarray:
-    """Sums over pixels of the products of one pair of columns after the other, (w, 2, 2)."""
-    products = np.zeros((each.shape[1] // 2, 2, 2))
-    for i in range(len(each)):
-        for k in range(len(products)):
-            for p in range(2):
-                for q in range(2):
-                    products[k, p, q] += each[i, 2 * k + p] * sums[i, 2 * k + q]
-    return products
-
-
-def _larger(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """The least covariance that is as large as `one` and, along its axes, as `other`."""
-    root = np.linalg.cholesky(one)
-    inverse = np.linalg.inv(root)
-    sizes, ways = np.linalg.eigh(inverse @ other @ inverse.T)
-    return root @ (ways * np.maximum(sizes, 1.0)) @ ways.T @ root.T
+def _strange(
+    scene: Scene, values: np.ndarray, expected: np.ndarray, dents: np.ndarray, raster: np.ndarray
+) -> float:
+    """How much rougher smoothed remainders are than noise and raster make them."""
+    quiet = cv2.GaussianBlur(
+        np.where(scene.ring, scene.strength - expected, 0.0).reshape(scene.shape), (0, 0), _SMOOTH
+    ).ravel()
+    share = cv2.GaussianBlur(scene.ring.astype(float).reshape(scene.shape), (0, 0), _SMOOTH)
+    noise = float((quiet[scene.ring] ** 2).sum() / (share.ravel()[scene.ring]).sum())
+    spread = sharpness_of(values) ** 2
+    known = noise + float(np.mean(raster**2)) * spread / (spread + _SMOOTH**2)
+    return math.sqrt(float(np.mean(dents[scene.inside] ** 2)) / max(known, 1e-12))

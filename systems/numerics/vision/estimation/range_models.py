@@ -172,7 +172,7 @@ def _edge(table: np.ndarray, distance: float, drop: float, step: float) -> float
 
 
 # Nodes of the radii of one shell's edges.
-_ROUND = 64
+ROUND = 64
 # Step by which their slopes with the range are taken, as a share of it.
 _FARTHER = 1e-4
 # Where the line of sight grazes a shell more than this, slopes are taken for no steeper.
@@ -180,11 +180,16 @@ _GRAZING = 0.02
 
 
 @kernel
-def _fill_round(outline: Outline, distance: float, edges: np.ndarray) -> None:
-    """Pixel radii of base, top and far rim of a shell all round it, shape (m, 3).
+def fill_round(outline: Outline, distance: float, edges: np.ndarray) -> None:
+    """Find the pixel radii of base, top and far rim of a shell all round it (kernel).
 
     By sqrt(1 - x^2) from 0 to 1, x the sine of the normal's angle to the line of sight: there they
     are as good as straight between nodes, even where the line of sight grazes the shell.
+
+    Args:
+        outline: Of shells of its size.
+        distance: From the axis to the shell's near side [m].
+        edges: To be filled, shape (m, 3) [px].
     """
     rho = outline.radius
     reach = distance + rho
@@ -219,9 +224,9 @@ def draw_cover(
             slopes of the first with the four edges [1/px].
     """
     rho, farther = outline.radius, _FARTHER * place[0]
-    edges, beyond = np.empty((_ROUND, 3)), np.empty((_ROUND, 3))
-    _fill_round(outline, place[0], edges)
-    _fill_round(outline, place[0] + farther, beyond)
+    edges, beyond = np.empty((ROUND, 3)), np.empty((ROUND, 3))
+    fill_round(outline, place[0], edges)
+    fill_round(outline, place[0] + farther, beyond)
     # With the range and with the bearing, of which the second turns the shell and no more.
     by_range = (beyond - edges) / farther
     ratio = (place[0] + rho) / rho
@@ -260,8 +265,8 @@ def draw_cover(
             if beside:
                 x = math.copysign(1.0, t)
             along = math.sqrt(1.0 - x * x)
-            node = along * (_ROUND - 1)
-            k = min(int(node), _ROUND - 2)
+            node = along * (ROUND - 1)
+            k = min(int(node), ROUND - 2)
             part = node - k
             low = edges[k, 0] + part * (edges[k + 1, 0] - edges[k, 0]) - place[2]
             high = edges[k, 1] + part * (edges[k + 1, 1] - edges[k, 1]) + place[3]
@@ -289,7 +294,7 @@ def draw_cover(
                     image[n + 1] += share * x_slope
                     image[n + 2] += share * along_slope
                     continue
-                step = along_slope * (_ROUND - 1)
+                step = along_slope * (ROUND - 1)
                 low_slope = step * (edges[k + 1, 0] - edges[k, 0])
                 high_slope = step * (edges[k + 1, 1] - edges[k, 1])
                 rim_slope = step * (edges[k + 1, 2] - edges[k, 2])

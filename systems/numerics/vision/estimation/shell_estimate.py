@@ -30,9 +30,14 @@ _NARROWER, _NARROWER_PIXELS = 0.88, 3.0
 # above the brightest, and without. And its remainders less than these, as in `OutlineFit`.
 _SHIFTED, _SHIFTED_WHITE = 0.8, 2.5
 _MISFIT, _DENT, _ROUGHNESS = 1.0, 0.24, 0.07
+# By how many times remainders may be more than noise and raster make them: of a whole shell, as
+# blocks of compressed pictures err too, and of one with a side hidden, which fits more things.
+_STRANGE, _STRANGE_PARTLY = 2.8, 2.0
 # Floor and walls differ in colour by less than this share of the shell's: more is another coloured
 # thing at the outline, which may hide some of it.
 _AROUND = 0.25
+# Where they differ by more than this, it may be such a thing.
+_BESIDE = 0.15
 # More smoothing than this leaves no outline [px].
 _BLURRED = 4.0
 # Estimates go on to this share of the nearest calibrated distance and of the farthest.
@@ -134,7 +139,7 @@ def _best_fit(
         fit_outline(detection.window, outline, (start, bearing + turn), hidden)
         for turn, hidden in ((-0.5 * missing, (amount, 0.0)), (0.5 * missing, (0.0, amount)))
     ]
-    shells = [fit for fit in fits if fit is not None and _is_shell(fit)]
+    shells = [fit for fit in fits if fit is not None and _is_shell(fit, _STRANGE_PARTLY)]
     if not shells:
         return None, Outcome.NO_SHELL_SHAPE
     return min(shells, key=lambda fit: fit.misfit), Outcome.PARTLY_HIDDEN
@@ -147,7 +152,7 @@ def _is_wide(fit: OutlineFit, detection: ShellDetection, calibration: Calibratio
     return detection.width >= _NARROWER * expected or missing <= _NARROWER_PIXELS
 
 
-def _is_shell(fit: OutlineFit) -> bool:
+def _is_shell(fit: OutlineFit, strange: float = _STRANGE) -> bool:
     shifted = _SHIFTED_WHITE if fit.saturated else _SHIFTED
     return (
         fit.sharpness <= _BLURRED
@@ -155,6 +160,7 @@ def _is_shell(fit: OutlineFit) -> bool:
         and fit.misfit <= _MISFIT
         and fit.dent <= _DENT
         and fit.roughness <= _ROUGHNESS
+        and fit.strange <= strange
         and fit.around <= _AROUND
     )
 
@@ -171,6 +177,9 @@ def _read(
     # One side farther in than the other: something may hide a pixel of it.
     off = 0.5 * fit.lopsided
     covariance += np.diag([(off * 0.001 * fit.range / (edges[1] - p)) ** 2, (off / p) ** 2])
+    # Another colour beside an edge that is farther in or out: something may hide that much of it.
+    if fit.around > _BESIDE:
+        covariance[0, 0] += (fit.shift * 0.001 * fit.range / (edges[1] - p)) ** 2
     if outcome == Outcome.PARTLY_HIDDEN:
         covariance += np.diag(_doubts(fit.range, width, calibration.shell_radius))
     distance = fit.range

@@ -172,6 +172,41 @@ def test_worse_pictures_are_less_sure(light_of, calibration):
     assert spreads[2][0, 0] > 1.2 * spreads[0][0, 0]
 
 
+def test_pictures_that_are_a_little_too_bright_are_as_sure_as_they_are_good(light_of, calibration):
+    # Ranges were thrice as unsure as in usual pictures, and erred no more than there.
+    for k in range(4):
+        light = light_of((0.6 + 0.25 * k, 1.3 * k - 2))
+        usual, bright = (
+            search_shells(taken(light, k, exposure=e), RED, calibration)[0][1].covariance[0, 0]
+            for e in (1.0, 2.0)
+        )
+        assert bright < 2.5 * usual
+
+
+def test_blocks_of_compressed_pictures_are_seen_in_remainders(light_of, calibration):
+    # Neighbours err alike there, by which bearings err by more than remainders of their size tell.
+    light, spreads = light_of((1.2, 0.4)), []
+    for quality in (95, 50, 25):
+        _, file = cv2.imencode(".jpg", taken(light), [cv2.IMWRITE_JPEG_QUALITY, quality])
+        picture = cv2.imdecode(file, cv2.IMREAD_COLOR)
+        ((_, estimate),) = search_shells(picture, RED, calibration)
+        spreads.append(estimate.covariance[1, 1] ** 0.5)
+    assert spreads[1] > 1.5 * spreads[0]
+    assert spreads[2] > 2.5 * spreads[0]
+
+
+def test_posters_and_boxes_as_large_as_a_shell_are_refused(light_of, block, calibration):
+    # They were taken for shells with a side hidden, by which many an outline can be explained.
+    for distance, turn, sides, heights in (
+        (1.0, 0.07, (0.002, 0.18), (0.01, 0.19)),
+        (1.27, 1.47, (0.23, 0.21), (0.0, 0.13)),
+        (1.3, 0.44, (0.17, 0.14), (0.0, 0.14)),
+    ):
+        light = block(light_of(), distance, 0.7, turn, sides, heights)
+        ((_, estimate),) = search_shells(taken(light), RED, calibration)
+        assert not estimate.outcome.has_estimate, (distance, estimate)
+
+
 @pytest.mark.parametrize(
     ("sides", "heights"),
     [((0.2, 0.2), (0.0, 0.2)), ((0.3, 0.3), (0.0, 0.003)), ((0.002, 0.25), (0.1, 0.3))],
