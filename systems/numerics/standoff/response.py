@@ -104,7 +104,7 @@ def respond(
 
     for event in (breakdown, lost, settled):
         event.terminal = True  # type: ignore[attr-defined]  # how SciPy marks events
-    weak = loop.integrates and loop.ki < 1e-3 * loop.kp**2 * root_slope(loop)
+    weak = loop.integrates and loop.ki < 1e-3 * loop.kp**2 * slope
     stiff = weak or derivative > 0
     path = solve_ivp(
         rates,

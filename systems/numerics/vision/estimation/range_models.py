@@ -202,6 +202,27 @@ def fill_round(outline: Outline, distance: float, edges: np.ndarray) -> None:
         edges[k, 2] = _edge(outline.top, far, outline.top_drop, outline.step)
 
 
+@kernel
+def radii_at(edges: np.ndarray, along: float, place: np.ndarray) -> tuple[int, float, float, float]:
+    """Where a shell's edges appear in one direction (kernel).
+
+    Args:
+        edges: Pixel radii by `fill_round`, shape (m, 3) [px].
+        along: The part of the normal there along the line of sight, in [0, 1].
+        place: As of `draw_cover`; of it the shifts of base and top count [px].
+
+    Returns:
+        Number of the node before it; radii of base, top and far rim [px].
+    """
+    node = along * (ROUND - 1)
+    k = min(int(node), ROUND - 2)
+    part = node - k
+    low = edges[k, 0] + part * (edges[k + 1, 0] - edges[k, 0]) - place[2]
+    high = edges[k, 1] + part * (edges[k + 1, 1] - edges[k, 1]) + place[3]
+    rim = edges[k, 2] + part * (edges[k + 1, 2] - edges[k, 2])
+    return k, low, high, rim
+
+
 @compiled
 def draw_cover(
     outline: Outline,
@@ -265,12 +286,7 @@ def draw_cover(
             if beside:
                 x = math.copysign(1.0, t)
             along = math.sqrt(1.0 - x * x)
-            node = along * (ROUND - 1)
-            k = min(int(node), ROUND - 2)
-            part = node - k
-            low = edges[k, 0] + part * (edges[k + 1, 0] - edges[k, 0]) - place[2]
-            high = edges[k, 1] + part * (edges[k + 1, 1] - edges[k, 1]) + place[3]
-            rim = edges[k, 2] + part * (edges[k + 1, 2] - edges[k, 2])
+            k, low, high, rim = radii_at(edges, along, place)
             tall = max(min(r + 0.5, high) - max(r - 0.5, low), 0.0)
             over = max(min(r + 0.5, rim) - max(r - 0.5, high), 0.0)
             share = wide * tall / _COLUMNS

@@ -19,7 +19,7 @@ import numpy as np
 
 from ...compiled import compiled
 from .expected_picture import BEHIND, TOP, Scene, smooth
-from .range_models import ROUND, Outline, fill_round
+from .range_models import ROUND, Outline, fill_round, radii_at
 
 # Parts of a pixel each way by which the grid is moved; odd, so that one is in the middle.
 _PARTS = 7
@@ -58,7 +58,6 @@ def _look(outline: Outline, axis: np.ndarray, values: np.ndarray, seen: np.ndarr
     parts, rho = _PARTS, outline.radius
     edges = np.empty((ROUND, 3))
     fill_round(outline, values[0], edges)
-    nodes = len(edges) - 1
     nearest = edges[-1, 0] - values[2]
     farthest = max(edges[-1, 2], edges[0, 1] + values[3])
     ratio = (values[0] + rho) / rho
@@ -79,12 +78,7 @@ def _look(outline: Outline, axis: np.ndarray, values: np.ndarray, seen: np.ndarr
             ):
                 x = min(max(ratio * aside / r, -1.0), 1.0)
                 along = math.sqrt(1.0 - x * x)
-                node = along * nodes
-                k = min(int(node), nodes - 1)
-                part = node - k
-                low = edges[k, 0] + part * (edges[k + 1, 0] - edges[k, 0]) - values[2]
-                high = edges[k, 1] + part * (edges[k + 1, 1] - edges[k, 1]) + values[3]
-                rim = edges[k, 2] + part * (edges[k + 1, 2] - edges[k, 2])
+                _, low, high, rim = radii_at(edges, along, values)
                 if low <= r < high:
                     seen[i, j] = values[9] + values[10] * x + values[11] * along
                 elif high <= r < rim:
