@@ -17,8 +17,8 @@ import yaml
 from pydantic import ConfigDict, TypeAdapter, ValidationError, with_config
 
 from ..systems.numerics.errors import InvalidInput, require
+from ..systems.numerics.files import read_yaml
 from ..systems.numerics.units import WrongQuantity
-from ..systems.numerics.yaml_text import read_yaml
 from . import scenarios
 
 Schema = TypeVar("Schema")

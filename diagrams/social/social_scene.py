@@ -8,8 +8,8 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from ...systems.drake_types import AbstractValue, read
 from ...systems.numerics.social.network.interface import Picture
+from ..tracking.scene.floor_layers import draw_world
 from ..tracking.scene.layout import Layout, make_layout, set_camera
-from ..tracking.scene.static_scene import draw_world
 from ..visuals.meshes import extruded_mesh
 from ..visuals.stage import Stage
 from .crowd_layer import LANDMARK, Crowd, SearchLayer, landmark_bar

@@ -32,7 +32,7 @@ from urllib.parse import urlsplit
 import yaml
 
 from ...systems.numerics.errors import InvalidInput, SightfieldError, require
-from ...systems.numerics.yaml_text import read_yaml
+from ...systems.numerics.files import read_yaml
 
 
 @dataclass(frozen=True, kw_only=True)

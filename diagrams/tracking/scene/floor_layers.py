@@ -1,4 +1,4 @@
-"""What is laid over the floor: a field, what is seen, what is lost, trails, and lines of sight."""
+"""The floor, its obstacles, and what is laid over it: a field, what is seen and lost, trails."""
 
 from collections.abc import Callable, Sequence
 from math import atan2, floor, hypot
@@ -8,9 +8,29 @@ import shapely
 from pydrake.geometry import Rgba
 
 from ....systems.numerics.geometry.world import World
-from ...visuals.meshes import Mesh, arrow_mesh, bar_mesh, fan_mesh, mesh_of, unit_bar_mesh
+from ...visuals.meshes import (
+    Mesh,
+    arrow_mesh,
+    bar_mesh,
+    extruded_mesh,
+    fan_mesh,
+    flat_mesh,
+    line_mesh,
+    mesh_of,
+    unit_bar_mesh,
+)
 from ...visuals.stage import Keyframes, Stage
-from .layout import CHASE, FIELD, LINE_OF_SIGHT, LOSING, POLYGON, Layout
+from .layout import (
+    CHASE,
+    FIELD,
+    GROWN_BOUNDARY,
+    LINE_OF_SIGHT,
+    LOSING,
+    OBSTACLE,
+    PAPER,
+    POLYGON,
+    Layout,
+)
 
 # How often the arrows are drawn afresh [s].
 FIELD_PERIOD = 0.5
@@ -21,6 +41,29 @@ _RADIUS = 6.0
 
 # (pursuer, points (m, 2) [m], evaders (Ne, 2) [m], assignment (Np,)) -> vectors (m, 2).
 PursuitField = Callable[[int, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+
+
+def draw_world(stage: Stage, layout: Layout, world: World, grown: Sequence[World]) -> None:
+    """Draw a world and the boundaries that the centres of its robots keep to.
+
+    Args:
+        stage: Where to draw.
+        layout: Sizes of what has no size of its own.
+        world: The free region.
+        grown: The free region shrunk by a robot's radius; in pieces, where that splits it.
+    """
+    outline = shapely.Polygon(world.boundary)
+    stage.mesh("world/floor", flat_mesh(outline), PAPER)
+    wall = outline.buffer(layout.wall, join_style="mitre").difference(outline)
+    solid = [shapely.Polygon(ring) for ring in world.obstacles]
+    height = layout.obstacle_height
+    stage.mesh("world/wall", extruded_mesh(wall, 0.0, height), OBSTACLE)
+    for k, obstacle in enumerate(solid):
+        stage.mesh(f"world/obstacles/{k}", extruded_mesh(obstacle, 0.0, height), OBSTACLE)
+    stage.raise_to("boundaries", layout.level("boundaries"))
+    rings = [ring for piece in grown for ring in piece.rings]
+    if rings:
+        stage.mesh("boundaries", line_mesh(rings, 1.3 * layout.line), GROWN_BOUNDARY)
 
 
 class FieldLayer:

@@ -20,11 +20,11 @@ from .floor_layers import (
     SightLines,
     Trails,
     VisibilityLayer,
+    draw_world,
 )
 from .layout import EVADER, PURSUER, Layout, make_layout, set_camera
 from .panel import Panel
 from .robots import Team
-from .static_scene import draw_world
 
 # Where everything is, in Meshcat's tree.
 ROOT = "/tracking"

@@ -16,7 +16,7 @@ import numpy as np
 import yaml
 
 from ..errors import InvalidInput, require, require_finite, require_one_of
-from ..yaml_text import read_yaml
+from ..files import read_yaml
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 

@@ -16,12 +16,15 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import linprog
 
 from ...errors import require
-from ...linear_programme import ACCURACY, optimum
 from .fleet import Fleet, Round
 
 Vector = NDArray[np.float64]
+
+# By which answers of linear programmes may miss a bound.
+ACCURACY = 1e-9
 
 
 @dataclass(frozen=True)
@@ -316,7 +319,7 @@ class _Model:
 
     def solve(self, cost: Vector) -> Vector | None:
         """The unknowns of least cost at the travel times as they are."""
-        return optimum(
+        return _optimum(
             cost,
             self._rows,
             self._equal,
@@ -332,7 +335,7 @@ class _Model:
         cost = np.zeros(equal.shape[1])
         cost[-1] = -1.0
         bounds = [*self._bounds, (None, None)]
-        best = optimum(cost, rows, equal, self._equal_stops, bounds, self._limits)
+        best = _optimum(cost, rows, equal, self._equal_stops, bounds, self._limits)
         return None if best is None else float(best[-1])
 
     def solve_evenly(self, period: float) -> Vector | None:
@@ -347,7 +350,7 @@ class _Model:
         others = np.hstack([self._rows, np.zeros((len(self._rows), 1))])
         cost = np.append(np.zeros(3 * size), -1.0)
         limits = np.append(np.zeros(size), self._limits)
-        best = optimum(
+        best = _optimum(
             cost, np.vstack([least, others]), equal, sides, [*self._bounds, (0.0, None)], limits
         )
         return None if best is None else best[:-1]
@@ -376,3 +379,34 @@ class _Model:
             taken=tuple((self._taken @ exact).tolist()),
             left_over=tuple((exact[2 * size :] * self._load_unit).tolist()),
         )
+
+
+def _optimum(
+    cost: Vector,
+    rows: Vector,
+    equal: Vector,
+    sides: Vector,
+    bounds: list[tuple[float | None, float | None]],
+    limits: Vector | None = None,
+) -> Vector | None:
+    """The x of least cost @ x with rows @ x <= limits and equal @ x = sides, or None.
+
+    Args:
+        cost: Shape (n,).
+        rows: Of inequalities, shape (m, n); m may be 0.
+        equal: Rows of equations, shape (k, n).
+        sides: Their right sides, shape (k,).
+        bounds: Least and greatest value of each unknown, n pairs; None: no bound.
+        limits: Right sides of the inequalities, shape (m,); None: ones.
+    """
+    answer = linprog(
+        cost,
+        A_ub=rows if len(rows) else None,
+        b_ub=(np.ones(len(rows)) if limits is None else limits) if len(rows) else None,
+        A_eq=equal,
+        b_eq=sides,
+        bounds=bounds,
+        method="highs",
+        options={"primal_feasibility_tolerance": ACCURACY, "dual_feasibility_tolerance": ACCURACY},
+    )
+    return np.asarray(answer.x) if answer.status == 0 else None

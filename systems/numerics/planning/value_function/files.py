@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InvalidInput, require
-from ...whole_file import written_whole
+from ...files import written_whole
 from ..goal import Goal
 from ..trailer import Trailer
 from .grid import StateGrid

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InvalidInput, require
-from ...whole_file import written_whole
+from ...files import written_whole
 from .guaranteed_times import GuaranteedTimes
 from .planes import TILE
 

@@ -42,9 +42,8 @@ from .planes import (
     keeps_by_table,
     worst_reply,
 )
-from .settling import settle
 from .sight_rows import fill_tiles, lay_out
-from .sweeps import full_agenda, sweep
+from .sweeps import full_agenda, settle, sweep
 
 # At least that part of the pursuer's nodes has to hang together; single nodes in nooks need not.
 LEAST_CONNECTED = 0.95

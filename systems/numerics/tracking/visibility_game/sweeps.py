@@ -17,6 +17,7 @@ kept, and is an erosion of the largest V of the neighbours, in sight or not.
 A tile is computed anew only when V has changed in it or beside it.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -208,3 +209,29 @@ def _mind_walls(strip, eroded, start, width, row, column, tile, rules):
             value = strip[at + rules.moves_left[k, 0] * width + rules.moves_left[k, 1]]
             least = value if value < least else least
         eroded[at] = least
+
+
+def settle(
+    nodes: tuple[np.ndarray, ...],
+    due: np.ndarray,
+    compute: Callable[[np.ndarray], int],
+    progress: Callable[[float], None] | None,
+) -> int:
+    """Sweep by rows and by columns, to and fro, until nothing is due; count planes computed.
+
+    Args:
+        nodes: Rows and columns of the pursuer's nodes, shape (n,) each.
+        due: Which planes have to be computed, shape (n,), bool; kept up to date by it.
+        compute: Of an order of the nodes, shape (n,); does what is due and counts it.
+        progress: Called now and then with the part of the planes that are settled.
+    """
+    rows, columns = nodes
+    by_rows, by_columns = np.lexsort((columns, rows)), np.lexsort((rows, columns))
+    updates = 0
+    while True:
+        for order in (by_rows, by_rows[::-1].copy(), by_columns, by_columns[::-1].copy()):
+            if not due.any():
+                return updates
+            updates += compute(order)
+            if progress is not None:
+                progress(1.0 - float(due.mean()))

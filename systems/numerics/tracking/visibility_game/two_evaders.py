@@ -28,7 +28,7 @@ from .bounds import MOVES, PACE, lower_setting, middle_setting
 from .lattice import CLEAR, NOWHERE, SLACK, Lattice, clear_moves, finite_point, moves_within
 from .moves_in_sight import keeps_sight
 from .planes import FOR_EVER, MOST_STEPS
-from .settling import settle
+from .sweeps import settle
 from .triples import (
     Roads,
     Triples,

@@ -23,8 +23,7 @@ import numpy as np
 import yaml
 
 from ...errors import InvalidInput, require, require_one_of
-from ...input_files import read_input
-from ...yaml_text import read_yaml
+from ...files import read_input, read_yaml
 from .camera_model import CameraModel
 from .central_cameras import KannalaBrandtCamera, MeiCamera, ScaramuzzaCamera
 

@@ -27,7 +27,7 @@ from ...errors import (
     require_positive,
     require_sized,
 )
-from ...input_files import read_input
+from ...files import read_input
 from ..omni_optics import OmniCamera, bearing_of
 from .range_models import (
     MODELS,

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from ...errors import InvalidInput, require
-from ...input_files import read_input
+from ...files import read_input
 from ..camera_models.camera_model import MOST_PIXELS
 
 SUFFIXES = (".png", ".jpg", ".jpeg")
