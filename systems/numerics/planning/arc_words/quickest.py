@@ -94,6 +94,7 @@ def enter_box(
     widths,
     sample,
     limited,
+    offset,
 ):
     """Lower a table by the words that end with one control. Places are in cells.
 
@@ -115,6 +116,7 @@ def enter_box(
         widths: Its half-widths, along its heading first; those of angles may be infinite: free.
         sample: Time from sample to sample.
         limited: Whether beta must not pass pi.
+        offset: To be added to the numbers of words.
     """
     _, beta_count, y_count, x_count = table.shape
     goal_s, goal_c = math.sin(box[3] / 2), math.cos(box[3] / 2)
@@ -200,7 +202,7 @@ def enter_box(
                             if value < table[t, b, j, i]:
                                 table[t, b, j, i] = value
                                 if found.size:
-                                    found[t, b, j, i] = w
+                                    found[t, b, j, i] = w + offset
 
 
 # Arcs before the last, the lattice of their durations, and the longest word [1 / turn rate].
@@ -262,7 +264,7 @@ def quickest_word(trailer: Trailer, start, goal: Goal, lattice: float = LATTICE)
         before = best[0, 0, 0, 0]
         first = each.words.ends, each.words.maps, allowed[each.numbers], each.lengths
         last = each.shifts, each.maps
-        enter_box(best, found, *node, *first, *last, box, widths, SAMPLE, limited)
+        enter_box(best, found, *node, *first, *last, box, widths, SAMPLE, limited, 0)
         if best[0, 0, 0, 0] < before:
             choice = each, int(each.numbers[found[0, 0, 0, 0]])
     if choice is None:

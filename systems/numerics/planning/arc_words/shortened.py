@@ -315,7 +315,7 @@ def _end(start, controls, durations, cart, end):
 
 @kernel
 def advance(state, v, omega, time, cart):
-    """Drive on, by the maps of `half_angle_map`.
+    """Drive on, by the maps of `half_angle_map`; returns how a small change of beta grows.
 
     Args:
         state: x, y, theta and the sine and cosine of beta / 2, shape (5,), in turning radii.
@@ -344,3 +344,4 @@ def advance(state, v, omega, time, cart):
     c = fall * odd * state[3] + (even - pull * odd) * state[4]
     size = math.sqrt(s * s + c * c)
     state[3], state[4] = s / size, c / size
+    return (even * even - square * odd * odd) / (size * size)

@@ -22,7 +22,7 @@ from ..trailer import Trailer
 from ..value_function.descents import descents
 from ..value_function.grid import THESIS_STEP
 from ..value_function.solve import open_field_table
-from ..value_function.value_function import ValueFunction
+from ..value_function.value_function import ValueFunction, word_known
 
 METHOD = "polished"
 # Ways down the table that are tried at most, and seeds in all: the rest are the shortest car paths.
@@ -108,7 +108,8 @@ def plan_polished(
     word = plan_by_extremals(trailer, start, goal) if exact and not trailer.reverse else None
     exactly = word is not None and word.converged
     promised = math.inf if value is None else float(value.time_to_go(state))
-    arcs = [] if exactly else _quickest(problem, [way.path for way in ways], promised)
+    known = None if value is None or exactly else word_known(value, value.to_table(state))
+    arcs = [] if exactly else _quickest(problem, [way.path for way in ways], known, promised)
     ways = ways[:WAYS]
     longest, most = math.inf, _SEEDS_WITH_REVERSE if trailer.reverse else SEEDS
     most += max(len(arcs) - 1, 0)
@@ -155,10 +156,13 @@ def plan_polished(
     )
 
 
-def _quickest(problem: Problem, ways: list[TrailerPath], promised: float) -> list[ArcWord]:
-    """The quickest words near ways down the table, words of a car and, perhaps, drawn ones."""
+def _quickest(
+    problem: Problem, ways: list[TrailerPath], known: ArcWord | None, promised: float
+) -> list[ArcWord]:
+    """The quickest words near ways down the table, its word, those of a car, perhaps drawn ones."""
     trailer, start, goal = problem.trailer, problem.start, problem.goal
     words = [merged(ArcWord(way.controls, np.diff(way.times))) for way in ways]
+    words += [] if known is None else [known]
     longest = min((word.time for word in words), default=math.inf) * trailer.turn_rate
     # Where ways down the table miss a channel, its promise knows of it.
     near = min(longest, promised * trailer.turn_rate) < LONGEST

@@ -4,6 +4,7 @@ import json
 import os
 import zipfile
 import zlib
+from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
@@ -14,11 +15,12 @@ from ...files import written_whole
 from ..goal import Goal
 from ..trailer import Trailer
 from .grid import StateGrid
+from .known_words import KnownWords
 from .obstacles import Walls
 from .value_function import ValueFunction
 
 FORMAT = "sightfield value function"
-VERSION = 2
+VERSION = 3
 
 
 def save_value_function(value: ValueFunction, path: str | os.PathLike[str]) -> None:
@@ -47,9 +49,11 @@ def save_value_function(value: ValueFunction, path: str | os.PathLike[str]) -> N
         "placement": value.placement,
     }
     distance = np.zeros((0, 0)) if value.walls is None else value.walls.distance
-    about["checksum"] = _checksum(value.table, distance, about)
+    words = {} if value.words is None else value.words._asdict()
+    about["checksum"] = _checksum([value.table, distance, *words.values()], about)
     with written_whole(path) as file:
-        np.savez(file, about=np.array(json.dumps(about)), table=value.table, distance=distance)
+        text = np.array(json.dumps(about))
+        np.savez(file, about=text, table=value.table, distance=distance, **words)
 
 
 def load_value_function(path: str | os.PathLike[str]) -> ValueFunction:
@@ -83,6 +87,7 @@ def load_value_function(path: str | os.PathLike[str]) -> ValueFunction:
                 about.get("version"),
             )
             table, distance = archive["table"], archive["distance"]
+            words = {name: archive[name] for name in KnownWords._fields if name in archive.files}
     except InvalidInput:
         raise
     except OSError as error:
@@ -104,6 +109,7 @@ def load_value_function(path: str | os.PathLike[str]) -> ValueFunction:
             wall_time=about["wall_time"],
             warnings=tuple(about["warnings"]),
             walls=None if about["walls"] is None else _walls(about["walls"], distance),
+            words=KnownWords(**words) if words else None,
             placement=tuple(about["placement"]),
         )
     except (KeyError, TypeError, AttributeError) as error:
@@ -115,7 +121,12 @@ def load_value_function(path: str | os.PathLike[str]) -> ValueFunction:
         table.shape,
     )
     said = about.pop("checksum", None)
-    require(_checksum(table, distance, about) == said, "file", "match its checksum", path)
+    require(
+        _checksum([table, distance, *words.values()], about) == said,
+        "file",
+        "match its checksum",
+        path,
+    )
     return value
 
 
@@ -132,7 +143,9 @@ def _walls(about: dict[str, Any], distance: np.ndarray) -> Walls:
     return Walls(**{**about, **arrays, "distance": distance})
 
 
-def _checksum(table: np.ndarray, distance: np.ndarray, about: dict[str, object]) -> int:
+def _checksum(arrays: Iterable[np.ndarray], about: dict[str, object]) -> int:
     """Of the numbers, and of what is said of them but for the checksum."""
-    words = json.dumps(about, sort_keys=True).encode()
-    return zlib.crc32(words, zlib.crc32(distance.tobytes(), zlib.crc32(table.tobytes())))
+    checksum = 0
+    for array in arrays:
+        checksum = zlib.crc32(array.tobytes(), checksum)
+    return zlib.crc32(json.dumps(about, sort_keys=True).encode(), checksum)

@@ -1,19 +1,25 @@
-"""Times near the goal without interpolation: words of up to three arcs that enter the goal box.
+"""Times near the goal without interpolation: words of arcs that enter the goal box.
 
 There the time to go jumps, where a cart that just misses the box has to come round again. To mix
-values across the jump, next to the goal, would spoil all that is behind.
+values across the jump, next to the goal, would spoil all that is behind. Words of up to three arcs
+on a lattice show which controls lead into the box; in the open their durations are then chosen anew
+from every node, with more switches where these save time, so that they are not only on the lattice.
 """
 
 import math
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled import compiled
+from ...compiled import compiled, kernel
+from ..arc_words.linear_steps import ROOM, merge, refine, shorten, stays
 from ..arc_words.quickest import enter_box
 from ..arc_words.words import Endings, Words, endings_of, half_angles, within_jackknife, words_of
 from ..goal import Goal
 from ..trailer import Trailer
 from .grid import StateGrid
+from .known_words import HELD, MOST_ARCS, KnownWords, aim_of
 from .obstacles import Walls, overlaps
 from .sweeps import FAR
 
@@ -136,6 +142,14 @@ LATTICE = 1 / 16
 LONGEST = 4.0
 # Distance of samples of the last arc, between which entries are interpolated [1 / turn rate].
 SAMPLE = 0.05
+# Words that are no longer than this have their durations chosen anew; longer ones only bound the
+# passes from above, and many of them more than they can tell [1 / turn rate].
+SHORTENED = 3.0
+# What a step of that has to save [1 / turn rate], and how many steps there are.
+HELD_GAIN, HELD_SEARCH = 1e-3, 4
+# By how much a word whose end is in the box may be longer than one whose entry was interpolated
+# [1 / turn rate].
+KEPT_LATER = 0.02
 
 
 def first_hits(
@@ -146,8 +160,6 @@ def first_hits(
     *,
     walls: Walls | None = None,
     mirrored: bool = False,
-    longest: float = LONGEST,
-    lattice: float = LATTICE,
 ) -> np.ndarray:
     """When the best word from each node first enters the box; zero inside it.
 
@@ -162,12 +174,107 @@ def first_hits(
         scale: Length of a turning radius [m].
         walls: What words must not lead through.
         mirrored: Whether the mirror images of nodes take as long.
-        longest: Of the words of several arcs [1 / turn rate].
-        lattice: Of their durations, about; see LATTICE [1 / turn rate].
 
     Returns:
         Shape of the grid, float32 [1 / turn rate]; FAR where no word enters it.
     """
+    table, _, _ = _lattice_words(grid, trailer, goal, scale, walls, mirrored, told=False)
+    if mirrored:
+        _reflect(table)
+    return table
+
+
+def near_words(
+    grid: StateGrid, trailer: Trailer, goal: Goal, scale: float, *, mirrored: bool = False
+) -> tuple[np.ndarray, KnownWords]:
+    """The same in the open, with durations chosen for each node, and the words of the nearest.
+
+    Args:
+        grid, trailer, goal, scale, mirrored: See `first_hits`.
+
+    Returns:
+        Shape of the grid, float32 [1 / turn rate], and the words of nodes within HELD of the goal.
+    """
+    table, found, lattice = _lattice_words(grid, trailer, goal, scale, None, mirrored, told=True)
+    rows = len(found)
+    at = np.flatnonzero(table[:rows].ravel() < SHORTENED)
+    y_count = grid.y_count
+    t, b, j, i = np.unravel_index(at, table[:rows].shape)
+    x_nodes, y_nodes, thetas, betas = grid.axes()
+    starts = np.column_stack([x_nodes[i], y_nodes[j], thetas[t], betas[b]])
+    units = np.array([scale, scale, 1.0, 1.0])
+    in_radii = replace(
+        goal,
+        state=tuple(goal.state / units),
+        tolerance=tuple(goal.tolerance / units),
+    )
+    controls = np.zeros((len(at), MOST_ARCS), dtype=np.int8)
+    durations = np.zeros(controls.shape, dtype=np.float32)
+    counts = np.zeros(len(at), dtype=np.int8)
+    times = table[t, b, j, i]
+    _choose_durations(
+        starts / units,
+        goal.to_frame(starts) / units,
+        found[t, b, j, i],
+        times,
+        lattice,
+        np.array(grid.bounds) / scale,
+        trailer.jackknife,
+        aim_of(trailer, in_radii, gain=HELD_GAIN, steps=HELD_SEARCH),
+        counts,
+        controls,
+        durations,
+    )
+    table[t, b, j, i] = times
+    close = times <= HELD
+    at, t, b, j, i = at[close], t[close], b[close], j[close], i[close]
+    counts, controls, durations = counts[close], controls[close], durations[close]
+    if not mirrored:
+        return table, KnownWords(at, counts, controls, durations)
+    _reflect(table)
+    images = -t % grid.theta_count, -b % grid.beta_count, y_count - 1 - j, i
+    nodes, chosen = np.unique(
+        np.append(at, np.ravel_multi_index(images, grid.shape)), return_index=True
+    )
+    # Of three controls of one speed, the first and the last are mirror images.
+    mirror = controls // 3 * 3 + 2 - controls % 3
+    return table, KnownWords(
+        nodes,
+        np.append(counts, counts)[chosen],
+        np.concatenate([controls, mirror])[chosen],
+        np.concatenate([durations, durations])[chosen],
+    )
+
+
+class _Lattice(NamedTuple):
+    """What the numbers of words that a node was found by stand for.
+
+    Attributes:
+        firsts: First number of the words that end with each control, shape (C + 1,).
+        numbers: Of their other arcs among all words, shape (n,).
+        last, roots, spent: Of all words: their last control, the word a lattice step shorter, and
+            their duration [1 / turn rate].
+        step: Of the lattice [1 / turn rate].
+    """
+
+    firsts: np.ndarray
+    numbers: np.ndarray
+    last: np.ndarray
+    roots: np.ndarray
+    spent: np.ndarray
+    step: float
+
+
+def _lattice_words(
+    grid: StateGrid,
+    trailer: Trailer,
+    goal: Goal,
+    scale: float,
+    walls: Walls | None,
+    mirrored: bool,
+    told: bool,
+) -> tuple[np.ndarray, np.ndarray, _Lattice]:
+    """Times of words on the lattice, their numbers if they are to be told, and what these mean."""
     x_min, y_min, x_max, y_max = grid.bounds
     radius = scale / grid.step
     reach = math.hypot(x_max - x_min, y_max - y_min) / scale
@@ -176,8 +283,8 @@ def first_hits(
     box = np.concatenate([place, goal.state[2:]])
     # Rounding must not drop a node on the face of the box.
     widths = np.array(goal.tolerance) / [grid.step, grid.step, 1.0, 1.0] + 1e-9
-    step = grid.theta_step / max(1, round(grid.theta_step / lattice))
-    words = words_of(trailer, BEFORE_LAST, longest, step)
+    step = grid.theta_step / max(1, round(grid.theta_step / LATTICE))
+    words = words_of(trailer, BEFORE_LAST, LONGEST, step)
     limited = trailer.jackknife < math.pi
     allowed = within_jackknife(words, betas, trailer.jackknife)
     rows = len(thetas) // 2 + 1 if mirrored else len(thetas)
@@ -185,19 +292,99 @@ def first_hits(
     cells = np.array([radius, radius, 1.0, 1.0])
     corner = np.array([x_min, y_min, grid.step])
     table = np.full(grid.shape, FAR, dtype=np.float32)
-    found = np.zeros((0, 0, 0, 0) if walls is None else grid.shape, dtype=np.int32)
-    for last in endings_of(trailer, words, longest, reach, SAMPLE):
+    tells = told or walls is not None
+    found = np.zeros((rows, *grid.shape[1:]) if tells else (0, 0, 0, 0), dtype=np.int32)
+    all_endings = endings_of(trailer, words, LONGEST, reach, SAMPLE)
+    firsts = np.cumsum([0, *(len(last.numbers) for last in all_endings)])
+    for last, offset in zip(all_endings, firsts[:-1].tolist(), strict=True):
         for part in [last] if walls is None else alike(words, last):
             hits = table if walls is None else np.full(grid.shape, FAR, dtype=np.float32)
             first = part.words.ends * cells, part.words.maps, allowed[part.numbers], part.lengths
             ending = part.shifts * cells[:3], part.maps
-            enter_box(hits, found, *nodes, *first, *ending, box, widths, SAMPLE, limited)
+            limits = box, widths, SAMPLE, limited, offset if walls is None else 0
+            enter_box(hits, found, *nodes, *first, *ending, *limits)
             if walls is not None:
                 drop_walled(hits, found, nodes, words, part, walls, corner, scale, SAMPLE)
                 np.minimum(table, hits, out=table)
-    if mirrored:
-        _reflect(table)
-    return table
+    numbers = np.concatenate([last.numbers for last in all_endings])
+    spent = words.ends[:, 3].copy()
+    return table, found, _Lattice(firsts, numbers, words.last, words.roots, spent, step)
+
+
+@compiled
+def _choose_durations(
+    starts, local, found, times, lattice, bounds, jackknife, aim, counts, controls, durations
+):
+    """Words of nodes with the durations, and more switches, that take the least time.
+
+    Args:
+        starts, local: Nodes in the table's frame and the box's, in turning radii, shape (n, 4).
+        found: Numbers of their words on the lattice, shape (n,).
+        times: Of these, to be lowered, shape (n,).
+        lattice: What the numbers mean.
+        bounds: Of the grid, in turning radii.
+        jackknife: Largest |beta|.
+        aim: The box.
+        counts, controls, durations: See `KnownWords`; to be filled.
+    """
+    word, spent = np.empty((ROOM, 2)), np.empty(ROOM)
+    for s in range(len(starts)):
+        if times[s] == 0.0:
+            continue
+        control = np.searchsorted(lattice.firsts, found[s], side="right") - 1
+        number = lattice.numbers[found[s]]
+        count = _on_lattice(control, number, times[s], lattice, aim.pairs, word, spent)
+        total = shorten(local[s], word, spent, count, aim)
+        if total < math.inf:
+            count = merge(word, spent, count)
+            total, count = refine(local[s], word, spent, count, total, aim, 1, MOST_ARCS)
+        if not (
+            total <= times[s] + KEPT_LATER
+            and stays(starts[s], word, spent, count, aim.cart, bounds, jackknife)
+        ):
+            # The word of the lattice stands.
+            count = _on_lattice(control, number, times[s], lattice, aim.pairs, word, spent)
+            total = float(times[s])
+        times[s] = total
+        counts[s] = count
+        for n in range(count):
+            durations[s, n] = spent[n]
+            for c in range(len(aim.pairs)):
+                if aim.pairs[c, 0] == word[n, 0] and aim.pairs[c, 1] == word[n, 1]:
+                    controls[s, n] = c
+
+
+@kernel
+def _on_lattice(control, number, time, lattice, pairs, word, spent):
+    """The arcs of a word of the lattice, in order; returns how many there are.
+
+    Args:
+        control: Of the last arc.
+        number: Of the word of the others.
+        time: Of all of it.
+        lattice: What numbers mean.
+        pairs: v, omega of all controls.
+        word, spent: To be filled.
+    """
+    # Backwards first.
+    word[0, 0], word[0, 1], count = pairs[control, 0], pairs[control, 1], 1
+    spent[0] = time - lattice.spent[number]
+    before = control
+    while number > 0:
+        control = lattice.last[number]
+        if control == before and count > 1:
+            spent[count - 1] += lattice.step
+        else:
+            word[count, 0], word[count, 1] = pairs[control, 0], pairs[control, 1]
+            spent[count] = lattice.step
+            count += 1
+        before, number = control, lattice.roots[number]
+    for n in range(count // 2):
+        k = count - 1 - n
+        for m in range(2):
+            word[n, m], word[k, m] = word[k, m], word[n, m]
+        spent[n], spent[k] = spent[k], spent[n]
+    return count
 
 
 def _reflect(table: np.ndarray) -> None:

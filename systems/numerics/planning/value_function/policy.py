@@ -25,7 +25,7 @@ from ..plan import TrailerPath
 from ..trailer import Trailer
 from .descents import descents
 from .obstacles import SPARE, room_along, room_of, with_spare
-from .value_function import ValueFunction
+from .value_function import ValueFunction, word_known
 from .walled_search import search_path
 
 # Descents that are shortened.
@@ -138,6 +138,9 @@ def _best_into(value: ValueFunction, local: np.ndarray, aim: Goal, spare: float)
         if search.path is not None:
             path = search.path
             ways.append(merged(ArcWord(path.controls, np.diff(path.times))))
+    known = word_known(at_home, local)
+    # Through channels narrower than a cell, too.
+    ways += [] if known is None or not aim.contains(end_of(trailer, local, known)) else [known]
     ways.sort(key=lambda word: word.time)
     words = list(ways)
     # Where descents miss a channel, the promise knows of it.

@@ -25,8 +25,9 @@ from ..arc_words.words import normalised
 from ..footprint import Discs, covering_discs
 from ..goal import Goal, require_plannable_cart
 from ..trailer import Trailer
-from .grid import THESIS_STEP, StateGrid, grid_around
-from .near_field import first_hits
+from .grid import StateGrid, grid_around
+from .known_words import HELD
+from .near_field import first_hits, near_words
 from .obstacles import FINENESS, FINER, make_walls, shut_ways
 from .sweeps import FAR, LIMIT, Motions, make_motions, settle_row, sweep_row, sweep_walled_row
 from .value_function import ValueFunction
@@ -88,18 +89,12 @@ def _along(
 
 
 # Passes with cubic interpolation, in the open.
-POLISH = 8
+POLISH = 4
 # Passes with linear interpolation, at most, and the change below which they end: alone, and before
 # cubic ones [1 / turn rate].
 LINEAR_LIMIT = 400
 LINEAR_CHANGE = 1e-3
 ROUGH_CHANGE = 0.1
-
-# Words into the goal no longer than this are held, on the thesis's grid [1 / turn rate]; on others
-# it goes with the root of the step. Longer ones may have more arcs than are looked for.
-HELD = 1.4
-# The lattice of their durations [1 / turn rate].
-HELD_LATTICE = 1 / 32
 
 Progress = Callable[[int, float], None]
 
@@ -148,15 +143,13 @@ def solve_value_function(
         walls, finer = (make_walls(obstacles, body, grid, each) for each in (FINENESS, FINER))
         shut = shut_ways(grid, cart, walls, scale)
     mirrored = walls is None and is_mirrored(grid, box)
-    near = first_hits(grid, cart, box, scale, walls=walls, mirrored=mirrored)
-    held = np.zeros(near.shape, dtype=bool)
+    words = None
     if walls is None:
-        longest = HELD * math.sqrt(grid.step / (scale * THESIS_STEP))
-        short = first_hits(
-            grid, cart, box, scale, mirrored=mirrored, longest=longest, lattice=HELD_LATTICE
-        )
-        np.minimum(near, short, out=near)
-        held = near <= longest
+        near, words = near_words(grid, cart, box, scale, mirrored=mirrored)
+        held = near <= HELD
+    else:
+        near = first_hits(grid, cart, box, scale, walls=walls)
+        held = np.zeros(near.shape, dtype=bool)
     sweep = _Sweep(grid, near, held, make_motions(grid, cart, scale), mirrored, shut)
     unit = 1.0 / trailer.turn_rate
     if warm_start is not None:
@@ -183,6 +176,7 @@ def solve_value_function(
         wall_time=perf_counter() - started,
         warnings=warnings,
         walls=finer,
+        words=words,
     )
 
 

@@ -93,7 +93,7 @@ def test_a_flipped_bit_is_refused(saved):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"version": 99}, "have version 2 of the format; got 99"),
+        ({"version": 99}, "have version 3 of the format; got 99"),
         ({"format": "something"}, "be a sightfield value function"),
         ({"grid": {"x_min": 0.0}}, "have every parameter"),
     ],
