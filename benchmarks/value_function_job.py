@@ -1,9 +1,10 @@
 """Solves one value function in a process of its own, as its peer does.
 
 The job is JSON from standard input: `step` of the grid [turning radii], `goal`, `tolerance`,
-`states`. The answer has the `times` of the states (null: unreachable), the CPU time of the solution
-without compilation, the CPU times of its passes [s], the peak memory of the process and what of it
-there was before the solution [MB], and the numbers of nodes, controls and passes.
+`states`. The answer has the `times` of the states and what is `interpolated` there (null:
+unreachable), the CPU time of the solution without compilation, that of looking one time up, the CPU
+times of its passes [s], the peak memory of the process and what of it there was before the solution
+[MB], and the numbers of nodes, controls and passes.
 """
 
 import json
@@ -30,6 +31,11 @@ def peak() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
+def without_infinity(times: np.ndarray) -> list[float | None]:
+    """JSON has no infinity."""
+    return [each if math.isfinite(each) else None for each in times.tolist()]
+
+
 def main() -> None:
     """Read, compile, solve, answer."""
     job = json.load(sys.stdin)
@@ -46,12 +52,15 @@ def main() -> None:
     )
     ended = time.process_time()
     times = value.time_to_go(states)
+    looked_up = time.process_time()
     theta_count = grid.theta_count
     rows = theta_count // 2 + 1 if is_mirrored(grid, goal) else theta_count
     json.dump(
         {
-            "times": [each if math.isfinite(each) else None for each in times.tolist()],
+            "times": without_infinity(times),
+            "interpolated": without_infinity(value.interpolated(states)),
             "cpu_seconds": ended - began,
+            "look_up_seconds": (looked_up - ended) / len(states),
             "pass_seconds": np.diff(passes).tolist(),
             "peak_megabytes": peak(),
             "megabytes_before": before,

@@ -28,6 +28,8 @@ from .words import (
 )
 
 TURN = 2.0 * math.pi
+# Of words whose times differ by less, the first counts, and not rounding [1 / turn rate].
+ALIKE = np.float32(1e-5)
 
 
 @kernel
@@ -199,7 +201,7 @@ def enter_box(
                             part = _later(folded, before_ahead, min(ahead, 0.0))
                             part = _later(part, before_aside, min(aside, 0.0))
                             value = np.float32(time + part * (k - p) * sample)
-                            if value < table[t, b, j, i]:
+                            if value < table[t, b, j, i] - ALIKE:
                                 table[t, b, j, i] = value
                                 if found.size:
                                     found[t, b, j, i] = w + offset

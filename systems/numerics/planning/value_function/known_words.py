@@ -37,7 +37,7 @@ AHEAD, LONGEST = 3.2, 60.0
 STEPS, NODES, TOLD_APART = 60, 6, 128
 # Of the search for durations: what a step has to save [1 / turn rate], how many there are, and how
 # often more switches are tried.
-GAIN, SEARCH, ROUNDS = 1e-5, 12, 2
+GAIN, SEARCH, ROUNDS = 1e-5, 30, 4
 # Beside jumps, and where a promise by interpolation is so much shorter, relative to it, descents
 # may have missed a narrow way, which words of three arcs find.
 SHORTER = 0.02

@@ -226,6 +226,15 @@ def near_words(
         durations,
     )
     table[t, b, j, i] = times
+    if trailer.reverse:
+        # Of words alike on the lattice one with cusps may be the first, and the worse one.
+        alone, known = near_words(grid, replace(trailer, reverse=False), goal, scale)
+        better = np.flatnonzero((alone[t, b, j, i] < times) & (alone[t, b, j, i] <= HELD))
+        rows = np.searchsorted(known.nodes, at[better])
+        counts[better], controls[better] = known.counts[rows], known.controls[rows]
+        durations[better] = known.durations[rows]
+        np.minimum(table, alone, out=table)
+        times = table[t, b, j, i]
     close = times <= HELD
     at, t, b, j, i = at[close], t[close], b[close], j[close], i[close]
     counts, controls, durations = counts[close], controls[close], durations[close]

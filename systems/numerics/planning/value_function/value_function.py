@@ -177,6 +177,7 @@ def word_known(value: "ValueFunction", state: np.ndarray) -> ArcWord | None:
     table, grid, trailer, goal = value.table, value.grid, value.trailer, value.goal
     known = value.words
     words = [
+        word_by_descents(table, grid, trailer, goal, known, state),
         word_by_descents(table, grid, trailer, goal, known, state, thorough=True),
         word_of_three_arcs(grid, trailer, goal, state),
     ]

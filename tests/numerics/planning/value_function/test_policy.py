@@ -68,7 +68,7 @@ def test_attained_times_are_those_of_paths_and_not_errors_of_the_table(solved):
     assert times.ravel() == pytest.approx(driven, rel=1e-9)
     best = np.array([plan_polished(Trailer(), each, GOAL, value=value).time for each in starts])
     assert np.abs(times.ravel() / best - 1).max() < 1e-3
-    promised = value.time_to_go(starts)
+    promised = value.interpolated(starts)
     assert np.median(np.abs(promised / best - 1)) > 1e-3
 
 

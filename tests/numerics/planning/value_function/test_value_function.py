@@ -68,7 +68,7 @@ def test_halving_the_grid_halves_the_error(states):
     errors = []
     for step in (0.4, 0.2):
         value = solve_value_function(Trailer(), goal, StateGrid.of_step(step))
-        errors.append(np.median(np.abs(value.time_to_go(starts) / best - 1)))
+        errors.append(np.median(np.abs(value.interpolated(starts) / best - 1)))
     assert errors[0] < 0.02
     assert errors[1] < 0.5 * errors[0]
 
@@ -98,9 +98,11 @@ def test_close_to_the_goal_nodes_are_exact(tolerance):
 
 
 def test_mirror_images_take_as_long(solved, states):
-    value = solved()
-    times, mirrored = value.time_to_go(states), value.time_to_go(states * [1, -1, -1, -1])
-    np.testing.assert_allclose(times, mirrored, rtol=1e-4)
+    value, mirrored = solved(), states * [1, -1, -1, -1]
+    one, other = value.interpolated(states), value.interpolated(mirrored)
+    np.testing.assert_allclose(one, other, rtol=1e-4)
+    # The search for words takes one control before the other.
+    np.testing.assert_allclose(value.time_to_go(states), value.time_to_go(mirrored), rtol=2e-3)
 
 
 def test_half_the_rows_give_the_whole_table(solved):
@@ -137,7 +139,9 @@ def test_one_table_serves_every_goal(solved, states):
     c, s = math.cos(2.0), math.sin(2.0)
     x, y, theta, beta = states.T
     there = np.column_stack([10 + c * x - s * y, -7 + s * x + c * y, theta + 2.0, beta])
-    np.testing.assert_allclose(moved.time_to_go(there), value.time_to_go(states), rtol=1e-4)
+    np.testing.assert_allclose(moved.interpolated(there), value.interpolated(states), rtol=1e-4)
+    # Rounding may decide at which of two local optima a search for durations ends.
+    np.testing.assert_allclose(moved.time_to_go(there), value.time_to_go(states), rtol=2e-3)
 
 
 def test_with_beta_free_the_times_are_those_of_a_car(solved):
