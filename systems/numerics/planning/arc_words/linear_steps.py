@@ -34,6 +34,8 @@ LOOK = 0.1
 # Arcs held for less are none [1 / turn rate].
 _SHORTEST = 1e-9
 _TINY = 1e-9
+# Of pivots alike to that the first counts, and not rounding.
+_ALIKE = 1e-7
 
 
 class Aim(NamedTuple):
@@ -46,6 +48,8 @@ class Aim(NamedTuple):
         pairs: All controls v, omega, shape (C, 2).
         gain: A step that promises less is not taken [1 / turn rate].
         steps: At most.
+        jackknife: Largest |beta| at the end of an arc, or that of the start; pi: any. Along an arc
+            beta goes one way. A step that leads beyond counts as one that misses the box.
     """
 
     cart: Cart
@@ -54,6 +58,7 @@ class Aim(NamedTuple):
     pairs: np.ndarray
     gain: float
     steps: int
+    jackknife: float = math.pi
 
 
 @kernel
@@ -68,14 +73,19 @@ def _ends(start, controls, times, count, aim, state, gaps, slopes):
         state: To be written over, shape (5,).
         gaps: To be filled, shape (4,); angles in [-pi, pi].
         slopes: To be filled, shape (5, n); the last row is written over.
+
+    Returns:
+        The largest |beta| at the end of an arc; zero where there is no limit to it.
     """
     state[0], state[1], state[2] = start[0], start[1], start[2]
     state[3], state[4] = math.sin(start[3] / 2), math.cos(start[3] / 2)
-    cart = aim.cart
+    cart, widest = aim.cart, 0.0
     for k in range(count):
         v, omega = controls[k, 0], controls[k, 1]
         slopes[3, k] = advance(state, v, omega, times[k], cart) if times[k] > 0.0 else 1.0
         slopes[0, k], slopes[1, k], slopes[2, k] = state[0], state[1], state[2]
+        if aim.jackknife < math.pi:
+            widest = max(widest, abs(2 * math.atan2(state[3], state[4])))
         s, c = 2 * state[3] * state[4], state[4] * state[4] - state[3] * state[3]
         slopes[4, k] = omega - (v * s - cart.hitch * omega * c) / cart.length
     # A longer arc shifts all that follows along the cart there, and turns it about the cart.
@@ -92,6 +102,7 @@ def _ends(start, controls, times, count, aim, state, gaps, slopes):
     gaps[2] = state[2] - TURN * np.rint(state[2] / TURN)
     beta = 2 * math.atan2(state[3], state[4]) - aim.beta
     gaps[3] = beta - TURN * np.rint(beta / TURN)
+    return widest
 
 
 @kernel
@@ -132,9 +143,9 @@ def _best_change(slopes, gaps, times, longest, count, widths, rows, numbers, col
             at[i] = 0.0
             for k in range(count):
                 at[i] += rows[i, k] * at[4 + k]
-            if low[i] - at[i] > worst:
+            if low[i] - at[i] > worst * (1 + _ALIKE):
                 out, worst, below = i, low[i] - at[i], True
-            if at[i] - high[i] > worst:
+            if at[i] - high[i] > worst * (1 + _ALIKE):
                 out, worst, below = i, at[i] - high[i], False
         if out < 0:
             for n in range(4 + count):
@@ -147,7 +158,7 @@ def _best_change(slopes, gaps, times, longest, count, widths, rows, numbers, col
             n = 4 + k
             pivot = rows[out, k] if below else -rows[out, k]
             pivot = -pivot if at[n] == high[n] else pivot
-            if high[n] > low[n] and pivot > _TINY and abs(cost[n]) / pivot < least:
+            if high[n] > low[n] and pivot > _TINY and abs(cost[n]) / pivot < least - _ALIKE:
                 into, least = k, abs(cost[n]) / pivot
         if into < 0:
             return False
@@ -178,18 +189,20 @@ def _bring_in(start, controls, times, count, aim, most, state, gaps, slopes, squ
     Args:
         start, controls, times, count, aim, state, gaps, slopes: See `_ends`.
         most: Corrections at most.
-        square: Work, shape (6, 4).
+        square: Work, shape (7, 4).
 
     Returns:
-        How far outside it ends.
+        How far outside it ends; infinite where beta passes the jackknife limit on the way.
     """
-    widths, excess, weights = aim.widths, square[4], square[5]
-    worst = 0.0
+    widths, excess, weights, active = aim.widths, square[4], square[5], square[6]
+    worst, widest = 0.0, 0.0
     for step in range(most + 1):
-        _ends(start, controls, times, count, aim, state, gaps, slopes)
+        widest = _ends(start, controls, times, count, aim, state, gaps, slopes)
         worst = 0.0
         for i in range(4):
             excess[i] = gaps[i] - min(max(gaps[i], -widths[i]), widths[i])
+            # Faces that it is on are kept to; rounding must not decide which.
+            active[i] = 1.0 if abs(gaps[i]) >= widths[i] - _TINY else 0.0
             weights[i] = -excess[i]
             worst = max(worst, abs(excess[i]))
         if worst <= ENOUGH or step == most:
@@ -197,11 +210,11 @@ def _bring_in(start, controls, times, count, aim, most, state, gaps, slopes, squ
         for i in range(4):
             for j in range(4):
                 square[i, j] = 0.0
-                if excess[i] != 0.0 and excess[j] != 0.0:
+                if active[i] * active[j] > 0.0:
                     for k in range(count):
                         if times[k] > 0.0:
                             square[i, j] += slopes[i, k] * slopes[j, k]
-            square[i, i] += _TINY if excess[i] != 0.0 else 1.0
+            square[i, i] += _TINY if active[i] > 0.0 else 1.0
         for i in range(4):
             for j in range(i + 1, 4):
                 part = square[j, i] / square[i, i]
@@ -217,13 +230,13 @@ def _bring_in(start, controls, times, count, aim, most, state, gaps, slopes, squ
             slopes[4, k] = 0.0
             if times[k] > 0.0:
                 for i in range(4):
-                    if excess[i] != 0.0:
+                    if active[i] > 0.0:
                         slopes[4, k] += slopes[i, k] * weights[i]
             longest = max(longest, abs(slopes[4, k]))
         part = min(1.0, LONGEST_CORRECTION / max(longest, _TINY))
         for k in range(count):
             times[k] = max(times[k] + part * slopes[4, k], 0.0)
-    return worst
+    return worst if widest <= max(aim.jackknife, abs(start[3])) + _TINY else math.inf
 
 
 @compiled
@@ -240,7 +253,7 @@ def shorten(start, controls, times, count, aim):
     Returns:
         The duration of the word; infinite where no durations near lead into the box.
     """
-    state, square = np.empty(5), np.empty((6, 4))
+    state, square = np.empty(5), np.empty((7, 4))
     gaps, others = np.empty(4), np.empty(4)
     slopes, other_slopes = np.empty((5, count)), np.empty((5, count))
     rows, numbers = np.empty((4, count)), np.empty(4 + count, dtype=np.int64)
@@ -298,8 +311,15 @@ def merge(controls, times, count):
 
 @kernel
 def _with_more_switches(controls, times, count, pairs, more, more_times):
-    """Each arc in two, with arcs of all other controls and no duration between; their number."""
-    n = 0
+    """Each arc in two, with arcs of all other controls and no duration between; their number.
+
+    Turns to the side of the first go first, so that mirror images are mirrored.
+    """
+    n, right = 0, False
+    for k in range(count):
+        if controls[k, 1] != 0.0:
+            right = controls[k, 1] < 0.0
+            break
     for k in range(-1, count + 1):
         within = 0 <= k < count
         for half in range(-1, len(pairs) + 1):
@@ -309,7 +329,9 @@ def _with_more_switches(controls, times, count, pairs, more, more_times):
             if split:
                 v, omega, time = controls[k, 0], controls[k, 1], times[k] / 2
             else:
-                v, omega, time = pairs[half, 0], pairs[half, 1], 0.0
+                # Of three controls of one speed, the first and the last are mirror images.
+                other = half // 3 * 3 + 2 - half % 3 if right else half
+                v, omega, time = pairs[other, 0], pairs[other, 1], 0.0
                 if within and v == controls[k, 0] and omega == controls[k, 1]:
                     continue
             more[n, 0], more[n, 1], more_times[n] = v, omega, time

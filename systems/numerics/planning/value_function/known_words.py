@@ -75,7 +75,8 @@ def aim_of(trailer: Trailer, goal: Goal, *, gain: float = GAIN, steps: int = SEA
     # What counts as no miss must not be outside.
     widths -= KEPT
     cart = Cart(trailer.length / radius, trailer.hitch_offset / radius)
-    return Aim(cart, goal.state[3], widths, control_set(trailer).astype(float), gain, steps)
+    pairs = control_set(trailer).astype(float)
+    return Aim(cart, goal.state[3], widths, pairs, gain, steps, trailer.jackknife)
 
 
 class _Place(NamedTuple):
@@ -388,6 +389,7 @@ def _descend(table, place, start, first, only, over_jumps, aim, way, times, work
     state[0], state[1], state[2] = start[0], start[1], start[2]
     state[3], state[4] = math.sin(start[3] / 2), math.cos(start[3] / 2)
     angle = TURN / table.shape[0]
+    widest = max(aim.jackknife, abs(start[3])) + _ON_NODE
     count, spent = 0, 0.0
     if _guess(table, place, state, over_jumps) < CLOSE:
         # As often as it is asked for, the nodes around are the same.
@@ -412,6 +414,9 @@ def _descend(table, place, start, first, only, over_jumps, aim, way, times, work
                 time = part * angle
                 advance(ahead, v, omega, time - before, aim.cart)
                 before, part, foot_number = time, part + 1.0, foot_number + 1
+                # Nodes a little beyond the jackknife limit have times, for those within it.
+                if aim.jackknife < math.pi and abs(2 * math.atan2(ahead[3], ahead[4])) > widest:
+                    break
                 if step == 0 and only >= 0 and foot_number - 1 != only:
                     continue
                 guess = _guess(table, place, ahead, over_jumps)

@@ -237,14 +237,17 @@ def near_words(
         times = table[t, b, j, i]
     close = times <= HELD
     at, t, b, j, i = at[close], t[close], b[close], j[close], i[close]
+    times = times[close]
     counts, controls, durations = counts[close], controls[close], durations[close]
     if not mirrored:
         return table, KnownWords(at, counts, controls, durations)
     _reflect(table)
     images = -t % grid.theta_count, -b % grid.beta_count, y_count - 1 - j, i
-    nodes, chosen = np.unique(
-        np.append(at, np.ravel_multi_index(images, grid.shape)), return_index=True
-    )
+    nodes = np.append(at, np.ravel_multi_index(images, grid.shape))
+    # Rows of headings along the axis are their own images: there the quicker of two counts.
+    chosen = np.lexsort([np.append(times, times), nodes])
+    nodes, firsts = np.unique(nodes[chosen], return_index=True)
+    chosen = chosen[firsts]
     # Of three controls of one speed, the first and the last are mirror images.
     mirror = controls // 3 * 3 + 2 - controls % 3
     return table, KnownWords(
@@ -397,8 +400,12 @@ def _on_lattice(control, number, time, lattice, pairs, word, spent):
 
 
 def _reflect(table: np.ndarray) -> None:
-    """Fill the rows of negative theta from those of positive theta."""
+    """Fill the rows of negative theta from those of positive theta; mirror zero and pi alike."""
     theta_count, beta_count = table.shape[:2]
     betas = -np.arange(beta_count) % beta_count
-    for t in range(theta_count // 2 + 1, theta_count):
-        table[t] = table[theta_count - t][betas, ::-1]
+    for t in range(theta_count):
+        image = table[-t % theta_count][betas, ::-1]
+        if 2 * t > theta_count:
+            table[t] = image
+        elif -t % theta_count == t:
+            table[t] = np.minimum(table[t], image)
