@@ -271,6 +271,9 @@ def slices_along(
 ) -> list[ValueSlice]:
     """Slices at equally spaced moments of a plan; without a plan, one at the start.
 
+    Times are interpolated, as the bands of a picture between them are: to look thousands up by
+    words would take a minute, and show the same.
+
     Args:
         value: The table.
         row: Whose plan; see `followed_row`.

@@ -97,7 +97,7 @@ def _row_object(verdict: PlanningVerdict, row: Row) -> dict[str, object]:
 
 
 def _promised(row: Row) -> float | None:
-    """What a table promises by interpolation, beside the time that its path attains [s]."""
+    """What a table promises, beside the time that its path attains [s]."""
     promised = row.plan.notes.get("time_to_go")
     return _finite(promised) if isinstance(promised, float) else None
 

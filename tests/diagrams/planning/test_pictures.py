@@ -78,7 +78,7 @@ def test_a_slice_has_the_carts_angles_and_says_what_is_left(verdict):
     for piece in pieces:
         i, j = 11, 9
         state = (piece.x[j], piece.y[i], *piece.state[2:])
-        assert piece.times[i, j] == value.time_to_go(np.array(state))
+        assert piece.times[i, j] == value.interpolated(np.array(state))
 
 
 def test_without_a_way_the_slice_is_the_starts(verdict):

@@ -16,7 +16,8 @@ def test_one_table_serves_all_starts():
     own = METHODS["value-function"](
         PlanningQuestion(start=(-12.0, -4.0, 0.0, 0.0), goal=goal, grid_step=0.5)
     )
-    assert sweep.times["value-function"][-1] == own.time
+    # On another grid places of nodes are rounded otherwise.
+    assert sweep.times["value-function"][-1] == pytest.approx(own.time, rel=1e-12)
     # Coarse tables promise less than they keep, but nothing beats the bound.
     assert (sweep.times["value-function"] >= sweep.lower_bounds).all()
 

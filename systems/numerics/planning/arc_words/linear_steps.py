@@ -2,9 +2,9 @@
 
 The duration is linear in the arcs, and where the word ends nearly so. So the best small change of
 durations is a linear programme of four rows, the faces of the box: a dual simplex begins at the
-shortest arcs and takes a few pivots. A step that leaves the box is brought back by least changes,
-and the next is shorter. That takes microseconds, where the general solver of `shortened` takes
-milliseconds.
+shortest arcs and takes a few pivots. A step that leaves the box is brought back by least changes.
+How much it then keeps of what it promised says how long the next may be. That takes microseconds,
+where the general solver of `shortened` takes milliseconds.
 
 Source: the steps are those of Griffith and Stewart 1961; the pivots, with bounds, of Lemke 1954.
 """
@@ -26,8 +26,10 @@ MOST_PIVOTS, CORRECTIONS, FIRST_CORRECTIONS = 40, 4, 8
 # radians.
 KEPT, ENOUGH = 1e-5, 2e-6
 # First and longest change of a duration in a step, the one at which steps end, the part of what a
-# step promises that it has to keep, and the longest change in a correction [1 / turn rate].
+# step promises that it has to keep, by how much less and more the next may change, as parts of a
+# step, and the longest change in a correction [1 / turn rate].
 FIRST_CHANGE, LONGEST_CHANGE, LEAST_CHANGE, KEEPS = 0.5, 1.0, 1e-3, 0.1
+LEAST_GROWTH, MOST_GROWTH = 0.25, 2.0
 LONGEST_CORRECTION = 0.5
 # Distance of looks along a word for the edge of the grid and the jackknife limit [1 / turn rate].
 LOOK = 0.1
@@ -277,16 +279,17 @@ def shorten(start, controls, times, count, aim):
         miss = _bring_in(
             start, controls, tried, count, aim, most, state, others, other_slopes, square
         )
-        if miss <= KEPT and tried.sum() < total - KEEPS * promised:
+        kept = (total - tried.sum()) / promised if miss <= KEPT else -math.inf
+        # As far as saves the most, if what a step fails to keep grows with its square.
+        growth = 0.5 / max(1.0 - kept, _TINY)
+        longest = min(largest * min(max(growth, LEAST_GROWTH), MOST_GROWTH), LONGEST_CHANGE)
+        if kept > KEEPS:
             total = tried.sum()
             times[:count] = tried
             gaps, others = others, gaps
             slopes, other_slopes = other_slopes, slopes
-            longest = min(2 * largest, LONGEST_CHANGE)
-        else:
-            longest = min(longest, largest) / 4
-            if longest < LEAST_CHANGE:
-                break
+        if longest < LEAST_CHANGE:
+            break
     return total
 
 
@@ -311,15 +314,8 @@ def merge(controls, times, count):
 
 @kernel
 def _with_more_switches(controls, times, count, pairs, more, more_times):
-    """Each arc in two, with arcs of all other controls and no duration between; their number.
-
-    Turns to the side of the first go first, so that mirror images are mirrored.
-    """
-    n, right = 0, False
-    for k in range(count):
-        if controls[k, 1] != 0.0:
-            right = controls[k, 1] < 0.0
-            break
+    """Each arc in two, with arcs of all other controls and no duration between; their number."""
+    n = 0
     for k in range(-1, count + 1):
         within = 0 <= k < count
         for half in range(-1, len(pairs) + 1):
@@ -329,9 +325,7 @@ def _with_more_switches(controls, times, count, pairs, more, more_times):
             if split:
                 v, omega, time = controls[k, 0], controls[k, 1], times[k] / 2
             else:
-                # Of three controls of one speed, the first and the last are mirror images.
-                other = half // 3 * 3 + 2 - half % 3 if right else half
-                v, omega, time = pairs[other, 0], pairs[other, 1], 0.0
+                v, omega, time = pairs[half, 0], pairs[half, 1], 0.0
                 if within and v == controls[k, 0] and omega == controls[k, 1]:
                     continue
             more[n, 0], more[n, 1], more_times[n] = v, omega, time

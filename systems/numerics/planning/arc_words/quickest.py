@@ -106,7 +106,7 @@ def enter_box(
 
     Args:
         table: Times so far, shape (n_theta, n_beta, n_y, n_x).
-        found: Where the numbers of the words go, of the same shape; or of no elements.
+        found: Where the numbers of the words go, of the same shape.
         thetas: Of the rows to lower, shape (m,) [rad].
         halves: (sin, cos) of half of beta, shape (n_beta, 2).
         ends, maps: Of the words without their last arcs, see `Words`.
@@ -203,8 +203,7 @@ def enter_box(
                             value = np.float32(time + part * (k - p) * sample)
                             if value < table[t, b, j, i] - ALIKE:
                                 table[t, b, j, i] = value
-                                if found.size:
-                                    found[t, b, j, i] = w + offset
+                                found[t, b, j, i] = w + offset
 
 
 # Arcs before the last, the lattice of their durations, and the longest word [1 / turn rate].

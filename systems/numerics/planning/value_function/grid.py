@@ -198,3 +198,19 @@ def grid_around(trailer: Trailer, start: Sequence[float], goal: Goal, step: floa
         theta_count=square.theta_count,
         beta_count=square.beta_count,
     )
+
+
+def is_mirrored(grid: StateGrid, goal: Goal) -> bool:
+    """Whether the mirror image about the goal's axis maps the rectangle and the box to themselves.
+
+    In the goal's frame it is (x, -y, -theta, -beta). Nodes are images of nodes for an axis along x.
+    """
+    x_min, y_min, x_max, y_max = grid.bounds
+    x, y, theta, beta = goal.state
+    c, s = math.cos(theta), math.sin(theta)
+    aside = y_min + y_max - 2 * y if abs(s) < abs(c) else x_min + x_max - 2 * x
+    return (
+        abs(aside) < 1e-9 * grid.step
+        and min(abs(s), abs(c)) < 1e-12
+        and abs(math.sin(beta)) < 1e-12
+    )

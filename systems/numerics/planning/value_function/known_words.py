@@ -50,7 +50,7 @@ class KnownWords(NamedTuple):
     Attributes:
         nodes: Number of each node in the table, ascending, shape (W,), int64.
         counts: Arcs of each word, shape (W,), int8.
-        controls: Their numbers in `control_set`, shape (W, MOST_ARCS), int8.
+        controls: Their numbers in `word_controls`, shape (W, MOST_ARCS), int8.
         durations: Shape (W, MOST_ARCS), float32 [1 / turn rate].
     """
 
@@ -75,8 +75,27 @@ def aim_of(trailer: Trailer, goal: Goal, *, gain: float = GAIN, steps: int = SEA
     # What counts as no miss must not be outside.
     widths -= KEPT
     cart = Cart(trailer.length / radius, trailer.hitch_offset / radius)
-    pairs = control_set(trailer).astype(float)
+    pairs = word_controls(trailer)
     return Aim(cart, goal.state[3], widths, pairs, gain, steps, trailer.jackknife)
+
+
+def word_controls(trailer: Trailer) -> np.ndarray:
+    """Controls of words, v and omega, normalised, shape (C, 2).
+
+    They are those of the table, and those that hold beta at the jackknife limit, where they can:
+    along it the quickest way is neither a turn nor straight.
+
+    Args:
+        trailer: Which drives.
+    """
+    pairs = control_set(trailer).astype(float)
+    radius, limit = trailer.speed / trailer.turn_rate, trailer.jackknife
+    lever = trailer.length / radius + trailer.hitch_offset / radius * math.cos(limit)
+    if limit >= math.pi or abs(lever) <= math.sin(limit):
+        return pairs
+    held = math.sin(limit) / lever
+    holding = [(v, side * held) for v in np.unique(pairs[:, 0]) for side in (-1.0, 1.0)]
+    return np.vstack([pairs, holding])
 
 
 class _Place(NamedTuple):
@@ -273,7 +292,9 @@ def _is_told(word, count, known, tried):
     """Whether words with these controls were tried; if not, they are noted as number `tried`."""
     sign = 1
     for n in range(count):
-        sign = (sign * 7 + 3 * int(word[n, 0]) + int(word[n, 1]) + 5) % 1_000_000_007
+        # Turn rates between 0 and 1 are those that hold beta at the jackknife limit.
+        control = 3000 * int(word[n, 0]) + int(np.rint(1000 * word[n, 1])) + 5000
+        sign = (sign * 10_007 + control) % 1_000_000_007
     for k in range(tried):
         if known[k] == sign:
             return True

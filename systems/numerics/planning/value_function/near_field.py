@@ -19,7 +19,7 @@ from ..arc_words.words import Endings, Words, endings_of, half_angles, within_ja
 from ..goal import Goal
 from ..trailer import Trailer
 from .grid import StateGrid
-from .known_words import HELD, MOST_ARCS, KnownWords, aim_of
+from .known_words import HELD, MOST_ARCS, KnownWords, aim_of, word_controls
 from .obstacles import Walls, overlaps
 from .sweeps import FAR
 
@@ -146,7 +146,7 @@ SAMPLE = 0.05
 # passes from above, and many of them more than they can tell [1 / turn rate].
 SHORTENED = 3.0
 # What a step of that has to save [1 / turn rate], and how many steps there are.
-HELD_GAIN, HELD_SEARCH = 1e-3, 4
+HELD_GAIN, HELD_SEARCH = 1e-3, 6
 # By how much a word whose end is in the box may be longer than one whose entry was interpolated
 # [1 / turn rate].
 KEPT_LATER = 0.02
@@ -157,15 +157,13 @@ def first_hits(
     trailer: Trailer,
     goal: Goal,
     scale: float,
-    *,
-    walls: Walls | None = None,
-    mirrored: bool = False,
+    walls: Walls,
 ) -> np.ndarray:
-    """When the best word from each node first enters the box; zero inside it.
+    """When the best word from each node first enters the box among walls; zero inside it.
 
     Words have up to three arcs: the last is left at the moment of entry. An arc alone may go on for
-    a turn, or straight across the grid. Among walls, the best of the words with the same controls
-    counts, if it is clear.
+    a turn, or straight across the grid. The best of the words with the same controls counts, if it
+    is clear.
 
     Args:
         grid: Where the nodes are [m].
@@ -173,14 +171,11 @@ def first_hits(
         goal: The box [m]; x and y have finite tolerances.
         scale: Length of a turning radius [m].
         walls: What words must not lead through.
-        mirrored: Whether the mirror images of nodes take as long.
 
     Returns:
         Shape of the grid, float32 [1 / turn rate]; FAR where no word enters it.
     """
-    table, _, _ = _lattice_words(grid, trailer, goal, scale, walls, mirrored, told=False)
-    if mirrored:
-        _reflect(table)
+    table, _, _ = _lattice_words(grid, trailer, goal, scale, walls, mirrored=False)
     return table
 
 
@@ -190,12 +185,13 @@ def near_words(
     """The same in the open, with durations chosen for each node, and the words of the nearest.
 
     Args:
-        grid, trailer, goal, scale, mirrored: See `first_hits`.
+        grid, trailer, goal, scale: See `first_hits`.
+        mirrored: Whether the mirror images of nodes take as long.
 
     Returns:
         Shape of the grid, float32 [1 / turn rate], and the words of nodes within HELD of the goal.
     """
-    table, found, lattice = _lattice_words(grid, trailer, goal, scale, None, mirrored, told=True)
+    table, found, lattice = _lattice_words(grid, trailer, goal, scale, None, mirrored=mirrored)
     rows = len(found)
     at = np.flatnonzero(table[:rows].ravel() < SHORTENED)
     y_count = grid.y_count
@@ -231,7 +227,9 @@ def near_words(
         alone, known = near_words(grid, replace(trailer, reverse=False), goal, scale)
         better = np.flatnonzero((alone[t, b, j, i] < times) & (alone[t, b, j, i] <= HELD))
         rows = np.searchsorted(known.nodes, at[better])
-        counts[better], controls[better] = known.counts[rows], known.controls[rows]
+        pairs = word_controls(trailer)
+        numbers = _numbers(word_controls(replace(trailer, reverse=False)), pairs)
+        counts[better], controls[better] = known.counts[rows], numbers[known.controls[rows]]
         durations[better] = known.durations[rows]
         np.minimum(table, alone, out=table)
         times = table[t, b, j, i]
@@ -248,14 +246,19 @@ def near_words(
     chosen = np.lexsort([np.append(times, times), nodes])
     nodes, firsts = np.unique(nodes[chosen], return_index=True)
     chosen = chosen[firsts]
-    # Of three controls of one speed, the first and the last are mirror images.
-    mirror = controls // 3 * 3 + 2 - controls % 3
+    pairs = word_controls(trailer)
+    mirror = _numbers(pairs * [1, -1], pairs)
     return table, KnownWords(
         nodes,
         np.append(counts, counts)[chosen],
-        np.concatenate([controls, mirror])[chosen],
+        np.concatenate([controls, mirror[controls]])[chosen],
         np.concatenate([durations, durations])[chosen],
     )
+
+
+def _numbers(controls: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Which of the pairs v, omega each of some controls is, int8."""
+    return (controls[:, None] == pairs).all(axis=-1).argmax(axis=1).astype(np.int8)
 
 
 class _Lattice(NamedTuple):
@@ -283,10 +286,13 @@ def _lattice_words(
     goal: Goal,
     scale: float,
     walls: Walls | None,
+    *,
     mirrored: bool,
-    told: bool,
 ) -> tuple[np.ndarray, np.ndarray, _Lattice]:
-    """Times of words on the lattice, their numbers if they are to be told, and what these mean."""
+    """Times of words on the lattice, their numbers, and what these mean.
+
+    If mirrored, only rows with a heading of at least zero are filled in.
+    """
     x_min, y_min, x_max, y_max = grid.bounds
     radius = scale / grid.step
     reach = math.hypot(x_max - x_min, y_max - y_min) / scale
@@ -304,8 +310,7 @@ def _lattice_words(
     cells = np.array([radius, radius, 1.0, 1.0])
     corner = np.array([x_min, y_min, grid.step])
     table = np.full(grid.shape, FAR, dtype=np.float32)
-    tells = told or walls is not None
-    found = np.zeros((rows, *grid.shape[1:]) if tells else (0, 0, 0, 0), dtype=np.int32)
+    found = np.zeros((rows, *grid.shape[1:]), dtype=np.int32)
     all_endings = endings_of(trailer, words, LONGEST, reach, SAMPLE)
     firsts = np.cumsum([0, *(len(last.numbers) for last in all_endings)])
     for last, offset in zip(all_endings, firsts[:-1].tolist(), strict=True):

@@ -69,10 +69,10 @@ def best_word(value: ValueFunction, state, margin: float = 0.0) -> ArcWord | Non
 def attained_times(value: ValueFunction, states: ArrayLike) -> np.ndarray:
     """Time in which a cart really gets into the goal box from each state [s].
 
-    That of `best_word`: no promise by interpolation, as is `ValueFunction.time_to_go`, but how
-    long a path takes that ends in the box when it is driven. So it is an upper bound of the least
-    time, whatever the grid, and in the open mostly equal to it. Each state costs about as much as
-    a roll-out, a tenth of a second.
+    That of `best_word`: no promise by interpolation, as is `ValueFunction.time_to_go` among walls,
+    but how long a path takes that ends in the box when it is driven. So it is an upper bound of the
+    least time, whatever the grid, and in the open mostly equal to it. Each state costs about as
+    much as a roll-out, a tenth of a second.
 
     Args:
         value: The table.

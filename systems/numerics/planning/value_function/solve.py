@@ -25,7 +25,7 @@ from ..arc_words.words import normalised
 from ..footprint import Discs, covering_discs
 from ..goal import Goal, require_plannable_cart
 from ..trailer import Trailer
-from .grid import StateGrid, grid_around
+from .grid import StateGrid, grid_around, is_mirrored
 from .known_words import HELD
 from .near_field import first_hits, near_words
 from .obstacles import FINENESS, FINER, make_walls, shut_ways
@@ -142,13 +142,15 @@ def solve_value_function(
         body = discs or covering_discs(trailer)
         walls, finer = (make_walls(obstacles, body, grid, each) for each in (FINENESS, FINER))
         shut = shut_ways(grid, cart, walls, scale)
-    mirrored = walls is None and is_mirrored(grid, box)
+    # Half the rows are enough where nodes are mirror images of nodes.
+    along_x = abs(math.sin(box.state[2])) < 0.5
+    mirrored = walls is None and along_x and is_mirrored(grid, box)
     words = None
     if walls is None:
         near, words = near_words(grid, cart, box, scale, mirrored=mirrored)
         held = near <= HELD
     else:
-        near = first_hits(grid, cart, box, scale, walls=walls)
+        near = first_hits(grid, cart, box, scale, walls)
         held = np.zeros(near.shape, dtype=bool)
     sweep = _Sweep(grid, near, held, make_motions(grid, cart, scale), mirrored, shut)
     unit = 1.0 / trailer.turn_rate
@@ -209,17 +211,6 @@ def widened(goal: Goal, grid: StateGrid) -> tuple[Goal, tuple[str, ...]]:
         "and shorter than to the goal asked for"
     )
     return replace(goal, tolerance=(x_width, y_width, theta_width, beta_width)), (warning,)
-
-
-def is_mirrored(grid: StateGrid, goal: Goal) -> bool:
-    """Whether (x, y, theta, beta) -> (x, -y, -theta, -beta) maps grid and goal to themselves."""
-    _, low, _, high = grid.bounds
-    _, y, theta, beta = goal.state
-    return (
-        abs(low + high - 2 * y) < 1e-9 * grid.step
-        and abs(math.remainder(2 * theta, math.tau)) < 1e-12
-        and abs(math.remainder(2 * beta, math.tau)) < 1e-12
-    )
 
 
 class _Sweep:

@@ -15,7 +15,7 @@ from ...errors import require, require_finite
 from ..arc_words.quickest import ArcWord
 from ..goal import Goal
 from ..trailer import Trailer
-from .grid import StateGrid
+from .grid import StateGrid, is_mirrored
 from .known_words import (
     JUMP,
     SHORTER,
@@ -26,6 +26,9 @@ from .known_words import (
 )
 from .obstacles import Walls
 from .sweeps import FAR, between
+
+# Mirror images are told apart by numbers that differ by more.
+_ON_AXIS = 1e-9
 
 
 def look_up(
@@ -143,17 +146,19 @@ def look_up_by_words(value: "ValueFunction", states: np.ndarray) -> np.ndarray:
     too; that costs some milliseconds for each such state.
 
     Args:
-        value: A table of an open field whose nodes close to the goal know their words.
+        value: A table whose nodes close to the goal know their words, or not: then all times are
+            interpolated.
         states: In the table's frame, shape (n, 4).
 
     Returns:
         Shape (n,) [s].
     """
     table, grid, trailer, goal = value.table, value.grid, value.trailer, value.goal
+    if value.words is None:
+        return look_up(table, grid, states)[0]
+    states, _ = _on_one_side(grid, goal, states)
     promised, spreads = look_up(table, grid, states)
     at = np.flatnonzero(np.isfinite(promised))
-    if value.words is None or not len(at):
-        return promised
     times = times_by_words(table, grid, trailer, goal, value.words, states[at])
     doubtful = (spreads[at] * trailer.turn_rate > JUMP) | (
         times > (1 + SHORTER) * promised[at] + SHORTER / trailer.turn_rate
@@ -176,12 +181,34 @@ def word_known(value: "ValueFunction", state: np.ndarray) -> ArcWord | None:
         return None
     table, grid, trailer, goal = value.table, value.grid, value.trailer, value.goal
     known = value.words
+    (state,), (mirrored,) = _on_one_side(grid, goal, state[None])
     words = [
         word_by_descents(table, grid, trailer, goal, known, state),
         word_by_descents(table, grid, trailer, goal, known, state, thorough=True),
         word_of_three_arcs(grid, trailer, goal, state),
     ]
-    return min((word for word in words if word), key=lambda word: word.time, default=None)
+    best = min((word for word in words if word), key=lambda word: word.time, default=None)
+    return best._replace(controls=best.controls * [1, -1]) if best and mirrored else best
+
+
+def _on_one_side(grid: StateGrid, goal: Goal, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """States, or their mirror images: of the two always the same, so that both take as long.
+
+    Args:
+        grid, goal: Of a table; where they have no mirror images, the states stay.
+        states: In the table's frame, shape (n, 4).
+
+    Returns:
+        States, shape (n, 4), and whether each is a mirror image, shape (n,).
+    """
+    local = goal.to_frame(states)
+    sides = np.column_stack([local[:, 1] / grid.step, np.sin(local[:, 2:])])
+    # On the axis the heading tells sides apart, and then beta; rounding must not.
+    sides[np.abs(sides) < _ON_AXIS] = 0.0
+    firsts = np.argmax(sides != 0.0, axis=1)
+    mirrored = (sides[np.arange(len(sides)), firsts] < 0.0) & is_mirrored(grid, goal)
+    images = goal.from_frame(local * [1.0, -1.0, -1.0, -1.0])
+    return np.where(mirrored[:, None], images, states), mirrored
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -234,8 +261,8 @@ class ValueFunction:
         """Time from states to the box, shape (..., 4) -> (...,) [s].
 
         In an open field it is that of a word that ends in the box, so that it errs to the long side
-        alone, where a quicker word is missed; it costs about a millisecond for each state. Where no
-        word is found, and among walls, it is interpolated, and may be too short as well.
+        alone, where a quicker word is missed; it costs about two milliseconds for each state.
+        Where no word is found, and among walls, it is interpolated, and may be too short as well.
         Zero inside the box; infinite off the grid, beyond the jackknife limit, and where the goal
         is out of reach on this grid.
         """

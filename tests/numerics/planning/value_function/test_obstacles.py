@@ -42,6 +42,17 @@ def test_the_way_round_a_wall_is_longer(solve, walled):
     assert solve().time_to_go(start) < detour < walled.time_to_go(start) < 13
 
 
+def test_walls_have_no_mirror_images(walled):
+    """Walls are on one side, though the grid lies alike on both sides of the goal."""
+    low, high = [-4, -1, -math.pi, -1], [0, 7, math.pi, 1]
+    starts = np.random.default_rng(16).uniform(low, high, (100, 4))
+    times = walled.time_to_go(starts)
+    np.testing.assert_array_equal(times, walled.interpolated(starts))
+    images = walled.time_to_go(np.array([0, 6, 0, 0]) + starts * [1, -1, -1, -1])
+    known = np.isfinite(times) & np.isfinite(images)
+    assert np.median(np.abs(times[known] - images[known])) > 0.5
+
+
 def test_no_wall_makes_a_way_shorter_than_a_cell_can_tell(solve, walled):
     both = np.isfinite(walled.table)
     gained = solve().table[both] - walled.table[both]
