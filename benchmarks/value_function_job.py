@@ -17,12 +17,8 @@ import numpy as np
 
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
-from sightfield.systems.numerics.planning.value_function.grid import StateGrid
-from sightfield.systems.numerics.planning.value_function.solve import (
-    POLISH,
-    is_mirrored,
-    solve_value_function,
-)
+from sightfield.systems.numerics.planning.value_function.grid import StateGrid, is_mirrored
+from sightfield.systems.numerics.planning.value_function.solve import POLISH, solve_value_function
 from sightfield.systems.numerics.planning.value_function.sweeps import make_motions
 
 
