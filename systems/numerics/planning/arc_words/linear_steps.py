@@ -295,7 +295,11 @@ def shorten(start, controls, times, count, aim):
 
 @kernel
 def merge(controls, times, count):
-    """Leave out arcs that take no time and join neighbours that are alike; returns the number."""
+    """Leave out arcs that take no time and join neighbours that are alike; returns the number.
+
+    Args:
+        controls, times, count: See `shorten`; to be changed.
+    """
     kept = 0
     for k in range(count):
         if times[k] <= _SHORTEST:
