@@ -97,6 +97,7 @@ def compare_visits(asked: Iterable[tuple[str, Field, int, int, str]]) -> None:
     """
     print()
     stops = dict.fromkeys(VISITS, 0)
+    waited = dict.fromkeys(VISITS, 0.0)
     unloads = dict.fromkeys(VISITS, 0)
     for name, field, combines, carts, strategy in asked:
         team = [Combine()] * combines
@@ -106,7 +107,7 @@ def compare_visits(asked: Iterable[tuple[str, Field, int, int, str]]) -> None:
         except InvalidInput as fault:
             print(f"{head}: no plan: {fault}", flush=True)
             continue
-        told = []
+        told, planned = [], {}
         for visits in VISITS:
             try:
                 service = plan_harvest(
@@ -120,12 +121,24 @@ def compare_visits(asked: Iterable[tuple[str, Field, int, int, str]]) -> None:
             except InvalidInput as fault:
                 told.append(f"{visits}: no plan: {fault}")
                 continue
-            stops[visits] += len(service.stops)
-            unloads[visits] += len(service.visits)
-            told.append(f"{visits}: {len(service.stops)} stops, {len(service.visits)} unloads")
+            planned[visits] = service
+            waits = sum(stop.duration for stop in service.stops)
+            told.append(
+                f"{visits}: {len(service.stops)} stops of {waits:.0f} s, "
+                f"{len(service.visits)} unloads"
+            )
         print(f"{head}: {'; '.join(told)}", flush=True)
+        # Where one of both has no plan there is nothing to compare.
+        if len(planned) == len(VISITS):
+            for visits, service in planned.items():
+                stops[visits] += len(service.stops)
+                waited[visits] += sum(stop.duration for stop in service.stops)
+                unloads[visits] += len(service.visits)
     for visits in VISITS:
-        print(f"{visits}: {stops[visits]} stops for {unloads[visits]} unloads")
+        print(
+            f"{visits}: {stops[visits]} stops of {waited[visits]:.0f} s in all for "
+            f"{unloads[visits]} unloads"
+        )
     assert stops["revised"] <= stops["greedy"] / 2
 
 

@@ -28,6 +28,9 @@ from .windows import BETWEEN
 # How long before a stop a cart sets out, and how long after it does if it could not [s].
 SET_OUT = (-200.0, -60.0, 0.0, 120.0, 360.0, 900.0, 2000.0, 5000.0)
 
+# What a stop costs beside its time: braking, starting again, and a driver who has to mind it [s].
+STOPPING = 30.0
+
 # Times plans again when combines stop; a stop that lasts FOR_EVER ends what comes after it.
 Retime = Callable[[Sequence[Stop]], list[TimedPath]]
 
@@ -106,9 +109,9 @@ class Service:
         return [job.visit for jobs in self.jobs for job in jobs if job.visit]
 
     @property
-    def standing_time(self) -> float:
-        """How long combines stop for carts in all [s]."""
-        return sum(stop.duration for stop in self.stops)
+    def trouble(self) -> float:
+        """What stops for carts cost in all: their time, and so much more for each [s]."""
+        return sum(stop.duration + STOPPING for stop in self.stops)
 
     def grain(self) -> float:
         """All that is cut [kg]."""

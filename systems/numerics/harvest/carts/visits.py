@@ -1,11 +1,13 @@
 """How carts serve combines: every visit with its ways, one after the other.
 
 `visit_choice` chooses them. Where nobody can come before a tank is full, some of the last visits
-are given up for others that leave time for it, or the combine stops; see `stops`.
+are given up for others that leave time for it, or combines stop where that troubles least; see
+`stops`.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,11 +33,15 @@ LONG = 300.0
 # Least speed at which a cart joins a combine and leaves it [m/s].
 SLOWEST = 0.5
 # So many of the last visits are given up, one more each time, where nobody could come in time.
-MOST_BACK = 6
-# What takes their place has to let nobody wait for so long after that; or at least for so long [s].
-WELL_AFTER, SOON_AFTER = 400.0, 60.0
-# How many visits are planned in all in place of such ones.
-MOST_OTHER = 60
+MOST_BACK = 9
+# What takes their place has to let nobody wait for so long after that, and is compared so far [s].
+WELL_AFTER = 400.0
+# So many combines at most are served first then.
+MOST_FIRST = 3
+# Where none of that is enough, combines wait in so many of the plans that went furthest.
+MOST_TRIED = 5
+# How many visits are planned in all in place of others; a wait takes as long to plan as so many.
+MOST_OTHER, WAITING = 160, 8
 # What is done where nobody can come in time.
 VISITS = ("revised", "greedy")
 
@@ -45,7 +51,7 @@ class _Past:
     """Plans to come back to.
 
     Attributes:
-        plans: Before each of the visits since the last stop.
+        plans: Before each visit.
         others: How many visits were planned in place of others.
         most_others: How many may be.
         unrevised: The plan when nobody could come in time for the first time.
@@ -55,6 +61,20 @@ class _Past:
     others: int
     most_others: int
     unrevised: PlanSoFar | None = None
+
+
+class _Tried(NamedTuple):
+    """A plan up to where a combine would have to wait.
+
+    Attributes:
+        full: When its tank is full [s].
+        plan: What is planned.
+        before: Plans before each visit of it.
+    """
+
+    full: float
+    plan: PlanSoFar
+    before: list[PlanSoFar]
 
 
 def serve_combines(
@@ -87,7 +107,7 @@ def serve_combines(
         failure: Of a cart, which nobody knows of before it happens.
         progress: Told now and then which part of the grain is accounted for, in [0, 1].
         visits: "revised": where nobody can come to a combine in time, some of the last visits are
-            given up for others that leave time for it; "greedy": it waits.
+            given up for others, so that none waits, or all wait least; "greedy": it waits.
 
     Raises:
         InvalidInput: The only cart fails.
@@ -115,13 +135,13 @@ def serve_combines(
         if past.unrevised is not None:
             service.restore(past.unrevised)
         past = _Past([], 0, most_other)
-        longest = np.inf if best is None else best[0].standing_time
+        longest = np.inf if best is None else best[0].trouble
         try:
             _serve_all(service, past, progress, longest)
         except NoPlan as error:
             fault = error
             continue
-        if service.standing_time < longest:
+        if service.trouble < longest:
             best = service, most_other
         if not service.stops:
             break
@@ -138,7 +158,7 @@ def serve_combines(
 def _serve_all(
     service: Service, past: _Past, progress: Callable[[float], None], longest: float = np.inf
 ) -> None:
-    """Serve until nothing is left, or combines stand for so long in all [s].
+    """Serve until nothing is left, or stops are as much trouble as that [s].
 
     Raises:
         NoPlan: There is no end of it, or a cart finds no way.
@@ -161,10 +181,8 @@ def _serve_all(
         full = service.tanks[missed].full_at()
         if full < np.inf:
             past.unrevised = past.unrevised or service.kept()
-            if not _come_earlier(service, past, missed, full):
-                _let_wait(service, missed, full)
-                past.plans = []
-            if service.standing_time >= longest:
+            _revise(service, past, missed, full)
+            if service.trouble >= longest:
                 return
         else:
             collect(service)
@@ -336,39 +354,92 @@ def _last_stop(service: Service, number: int) -> Stop:
     return max(stop for stop in service.stops if stop.combine == number)
 
 
-def _come_earlier(service: Service, past: _Past, number: int, full: float) -> bool:
-    """Serve a combine, which nobody can come to in time any more, instead of others before.
+def _revise(service: Service, past: _Past, number: int, full: float) -> None:
+    """Do what is best about a combine that nobody can come to before its tank is full.
 
-    The last visits are given up, one more each time; the combine is served first, then the
-    others as usual, until so long after its tank was full that the plan is a better one.
+    Some of the last visits are given up, so that nobody waits until so long after its tank was
+    full. Where somebody has to in spite of that, all wait as little as is found: beginning with
+    this combine, or with those that are full after it once visits have been given up.
 
     Args:
         number: Of the combine.
         full: When its tank is full [s].
 
-    Returns:
-        Whether there is such a plan now.
+    Raises:
+        NoPlan: No cart gets to those that wait, whatever is given up.
     """
-    kept, history = service.kept(), past.plans
-    furthest, found = full + SOON_AFTER, None
-    for back in range(2, min(MOST_BACK + 1, len(history)) + 1):
+    now, until = _Tried(full, past.plans[-1], past.plans[:-1]), full + WELL_AFTER
+    others = _serve_earlier(service, past, number, until)
+    if others is not None:
+        others.sort(key=lambda each: -each.full)
+        _wait_least(service, past, [now, *others[:MOST_TRIED]], until)
+
+
+def _serve_earlier(service: Service, past: _Past, number: int, until: float) -> list[_Tried] | None:
+    """Give up some of the last visits, one more each time, and serve a combine first.
+
+    Args:
+        number: Of the combine.
+        until: All tanks are to have room until then [s].
+
+    Returns:
+        None if they have, and nobody waits; else what was tried, up to where somebody would.
+    """
+    history = past.plans
+    tried: list[_Tried] = []
+    for back in range(1, min(MOST_BACK, len(history) - 1) + 1):
         first = [number]
-        while past.others < past.most_others and furthest < np.inf:
-            service.restore(history[-back])
-            past.plans = history[: 1 - back]
-            reached, missed = _reach(service, past, first, full + WELL_AFTER)
-            if reached > furthest:
-                furthest, found = reached, (service.kept(), past.plans)
-            if missed in first or reached > full + SOON_AFTER:
+        while len(first) <= MOST_FIRST and past.others < past.most_others:
+            service.restore(history[-1 - back])
+            past.plans = history[: -1 - back]
+            try:
+                missed = _go_on(service, past, first, until)
+            except NoPlan:
                 break
-            # Now another one waits: both come before the rest.
+            if missed is None:
+                return None
+            tried.append(_Tried(service.tanks[missed].full_at(), service.kept(), past.plans))
+            if missed in first:
+                break
+            # Another one waits now: both come before the rest.
             first = [*first, missed]
-    plan, past.plans = found or (kept, history)
+    return tried
+
+
+def _wait_least(service: Service, past: _Past, tried: Sequence[_Tried], until: float) -> None:
+    """Let combines wait in the one of some plans in which that is least trouble.
+
+    Args:
+        tried: The plans; the first one is tried in any case, and of equals it is taken.
+        until: When they are compared [s].
+
+    Raises:
+        NoPlan: No cart gets to those that wait, in none of them.
+    """
+    found: tuple[PlanSoFar, list[PlanSoFar]] | None = None
+    least, fault = np.inf, None
+    for k, each in enumerate(tried):
+        if k > 0 and past.others >= past.most_others:
+            break
+        service.restore(each.plan)
+        past.plans = list(each.before)
+        try:
+            _go_on(service, past, [], until, least)
+        except NoPlan as error:
+            fault = fault or error
+            continue
+        if service.trouble < least:
+            least, found = service.trouble, (service.kept(), past.plans)
+    if found is None:
+        assert fault is not None
+        raise fault
+    plan, past.plans = found
     service.restore(plan)
-    return found is not None
 
 
-def _reach(service: Service, past: _Past, first: list[int], until: float) -> tuple[float, int]:
+def _go_on(
+    service: Service, past: _Past, first: list[int], until: float, longest: float | None = None
+) -> int | None:
     """Plan visits, one to some combines each first, until all tanks have room at a time.
 
     Of those that come first all but the last are served as early as it is of use.
@@ -376,24 +447,33 @@ def _reach(service: Service, past: _Past, first: list[int], until: float) -> tup
     Args:
         first: Numbers of the combines.
         until: The time [s].
+        longest: Combines that nobody can come to wait, until stops are as much trouble as that;
+            None: nothing more is planned where one would have to wait [s].
 
     Returns:
-        When a combine has to wait before that, and which; infinite if none has to [s].
+        The combine that would have to wait; None if none has to.
+
+    Raises:
+        NoPlan: One that comes first cannot be served in time, or no cart gets to one that waits.
     """
     coming = list(first)
     while coming or min(tank.full_at() for tank in service.tanks) <= until:
         past.others += 1
-        hurries = len(coming) > 1
-        missed = _serve_in_windows(service, coming[0] if coming else None, hurries=hurries)
-        if missed is not None:
-            return (-np.inf if coming else service.tanks[missed].full_at()), missed
-        coming = coming[1:]
-        try:
-            service.make_room()
-        except NoPlan:
-            return -np.inf, first[0]
         past.plans.append(service.kept())
-    return np.inf, first[0]
+        only, hurries = (coming[0] if coming else None), len(coming) > 1
+        missed = _serve_in_windows(service, only, hurries=hurries)
+        if missed is not None:
+            if coming:
+                raise NoPlan(f"`carts` must come to combine {missed} in time")
+            if longest is None:
+                return missed
+            past.others += WAITING
+            _let_wait(service, missed, service.tanks[missed].full_at())
+            if service.trouble >= longest:
+                break
+        coming = coming[1:]
+        service.make_room()
+    return None
 
 
 def _fail(service: Service, failure: Failure) -> None:

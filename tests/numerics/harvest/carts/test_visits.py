@@ -132,3 +132,14 @@ def test_who_has_to_wait_anyway_waits_no_longer(hand_made):
     assert greedy.stops
     waits = [sum(stop.duration for stop in plan.stops) for plan in (greedy, revised)]
     assert waits[1] <= waits[0]
+
+
+def test_where_somebody_has_to_wait_that_is_chosen_of_which_all_wait_least(hand_made, audit):
+    made = hand_made(216.0, 140.0, 3)
+    greedy, revised = served_both_ways(made, 2.6, "on-demand")
+    waits = [sum(stop.duration for stop in plan.stops) for plan in (greedy, revised)]
+    assert revised.stops
+    assert len(revised.stops) < len(greedy.stops)
+    assert waits[1] < 0.5 * waits[0]
+    found = audit(made.field, made.combine, Cart(), revised.plans, revised.motions)
+    assert min(found.combine_gap, found.cart_gap) >= 0.5
