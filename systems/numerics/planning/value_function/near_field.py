@@ -226,11 +226,11 @@ def near_words(
         # Of words alike on the lattice one with cusps may be the first, and the worse one.
         alone, known = near_words(grid, replace(trailer, reverse=False), goal, scale)
         better = np.flatnonzero((alone[t, b, j, i] < times) & (alone[t, b, j, i] <= HELD))
-        rows = np.searchsorted(known.nodes, at[better])
+        places = np.searchsorted(known.nodes, at[better])
         pairs = word_controls(trailer)
         numbers = _numbers(word_controls(replace(trailer, reverse=False)), pairs)
-        counts[better], controls[better] = known.counts[rows], numbers[known.controls[rows]]
-        durations[better] = known.durations[rows]
+        counts[better], controls[better] = known.counts[places], numbers[known.controls[places]]
+        durations[better] = known.durations[places]
         np.minimum(table, alone, out=table)
         times = table[t, b, j, i]
     close = times <= HELD
