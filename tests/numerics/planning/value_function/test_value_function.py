@@ -251,7 +251,7 @@ def test_a_warm_start_needs_fewer_passes_for_the_same_times(solved, states):
 
 
 def test_a_table_has_converged_when_nothing_changes_any_more(solved):
-    """Eight cubic passes leave a residual beside barriers; linear ones run until there is none."""
+    """Cubic passes leave a residual beside barriers; linear ones run until there is none."""
     linear, cubic = solved(polish=0), solved(polish=8)
     assert linear.converged
     assert linear.residual < 1e-3
