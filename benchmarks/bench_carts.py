@@ -69,6 +69,9 @@ def test_carts_of_all_kinds():
     print()
     for number in range(CARTS):
         cart, start, goal = question(number)
+        if goal.reached(np.array(start)):
+            losses.append(0.0)
+            continue
         began = time.process_time()
         plan = plan_polished(cart, start, goal)
         seconds.append(time.process_time() - began)

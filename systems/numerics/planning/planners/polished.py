@@ -43,6 +43,8 @@ _LONGER = 2.0
 _COARSE_INTERVALS, _QUICK_ITERATIONS = 16, 25
 # Of the one in which the best path is solved again, when its switches cannot be placed.
 _INTERVALS, _MAX_ITERATIONS = 60, 200
+# Where a long trip needs more of them: in 1 / turn rate, at most, and iterations for each seed.
+_PER_TURN, _MOST_INTERVALS, _PATIENT_ITERATIONS = 1.5, 240, 40
 # How much less time counts as less.
 _LESS = 1e-9
 # Words whose times differ by less, relative to them, are taken for one.
@@ -94,7 +96,9 @@ def plan_polished(
         require(same, "value", "be for the same beta", value.goal.state[3])
         value = value.moved(*goal.state[:3])
     problem = Problem(trailer, state, goal, _MAX_ITERATIONS)
-    quick = Problem(trailer, state, goal, _QUICK_ITERATIONS)
+    quick, patient = (
+        Problem(trailer, state, goal, most) for most in (_QUICK_ITERATIONS, _PATIENT_ITERATIONS)
+    )
     fell_back: list[str] = []
     ways = [] if value is None else descents(value, state)[:WORD_WAYS]
     if not ways:
@@ -139,6 +143,14 @@ def plan_polished(
         iterations += fine.iterations
         if fine.is_path and (best is None or fine.time < best.time * (1 - _LESS)):
             best = _plan(goal, fine.path, fine.time, fine.status, fine.violation, way)
+    for name, path in [] if found else seeds:
+        # On so long a trip few intervals are too long for any seed to lead to a path.
+        turns = float(path.times[-1]) * trailer.turn_rate
+        many = min(max(math.ceil(_PER_TURN * turns), _INTERVALS), _MOST_INTERVALS)
+        fine = patient.solve(resampled(path, many))
+        iterations += fine.iterations
+        if fine.is_path and (best is None or fine.time < best.time * (1 - _LESS)):
+            best = _plan(goal, fine.path, fine.time, fine.status, fine.violation, name)
     if arcs and (best is None or arcs[0].time < best.time * (1 - _WORTH)):
         # Exact as it is, where the programme finds nothing as quick beside it.
         path = word_path(trailer, state, arcs[0])
