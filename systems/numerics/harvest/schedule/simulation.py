@@ -212,7 +212,9 @@ class _Cart:
         self._points.append((leave, self._held))
         tank.put(emptied, left_over)
         tank.put(leave, left_over)
+        # Full sooner than planned, it drives by the truck, unless nothing more was to be taken.
         full = self._held >= self._room * (1.0 - _ROUNDING)
+        full &= plan is None or self._kept_free[place] > _ROUNDING * self._room
         by_truck = truck is not None and (round_.trips[place] or full)
         self.visits.append(
             Visit(

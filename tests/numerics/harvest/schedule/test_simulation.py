@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.harvest.schedule import closed_forms as forms
+from sightfield.systems.numerics.harvest.schedule.answer import answer_schedule, answer_timetable
 from sightfield.systems.numerics.harvest.schedule.closed_forms import EqualCombines
 from sightfield.systems.numerics.harvest.schedule.fleet import Fleet, Truck, sequential_round
 from sightfield.systems.numerics.harvest.schedule.periodic_plan import Aim, plan_round
@@ -102,3 +103,22 @@ def test_with_a_truck_the_promise_holds_too():
     generator = np.random.default_rng(6)
     for _ in range(20):
         assert not shaken(plan, 0.1, generator).overflows
+
+
+def test_a_full_cart_goes_by_the_truck_when_planned_where_it_takes_nothing_more():
+    """The last visit before the truck takes nothing: the cart is full after the one before it."""
+    fleet = Fleet(
+        (9281.0, 5298.0, 3834.0, 6610.0),
+        (10.7, 17.4, 20.3, 5.4),
+        (120.0, 107.0, 121.0, 168.0),
+        ((0, 26.3, 1.1, 33.0), (26.3, 0, 25.8, 53.4), (1.1, 25.8, 0, 34.1), (33.0, 53.4, 34.1, 0)),
+    )
+    answer = answer_schedule(fleet, 1, Truck(24975.0, 10.16, 244.8, 28.7))
+    (cart,) = answer.carts
+    assert cart.plan is not None
+    assert any(
+        trip and taken < 1e-6
+        for trip, taken in zip(cart.plan.round.trips, cart.plan.taken, strict=True)
+    )
+    timetable = answer_timetable(answer, 40)
+    assert not timetable.overflows
