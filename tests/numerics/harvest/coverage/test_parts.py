@@ -119,8 +119,10 @@ def test_swaths_cover_a_region_with_a_notch_and_a_hole(direction):
     assert max(shapely.LineString(swath.ends).intersection(notch).length for swath in swaths) < 15
 
 
-def test_annealing_finds_the_best_order_of_five_swaths():
-    rng = np.random.default_rng(6)
+# Draws in which crop on the left changes what is best.
+@pytest.mark.parametrize("seed", [0, 1, 2, 4, 6])
+def test_annealing_finds_the_best_order_of_five_swaths(seed):
+    rng = np.random.default_rng(seed)
     # Strips 0 to 3 from the right to the left, the last one beside crop of somebody else, and one
     # by itself.
     left = np.array([1, OPEN, 2, 0, 3, 1, STANDS, 2, OPEN, OPEN])
