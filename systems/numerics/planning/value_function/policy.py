@@ -144,7 +144,8 @@ def _best_into(value: ValueFunction, local: np.ndarray, aim: Goal, spare: float)
     ways.sort(key=lambda word: word.time)
     words = list(ways)
     # Where descents miss a channel, the promise knows of it.
-    least = min([float(at_home.time_to_go(local)), *(word.time for word in ways)])
+    promised = float(at_home.interpolated(local)) if known is None else known.time
+    least = min([promised, *(word.time for word in ways)])
     if least * trailer.turn_rate < LONGEST:
         entry = quickest_word(trailer, local, aim)
         words += [] if entry is None else [entry]
