@@ -121,8 +121,8 @@ def compare_visits(asked: Iterable[tuple[str, Field, int, int, str]]) -> None:
             except InvalidInput as fault:
                 told.append(f"{visits}: no plan: {fault}")
                 continue
-            planned[visits] = service
             waits = sum(stop.duration for stop in service.stops)
+            planned[visits] = len(service.stops), waits, len(service.visits)
             told.append(
                 f"{visits}: {len(service.stops)} stops of {waits:.0f} s, "
                 f"{len(service.visits)} unloads"
@@ -130,10 +130,10 @@ def compare_visits(asked: Iterable[tuple[str, Field, int, int, str]]) -> None:
         print(f"{head}: {'; '.join(told)}", flush=True)
         # Where one of both has no plan there is nothing to compare.
         if len(planned) == len(VISITS):
-            for visits, service in planned.items():
-                stops[visits] += len(service.stops)
-                waited[visits] += sum(stop.duration for stop in service.stops)
-                unloads[visits] += len(service.visits)
+            for visits, (count, waits, served) in planned.items():
+                stops[visits] += count
+                waited[visits] += waits
+                unloads[visits] += served
     for visits in VISITS:
         print(
             f"{visits}: {stops[visits]} stops of {waited[visits]:.0f} s in all for "

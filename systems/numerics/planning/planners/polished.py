@@ -111,9 +111,7 @@ def plan_polished(
     exact = not any(goal.tolerance[:3])
     word = plan_by_extremals(trailer, start, goal) if exact and not trailer.reverse else None
     exactly = word is not None and word.converged
-    promised = math.inf if value is None else float(value.time_to_go(state))
-    known = None if value is None or exactly else word_known(value, value.to_table(state))
-    arcs = [] if exactly else _quickest(problem, [way.path for way in ways], known, promised)
+    arcs = [] if exactly else _quickest(problem, [way.path for way in ways], value)
     ways = ways[:WAYS]
     longest, most = math.inf, _SEEDS_WITH_REVERSE if trailer.reverse else SEEDS
     most += max(len(arcs) - 1, 0)
@@ -141,16 +139,14 @@ def plan_polished(
         way, _ = min(found, key=lambda each: each[1].time)
         fine = _refined(problem, [each for _, each in found], fell_back)
         iterations += fine.iterations
-        if fine.is_path and (best is None or fine.time < best.time * (1 - _LESS)):
-            best = _plan(goal, fine.path, fine.time, fine.status, fine.violation, way)
+        best = _quicker(goal, fine, way, best)
     for name, path in [] if found else seeds:
         # On so long a trip few intervals are too long for any seed to lead to a path.
         turns = float(path.times[-1]) * trailer.turn_rate
         many = min(max(math.ceil(_PER_TURN * turns), _INTERVALS), _MOST_INTERVALS)
         fine = patient.solve(resampled(path, many))
         iterations += fine.iterations
-        if fine.is_path and (best is None or fine.time < best.time * (1 - _LESS)):
-            best = _plan(goal, fine.path, fine.time, fine.status, fine.violation, name)
+        best = _quicker(goal, fine, name, best)
     if arcs and (best is None or arcs[0].time < best.time * (1 - _WORTH)):
         # Exact as it is, where the programme finds nothing as quick beside it.
         path = word_path(trailer, state, arcs[0])
@@ -169,12 +165,17 @@ def plan_polished(
 
 
 def _quickest(
-    problem: Problem, ways: list[TrailerPath], known: ArcWord | None, promised: float
+    problem: Problem, ways: list[TrailerPath], value: ValueFunction | None
 ) -> list[ArcWord]:
     """The quickest words near ways down the table, its word, those of a car, perhaps drawn ones."""
     trailer, start, goal = problem.trailer, problem.start, problem.goal
     words = [merged(ArcWord(way.controls, np.diff(way.times))) for way in ways]
-    words += [] if known is None else [known]
+    promised = math.inf
+    if value is not None:
+        known = word_known(value, value.to_table(start))
+        words += [] if known is None else [known]
+        # The table's word is what it promises; without one it interpolates.
+        promised = float(value.interpolated(start)) if known is None else known.time
     longest = min((word.time for word in words), default=math.inf) * trailer.turn_rate
     # Where ways down the table miss a channel, its promise knows of it.
     near = min(longest, promised * trailer.turn_rate) < LONGEST
@@ -229,6 +230,13 @@ def _refined(problem: Problem, found: list[Attempt], fell_back: list[str]) -> At
     fine = problem.solve(resampled(least.path, _INTERVALS))
     placed += [each for each in with_placed_switches(problem, [fine]) if each.is_path]
     return min([fine, *placed], key=lambda each: (not each.is_path, *each.rank))
+
+
+def _quicker(goal: Goal, attempt: Attempt, way: str, best: Plan | None) -> Plan | None:
+    """The plan of an attempt, if that is a path and takes less time than the best plan, or it."""
+    if attempt.is_path and (best is None or attempt.time < best.time * (1 - _LESS)):
+        return _plan(goal, attempt.path, attempt.time, attempt.status, attempt.violation, way)
+    return best
 
 
 def _plan(
