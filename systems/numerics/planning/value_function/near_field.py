@@ -179,6 +179,25 @@ def first_hits(
     return table
 
 
+class _Lattice(NamedTuple):
+    """What the numbers of words that a node was found by stand for.
+
+    Attributes:
+        firsts: First number of the words that end with each control, shape (C + 1,).
+        numbers: Of their other arcs among all words, shape (n,).
+        last, roots, spent: Of all words: their last control, the word a lattice step shorter, and
+            their duration [1 / turn rate].
+        step: Of the lattice [1 / turn rate].
+    """
+
+    firsts: np.ndarray
+    numbers: np.ndarray
+    last: np.ndarray
+    roots: np.ndarray
+    spent: np.ndarray
+    step: float
+
+
 def near_words(
     grid: StateGrid, trailer: Trailer, goal: Goal, scale: float, *, mirrored: bool = False
 ) -> tuple[np.ndarray, KnownWords]:
@@ -192,10 +211,33 @@ def near_words(
         Shape of the grid, float32 [1 / turn rate], and the words of nodes within HELD of the goal.
     """
     table, found, lattice = _lattice_words(grid, trailer, goal, scale, None, mirrored=mirrored)
-    rows = len(found)
-    at = np.flatnonzero(table[:rows].ravel() < SHORTENED)
-    y_count = grid.y_count
-    t, b, j, i = np.unravel_index(at, table[:rows].shape)
+    words = _with_durations(grid, trailer, goal, scale, table, found, lattice)
+    if trailer.reverse:
+        # Of words alike on the lattice one with cusps may be the first, and the worse one.
+        alone, forwards = near_words(grid, replace(trailer, reverse=False), goal, scale)
+        words = _quicker(trailer, words, table, forwards, alone)
+        np.minimum(table, alone, out=table)
+    times = np.take(table, words.nodes)
+    near = times <= HELD
+    words = KnownWords(*(each[near] for each in words))
+    if mirrored:
+        words = _with_images(grid, trailer, words, times[near])
+        _reflect(table)
+    return table, words
+
+
+def _with_durations(
+    grid: StateGrid,
+    trailer: Trailer,
+    goal: Goal,
+    scale: float,
+    table: np.ndarray,
+    found: np.ndarray,
+    lattice: _Lattice,
+) -> KnownWords:
+    """Choose the durations of nodes' words on the lattice, and put their times into the table."""
+    at = np.flatnonzero(table[: len(found)].ravel() < SHORTENED)
+    t, b, j, i = np.unravel_index(at, table.shape)
     x_nodes, y_nodes, thetas, betas = grid.axes()
     starts = np.column_stack([x_nodes[i], y_nodes[j], thetas[t], betas[b]])
     units = np.array([scale, scale, 1.0, 1.0])
@@ -222,34 +264,43 @@ def near_words(
         durations,
     )
     table[t, b, j, i] = times
-    if trailer.reverse:
-        # Of words alike on the lattice one with cusps may be the first, and the worse one.
-        alone, known = near_words(grid, replace(trailer, reverse=False), goal, scale)
-        better = np.flatnonzero((alone[t, b, j, i] < times) & (alone[t, b, j, i] <= HELD))
-        places = np.searchsorted(known.nodes, at[better])
-        pairs = word_controls(trailer)
-        numbers = _numbers(word_controls(replace(trailer, reverse=False)), pairs)
-        counts[better], controls[better] = known.counts[places], numbers[known.controls[places]]
-        durations[better] = known.durations[places]
-        np.minimum(table, alone, out=table)
-        times = table[t, b, j, i]
-    close = times <= HELD
-    at, t, b, j, i = at[close], t[close], b[close], j[close], i[close]
-    times = times[close]
-    counts, controls, durations = counts[close], controls[close], durations[close]
-    if not mirrored:
-        return table, KnownWords(at, counts, controls, durations)
-    _reflect(table)
-    images = -t % grid.theta_count, -b % grid.beta_count, y_count - 1 - j, i
-    nodes = np.append(at, np.ravel_multi_index(images, grid.shape))
-    # Rows of headings along the axis are their own images: there the quicker of two counts.
-    chosen = np.lexsort([np.append(times, times), nodes])
-    nodes, firsts = np.unique(nodes[chosen], return_index=True)
+    return KnownWords(at, counts, controls, durations)
+
+
+def _quicker(
+    trailer: Trailer,
+    words: KnownWords,
+    table: np.ndarray,
+    forwards: KnownWords,
+    alone: np.ndarray,
+) -> KnownWords:
+    """Words with cusps and their times; where they are quicker, those that only drive forwards."""
+    times = np.take(alone, words.nodes)
+    better = np.flatnonzero((times < np.take(table, words.nodes)) & (times <= HELD))
+    places = np.searchsorted(forwards.nodes, words.nodes[better])
+    numbers = _numbers(word_controls(replace(trailer, reverse=False)), word_controls(trailer))
+    words.counts[better] = forwards.counts[places]
+    words.controls[better] = numbers[forwards.controls[places]]
+    words.durations[better] = forwards.durations[places]
+    return words
+
+
+def _with_images(
+    grid: StateGrid, trailer: Trailer, words: KnownWords, times: np.ndarray
+) -> KnownWords:
+    """Words of nodes and what they take, (W,), with mirror images of both: the quicker of two."""
+    nodes, counts, controls, durations = words
+    t, b, j, i = np.unravel_index(nodes, grid.shape)
+    images = -t % grid.theta_count, -b % grid.beta_count, grid.y_count - 1 - j, i
+    both = np.append(nodes, np.ravel_multi_index(images, grid.shape))
+    # Rows of headings along the axis are their own images.
+    chosen = np.lexsort([np.append(times, times), both])
+    both, firsts = np.unique(both[chosen], return_index=True)
     chosen = chosen[firsts]
     pairs = word_controls(trailer)
     mirror = _numbers(pairs * [1, -1], pairs)
-    return table, KnownWords(
-        nodes,
+    return KnownWords(
+        both,
         np.append(counts, counts)[chosen],
         np.concatenate([controls, mirror[controls]])[chosen],
         np.concatenate([durations, durations])[chosen],
@@ -259,25 +310,6 @@ def near_words(
 def _numbers(controls: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     """Which of the pairs v, omega each of some controls is, int8."""
     return (controls[:, None] == pairs).all(axis=-1).argmax(axis=1).astype(np.int8)
-
-
-class _Lattice(NamedTuple):
-    """What the numbers of words that a node was found by stand for.
-
-    Attributes:
-        firsts: First number of the words that end with each control, shape (C + 1,).
-        numbers: Of their other arcs among all words, shape (n,).
-        last, roots, spent: Of all words: their last control, the word a lattice step shorter, and
-            their duration [1 / turn rate].
-        step: Of the lattice [1 / turn rate].
-    """
-
-    firsts: np.ndarray
-    numbers: np.ndarray
-    last: np.ndarray
-    roots: np.ndarray
-    spent: np.ndarray
-    step: float
 
 
 def _lattice_words(
