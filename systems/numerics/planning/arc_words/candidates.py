@@ -7,6 +7,7 @@ controls lead there soon.
 """
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable
 
 import numpy as np
@@ -110,13 +111,14 @@ def keeps_limit(trailer: Trailer, start, word: ArcWord) -> bool:
     return bool((np.abs(bent) <= limit + 1e-9).all())
 
 
-# How many are drawn, of how many arcs, and how many orders of controls are kept.
-DRAWN, FEWEST_ARCS, MOST_ARCS, KEPT = 4000, 3, 6, 40
+# How many are drawn, of how many arcs, and how many orders of controls are kept, of those whose
+# angles wind alike and in all.
+DRAWN, FEWEST_ARCS, MOST_ARCS, KEPT_ALIKE, KEPT = 4000, 3, 6, 10, 40
 # Of a cart that may reverse, the part that drives forwards only: all else are ways with cusps.
 FORWARDS = 0.3
 # Straights are as long as the way to the goal times up to this.
 FARTHER = 1.2
-# Corrections of a word at most, the longest change of a duration in one [1 / turn rate], and what
+# Corrections of a word at most, the longest change of a turn in one [1 / turn rate], and what
 # keeps corrections small that would move the end by little.
 CORRECTIONS, LONGEST_CHANGE, DAMPING = 12, 1.0, 1e-4
 # How far outside the box the end may stay for the search for durations that follows, in turning
@@ -128,8 +130,9 @@ _TURN = 2.0 * math.pi
 def drawn_words(trailer: Trailer, start, goal: Goal, count: int = DRAWN) -> list[ArcWord]:
     """Words into a box, the quickest first, one for each order of controls; the same every time.
 
-    Their ends may be outside the box by a hair, and the jackknife limit is not looked at: they
-    are to be shortened.
+    Words whose theta or beta winds otherwise are kept beside quicker ones: near each there may be
+    an optimum, such as that of a trailer which swings over to its other side. Ends may be outside
+    the box by a hair, and the jackknife limit is not looked at: words are to be shortened.
 
     Args:
         trailer: Which drives, in the open field.
@@ -143,19 +146,44 @@ def drawn_words(trailer: Trailer, start, goal: Goal, count: int = DRAWN) -> list
     widths = np.array(goal.tolerance) / [radius, radius, 1.0, 1.0]
     bound = np.isfinite(widths) & (widths < [math.inf, math.inf, math.pi, math.pi])
     widths[~bound] = 0.0
-    misses = np.empty(count)
-    _bring_in(local, controls, durations, arcs, cart, goal.state[3], widths, bound, misses)
+    misses, windings = np.empty(count), np.empty((count, 2), int)
+    _bring_in(
+        local, controls, durations, arcs, cart, goal.state[3], widths, bound, misses, windings
+    )
     times = durations.sum(axis=1)
     times[~((misses <= NEAR) & np.isfinite(times))] = math.inf
     found: dict[bytes, ArcWord] = {}
+    alike: Counter[bytes] = Counter()
     units = np.array([trailer.speed, trailer.turn_rate])
     for k in np.argsort(times, kind="stable").tolist():
         if len(found) == KEPT or math.isinf(times[k]):
             break
         word = merged(ArcWord(controls[k] * units, durations[k] / trailer.turn_rate))
-        if len(word.durations):
-            found.setdefault(np.sign(word.controls).astype(np.int8).tobytes(), word)
+        wound = windings[k].tobytes()
+        order = wound + np.sign(word.controls).astype(np.int8).tobytes()
+        if len(word.durations) and order not in found and alike[wound] < KEPT_ALIKE:
+            found[order] = word
+            alike[wound] += 1
     return list(found.values())
+
+
+def scattered_words(trailer: Trailer, start, goal: Goal, count: int) -> list[ArcWord]:
+    """Words as they are drawn, wherever they end; the same every time.
+
+    Args:
+        trailer: Which drives, in the open field.
+        start: x, y, theta, beta [m], [m], [rad], [rad].
+        goal: The box, or point, as far away as some of the straights are long.
+        count: How many.
+    """
+    radius = trailer.speed / trailer.turn_rate
+    far = math.dist(start[:2], goal.state[:2]) / radius
+    controls, durations, arcs = _draw(trailer, count, far)
+    units = np.array([trailer.speed, trailer.turn_rate])
+    return [
+        ArcWord(pairs[:used] * units, held[:used] / trailer.turn_rate)
+        for pairs, held, used in zip(controls, durations, arcs, strict=True)
+    ]
 
 
 def _draw(trailer: Trailer, count: int, far: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -183,7 +211,7 @@ def _draw(trailer: Trailer, count: int, far: float) -> tuple[np.ndarray, np.ndar
 
 
 @compiled
-def _bring_in(start, controls, durations, arcs, cart, beta, widths, bound, misses):
+def _bring_in(start, controls, durations, arcs, cart, beta, widths, bound, misses, windings):
     """Correct the durations of words, by the least changes, until they end in the box.
 
     Args:
@@ -194,9 +222,11 @@ def _bring_in(start, controls, durations, arcs, cart, beta, widths, bound, misse
         beta: Of the goal.
         widths: Half-widths of the box, those of free entries zero.
         bound: Which entries are not free.
-        misses: How far outside each word ends at last, to be filled.
+        misses, windings: How far outside each word ends at last, and how often theta and beta have
+            turned there, none if they are free; to be filled.
     """
     gaps, excess, square = np.empty(4), np.empty(4), np.empty((4, 4))
+    far = max(1.0, math.hypot(start[0], start[1]))
     for word in range(len(durations)):
         count, turns = arcs[word], 0.0
         pairs, held = controls[word, :count], durations[word, :count]
@@ -207,13 +237,16 @@ def _bring_in(start, controls, durations, arcs, cart, beta, widths, bound, misse
                 turns = _TURN * np.rint(gaps[2] / _TURN)
             gaps[2] -= turns
             gaps[3] -= beta
-            gaps[3] -= _TURN * np.rint(gaps[3] / _TURN)
+            bent = np.rint(gaps[3] / _TURN)
+            gaps[3] -= _TURN * bent
+            windings[word, 0] = round(turns / _TURN) if bound[2] else 0
+            windings[word, 1] = bent if bound[3] else 0
             misses[word] = _outside(gaps, widths, bound, excess)
             if misses[word] <= ENOUGH or step == CORRECTIONS:
                 break
             _normal_matrix(slopes, excess, square)
             weights = np.linalg.solve(square, -excess)
-            longest = _change(slopes, excess, weights, change)
+            longest = _change(slopes, excess, weights, pairs, far, change)
             part = min(1.0, LONGEST_CHANGE / max(longest, 1e-12))
             for k in range(count):
                 held[k] = max(held[k] + part * change[k], 0.0)
@@ -243,7 +276,7 @@ def _normal_matrix(slopes, excess, square):
 
 
 @kernel
-def _change(slopes, excess, weights, change):
+def _change(slopes, excess, weights, pairs, far, change):
     """The least change of durations that corrects what is outside; returns its largest entry."""
     longest = 0.0
     for k in range(len(change)):
@@ -251,5 +284,6 @@ def _change(slopes, excess, weights, change):
         for n in range(4):
             if excess[n] != 0.0:
                 change[k] += slopes[n, k] * weights[n]
-        longest = max(longest, abs(change[k]))
+        # The end moves with a straight in proportion, so that on a far way it may change by more.
+        longest = max(longest, abs(change[k]) / (far if pairs[k, 1] == 0.0 else 1.0))
     return longest

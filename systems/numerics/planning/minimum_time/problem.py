@@ -41,18 +41,28 @@ class Guess:
     signs: np.ndarray
 
 
-def resampled(path: TrailerPath, intervals: int) -> Guess:
-    """One arc of intervals of equal duration: states interpolated, controls averaged."""
-    times = np.linspace(path.times[0], path.times[-1], intervals + 1)
+def resampled(path: TrailerPath, intervals: int, near: float | None = None) -> Guess:
+    """One arc of intervals of equal duration: states interpolated, controls averaged.
+
+    Args:
+        path: The path.
+        intervals: Of each arc.
+        near: With it three arcs, the first and the last so long at most [s]: where a cart turns at
+            both ends of a long trip, the switches lie there.
+    """
+    total = float(path.times[-1] - path.times[0])
+    ends = 0.0 if near is None else min(near, total / 3)
+    durations = np.array([total] if near is None else [ends, total - 2 * ends, ends])
+    steps = np.repeat(np.maximum(durations / intervals, 1e-12), intervals)
+    times = path.times[0] + np.append(0.0, np.cumsum(steps))
     # Averages are differences of the integral, which is piecewise linear.
-    steps = np.diff(path.times)[:, None]
-    integral = np.vstack([np.zeros((1, 2)), np.cumsum(path.controls * steps, axis=0)])
-    duration = float(times[-1] - times[0])
+    held = np.diff(path.times)[:, None]
+    integral = np.vstack([np.zeros((1, 2)), np.cumsum(path.controls * held, axis=0)])
     return Guess(
         columns_at(times, path.times, path.states),
-        np.diff(columns_at(times, path.times, integral), axis=0) / max(duration / intervals, 1e-12),
-        np.array([duration]),
-        np.full((intervals, 2), FREE),
+        np.diff(columns_at(times, path.times, integral), axis=0) / steps[:, None],
+        durations,
+        np.full((len(steps), 2), FREE),
     )
 
 
@@ -170,13 +180,16 @@ class Problem:
 
         lbx = joined(low, slowest, np.zeros(arcs))
         ubx = joined(high, fastest, np.full(arcs, np.inf))
+        # Of long trips the time weighs less: else the solver's first step shortens a guess that all
+        # but arrives until it ends far from the goal.
+        weight = 1.0 / max(1.0, float(guess.durations.sum()) * rate)
         defects, clearances = 4 * n, programme.discs * (n + 1)
         first = joined(guess.states, guess.controls, guess.durations)
         answer = programme.solver(
             x0=np.clip(first, lbx, ubx),
             lbx=lbx,
             ubx=ubx,
-            p=self.goal.state[:3] if programme.discs else [],
+            p=[weight, *(self.goal.state[:3] if programme.discs else [])],
             lbg=np.append(np.zeros(defects), np.full(clearances, margin)),
             ubg=np.append(np.zeros(defects), np.full(clearances, np.inf)),
         )
@@ -282,22 +295,27 @@ ACCEPTED_OVERLAP = 1e-3
 _MOST_PUSHES = 4
 
 
+def near_best(found: list[Attempt]) -> list[Attempt]:
+    """The quickest of each path among attempts that take all but the least time, by their times."""
+    least = min(each.time for each in found)
+    # The same time to five decimals means the same path.
+    unlike: dict[float, Attempt] = {}
+    for each in sorted(found, key=lambda each: each.time):
+        if each.time <= NEAR_BEST * least:
+            unlike.setdefault(round(each.time / least, 5), each)
+    return list(unlike.values())
+
+
 def with_placed_switches(problem: Problem, found: list[Attempt]) -> list[Attempt]:
     """Solve again from the best attempts, with one duration for each of their arcs."""
-    least = min(each.time for each in found)
-    seen: set[float] = set()
     better = []
-    for each in found:
-        # The same time to five decimals means the same path.
-        key = round(each.time / least, 5)
-        if key <= NEAR_BEST and key not in seen:
-            seen.add(key)
-            guess = split_into_arcs(each.path, problem.trailer, INTERVALS_PER_ARC)
-            freedom = len(guess.durations) + int((guess.signs == FREE).sum())
-            exact_goals = problem.goal.tolerance.count(0)
-            # Few arcs may leave nothing to choose: then every switch is where it must be.
-            if len(guess.durations) <= MOST_ARCS and freedom >= exact_goals:
-                better.append(problem.solve(guess))
+    for each in near_best(found):
+        guess = split_into_arcs(each.path, problem.trailer, INTERVALS_PER_ARC)
+        freedom = len(guess.durations) + int((guess.signs == FREE).sum())
+        exact_goals = problem.goal.tolerance.count(0)
+        # Few arcs may leave nothing to choose: then every switch is where it must be.
+        if len(guess.durations) <= MOST_ARCS and freedom >= exact_goals:
+            better.append(problem.solve(guess))
     return better
 
 

@@ -80,8 +80,8 @@ class Programme:
 
     Its variables are the states, node by node, then the controls (v, omega), interval by interval,
     then the durations of the arcs. Its constraints are that each interval ends where the next
-    begins, then the free distance around each disc at each node [m]. With obstacles its parameter
-    is the pose, in the world, of the frame that the states are in.
+    begins, then the free distance around each disc at each node [m]. Its parameters are the weight
+    of time and, with obstacles, the pose in the world of the frame that the states are in.
 
     Within an interval the controls are constant, so that its end is known in closed form: there is
     no mesh that a short trailer or a far goal would have to refine.
@@ -131,7 +131,7 @@ def minimum_time_programme(
     steps = ca.vec(ca.repmat(durations.T / each, each, 1)).T
     ends = advance.map(intervals)(states[:, :-1], controls, steps)
     constraints = [ca.vec(states[:, 1:] - ends)]
-    pose = ca.MX.sym("pose", 0 if field is None else 3)
+    weight, pose = ca.MX.sym("weight"), ca.MX.sym("pose", 0 if field is None else 3)
     if field is not None:
         distances = field.function().map(intervals + 1)
         metres = ca.diag(ca.DM([radius, radius, 1.0, 1.0])) @ states
@@ -151,8 +151,8 @@ def minimum_time_programme(
     }
     programme = {
         "x": ca.vertcat(ca.vec(states), ca.vec(controls), durations),
-        "p": pose,
-        "f": ca.sum1(durations),
+        "p": ca.vertcat(weight, pose),
+        "f": weight * ca.sum1(durations),
         "g": ca.vertcat(*constraints),
     }
     solver = ca.nlpsol("minimum_time", "ipopt", programme, options)

@@ -8,43 +8,48 @@ from time import perf_counter
 import numpy as np
 
 from ...errors import require
-from ..arc_words.candidates import car_words, drawn_words, keeps_limit, quickest_words
+from ..arc_words.candidates import (
+    car_words,
+    drawn_words,
+    keeps_limit,
+    quickest_words,
+    scattered_words,
+)
 from ..arc_words.quickest import LONGEST, ArcWord, quickest_word, word_path
 from ..arc_words.shortened import merged
 from ..car_paths import dubins_paths, reeds_shepp_paths
 from ..extremals.planner import plan_by_extremals
 from ..goal import Goal, checked_start
 from ..minimum_time.planner import plan_by_casadi
-from ..minimum_time.problem import Attempt, Problem, resampled, with_placed_switches
+from ..minimum_time.problem import Attempt, Problem, near_best, resampled, with_placed_switches
 from ..minimum_time.seeds import seed_along
 from ..plan import Plan, TrailerPath
 from ..trailer import Trailer
-from ..value_function.descents import descents
+from ..value_function.descents import Descent, descents
 from ..value_function.grid import THESIS_STEP
 from ..value_function.solve import open_field_table
 from ..value_function.value_function import ValueFunction, word_known
 
 METHOD = "polished"
-# Ways down the table that are tried at most, and seeds in all: the rest are the shortest car paths.
-WAYS, SEEDS = 2, 5
+# Ways down the table, words, paths of a car and words that end anywhere from which the programme is
+# solved at most.
+WAYS, WORDS, CAR_PATHS, SCATTERED = 2, 4, 8, 40
 # Ways that are made into words, whose durations take the least time exactly.
 WORD_WAYS = 4
-# More for a cart that may reverse, which has more ways to choose from.
-_SEEDS_WITH_REVERSE = 14
-# Trailers of more turning radii swing in on ways like no car's: words are drawn for them, too, and
-# for carts that may reverse. Of the quickest words, so many are tried then.
-_LONG_TRAILER, _WORDS_IF_DRAWN = 1.5, 4
-# Fewer where the extremal solver has found a path.
-_WAYS_BESIDE, _SEEDS_BESIDE = 1, 4
+# Fewer where the extremal solver has found a path, or a table tells the quickest way.
+_WAYS_BESIDE, _CAR_PATHS_BESIDE = 1, 3
+# A trailer of more turning radii is long.
+_LONG_TRAILER = 1.5
 # A box is reached sooner than its middle, where car paths end: those that are so many turning radii
 # longer than the quickest way down the table are not tried.
 _LONGER = 2.0
-# Of the programme that is solved from every seed, where few are enough to tell which is best.
-_COARSE_INTERVALS, _QUICK_ITERATIONS = 16, 25
-# Of the one in which the best path is solved again, when its switches cannot be placed.
-_INTERVALS, _MAX_ITERATIONS = 60, 200
-# Where a long trip needs more of them: in 1 / turn rate, at most, and iterations for each seed.
-_PER_TURN, _MOST_INTERVALS, _PATIENT_ITERATIONS = 1.5, 240, 40
+# Of the programme that is solved from every seed: intervals of each of its three arcs, how long the
+# first and the last are [1 / turn rate], and iterations. Few are enough to tell which is best.
+_COARSE_INTERVALS, _ENDS, _QUICK_ITERATIONS = 8, 8.0, 100
+# Paths of the small programme that are refined at most: few intervals may tell them apart wrongly.
+REFINED = 4
+# Of the one in which a path is solved again, when its switches cannot be placed.
+_INTERVALS, _MAX_ITERATIONS = 24, 200
 # How much less time counts as less.
 _LESS = 1e-9
 # Words whose times differ by less, relative to them, are taken for one.
@@ -63,12 +68,13 @@ def plan_polished(
 ) -> Plan:
     """The quickest of the local optima near ways down a table and near car paths.
 
-    Seeds are the best way down the table and those on other sides of barriers, the quickest word
-    of held controls near these, exact for any cart and distance, and Dubins words. For a cart that
-    may reverse, or with a long trailer, words are drawn at random as well, the same every time.
-    A small programme tells which leads to the quickest path; the switches of that one are then
-    placed exactly. To a point, or a point with a tolerance in beta alone, the extremal solver is
-    asked too. With reverse there are more optima than seeds, and the best may be missed.
+    Seeds are the best ways down the table, the quickest words of held controls near these, exact
+    for any cart and distance, and shortest words of a car. With reverse, a long trailer or one that
+    starts beyond a right angle, and where no table tells the way, words are drawn at random as
+    well, the same every time: some that lead into the box, and others that end anywhere. A small
+    programme tells which lead to the quickest paths; the switches of these are then placed exactly.
+    To a point, or a point with a tolerance in beta alone, the extremal solver is asked too. There
+    may be more optima than seeds, and the best may be missed.
 
     In the notes: `way`, which seed won; `table`, the shape of the one that was there; `fell_back`,
     from what and to what, where that was needed.
@@ -96,34 +102,19 @@ def plan_polished(
         require(same, "value", "be for the same beta", value.goal.state[3])
         value = value.moved(*goal.state[:3])
     problem = Problem(trailer, state, goal, _MAX_ITERATIONS)
-    quick, patient = (
-        Problem(trailer, state, goal, most) for most in (_QUICK_ITERATIONS, _PATIENT_ITERATIONS)
-    )
+    quick = Problem(trailer, state, goal, _QUICK_ITERATIONS)
     fell_back: list[str] = []
     ways = [] if value is None else descents(value, state)[:WORD_WAYS]
     if not ways:
         fell_back.append(
-            "no table of this cart, distance and goal: car paths only"
+            "no table of this cart, distance and goal: other seeds only"
             if value is None
-            else "the table promises no way: car paths only"
+            else "the table promises no way: other seeds only"
         )
-    # Where the cart meets x, y and theta exactly, the optimum is an extremal.
-    exact = not any(goal.tolerance[:3])
-    word = plan_by_extremals(trailer, start, goal) if exact and not trailer.reverse else None
-    exactly = word is not None and word.converged
-    arcs = [] if exactly else _quickest(problem, [way.path for way in ways], value)
-    ways = ways[:WAYS]
-    longest, most = math.inf, _SEEDS_WITH_REVERSE if trailer.reverse else SEEDS
-    most += max(len(arcs) - 1, 0)
-    if word is not None and word.converged:
-        longest, most = word.time, _SEEDS_BESIDE
-        ways = ways[:_WAYS_BESIDE]
-    elif ways and not exact:
-        longest = ways[0].time + _LONGER / trailer.turn_rate
-    seeds = [(f"way {k} down the table", way.path) for k, way in enumerate(ways, 1)]
-    seeds += [("quickest word", word_path(trailer, state, each)) for each in arcs]
-    seeds += [("car path", path) for path in _car_paths(problem, longest, most - len(seeds))]
-    coarse = [(name, quick.solve(resampled(path, _COARSE_INTERVALS))) for name, path in seeds]
+    extremal = _extremal(problem)
+    seeds, arcs = _seeds(problem, ways, value, extremal)
+    ends = _ENDS / trailer.turn_rate
+    coarse = [(name, quick.solve(resampled(path, _COARSE_INTERVALS, ends))) for name, path in seeds]
     found = [each for each in coarse if each[1].is_path]
     notes: dict[str, object] = {
         "table": None if value is None else value.grid.shape,
@@ -132,21 +123,12 @@ def plan_polished(
         "fell_back": fell_back,
     }
     iterations = sum(each.iterations for _, each in coarse)
-    best: Plan | None = None
-    if word is not None and word.converged and word.path is not None:
-        best = _plan(goal, word.path, word.time, "optimal", word.residual, "extremal")
+    best = extremal
     if found and (best is None or min(each.time for _, each in found) < best.time):
         way, _ = min(found, key=lambda each: each[1].time)
         fine = _refined(problem, [each for _, each in found], fell_back)
         iterations += fine.iterations
         best = _quicker(goal, fine, way, best)
-    for name, path in [] if found else seeds:
-        # On so long a trip few intervals are too long for any seed to lead to a path.
-        turns = float(path.times[-1]) * trailer.turn_rate
-        many = min(max(math.ceil(_PER_TURN * turns), _INTERVALS), _MOST_INTERVALS)
-        fine = patient.solve(resampled(path, many))
-        iterations += fine.iterations
-        best = _quicker(goal, fine, name, best)
     if arcs and (best is None or arcs[0].time < best.time * (1 - _WORTH)):
         # Exact as it is, where the programme finds nothing as quick beside it.
         path = word_path(trailer, state, arcs[0])
@@ -164,10 +146,55 @@ def plan_polished(
     )
 
 
+def _extremal(problem: Problem) -> Plan | None:
+    """The optimum of a cart that meets x, y and theta exactly, if the extremal solver finds it."""
+    goal = problem.goal
+    if any(goal.tolerance[:3]) or problem.trailer.reverse:
+        return None
+    plan = plan_by_extremals(problem.trailer, problem.start.tolist(), goal)
+    if not plan.converged or plan.path is None:
+        return None
+    return _plan(goal, plan.path, plan.time, "optimal", plan.residual, "extremal")
+
+
+def _seeds(
+    problem: Problem, ways: list[Descent], value: ValueFunction | None, extremal: Plan | None
+) -> tuple[list[tuple[str, TrailerPath]], list[ArcWord]]:
+    """What the programme is solved from, each with its name, and the quickest words among it."""
+    trailer, start, goal = problem.trailer, problem.start, problem.goal
+    named = [(f"way {k} down the table", way.path) for k, way in enumerate(ways[:WAYS], 1)]
+    if extremal is not None:
+        cars = _car_paths(problem, extremal.time, _CAR_PATHS_BESIDE)
+        return named[:_WAYS_BESIDE] + [("car path", path) for path in cars], []
+    many = _has_many_optima(problem, ways)
+    drawn = drawn_words(trailer, start, goal) if many else []
+    arcs = _quickest(problem, [way.path for way in ways], value, drawn)[: WORDS if many else 1]
+    longest = math.inf
+    if ways and any(goal.tolerance[:3]):
+        longest = ways[0].time + _LONGER / trailer.turn_rate
+    cars = _car_paths(problem, longest, CAR_PATHS if many else _CAR_PATHS_BESIDE)
+    drawn += scattered_words(trailer, start, goal, SCATTERED) if many else []
+    named += [("quickest word", word_path(trailer, start, word)) for word in arcs]
+    named += [("car path", path) for path in cars]
+    return named + [("drawn word", word_path(trailer, start, word)) for word in drawn], arcs
+
+
+def _has_many_optima(problem: Problem, ways: list[Descent]) -> bool:
+    """Whether no table tells the quickest way, or there are more ways than it has nodes for.
+
+    There are with cusps, with long trailers, which swing in like no car, and with trailers that
+    start beyond a right angle, of which a hair decides to which side they unfold.
+    """
+    trailer = problem.trailer
+    long = trailer.length * trailer.turn_rate > _LONG_TRAILER * trailer.speed
+    bent = abs(math.remainder(problem.start[3], math.tau)) > math.pi / 2
+    return not ways or trailer.reverse or long or bent
+
+
 def _quickest(
-    problem: Problem, ways: list[TrailerPath], value: ValueFunction | None
+    problem: Problem, ways: list[TrailerPath], value: ValueFunction | None, drawn: list[ArcWord]
 ) -> list[ArcWord]:
-    """The quickest words near ways down the table, its word, those of a car, perhaps drawn ones."""
+    """The quickest words near ways down the table, its word, those of a car and drawn ones."""
     trailer, start, goal = problem.trailer, problem.start, problem.goal
     words = [merged(ArcWord(way.controls, np.diff(way.times))) for way in ways]
     promised = math.inf
@@ -183,16 +210,14 @@ def _quickest(
         entry = quickest_word(trailer, start, goal)
         words += [] if entry is None else [entry]
     words += car_words(trailer, start, goal, longest + _LONGER)
-    drawn = trailer.reverse or trailer.length * trailer.turn_rate > _LONG_TRAILER * trailer.speed
-    words += drawn_words(trailer, start, goal) if drawn else []
     found = quickest_words(
         trailer,
         start,
-        words,
+        words + drawn,
         goal,
         lambda word: len(word.durations) > 0 and keeps_limit(trailer, start, word),
     )
-    return _unlike(found)[: _WORDS_IF_DRAWN if drawn else 1]
+    return _unlike(found)
 
 
 def _unlike(words: list[ArcWord]) -> list[ArcWord]:
@@ -219,17 +244,23 @@ def _car_paths(problem: Problem, longest: float, most: int) -> list[TrailerPath]
 
 
 def _refined(problem: Problem, found: list[Attempt], fell_back: list[str]) -> Attempt:
-    """The best of coarse attempts with its switches in place."""
-    least = min(found, key=lambda each: each.time)
-    placed = [each for each in with_placed_switches(problem, found) if each.is_path]
-    best = min(placed, key=lambda each: each.rank, default=None)
-    # A coarse path is one of the cart too, so that the optimum beside it takes no longer.
-    if best is not None and best.status == "optimal" and best.time <= least.time * (1 + 1e-6):
-        return best
-    fell_back.append("switches not placed: solved in equal intervals first")
-    fine = problem.solve(resampled(least.path, _INTERVALS))
-    placed += [each for each in with_placed_switches(problem, [fine]) if each.is_path]
-    return min([fine, *placed], key=lambda each: (not each.is_path, *each.rank))
+    """The best path near coarse attempts, with its switches in place if they can be placed."""
+    near = near_best(found)[:REFINED]
+    refined = list(near)
+    unplaced = False
+    for coarse in near:
+        placed = [each for each in with_placed_switches(problem, [coarse]) if each.is_path]
+        # A coarse path is one of the cart too, so that the optimum beside it takes no longer.
+        longest = coarse.time * (1 + _WORTH)
+        if not any(each.status == "optimal" and each.time <= longest for each in placed):
+            unplaced = True
+            ends = _ENDS / problem.trailer.turn_rate
+            fine = problem.solve(resampled(coarse.path, _INTERVALS, ends))
+            placed += [fine, *with_placed_switches(problem, [fine])]
+        refined += placed
+    if unplaced:
+        fell_back.append("switches not placed: solved in more intervals first")
+    return min(refined, key=lambda each: (not each.is_path, *each.rank))
 
 
 def _quicker(goal: Goal, attempt: Attempt, way: str, best: Plan | None) -> Plan | None:

@@ -1,11 +1,13 @@
 """Words into a goal box without a table: of a car, and drawn at random."""
 
 import math
+from collections import Counter
 
 import numpy as np
 import pytest
 
 from sightfield.systems.numerics.planning.arc_words.candidates import (
+    KEPT_ALIKE,
     NEAR,
     car_words,
     drawn_words,
@@ -100,6 +102,32 @@ def test_they_end_where_they_should_each_in_an_order_of_its_own(width):
     assert len({word.controls.tobytes() for word in words}) == len(words)
     times = [word.time for word in words]
     assert times == sorted(times)
+
+
+def test_ways_around_and_over_to_the_other_side_are_kept_beside_quicker_ones():
+    cart = Trailer(length=0.74, hitch_offset=0.19)
+    goal = Goal(state=(0.0, 0.0, 0.0, 0.0), tolerance=(0.2, 0.2, 0.25, 0.25))
+    start = (3.0, -1.0, -0.3, -2.83)
+    words = drawn_words(cart, start, goal)
+    ends = np.array([end_of(cart, start, word) for word in words])
+    theta, beta = np.rint(ends[:, 2:] / (2 * math.pi)).T
+    assert set(beta) >= {-1.0, 0.0}
+    assert len(set(theta)) > 1
+    wound = Counter(zip(theta, beta, strict=True))
+    assert max(wound.values()) <= KEPT_ALIKE
+    orders = {
+        (*each, word.controls.tobytes()) for *each, word in zip(theta, beta, words, strict=True)
+    }
+    assert len(orders) == len(words)
+
+
+def test_far_goals_are_met_by_long_trailers():
+    """Where a turn that is off by little is off by far at the end."""
+    cart = Trailer(length=3.46, hitch_offset=0.5)
+    goal = Goal(state=(0.0, 0.0, 0.0, 0.0), tolerance=(0.2, 0.2, 0.25, 0.25))
+    words = drawn_words(cart, (110.0, -70.0, 2.0, -1.4), goal)
+    assert len(words) > 5
+    assert words[0].time > 130.0
 
 
 def test_they_are_the_same_every_time_and_in_every_unit():

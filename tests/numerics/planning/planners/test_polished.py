@@ -104,14 +104,47 @@ def test_backwards_too():
     assert plan.time < plan_polished(Trailer(), start, goal, step=0.5).time
 
 
+# A trailer that all but folds over and swings back; one that is backed up for fifty turning radii;
+# and a long one, seventeen times as far away as a table reaches. Where from, where to, the box's
+# half width [m], and the best of the minimum-time programme from 60 seeds drawn at random [s].
+HARD = [
+    (
+        Trailer(speed=0.432, turn_rate=0.199, length=1.6, hitch_offset=0.419),
+        ((3.11, 7.48, -1.27, -2.83), (-3.88, 8.56, -0.968, 0.0), 0.435),
+        43.8899,
+    ),
+    (
+        Trailer(speed=0.515, turn_rate=0.282, length=5.94, hitch_offset=0.886, reverse=True),
+        ((-80.7, -46.4, 3.05, -0.685), (5.6, -4.24, -1.98, 0.0), 0.365),
+        185.875,
+    ),
+    (
+        Trailer(speed=0.331, turn_rate=0.47, length=2.44, hitch_offset=0.365),
+        ((93.8, 18.4, 0.883, -1.39), (6.58, -8.43, 0.319, 0.0), 0.141),
+        310.576,
+    ),
+]
+
+
+@pytest.mark.parametrize("cart, question, best", HARD)
+def test_no_seed_drawn_at_random_leads_to_a_quicker_path(cart, question, best):
+    start, place, width = question
+    goal = Goal(state=place, tolerance=(width, width, 0.251, 0.251))
+    plan = plan_polished(cart, start, goal)
+    assert plan.converged
+    assert plan.time <= best * (1 + 1e-4)
+    end = end_of(cart, start, ArcWord(plan.path.controls, np.diff(plan.path.times)))
+    assert max(goal.miss(end)) < 1e-6
+
+
 def test_without_a_table_car_paths_lead_on():
     """Free in x there is no table, as its grid is a square around the goal."""
     goal = Goal(state=PLACE, tolerance=(math.inf, 0.0, 0.1, 0.1))
     plan = plan_polished(Trailer(), START, goal)
     assert plan.converged
     assert plan.notes["table"] is None
-    assert plan.notes["way"] == "quickest word"
-    assert "car paths only" in plan.notes["fell_back"][0]
+    assert "table" not in plan.notes["way"]
+    assert "other seeds only" in plan.notes["fell_back"][0]
     assert plan.time <= plan_by_casadi(Trailer(), START, goal).time * (1 + 1e-3)
 
 
@@ -119,7 +152,7 @@ def test_a_table_that_promises_nothing_is_done_without(value):
     blank = replace(value, table=np.full_like(value.table, np.inf))
     plan = plan_polished(Trailer(), START, BOX, value=blank)
     assert plan.time == pytest.approx(4.3476, abs=1e-4)
-    assert plan.notes["fell_back"] == ["the table promises no way: car paths only"]
+    assert plan.notes["fell_back"] == ["the table promises no way: other seeds only"]
 
 
 def test_a_start_at_the_goal_takes_no_time(value):
