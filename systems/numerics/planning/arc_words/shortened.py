@@ -7,10 +7,12 @@ of no duration are put in between, and those that save time grow.
 
 import math
 from collections.abc import Callable
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
+from threadpoolctl import ThreadpoolController
 
 from ...compiled import compiled, kernel
 from ..goal import Goal
@@ -171,15 +173,17 @@ def _shortened(
             }
         )
     ones = np.ones(len(durations))
-    answer = minimize(
-        lambda held: float(held.sum()),
-        durations,
-        jac=lambda _: ones,
-        bounds=[(0.0, None)] * len(durations),
-        constraints=constraints,
-        method="SLSQP",
-        options={"maxiter": MOST_STEPS, "ftol": PRECISION},
-    )
+    # Threads of BLAS take ten times as long for so little, and round as their number has it.
+    with _blas().limit(limits=1, user_api="blas"):
+        answer = minimize(
+            lambda held: float(held.sum()),
+            durations,
+            jac=lambda _: ones,
+            bounds=[(0.0, None)] * len(durations),
+            constraints=constraints,
+            method="SLSQP",
+            options={"maxiter": MOST_STEPS, "ftol": PRECISION},
+        )
     held = np.where(answer.x < SHORTEST, 0.0, answer.x)
     if not np.isfinite(held).all():
         return None
@@ -193,6 +197,11 @@ def _shortened(
         change, *_ = np.linalg.lstsq(slopes[np.ix_(off, on)], -excess[off], rcond=None)
         held[on] = np.maximum(held[on] + change, 0.0)
     return None
+
+
+@cache
+def _blas() -> ThreadpoolController:
+    return ThreadpoolController()
 
 
 def is_steady(trailer: Trailer, start, word: ArcWord, goal: Goal) -> bool:

@@ -126,7 +126,7 @@ HARD = [
 ]
 
 
-@pytest.mark.parametrize("cart, question, best", HARD)
+@pytest.mark.parametrize(("cart", "question", "best"), HARD)
 def test_no_seed_drawn_at_random_leads_to_a_quicker_path(cart, question, best):
     start, place, width = question
     goal = Goal(state=place, tolerance=(width, width, 0.251, 0.251))
