@@ -45,3 +45,5 @@ from .systems.planning import PathFollower as PathFollower
 from .systems.planning import TractorTrailer as TractorTrailer
 from .systems.planning import TractorTrailer_ as TractorTrailer_
 from .systems.planning import ValueFunctionFeedback as ValueFunctionFeedback
+from .systems.planning import control_trajectory as control_trajectory
+from .systems.planning import state_trajectory as state_trajectory

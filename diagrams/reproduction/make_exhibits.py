@@ -13,6 +13,7 @@ from ..outputs import lacks_room
 from .exhibits.beyond_teams import RADIO, RANK_AGGREGATIONS, RISK_VECTOR_GAPS
 from .exhibits.evidence import Evidence, Exhibit, Workshop
 from .exhibits.harvest import FIELD_PATHS, UNLOADING
+from .exhibits.landmark_location import LANDMARK_LOCATION
 from .exhibits.planning import CART_PATHS, CART_SWEEP
 from .exhibits.social_connectivity import SOCIAL_CONNECTIVITY
 from .exhibits.solved_game import SOLVED_GAME
@@ -37,6 +38,7 @@ EXHIBITS = (
     RISK_VECTOR_GAPS,
     RANK_AGGREGATIONS,
     RADIO,
+    LANDMARK_LOCATION,
     SOLVED_GAME,
 )
 

@@ -31,8 +31,6 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated
 
-import numpy as np
-
 from ..checked import Checked, Finite, NonNegativeSized, PositiveSized, Sized, one_of
 from ..errors import (
     InvalidInput,
@@ -296,11 +294,6 @@ class HeldEquilibrium:
     y: float
     stable: bool
     calibrated: bool
-
-
-def held_error(loop: StandoffLoop, y):
-    """e(y), held at its end values outside the calibrated range [m]; y [m], scalar or array."""
-    return loop.error.error(np.clip(y, loop.error.shortest, loop.error.longest))
 
 
 def held_equilibria(loop: StandoffLoop) -> tuple[HeldEquilibrium, ...]:

@@ -109,6 +109,7 @@ def test_the_summary_is_also_on_disk(report):
         ("figure-2.19", "one evader is never lost", DIFFERS),
         ("beyond-radio", "A centre less no radio at all, against adversarial", SHOWN),
         ("beyond-radio", "A centre less no radio at all, against best_response", SHOWN),
+        ("beyond-landmarks", "Distance to a landmark's edge (2.14)", DIFFERS),
         ("beyond-solved-game", "Regret, one against one", SHOWN),
     ],
 )
