@@ -10,11 +10,14 @@ import shapely
 
 from ...errors import require
 from ...geometry.world import World, make_world
+from ..arc_words.candidates import scattered_words
+from ..arc_words.quickest import word_path
 from ..footprint import Discs, covering_discs, deepest_overlap, require_clear_ends, walls_part
 from ..goal import Goal, checked_start
 from ..minimum_time.planner import plan_by_casadi
+from ..minimum_time.problem import Problem, near_best, resampled
 from ..minimum_time.seeds import detours
-from ..plan import Plan
+from ..plan import Plan, TrailerPath
 from ..trailer import Trailer
 from ..value_function.grid import THESIS_STEP, StateGrid, grid_around
 from ..value_function.policy import is_late, roll_out
@@ -75,6 +78,9 @@ METHOD = "value-function"
 WORTH = 1.0
 # How much less time counts as less.
 _LESS = 1e-6
+# Words that are drawn for a cart that may reverse, intervals and iterations of the small programme
+# among walls, and which part of the time is worth to be solved again for.
+SCATTERED, _INTERVALS, _ITERATIONS, _SAVED = 20, 30, 100, 1e-3
 
 
 def grid_within(world: World, trailer: Trailer, goal: Goal, step: float) -> StateGrid:
@@ -136,13 +142,20 @@ def plan_from_table(
     status, way = "arrived", "driven down the table"
     converged = value.converged and not value.warnings
     residual = value.residual
-    seeds = [path] if len(path.controls) else None
-    polished = plan_by_casadi(value.trailer, start, goal, seeds=seeds, obstacles=world, discs=discs)
+    seeds = {"driven down the table, then polished": [path] if len(path.controls) else None}
+    if value.trailer.reverse and (quicker := _quicker_ways(value, start, goal, world, discs, time)):
+        seeds["words drawn at random, then polished"] = quicker
+    polished = {
+        name: plan_by_casadi(value.trailer, start, goal, seeds=each, obstacles=world, discs=discs)
+        for name, each in seeds.items()
+    }
+    name = min(seeds, key=lambda name: (not polished[name].converged, polished[name].time))
+    best = polished[name]
     # The programme's path ends where it should, whatever the grid resolved.
-    better = polished.time < time * (1 - _LESS) or bool(value.warnings)
-    if better and polished.converged and polished.path is not None:
-        path, way = polished.path, "driven down the table, then polished"
-        converged, residual = value.converged, polished.residual
+    better = best.time < time * (1 - _LESS) or bool(value.warnings)
+    if better and best.converged and best.path is not None:
+        path, way = best.path, name
+        converged, residual = value.converged, best.residual
         notes["warnings"] = []
     elif value.warnings:
         status = "arrived in a wider box"
@@ -164,6 +177,29 @@ def plan_from_table(
         wall_time=perf_counter() - began,
         notes=notes,
     )
+
+
+def _quicker_ways(
+    value: ValueFunction,
+    start: Sequence[float],
+    goal: Goal,
+    world: World,
+    discs: Discs,
+    time: float,
+) -> list[TrailerPath]:
+    """Ways among walls that a small programme finds from drawn words, quicker than a time [s].
+
+    A cart that may reverse has more of them than a table tells apart: those with other cusps.
+    """
+    trailer = value.trailer
+    problem = Problem(trailer, checked_start(trailer, start), goal, _ITERATIONS, world, discs)
+    words = scattered_words(trailer, start, goal, SCATTERED)
+    tried = [
+        problem.solve(resampled(word_path(trailer, problem.start, word), _INTERVALS))
+        for word in words
+    ]
+    found = [each for each in tried if each.is_path and each.time < time * (1 - _SAVED)]
+    return [each.path for each in near_best(found)] if found else []
 
 
 def _hint(value: ValueFunction) -> str:
