@@ -8,11 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.planning.arc_words.quickest import ArcWord
+from sightfield.systems.numerics.planning.arc_words.candidates import drawn_words
+from sightfield.systems.numerics.planning.arc_words.quickest import ArcWord, word_path
 from sightfield.systems.numerics.planning.arc_words.shortened import end_of
 from sightfield.systems.numerics.planning.car_paths import dubins_paths, reeds_shepp_paths
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
+from sightfield.systems.numerics.planning.minimum_time.problem import Problem, resampled
 from sightfield.systems.numerics.planning.trailer import Trailer, trailer_rates
 
 CART = Trailer()
@@ -177,3 +179,15 @@ def test_bad_input_is_refused_in_words(trailer, start, options, words):
     with pytest.raises(InvalidInput) as error:
         plan_by_casadi(trailer, start, ORIGIN, **options)
     assert words in str(error.value)
+
+
+def test_far_guesses_that_arrive_lead_to_paths():
+    """Where the time outweighs all else, the first step leaves them far from the goal."""
+    cart = Trailer(speed=0.331, turn_rate=0.47, length=2.44, hitch_offset=0.365)
+    goal = Goal(state=(6.58, -8.43, 0.319, 0.0), tolerance=(0.141, 0.141, 0.251, 0.251))
+    start = (93.8, 18.4, 0.883, -1.39)
+    problem = Problem(cart, np.array(start), goal, 100)
+    words = drawn_words(cart, start, goal)
+    guesses = [resampled(word_path(cart, start, word), 8, 8.0 / cart.turn_rate) for word in words]
+    arrived = [problem.solve(guess).is_path for guess in guesses]
+    assert np.mean(arrived) > 0.7
