@@ -128,7 +128,8 @@ def plan_polished(
         way, _ = min(found, key=lambda each: each[1].time)
         fine = _refined(problem, [each for _, each in found], fell_back)
         iterations += fine.iterations
-        best = _quicker(goal, fine, way, best)
+        if fine.is_path and (best is None or fine.time < best.time * (1 - _LESS)):
+            best = _plan(goal, fine.path, fine.time, fine.status, fine.violation, way)
     if arcs and (best is None or arcs[0].time < best.time * (1 - _WORTH)):
         # Exact as it is, where the programme finds nothing as quick beside it.
         path = word_path(trailer, state, arcs[0])
@@ -261,13 +262,6 @@ def _refined(problem: Problem, found: list[Attempt], fell_back: list[str]) -> At
     if unplaced:
         fell_back.append("switches not placed: solved in more intervals first")
     return min(refined, key=lambda each: (not each.is_path, *each.rank))
-
-
-def _quicker(goal: Goal, attempt: Attempt, way: str, best: Plan | None) -> Plan | None:
-    """The plan of an attempt, if that is a path and takes less time than the best plan, or it."""
-    if attempt.is_path and (best is None or attempt.time < best.time * (1 - _LESS)):
-        return _plan(goal, attempt.path, attempt.time, attempt.status, attempt.violation, way)
-    return best
 
 
 def _plan(

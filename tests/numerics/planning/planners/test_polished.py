@@ -143,7 +143,7 @@ def test_without_a_table_car_paths_lead_on():
     plan = plan_polished(Trailer(), START, goal)
     assert plan.converged
     assert plan.notes["table"] is None
-    assert "table" not in plan.notes["way"]
+    assert plan.notes["way"] in {"quickest word", "car path", "drawn word"}
     assert "other seeds only" in plan.notes["fell_back"][0]
     assert plan.time <= plan_by_casadi(Trailer(), START, goal).time * (1 + 1e-3)
 
