@@ -304,6 +304,21 @@ def world_from_polygon(polygon: object) -> World:
     return World(outer, tuple(holes))
 
 
+def begin_leftmost(world: World) -> World:
+    """The same world, with rings that begin at their leftmost corner, of several at the lowest.
+
+    Its obstacles are in the order of these corners, from the left.
+    """
+
+    def begun(ring: np.ndarray) -> np.ndarray:
+        # To the millimetre: corners above one another differ by rounding once they are projected.
+        x, y = np.round(ring, 3).T
+        return np.roll(ring, -int(np.lexsort((y, x))[0]), axis=0)
+
+    obstacles = sorted(map(begun, world.obstacles), key=lambda ring: tuple(np.round(ring[0], 3)))
+    return World(begun(world.boundary), tuple(obstacles))
+
+
 # A mitre reaches at most this many radii from its corner; sharper corners are cut off there.
 MITRE_LIMIT = 2.0
 

@@ -31,6 +31,10 @@ SET_OUT = (-200.0, -60.0, 0.0, 120.0, 360.0, 900.0, 2000.0, 5000.0)
 # What a stop costs beside its time: braking, starting again, and a driver who has to mind it [s].
 STOPPING = 30.0
 
+# A cart goes to its truck once it has no room for a whole tank, but not with less than this part of
+# what it holds.
+WORTH_A_TRIP = 0.5
+
 # Times plans again when combines stop; a stop that lasts FOR_EVER ends what comes after it.
 Retime = Callable[[Sequence[Stop]], list[TimedPath]]
 
@@ -156,7 +160,12 @@ class Service:
     def make_room(self) -> None:
         """Send carts to their trucks that are too full for another visit."""
         if any(self.room(cart) < LEAST * self.largest_tank for cart in self.carts):
-            self.empty_carts(self.cart.capacity - self.largest_tank)
+            self.empty_carts([cart for cart in self.carts if self._is_due(self.load(cart))])
+
+    def _is_due(self, load: float) -> bool:
+        """Whether it is time for the truck with what a cart holds [kg]."""
+        full = self.cart.capacity - load < self.largest_tank
+        return full and load >= WORTH_A_TRIP * self.cart.capacity
 
     def leave(
         self,
@@ -178,7 +187,7 @@ class Service:
         cart = visit.cart
         load = self.load(cart) + visit.taken
         goals = [None]
-        if self.cart.capacity - load < self.largest_tank:
+        if self._is_due(load):
             goals = [self.supply.trucks[cart], None]
         stay = motions[-1]
         for goal in goals:
@@ -193,18 +202,17 @@ class Service:
             return True
         return False
 
-    def empty_carts(self, most: float) -> None:
-        """Send carts to their trucks that hold more than they should; idle ones make way.
+    def empty_carts(self, full: Sequence[int]) -> None:
+        """Send carts to their trucks; the others make way if they have to.
 
         Args:
-            most: What they should hold [kg].
+            full: Their numbers.
 
         Raises:
             NoPlan: One finds no way.
         """
-        waiting = [cart for cart in self.carts if self.load(cart) > most]
         # Trucks take from carts in the order in which these come.
-        waiting.sort(key=lambda cart: self.standing(cart).since)
+        waiting = sorted(full, key=lambda cart: self.standing(cart).since)
         idle = [cart for cart in self.carts if cart not in waiting]
         while waiting:
             gone = [cart for cart in waiting if self._to_truck(cart)]

@@ -15,7 +15,7 @@ from .cut_times import CELL, CutTimes
 # Time between moments at which loads are known; between them they are linear [s].
 TICK = 1.0
 # So long a cart stays beside a tank that is empty for the last grain of its combine [s].
-LAST_GRAIN = 20.0
+LAST_GRAIN = 45.0
 # A tank of which less is left is empty [kg].
 EMPTY = 1.0
 

@@ -188,7 +188,7 @@ def _serve_all(
             collect(service)
     else:
         raise _endless(service)
-    service.empty_carts(0.0)
+    service.empty_carts([cart for cart in service.carts if service.load(cart) > 0.0])
     progress(1.0)
 
 

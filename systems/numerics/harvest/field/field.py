@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from ...errors import require, require_finite, require_non_negative, require_positive
-from ...geometry.world import World, make_world
+from ...geometry.world import World, begin_leftmost, make_world
 from ...geometry.world_files import from_local_plane, local_plane
 
 # Width of the strip outside of the boundary, unless told otherwise [m].
@@ -80,6 +80,8 @@ class Field:
 
     Attributes:
         world: The crop's region; its obstacles are places without crop that nothing drives on.
+            Rings begin at their leftmost corners, so that a plan does not depend on where
+            whoever drew the field began.
         margin: Width of the strip outside of the boundary on which combines may turn and the cart
             may drive [m].
         no_go: Polygons beyond the crop that nothing drives on, on the margin for instance.
@@ -102,6 +104,7 @@ class Field:
 
     def __post_init__(self) -> None:
         require_non_negative("margin", self.margin)
+        object.__setattr__(self, "world", begin_leftmost(self.world))
         for name in ("gates", "trucks"):
             places = getattr(self, name)
             near = bool((np.abs(places) <= FARTHEST_PLACE).all())
