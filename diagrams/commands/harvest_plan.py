@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ...systems.numerics.errors import InvalidInput, NoPlan
+from ...systems.numerics.harvest.field.field import Field
 from ...systems.numerics.harvest.fleets.figures import FleetFigures
 from ...systems.numerics.units import area_text
 from ..harvest import scenarios
@@ -128,7 +129,7 @@ def _largest(text: str) -> tuple[int, int, int]:
 def _shown(answer: WhatItTakes, found: dict[str, object]) -> Iterator[RenderableType]:
     area, figures = answer.field.area, answer.figures
     lines = Table(show_header=False, box=None, padding=(0, 2))
-    for what, value in _lines(figures, area).items():
+    for what, value in _lines(figures, answer.field).items():
         lines.add_row(what, value)
     yield lines
     if answer.table is None:
@@ -164,11 +165,12 @@ def _counts_trucks(answer: WhatItTakes) -> bool:
     return answer.scenario.trucks.capacity < float("inf")
 
 
-def _lines(figures: FleetFigures, area: float) -> dict[str, str]:
+def _lines(figures: FleetFigures, field: Field) -> dict[str, str]:
     """What is told of the fleet that is planned in full."""
     return {
         "fleet": f"{figures.combines} combines, {figures.carts} carts",
-        "field": area_text(area),
+        "field": area_text(field.area),
+        "margin outside of it": f"{field.margin:g} m, to turn and to drive on",
         "makespan": f"{figures.makespan / _HOUR:.2f} h",
         "engine hours of combines": f"{figures.combine_engine_time / _HOUR:.2f} h",
         "engine hours of carts": f"{figures.cart_engine_time / _HOUR:.2f} h",
@@ -176,7 +178,7 @@ def _lines(figures: FleetFigures, area: float) -> dict[str, str]:
         "way of carts": f"{figures.cart_way / _KM:.1f} km",
         "fuel of combines": f"{figures.combine_fuel:.0f} l",
         "fuel of carts": f"{figures.cart_fuel:.0f} l",
-        "fuel": f"{figures.fuel / (area / 1e4):.1f} l/ha",
+        "fuel": f"{figures.fuel / (field.area / 1e4):.1f} l/ha",
         "combines stand full": f"{figures.combines_for_carts:.0f} s, {figures.misses} times",
         "combines wait for combines": f"{figures.combines_for_combines:.0f} s",
         "carts wait for grain": f"{figures.carts_for_grain / 60:.0f} min",

@@ -116,6 +116,9 @@ def run(
         summary = summarise_harvest(done, name)
         written = write_harvest_report(done, summary, written_to) if written_to is not None else []
     notes = [f"Note: {reason}." for reason in job.answer.reasons]
+    notes.append(
+        f"Machines turn and drive on {job.field.margin:g} m outside of the boundary (field.margin)."
+    )
     watched.tell(summary, written, figures_table(summary, _UNITS), *notes)
     if not done.finished:
         print(f"not finished: {done.stopped}", file=sys.stderr)

@@ -2,14 +2,14 @@
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ...errors import NoPlan, require, require_one_of
 from ..field.field import Field
-from ..machines import Combine, size_of
+from ..machines import Combine, CombineSize, size_of
 from ..paths import MachinePath
 from ..turns.ground import Ground
 from ..turns.turn import combine_footprint, turn_times
@@ -49,9 +49,13 @@ BUILT = 3
 FOREMOST = 4
 MOST_TRIED = 24
 
-# Least share of the crop that a plan cuts, and the same with three holes and more [-].
+# Margins that are tried where there is none, to tell whether one would do [m].
+WIDER = (6.0, 12.0, 24.0)
+
+# Least share of the crop that a plan cuts, and the same with three holes and more, or where nothing
+# else is found [-].
 LEAST_COVERAGE = 0.995
-LEAST_COVERAGE_HOLES = 0.985
+LEAST_COVERAGE_AT_ALL = 0.985
 
 # A path's curvature at most, times the least radius of turns: polylines along arcs turn a little
 # more sharply [-].
@@ -129,10 +133,22 @@ def find_coverages(
         raise NoPlan(
             f"`field` must have room for {len(combines)} combines with headers of "
             f"{size.header_width:g} m and turns of {size.turning_radius:g} m; "
-            f"got {field.area / 1e4:.2f} ha with a margin of {field.margin:g} m" + "".join(told)
+            f"got {field.area / 1e4:.2f} ha with a margin of {field.margin:g} m"
+            + "".join(told)
+            + _wider_margin(field, combines, pattern, reach)
         )
     yield from first
     yield from every
+
+
+def _wider_margin(field: Field, combines: Sequence[Combine], pattern: str, reach: float) -> str:
+    """Which margin would do where this one does not, in words; empty if none does."""
+    for margin in WIDER:
+        if margin > field.margin:
+            wider = replace(field, margin=margin)
+            if any(True for _ in _sound_coverages(wider, combines, pattern, reach, [])):
+                return f"; a margin of {margin:g} m would do"
+    return ""
 
 
 def _sound_coverages(
@@ -142,7 +158,7 @@ def _sound_coverages(
     reach: float,
     faults: list[tuple[bool, str]],
 ) -> Iterator[CoveragePaths]:
-    """Coverages that do what they should, one by one.
+    """Coverages that do what they should, one by one; those that leave more crop come last.
 
     `faults` is told what is wrong with others, after whether they cannot even be driven: of those
     that can, it tells more.
@@ -151,30 +167,41 @@ def _sound_coverages(
     region = crop_to_offset(field, size)
     ground = CutGround.of(field, combines[0])
     candidates = find_candidates(field, region, ground, inwards=pattern == "thesis")
-    bare, footprint = Ground(field.ground.buffer(-WITHIN)), combine_footprint(size)
-    least = LEAST_COVERAGE_HOLES if len(field.obstacles) >= 3 else LEAST_COVERAGE
+    bare = Ground(field.ground.buffer(-WITHIN))
+    least = LEAST_COVERAGE_AT_ALL if len(field.obstacles) >= 3 else LEAST_COVERAGE
+    patchy = []
     for candidate in _spread(candidates):
         try:
             plan = _build(field, combines, candidate, ground, reach, adjacent=pattern == "thesis")
         except NoWay as fault:
             faults.append((True, str(fault)))
             continue
-        under = plan.precedence.crop_under_bodies / field.area
-        if plan.coverage < least:
-            faults.append((False, f"{plan.coverage:.1%} would be cut"))
-        elif not can_finish(plan.precedence):
-            faults.append((False, "combines would wait for one another"))
-        elif under > MOST_UNDER_BODIES:
-            faults.append((False, f"bodies would drive over {under:.2%} of the crop"))
-        elif not all(bare.admits(path, footprint) for path in plan.paths):
-            faults.append((False, "combines would leave the ground"))
-        elif any(
-            np.abs(path.curvatures).max(initial=0.0) > SHARPER / size.turning_radius
-            for path in plan.paths
-        ):
-            faults.append((False, "combines would turn too sharply"))
+        wrong = _what_is_wrong(plan, size, bare)
+        if wrong:
+            faults.append((False, wrong))
+        elif plan.coverage < least:
+            patchy.append(plan)
         else:
             yield plan
+    yield from sorted(patchy, key=lambda plan: -plan.coverage)
+
+
+def _what_is_wrong(plan: CoveragePaths, size: CombineSize, bare: Ground) -> str:
+    """Why a plan will not do; empty if it will."""
+    under = plan.precedence.crop_under_bodies / plan.area
+    footprint = combine_footprint(size)
+    sharpest = max(np.abs(path.curvatures).max(initial=0.0) for path in plan.paths)
+    if plan.coverage < LEAST_COVERAGE_AT_ALL:
+        return f"{plan.coverage:.1%} would be cut"
+    if not can_finish(plan.precedence):
+        return "combines would wait for one another"
+    if under > MOST_UNDER_BODIES:
+        return f"bodies would drive over {under:.2%} of the crop"
+    if not all(bare.admits(path, footprint) for path in plan.paths):
+        return "combines would leave the ground"
+    if sharpest > SHARPER / size.turning_radius:
+        return "combines would turn too sharply"
+    return ""
 
 
 def _spread(candidates: list[Candidate]) -> list[Candidate]:

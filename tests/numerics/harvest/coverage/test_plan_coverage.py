@@ -1,13 +1,19 @@
 """Plans of coverage on whole fields, looked at with Shapely on true outlines."""
 
+import itertools
+
 import numpy as np
 import pytest
 import shapely
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.geometry.world import world_from_polygon
+from sightfield.systems.numerics.geometry.world import make_world, world_from_polygon
 from sightfield.systems.numerics.harvest.coverage.loops import crop_to_offset
-from sightfield.systems.numerics.harvest.coverage.plan_coverage import find_coverages
+from sightfield.systems.numerics.harvest.coverage.plan_coverage import (
+    LEAST_COVERAGE,
+    LEAST_COVERAGE_AT_ALL,
+    find_coverages,
+)
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines import Combine, combine_outline
 
@@ -190,3 +196,21 @@ def test_what_cannot_be_cut_is_refused_in_one_line(field, count, word):
     with pytest.raises(InvalidInput, match=f"`{word}` must") as refused:
         next(find_coverages(field, [COMBINE] * count))
     assert "\n" not in str(refused.value)
+
+
+def test_whoever_has_too_narrow_a_margin_is_told_which_would_do():
+    with pytest.raises(InvalidInput, match=r"margin of 2 m .*; a margin of 6 m would do"):
+        next(find_coverages(Field.rectangle(120.0, 90.0, margin=2.0), [COMBINE]))
+    with pytest.raises(InvalidInput) as refused:
+        next(find_coverages(Field.rectangle(14.0, 9.0), [COMBINE]))
+    assert "would do" not in str(refused.value)
+
+
+def test_where_no_way_cuts_all_but_half_a_percent_the_one_that_cuts_most_is_taken():
+    """A pond in a small field left no plan at all, for 0.6% of the crop."""
+    pond = [(60.0, 50.0), (80.0, 50.0), (80.0, 65.0), (60.0, 65.0)]
+    field = Field(make_world([(0.0, 0.0), (160.0, 0.0), (160.0, 120.0), (0.0, 120.0)], [pond]))
+    combine = Combine(header_width=7.5, turning_radius=6.5, length=7.5, width=3.4)
+    first, *others = itertools.islice(find_coverages(field, [combine] * 2), 3)
+    assert LEAST_COVERAGE_AT_ALL <= first.coverage < LEAST_COVERAGE
+    assert all(LEAST_COVERAGE_AT_ALL <= other.coverage < LEAST_COVERAGE for other in others)
