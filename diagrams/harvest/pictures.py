@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
+from ...systems.numerics.harvest.carts.cart_plan import CartVisit
 from ...systems.numerics.harvest.carts.cut_times import CELL, CutTimes, cut_times
 from ...systems.numerics.harvest.field.field import Field
 from ...systems.numerics.harvest.paths import TimedPath, runs_of
@@ -37,7 +38,9 @@ STEP = 1.0
 TICKS = (10.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0, 14400.0)
 MOST_TICKS = 16
 # Labels of bars nearer to each other than this part of the time would be one on another.
-APART = 0.05
+APART = 0.045
+# Height of bars in rows of height 1, so that labels have room between them.
+BAR = 0.6
 # Slower is standing [m/s].
 SLOW = 1e-3
 TURNING, STANDING, DRIVING, TRUCK = 0.35, "#d9d9d9", "#8c8c8c", "black"
@@ -61,7 +64,7 @@ def save_coverage_picture(path: Path, plan: CombinePlan) -> None:
         f"{covered.length / full:.2f} times as far as headers that are always full",
         fontsize="medium",
     )
-    figure.legend(loc="outside lower center", ncols=len(plan.paths) + 2, edgecolor="none")
+    figure.legend(loc="outside lower center", ncols=len(plan.paths) + 5, edgecolor="none")
     figure.savefig(path, dpi=_SIZE, bbox_inches="tight")
 
 
@@ -97,7 +100,7 @@ def draw_coverage(axes: Axes, plan: CombinePlan) -> None:
 
 
 def draw_cut(axes: Axes, field: Field, cut: CutTimes, colours: Sequence[str]) -> None:
-    """Draw who cuts what, pale, and obstacles and margin.
+    """Draw who cuts what, pale, what is left standing, obstacles, boundary and margin.
 
     Args:
         axes: Where to.
@@ -120,7 +123,10 @@ def draw_cut(axes: Axes, field: Field, cut: CutTimes, colours: Sequence[str]) ->
     )
     for obstacle in field.obstacles:
         axes.fill(*np.array(obstacle.exterior.coords).T, color=OBSTACLE)
-    axes.plot(*np.array(field.ground.exterior.coords).T, color="gray", linewidth=0.6, linestyle=":")
+    for name, area, style in (("boundary", field.outline, "-"), ("margin", field.ground, ":")):
+        ring = np.array(area.exterior.coords).T
+        axes.plot(*ring, color="gray", linewidth=0.7, linestyle=style, label=name)
+    axes.plot([], [], "s", color=_STANDING, markersize=7, label="left standing")
 
 
 def draw_timetable(job: HarvestJob) -> Figure:
@@ -187,28 +193,30 @@ def _draw_rows(axes: Axes, job: HarvestJob) -> None:
             _TURNS: {"color": colour, "alpha": TURNING},
             _STANDS: {"color": STANDING},
         }
-        for what, begin, end in _spells(timed):
-            axes.barh(n, end - begin, 0.7, begin, linewidth=0, **looks[what])
+        # Whoever has parked with grain waits for the last cart.
+        last = max((visit.end for visit in work.visits if visit.combine == n), default=0.0)
+        parked = [(_STANDS, timed.end, last)] if last > timed.end else []
+        for what, begin, end in [*_spells(timed), *parked]:
+            axes.barh(n, end - begin, BAR, begin, linewidth=0, **looks[what])
     for k, motion in enumerate(work.motions):
         for what, begin, end in _spells(motion.timed):
             look = STANDING if what == _STANDS else DRIVING
             axes.barh(combines + k, end - begin, 0.25, begin, color=look, linewidth=0)
-    told = np.full(len(work.motions), -np.inf)
-    for visit in sorted(work.visits, key=lambda each: each.begin):
+    for visit in work.visits:
         row, colour = combines + visit.cart, combine_colour(visit.combine)
         lasts = visit.end - visit.begin
-        axes.barh(row, lasts, 0.8, visit.begin, color=colour, edgecolor="black", linewidth=0.6)
-        middle = (visit.begin + visit.end) / 2
-        said = f"{visit.combine}: {visit.taken / _TONNE:.1f} t"
-        if middle - told[visit.cart] > APART * work.end:
-            axes.annotate(said, (middle, row - 0.42), ha="center", va="bottom", fontsize=7)
-            told[visit.cart] = middle
+        axes.barh(row, lasts, BAR, visit.begin, color=colour, edgecolor="black", linewidth=0.6)
         # A line through the combine's own row shows when it is served.
         axes.barh(visit.combine, lasts, 0.14, visit.begin, color="black", linewidth=0)
+    for visit in _told(work.visits, APART * work.end):
+        said = f"{visit.combine}: {visit.taken / _TONNE:.1f} t"
+        above = combines + visit.cart - BAR / 2 - 0.02
+        middle = (visit.begin + visit.end) / 2
+        axes.annotate(said, (middle, above), ha="center", va="bottom", fontsize=7)
     for trip in work.trips:
         row = combines + trip.cart
         for each in trip.fillings:
-            axes.barh(row, each.end - each.begin, 0.8, each.begin, color=TRUCK)
+            axes.barh(row, each.end - each.begin, BAR, each.begin, color=TRUCK)
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.4, -0.6)
     handles: list[Patch | Line2D] = [
@@ -225,6 +233,24 @@ def _draw_rows(axes: Axes, job: HarvestJob) -> None:
         fontsize="small", columnspacing=1.2, handlelength=1.6,
     )  # fmt: skip
     axes.set_title(f"all done after {clock(work.end)}", loc="right", fontsize="medium", pad=28)
+
+
+def _told(visits: Sequence[CartVisit], apart: float) -> list[CartVisit]:
+    """Visits that there is room to tell of, those that take more before others.
+
+    Args:
+        visits: All.
+        apart: Between the middles of two of one cart at least [s].
+    """
+    told: list[CartVisit] = []
+    for visit in sorted(visits, key=lambda each: -each.taken):
+        if all(
+            abs(visit.begin + visit.end - other.begin - other.end) >= 2 * apart
+            for other in told
+            if other.cart == visit.cart
+        ):
+            told.append(visit)
+    return told
 
 
 def _spells(timed: TimedPath) -> list[tuple[int, float, float]]:

@@ -318,6 +318,7 @@ def draw_field(run: HarvestRun) -> Figure:
         way = run.log["state"][:, k, :2]
         axes.plot(*way.T, color=shade, linewidth=0.7, label=f"cart {k}")
         axes.plot(*job.trucks[k, :2], marker="s", color=shade, markersize=7)
+    axes.plot([], [], "s", color="gray", markersize=7, label="truck")
     axes.set_aspect("equal")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
