@@ -9,7 +9,8 @@ from pydrake.geometry import Rgba
 from ...visuals.meshes import Mesh, disc_mesh, extruded_mesh, nose_mesh
 from ...visuals.stage import Stage
 from ...visuals.text import text_mesh
-from .layout import CHOSEN, EVADER, EVADER_NOSE, PAPER, PURSUER, PURSUER_NOSE, Layout
+from .colours import CHOSEN, EVADER, EVADER_NOSE, PAPER, PURSUER, PURSUER_NOSE
+from .layout import Layout
 
 _COLOURS = {"pursuers": (PURSUER, PURSUER_NOSE), "evaders": (EVADER, EVADER_NOSE)}
 

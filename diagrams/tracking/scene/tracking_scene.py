@@ -12,6 +12,7 @@ from ....systems.numerics.errors import require, require_positive
 from ....systems.numerics.geometry.world import World
 from ....systems.numerics.tracking.body_gaps import pair_gaps
 from ...visuals.stage import Stage
+from .colours import EVADER, PURSUER
 from .floor_layers import (
     FieldLayer,
     LosingLayer,
@@ -22,7 +23,7 @@ from .floor_layers import (
     VisibilityLayer,
     draw_world,
 )
-from .layout import EVADER, PURSUER, Layout, make_layout, set_camera
+from .layout import Layout, make_layout, set_camera
 from .panel import Panel
 from .robots import Team
 
