@@ -11,7 +11,7 @@ from importlib import import_module, resources
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar, get_args, get_type_hints
+from typing import Any, NamedTuple, TypeVar, get_args, get_type_hints
 
 import yaml
 from pydantic import ConfigDict, TypeAdapter, ValidationError, with_config
@@ -25,6 +25,34 @@ Schema = TypeVar("Schema")
 
 # Dataclasses within another take it over.
 NO_OTHER_KEYS = ConfigDict(extra="forbid")
+
+
+class Setting(NamedTuple):
+    """One value that is set from outside.
+
+    Attributes:
+        key: Dotted from the root.
+        text: The value in YAML; None: it is set after the scenario is made, but set all the same.
+        said: Where it is said, as "--set seconds=5" or "--seconds".
+    """
+
+    key: str
+    text: str | None
+    said: str
+
+    @classmethod
+    def read(cls, words: str) -> "Setting":
+        """What `--set` has.
+
+        Args:
+            words: Of the form key=value.
+
+        Raises:
+            InvalidInput: They have another form.
+        """
+        key, equals, text = words.partition("=")
+        require(bool(equals and key), "--set", "have the form key=value", words)
+        return cls(key, text, f"--set {words}")
 
 
 def builtin_scenarios(package: ModuleType = scenarios) -> list[str]:
@@ -48,7 +76,7 @@ def find_scenario(name: str, package: ModuleType = scenarios) -> Path:
 
 
 def load_scenario(
-    schema: type[Schema], scenario: str | Path, overrides: Sequence[str] = ()
+    schema: type[Schema], scenario: str | Path, overrides: Sequence[str | Setting] = ()
 ) -> Schema:
     """Read a scenario.
 
@@ -58,8 +86,8 @@ def load_scenario(
         overrides: `key=value` settings, the key dotted from the root, the value in YAML.
 
     Raises:
-        InvalidInput: There is no such scenario; the file is no YAML mapping; a key is unknown; a
-            value has the wrong type or breaks a rule of the dataclass.
+        InvalidInput: There is no such scenario; the file is no YAML mapping; a key is unknown, or
+            set twice; a value has the wrong type or breaks a rule of the dataclass.
     """
     if isinstance(scenario, str):
         scenario = find_scenario(scenario, _built_in(schema))
@@ -91,19 +119,42 @@ def read_tree(path: Path) -> dict[str, Any]:
     return tree
 
 
-def with_settings(tree: dict[str, Any], overrides: Sequence[str]) -> dict[str, Any]:
-    """Nested mappings and lists with `key=value` settings applied to them, in place.
+def with_settings(tree: dict[str, Any], overrides: Sequence[str | Setting]) -> dict[str, Any]:
+    """Nested mappings and lists with settings applied to them, in place.
 
     Args:
         tree: As YAML has it.
-        overrides: The settings.
+        overrides: The settings, `key=value` where they are words.
 
     Raises:
-        InvalidInput: A setting has another form, or names no place.
+        InvalidInput: A setting has another form, names no place, or sets what another one sets.
     """
-    for override in overrides:
-        _set(tree, override)
+    settings = [Setting.read(each) if isinstance(each, str) else each for each in overrides]
+    refuse_doubled(settings)
+    for setting in settings:
+        if setting.text is not None:
+            _set(tree, setting.key, setting.text)
     return tree
+
+
+def refuse_doubled(settings: Sequence[Setting]) -> None:
+    """Refuse a value that is set twice, the same or not, as one of the two would be lost.
+
+    Whoever sets a mapping sets all that is in it.
+
+    Args:
+        settings: From all places where something is set.
+
+    Raises:
+        InvalidInput: Two of them set one thing.
+    """
+    for i, second in enumerate(settings):
+        for first in settings[:i]:
+            if f"{first.key}.".startswith(f"{second.key}.") or second.key.startswith(
+                f"{first.key}."
+            ):
+                key = max(first.key, second.key, key=len)
+                raise InvalidInput(f"`{key}` must be set once; got {first.said} and {second.said}")
 
 
 def build(schema: type[Schema], tree: Any) -> Schema:
@@ -128,10 +179,8 @@ def _adapter(schema: type[Schema]) -> TypeAdapter[Schema]:
     return TypeAdapter(with_config(NO_OTHER_KEYS)(schema))
 
 
-def _set(tree: dict[str, Any], override: str) -> None:
-    """Apply one `key=value` to nested mappings and lists."""
-    key, equals, value = override.partition("=")
-    require(bool(equals and key), "--set", "have the form key=value", override)
+def _set(tree: dict[str, Any], key: str, value: str) -> None:
+    """Apply one setting to nested mappings and lists."""
     *parents, last = key.split(".")
     node: Any = tree
     for parent in parents:

@@ -3,13 +3,14 @@
 import logging
 import os
 import sys
+from collections import Counter
 from importlib import import_module, metadata
 from typing import Annotated, Any, NoReturn
 
 import typer
 from typer.core import TyperGroup
 
-from ...systems.numerics.errors import SightfieldError
+from ...systems.numerics.errors import SightfieldError, require
 from ..outputs import lacks_room
 
 # Subcommands: each a function of its name in its module, or a Typer app for one with subcommands.
@@ -65,6 +66,7 @@ def import_command(name: str) -> Any:
     # The commands say themselves where to watch; importing Drake has set a level of its own.
     logging.getLogger("drake").setLevel(logging.WARNING)
     group: Any = typer.main.get_command(app)
+    _take_options_once(group.commands[name])
     return group.commands[name]
 
 
@@ -98,6 +100,34 @@ def main() -> None:
             raise
         _refuse_words(error)
     sys.exit(code or 0)
+
+
+# Any: Typer has a copy of Click of its own, or not, from version to version.
+def _take_options_once(command: Any) -> None:
+    """Have a command and those below it refuse an option that stands twice.
+
+    Click takes the last one without a word.
+    """
+    for each in getattr(command, "commands", {}).values():
+        _take_options_once(each)
+    usual = command.make_parser
+
+    def make_parser(context: Any) -> Any:
+        parser = usual(context)
+        parse = parser.parse_args
+
+        def parse_args(args: list[str]) -> Any:
+            options, rest, order = parse(args)
+            for option, times in Counter(order).items():
+                again = times == 1 or option.multiple
+                name = "/".join([*option.opts, *option.secondary_opts])
+                require(again, name, "be given once", f"it {times} times")
+            return options, rest, order
+
+        parser.parse_args = parse_args
+        return parser
+
+    command.make_parser = make_parser
 
 
 def _refuse(line: str) -> NoReturn:

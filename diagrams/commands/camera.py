@@ -81,8 +81,12 @@ def track_on_pictures(
 ) -> None:
     """Track on the pictures of omni-cameras alone, by the modified pursuit field."""
     require_non_negative("--realtime", realtime or 0.0)
-    senses = "truth" if truth else None
-    options = {"vision.weight": weight, "seconds": seconds, "seed": seed, "vision.senses": senses}
+    options = {
+        "--weight": ("vision.weight", weight),
+        "--seconds": ("seconds", seconds),
+        "--seed": ("seed", seed),
+        "--truth": ("vision.senses", "truth" if truth else None),
+    }
     path = find_scenario(scenario, scenarios)
     loaded = load_scenario(PictureTrackingScenario, path, with_options(setting, options))
     loaded = replace(loaded, world=loaded.world.beside(path.parent))

@@ -25,7 +25,7 @@ from ...systems.numerics.tracking.visibility_game.files import (
 )
 from ...systems.numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
 from ..outputs import optional_folder, write_json
-from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
+from ..scenario_files import Setting, builtin_scenarios, find_scenario, load_scenario
 from ..tracking.certified_games import CertifiedGame, play_certified_games, tally
 from ..tracking.game import TrackingGame, set_up_game
 from ..tracking.guarantee_picture import save_guarantee_picture
@@ -163,7 +163,12 @@ def guarantee(
     """
     _refuse_unused(given_options(context))
     require_positive("memory", memory)
-    game = _game(scenario, setting or [], world)
+    later = {
+        "--grid": ("pursuers.grid", grid),
+        "--speed-ratio": ("evaders.top_speed", speed_ratio),
+    }
+    own = [Setting(key, None, option) for option, (key, at) in later.items() if at is not None]
+    game = _game(scenario, [*(setting or []), *own], world)
     if certify_games:
         certify(_with(game, grid, speed_ratio), games=games, seed=seed, as_json=as_json, out=out)
         return
@@ -273,7 +278,7 @@ def _require_fit(
     require(same, "speed_ratio", f"be that of the table, which is {ratio:.6g}", speed_ratio)
 
 
-def _game(name: str, settings: list[str], world: Path | None) -> TrackingGame:
+def _game(name: str, settings: list[str | Setting], world: Path | None) -> TrackingGame:
     """The scenario's game, or one of points in a world of one's own."""
     if world is None:
         path = find_scenario(name)

@@ -10,7 +10,7 @@ import typer
 from ..harvest import scenarios
 from ..harvest.makers import settings_of_machines
 from ..harvest.scenario import HarvestScenario
-from ..scenario_files import find_scenario, load_scenario
+from ..scenario_files import build, find_scenario, read_tree, refuse_doubled, with_settings
 from .shared import with_options
 
 FieldOption = Annotated[
@@ -67,24 +67,21 @@ def asked_scenario(
     Raises:
         InvalidInput: A file or a key is not there, or a value is out of its range.
     """
-    # Before what is set, so that a machine may be named and changed.
-    named = [*settings_of_machines(settings), *settings]
     options = {
-        "combines.count": combines,
-        "carts.count": carts,
-        "field.coordinates": coordinates,
-        "strategy": strategy,
-        "density": density,
+        "--field": ("field.file", None if field is None else json.dumps(str(field))),
+        "--coordinates": ("field.coordinates", coordinates),
+        "--part": ("field.part", part),
+        "--combines": ("combines.count", combines),
+        "--carts": ("carts.count", carts),
+        "--strategy": ("strategy", strategy),
+        "--yield": ("density", density),
+        "--yields": ("yields.file", None if yields is None else json.dumps(str(yields.resolve()))),
     }
-    every = with_options(named, options)
+    every = with_options(settings, options)
+    # Before the figures of machines, whose keys nobody said.
+    refuse_doubled(every)
     path = find_scenario(scenario, scenarios)
-    folder = path.parent
-    if field is not None:
-        # Before what is set, so that a part or a no-go layer may be set for it.
-        every.insert(0, "field.file=" + json.dumps(str(field)))
-        folder = Path()
-    if yields is not None:
-        every.insert(0, "yields.file=" + json.dumps(str(yields.resolve())))
-    if part is not None:
-        every.append(f"field.part={part}")
-    return load_scenario(HarvestScenario, path, every), folder
+    # What a machine has is not set by anybody: it may be named, and then changed.
+    tree = with_settings(read_tree(path), settings_of_machines(settings))
+    folder = path.parent if field is None else Path()
+    return build(HarvestScenario, with_settings(tree, every)), folder

@@ -20,6 +20,8 @@ from rich.table import Table
 from rich.text import Text
 from typer.core import TyperGroup
 
+from ..scenario_files import Setting
+
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 JsonSummaryOption = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
 SecondsOption = Annotated[float | None, typer.Option(help="Horizon [s].")]
@@ -31,15 +33,25 @@ MeshcatOption = Annotated[bool | None, typer.Option(help="Watch it live [default
 ReplayOption = Annotated[bool, typer.Option(help="With --out: write replay.html.")]
 
 
-def with_options(settings: Sequence[str] | None, options: Mapping[str, object]) -> list[str]:
-    """Settings of a scenario, "key=value", with those that options of their own say after them.
+def with_options(
+    settings: Sequence[str] | None, options: Mapping[str, tuple[str, object]]
+) -> list[Setting]:
+    """Settings of a scenario with those that options of their own say.
 
     Args:
         settings: As `--set` has them.
-        options: Values by the keys that they set; None: not given.
+        options: Key and value of what each option sets, by the option's name; the value is None
+            where the option is not given.
+
+    Raises:
+        InvalidInput: A setting has not the form key=value.
     """
-    own = [f"{key}={value}" for key, value in options.items() if value is not None]
-    return [*(settings or []), *own]
+    own = [
+        Setting(key, str(value), option)
+        for option, (key, value) in options.items()
+        if value is not None
+    ]
+    return [*map(Setting.read, settings or []), *own]
 
 
 def given_options(context: typer.Context) -> dict[str, Any]:

@@ -115,7 +115,7 @@ def run(
     """A pursuer without a camera makes friends, reads their pictures, and goes to the evader."""
     require_non_negative("--realtime", realtime or 0.0)
     choice = NetworkChoice(kind=network, homeserver=homeserver, accounts=accounts, outbox=outbox)
-    settings = with_options(setting, {"seconds": seconds, "seed": seed})
+    settings = with_options(setting, {"--seconds": ("seconds", seconds), "--seed": ("seed", seed)})
     path = find_scenario(scenario, scenarios)
     loaded = load_scenario(SocialScenario, path, settings)
     if loaded.maze.world is not None:

@@ -30,7 +30,7 @@ from ..station.run import HORIZON, StationRun, run_station
 from ..station.scenario import StationScenario, load_station
 from ..station.session import drive_to_start, open_laboratory, show_on_view
 from ..tracking.game import set_up_game
-from .shared import JsonOption, SecondsOption, plain_table, tell
+from .shared import JsonOption, SecondsOption, plain_table, tell, with_options
 
 DEFAULT_SCENARIO = "thesis_3v3"
 ScenarioArgument = Annotated[
@@ -53,8 +53,8 @@ DEFAULT_PORT = 7010
 
 def load(name: str, settings: list[str] | None, seconds: float | None = None) -> StationScenario:
     """The laboratory with everything that the command line changes in it."""
-    changes = [] if seconds is None else [f"seconds={seconds}"]
-    return load_station(find_scenario(name, scenarios), [*(settings or []), *changes])
+    changes = with_options(settings, {"--seconds": ("seconds", seconds)})
+    return load_station(find_scenario(name, scenarios), changes)
 
 
 def new_log(out: Path | None, scratch: Path, *, mcap: bool) -> Path:

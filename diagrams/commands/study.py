@@ -16,7 +16,7 @@ from rich.console import Console, RenderableType
 from ...systems.numerics.errors import require, require_one_of
 from ...systems.numerics.geometry.random_arena import Arena
 from ..outputs import NoRoom, optional_folder, output_folder
-from ..scenario_files import build, with_settings
+from ..scenario_files import Setting, build, with_settings
 from ..studies.engine import run_study
 from ..studies.opponents import FEWER, OPPONENTS, POLICIES, RUNS, fewer_runs, read_opponent_runs
 from ..studies.records import recorded_study
@@ -37,13 +37,13 @@ from ..studies.team_studies import (
     tracking_grid,
     tracking_study,
 )
-from ..tracking.game import set_up_game
+from ..tracking.game import STARTS, set_up_game
 from ..tracking.report import summarise_tracking, write_tracking_report
 from ..tracking.run import run_tracking
 from ..tracking.scenario import TrackingScenario
 from ..visuals.live_page import open_live_page
 from ..world_source import WorldSource
-from .shared import JsonSummaryOption, counting_bar, takes, tell, titled_table
+from .shared import JsonSummaryOption, counting_bar, takes, tell, titled_table, with_options
 from .study_map import study_map
 
 study = typer.Typer(help="Play a grid of games many times over, with statistics.")
@@ -253,13 +253,16 @@ def _choose(
         return begun
     world, settings = asked.world, asked.settings or []
     source = None if world is None else WorldSource(file=str(world.resolve()))
-    base = thesis_base(SECONDS if asked.seconds is None else asked.seconds, source)
-    arena = [each.removeprefix("arena.") for each in settings if each.startswith("arena.")]
-    others = [each for each in settings if not each.startswith("arena.")]
+    every = with_options(settings, {"--seconds": ("seconds", asked.seconds)})
+    arena = [each for each in every if each.key.startswith("arena.")]
+    others = [each for each in every if not each.key.startswith("arena.")]
+    if world is not None:
+        others.append(Setting("world", None, "--world"))
     known = [each.name for each in fields(Arena)]
     for each in arena:
-        require_one_of("--set arena", each.partition("=")[0], known)
-    require(not (arena and world), "--set", "not set the arena with --world", f"arena.{arena[:1]}")
+        require_one_of("--set arena", each.key.removeprefix("arena."), known)
+    require(not (arena and world), "--set", "not set the arena with --world", settings)
+    worlds = with_settings({"arena": asdict(Arena())}, arena)["arena"]
     against = opponents[0] or opponents[1]
     number = runs[1] if runs[0] is None else runs[0]
     chosen = make(
@@ -267,15 +270,15 @@ def _choose(
         opponents=against,
         opponent_runs=fewer_runs(against, number, read_opponent_runs(asked.opponent_runs or [])),
         seed=0 if asked.seed is None else asked.seed,
-        base=build(TrackingScenario, with_settings(asdict(base), others)),
-        arena=build(Arena, with_settings(asdict(Arena()), arena)) if world is None else None,
+        base=build(TrackingScenario, with_settings(asdict(thesis_base(SECONDS, source)), others)),
+        arena=build(Arena, worlds) if world is None else None,
         **{key: value for key, value in own.items() if value is not None},
     )
     # What every cell sets itself would be lost without a word.
     varied = {key.partition("=")[0] for cell in chosen.cells for key in cell.settings}
-    for each in others:
-        key = each.partition("=")[0]
-        require(key not in varied, "--set", f"leave to the study what it varies: {key}", each)
+    varied |= {"seed", *STARTS}
+    for key, _, said in others:
+        require(key not in varied, "--set", f"leave to the study what it varies: {key}", said)
     return chosen
 
 

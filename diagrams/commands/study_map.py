@@ -90,14 +90,14 @@ def _choose(
     for each in settings:
         require_one_of("--set", each.partition("=")[0], known)
     require(not (settings and world), "--set", "not set the arena with --world", settings)
-    keys = [each.removeprefix("arena.") for each in settings]
+    tree = with_settings({"arena": asdict(Arena())}, settings)["arena"]
     own = None if world is None else load_world(world).world
     for name in factors or []:
         require_one_of("factor", name, FACTORS)
         fits = own is None or name == "speed_ratio"
         require(fits, "factor", "be speed_ratio in a world of your own", name)
     return MapStudy(
-        arena=build(Arena, with_settings(asdict(Arena()), keys)),
+        arena=build(Arena, tree),
         world=own,
         speed_ratio=speed_ratio,
         values={name: VALUES[name] for name in dict.fromkeys(factors or FACTORS)},

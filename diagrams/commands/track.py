@@ -8,8 +8,8 @@ import typer
 
 from ...systems.numerics.errors import require, require_non_negative
 from ..rosbag.bag import require_mcap
-from ..scenario_files import builtin_scenarios, find_scenario, load_scenario
-from ..tracking.game import set_up_game, with_random_starts
+from ..scenario_files import Setting, builtin_scenarios, find_scenario, load_scenario
+from ..tracking.game import STARTS, set_up_game, with_random_starts
 from ..tracking.report import summarise_tracking, write_tracking_report, write_tracking_rosbag
 from ..tracking.run import TrackingRun, run_tracking
 from ..tracking.scenario import TrackingScenario
@@ -91,7 +91,10 @@ def _load(
 ) -> TrackingScenario:
     """The scenario with everything that the command line changes in it."""
     path = find_scenario(name)
-    every = with_options(settings, {"seconds": seconds, "seed": seed})
+    every = with_options(settings, {"--seconds": ("seconds", seconds), "--seed": ("seed", seed)})
+    if world is not None:
+        # It puts both teams elsewhere, too.
+        every += [Setting(key, None, "--world") for key in ("world", *STARTS)]
     scenario = load_scenario(TrackingScenario, path, every)
     if world is None:
         return replace(scenario, world=scenario.world.beside(path.parent))

@@ -10,7 +10,7 @@ from ...systems.numerics.errors import require, require_positive
 from ...systems.numerics.station.channel import Channel
 from ...systems.numerics.station.motion_checks import Chassis
 from ...systems.numerics.station.supervision import STAND, SupervisionRules
-from ..scenario_files import build, find_scenario, read_tree, with_settings
+from ..scenario_files import Setting, build, find_scenario, read_tree, with_settings
 from ..tracking.scenario import TrackingScenario
 from . import scenarios
 
@@ -287,7 +287,7 @@ class StationScenario(Checked):
         return self.radio.robots or list(range(1, self.size + 1))
 
 
-def load_station(scenario: str | Path, overrides: Sequence[str] = ()) -> StationScenario:
+def load_station(scenario: str | Path, overrides: Sequence[str | Setting] = ()) -> StationScenario:
     """Read a laboratory; its `tracking` is the name or file of a scenario of `sightfield track`.
 
     Args:
@@ -298,18 +298,16 @@ def load_station(scenario: str | Path, overrides: Sequence[str] = ()) -> Station
         InvalidInput: See `load_scenario`.
     """
     path = find_scenario(scenario, scenarios) if isinstance(scenario, str) else scenario
-    tree = with_settings(read_tree(path), [each for each in overrides if _names_game(each)])
+    settings = [Setting.read(each) if isinstance(each, str) else each for each in overrides]
+    # Which game it is comes first, whatever is changed in it.
+    tree = with_settings(read_tree(path), [each for each in settings if each.key == "tracking"])
     game = tree.get("tracking")
     folder = path.parent
     if isinstance(game, str):
         file = path.parent / game
         file = file if file.is_file() else find_scenario(game)
         tree["tracking"], folder = read_tree(file), file.parent
-    settings = [each for each in overrides if not _names_game(each)]
-    station = build(StationScenario, with_settings(tree, settings))
+    others = [each for each in settings if each.key != "tracking"]
+    station = build(StationScenario, with_settings(tree, others))
     tracking = station.tracking
     return replace(station, tracking=replace(tracking, world=tracking.world.beside(folder)))
-
-
-def _names_game(override: str) -> bool:
-    return override.split("=")[0] == "tracking"

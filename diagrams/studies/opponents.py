@@ -71,12 +71,14 @@ def read_opponent_runs(words: Sequence[str]) -> dict[str, int]:
         words: Any number.
 
     Raises:
-        InvalidInput: A word has another form.
+        InvalidInput: A word has another form, or an opponent has two.
     """
     found: dict[str, int] = {}
     for word in words:
         opponent, _, number = word.partition("=")
         require(number.isdigit(), "opponent-runs", "have the form best_response=100", word)
+        once = f"be said once of {opponent}"
+        require(opponent not in found, "opponent-runs", once, f"{found.get(opponent)} and {number}")
         found[opponent] = int(number)
     return found
 

@@ -75,6 +75,12 @@ def set_up_game(scenario: TrackingScenario, world: World | None = None) -> Track
     )
 
 
+# What `with_random_starts` takes from a scenario.
+STARTS = tuple(
+    f"{team}.{what}" for team in ("pursuers", "evaders") for what in ("positions", "headings")
+)
+
+
 def with_random_starts(scenario: TrackingScenario) -> TrackingScenario:
     """The same teams, to be placed at random by the seed.
 

@@ -68,6 +68,23 @@ def written_whole(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
         raise
 
 
+class _EachKeyOnce(yaml.SafeLoader):
+    """Refuses a mapping that has a key twice, of which PyYAML takes the last without a word."""
+
+    def compose_mapping_node(self, anchor: Any) -> Any:
+        """A mapping, as it stands in the text: before what `<<` merges into it."""
+        node = super().compose_mapping_node(anchor)
+        lines: dict[tuple[str, str], int] = {}
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode):
+                name, line = (key.tag, key.value), key.start_mark.line + 1
+                if name in lines:
+                    said = f"line {lines[name]} and line {line} both say `{key.value}`"
+                    raise yaml.YAMLError(said)
+                lines[name] = line
+        return node
+
+
 def read_yaml(text: str) -> Any:
     """What a text in YAML says: mappings, lists, words, numbers.
 
@@ -78,10 +95,12 @@ def read_yaml(text: str) -> Any:
         text: All of it.
 
     Raises:
-        yaml.YAMLError: It is none, a number or date in it is none, or it is nested too deep.
+        yaml.YAMLError: It is none, a number or date in it is none, a key is in it twice, or it is
+            nested too deep.
     """
     try:
-        return yaml.safe_load(text)
+        # A safe loader, with one more thing that it refuses.
+        return yaml.load(text, Loader=_EachKeyOnce)
     except (ValueError, KeyError, AttributeError) as error:
         raise yaml.YAMLError(f"a number, date or truth value is none: {error}") from None
     except RecursionError:

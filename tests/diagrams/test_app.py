@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from sightfield.diagrams.commands.app import COMMANDS, make_app
+from sightfield.systems.numerics.errors import InvalidInput
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -70,6 +71,78 @@ def test_words_that_no_command_takes_are_refused_in_one_line(words, says, sightf
     assert done.stdout == ""
     assert done.stderr.startswith(f"error: {says}")
     assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ("track --seconds 5 --set seconds=1", "`seconds`|--set seconds=1 and --seconds"),
+        ("track --seed 5 --set seed=5", "`seed`|--set seed=5 and --seed"),
+        ("track --world w.wkt --set world.file=v.wkt", "`world.file`|world.file=v.wkt and --world"),
+        (
+            "track --world w.wkt --set evaders.positions=[]",
+            "`evaders.positions`|--set evaders.positions=[] and --world",
+        ),
+        ("track --seconds 5 --seconds 6", "`--seconds`|it 2 times"),
+        ("track --replay --no-replay", "`--replay/--no-replay`|it 2 times"),
+        ("social --seconds 5 --set seconds=1", "`seconds`|--set seconds=1 and --seconds"),
+        ("social --seed 1 --seed 1", "`--seed`|it 2 times"),
+        (
+            "camera track --weight 1 --set vision.weight=0",
+            "`vision.weight`|--set vision.weight=0 and --weight",
+        ),
+        ("station --seconds 5 --set seconds=1", "`seconds`|--set seconds=1 and --seconds"),
+        (
+            "harvest --combines 3 --set combines.count=2",
+            "`combines.count`|--set combines.count=2 and --combines",
+        ),
+        ("harvest plan --yield 1 --set density=2", "`density`|--set density=2 and --yield"),
+        ("harvest --field F --set field.file=G", "`field.file`|--set field.file=G and --field"),
+        ("harvest --yields F --set yields.file=G", "`yields.file`|yields.file=G and --yields"),
+        ("harvest --part 1 --set field.part=2", "`field.part`|--set field.part=2 and --part"),
+        (
+            "harvest --set carts.machine=kinze-1100 --set carts.machine=kinze-1300",
+            "`carts.machine`|machine=kinze-1100 and --set carts.machine=kinze-1300",
+        ),
+        ("guarantee --grid 1 --set pursuers.grid=2", "`pursuers.grid`|pursuers.grid=2 and --grid"),
+        (
+            "guarantee --speed-ratio 1 --set evaders.top_speed=2",
+            "`evaders.top_speed`|--set evaders.top_speed=2 and --speed-ratio",
+        ),
+        ("study tracking --seconds 5 --set seconds=1", "`seconds`|--set seconds=1 and --seconds"),
+        (
+            "study tracking --world w.wkt --set world.file=v.wkt",
+            "`world.file`|--set world.file=v.wkt and --world",
+        ),
+        (
+            "study tracking --set arena.side=5 --set arena.side=4",
+            "`arena.side`|--set arena.side=5 and --set arena.side=4",
+        ),
+        (
+            "study map --set arena.side=5 --set arena.side=4",
+            "`arena.side`|--set arena.side=5 and --set arena.side=4",
+        ),
+        ("study tracking --set seed=5", "`--set`|leave to the study what it varies: seed"),
+        (
+            "study tracking --opponent-runs random_walk=3 --opponent-runs random_walk=4",
+            "`opponent-runs`|said once of random_walk; got 3 and 4",
+        ),
+        ("reproduce --runs 3 --runs 4", "`--runs`|it 2 times"),
+    ],
+    ids=lambda part: part.partition("|")[0],
+)
+def test_what_is_said_twice_is_refused_and_both_places_are_named(words, says):
+    done = CliRunner().invoke(make_app(), words.split())
+    name, places = says.split("|")
+    assert isinstance(done.exception, InvalidInput)
+    assert str(done.exception).startswith(f"{name} must ")
+    assert places in str(done.exception)
+
+
+def test_an_option_that_takes_several_values_may_stand_again():
+    words = "track --set seed=1 --set seconds=0"
+    done = CliRunner().invoke(make_app(), words.split())
+    assert str(done.exception).startswith("`seconds` must be positive")
 
 
 def test_where_a_command_is_to_be_named_there_is_help(sightfield_here):

@@ -1,11 +1,13 @@
 """Scenarios are read from YAML, and every mistake is named by its key."""
 
+import re
 from dataclasses import dataclass, field
 
 import pytest
 
 from sightfield.diagrams.harvest.scenario import HarvestScenario
 from sightfield.diagrams.scenario_files import (
+    Setting,
     build,
     builtin_scenarios,
     find_scenario,
@@ -15,6 +17,7 @@ from sightfield.diagrams.social.scenario import SocialScenario
 from sightfield.diagrams.tracking.scenario import TrackingScenario
 from sightfield.diagrams.vision.scenario import PictureTrackingScenario
 from sightfield.systems.numerics.errors import InvalidInput, require_positive
+from sightfield.systems.numerics.files import read_yaml
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,6 +114,47 @@ def test_mistakes_are_named_in_one_line(file, text, message):
 def test_bad_settings_are_named(file, setting, message):
     with pytest.raises(InvalidInput, match=message):
         load_scenario(Whole, file("part: {speed: 1, points: []}"), [setting])
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        (["count=1", "count=2"], "`count` must be set once; got --set count=1 and --set count=2"),
+        (["count=1", "count=1"], "`count` must be set once"),
+        (["part.speed=2", "part={speed: 3}"], "`part.speed` must be set once; got --set part.spe"),
+        (["part={speed: 3}", "part.speed=2"], "`part.speed` must be set once; got --set part={"),
+        (["count=1", Setting("count", "2", "--count")], "got --set count=1 and --count"),
+        (["part.speed=2", Setting("part", None, "--part")], "got --set part.speed=2 and --part"),
+    ],
+)
+def test_what_is_set_twice_is_refused_with_both_places(file, settings, message):
+    with pytest.raises(InvalidInput, match=re.escape(message)):
+        load_scenario(Whole, file("part: {speed: 1}"), settings)
+
+
+def test_keys_that_begin_alike_are_set_apart(file):
+    path = file("part: {speed: 1, points: [[1, 2]]}")
+    ones = load_scenario(Whole, path, ["part.points.0.0=3", "part.points.0.1=4", "part.speed=5"])
+    assert ones.part == Part(speed=5.0, points=[[3.0, 4.0]])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("part: {speed: 1}\ncount: 1\ncount: 2", "line 2 and line 3 both say `count`"),
+        ("part: {speed: 1, speed: 1}", "line 1 and line 1 both say `speed`"),
+    ],
+)
+def test_a_file_says_each_key_once(file, text, message):
+    with pytest.raises(InvalidInput, match=message) as caught:
+        load_scenario(Whole, file(text))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_mapping_may_change_what_it_takes_from_another(file):
+    text = "- &usual {speed: 1, points: []}\n- {<<: *usual, speed: 2}\n- {<<: *usual, speed: 3}"
+    parts = [{"speed": speed, "points": []} for speed in (1, 2, 3)]
+    assert read_yaml(text) == parts
 
 
 def test_python_gets_the_same_rules():
