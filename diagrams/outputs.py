@@ -2,12 +2,13 @@
 files that grow while a run goes on; and what is said of a full disk."""
 
 import errno
+import hashlib
 import json
 import os
 import shutil
 import tempfile
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from io import BufferedRandom, FileIO
 from pathlib import Path
@@ -17,6 +18,10 @@ from ..systems.numerics.errors import InvalidInput, require
 
 # What the system answers when a disk, a quota or the largest size of a file is used up.
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+# Lists what each run has written into a folder of results: its files, each with its SHA-256.
+MANIFEST = ".written.json"
 
 
 class NoRoom(InvalidInput):
@@ -107,14 +112,14 @@ def cache_folder() -> Path:
 
 
 @contextmanager
-def output_folder(path: str | Path) -> Iterator[Path]:
+def new_files(path: str | Path) -> Iterator[Path]:
     """A temporary folder whose files move into `path` when the block ends without an exception.
 
     Files of the same name are replaced, others are left alone; each file appears whole. After an
     exception nothing has changed. Missing parents are made, but only at the end.
 
     Args:
-        path: Where the results go; need not exist.
+        path: Where the files go; need not exist.
 
     Yields:
         A folder on the same filesystem to write into, subfolders included.
@@ -125,28 +130,46 @@ def output_folder(path: str | Path) -> Iterator[Path]:
             `NoRoom` if the disk is full), or a folder stands where a file is to go (after it;
             nothing has been moved then).
     """
-    # An option that took the place of the folder's name: `--out --help`.
-    require(not str(path).startswith("--"), "out", "not begin with --", path)
-    path = Path(path)
-    try:
-        # Beside the destination, so that moving is renaming; inside it if it is there, because
-        # it may be the root of a filesystem.
-        home = path.resolve()
-        while not home.exists():
-            home = home.parent
-        scratch = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=home))
-    except OSError as error:
-        refuse(path, error)
-    try:
+    with _scratch_folder(path) as scratch:
         yield scratch
-        _move(scratch, path)
-    except OSError as error:
-        # Other things than results fail with an OSError too, a radio for instance.
-        if lacks_room(error) or _is_below(scratch, error.filename):
-            refuse(path, error)
-        raise
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+        _move(scratch, Path(path), _files(scratch))
+
+
+@contextmanager
+def output_folder(path: str | Path) -> Iterator[Path]:
+    """A folder for the results of a run: `new_files`, in place of those of a run before.
+
+    Where one of them replaces a file of an earlier run, what else that run left would be taken for
+    a result of this one. It is deleted if it is still as it was written; what a user put there or
+    changed is left alone, and so are results of runs of which nothing is replaced.
+
+    Args:
+        path: Where the results go; need not exist.
+
+    Yields:
+        A folder on the same filesystem to write into, subfolders included.
+
+    Raises:
+        InvalidInput: See `new_files`.
+    """
+    path = Path(path)
+    with _scratch_folder(path) as scratch:
+        yield scratch
+        files = _files(scratch)
+        new, before = {str(file): _digest(scratch / file) for file in files}, _runs_in(path)
+        # Paths and not words, since a list may have been made on another system.
+        replaced = [run for run in before if not set(map(Path, run)).isdisjoint(files)]
+        stale = {
+            Path(name)
+            for run in replaced
+            for name, digest in run.items()
+            if _has(path, name, digest)
+        }
+        if new:
+            write_json(scratch / MANIFEST, [*(run for run in before if run not in replaced), new])
+            # Moved last: it says of no file that is not there that a run wrote it.
+            files.append(Path(MANIFEST))
+        _move(scratch, path, files, sorted(stale.difference(files)))
 
 
 def optional_folder(path: Path | None) -> AbstractContextManager[Path | None]:
@@ -171,9 +194,62 @@ def write_json(path: Path, thing: object) -> None:
     path.write_text(json.dumps(thing, indent=2) + "\n", encoding="utf-8")
 
 
-def _move(scratch: Path, path: Path) -> None:
-    """Move every file of one folder to the same place in another."""
-    files = [file.relative_to(scratch) for file in sorted(scratch.rglob("*")) if file.is_file()]
+@contextmanager
+def _scratch_folder(path: str | Path) -> Iterator[Path]:
+    """A folder beside a destination for the time of the block; errors name that."""
+    # An option that took the place of the folder's name: `--out --help`.
+    require(not str(path).startswith("--"), "out", "not begin with --", path)
+    try:
+        # Beside the destination, so that moving is renaming; inside it if it is there, because
+        # it may be the root of a filesystem.
+        home = Path(path).resolve()
+        while not home.exists():
+            home = home.parent
+        scratch = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=home))
+    except OSError as error:
+        refuse(path, error)
+    try:
+        yield scratch
+    except OSError as error:
+        # Other things than results fail with an OSError too, a radio for instance.
+        if lacks_room(error) or _is_below(scratch, error.filename):
+            refuse(path, error)
+        raise
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _files(folder: Path) -> list[Path]:
+    """Every file below a folder, by its way from there."""
+    return [file.relative_to(folder) for file in sorted(folder.rglob("*")) if file.is_file()]
+
+
+def _runs_in(path: Path) -> list[dict[str, str]]:
+    """What runs have left in a folder: of each its files, and their digests."""
+    try:
+        found = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        # No run has been here, or its list cannot be read: nothing is known to be ours.
+        return []
+    runs = found if isinstance(found, list) else []
+    return [run for run in runs if isinstance(run, dict)]
+
+
+def _has(folder: Path, name: str, digest: object) -> bool:
+    """Whether a folder has a file, with what a run wrote into it."""
+    file = folder / name
+    # A list from elsewhere may name what is not in the folder.
+    there = file.is_file() and file.resolve().is_relative_to(folder.resolve())
+    return there and _digest(file) == digest
+
+
+def _digest(file: Path) -> str:
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _move(scratch: Path, path: Path, files: Sequence[Path], stale: Sequence[Path] = ()) -> None:
+    """Move files of one folder to the same place in another, where others make room for them."""
     for file in files:
         if (path / file).is_dir():
             raise InvalidInput(f"`out` must not have a folder named {file}; got {path}")
@@ -181,8 +257,14 @@ def _move(scratch: Path, path: Path) -> None:
         path.mkdir(parents=True, exist_ok=True)
         for file in files:
             (path / file).parent.mkdir(parents=True, exist_ok=True)
+        for file in stale:
+            (path / file).unlink()
         for file in files:
             os.replace(scratch / file, path / file)
+        # A folder that only held what is gone; below those that are left.
+        for folder in sorted({path / each for file in stale for each in file.parents[:-1]})[::-1]:
+            if not any(folder.iterdir()):
+                folder.rmdir()
     except OSError as error:
         refuse(path, error)
 

@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 
 from ...systems.numerics.errors import InvalidInput, require, require_non_negative
-from ..outputs import optional_folder, output_folder, write_json
+from ..outputs import new_files, optional_folder, write_json
 from ..station.check import Finding, Identity, all_found, check_laboratory, identify
 from ..station.hardware import KINDS, Devices, Operator, find_kind, open_view
 from ..station.kind_check import KindTrial, check_kind
@@ -212,7 +212,7 @@ def convert(
     require(out.suffix in (".mcap", ".log"), "out", "end in .mcap or .log", out)
     require(not out.exists(), "out", "be a new file", out)
     recording = load_recording(log)
-    with output_folder(out.parent) as folder:
+    with new_files(out.parent) as folder:
         convert_recording(recording, folder / out.name)
     console = Console()
     console.print(f"Wrote [bold]{out}[/]", soft_wrap=True)

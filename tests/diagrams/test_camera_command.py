@@ -52,7 +52,7 @@ def estimate(calibrated, picture, *arguments):
 def test_a_calibration_leaves_its_file_its_report_and_its_plots(calibrated):
     folder, found = calibrated
     names = {"calibration.json", "summary.json", "error_curves.png", "direction_spread.png"}
-    assert {file.name for file in folder.iterdir()} == names
+    assert {file.name for file in folder.glob("[!.]*")} == names
     assert json.loads((folder / "summary.json").read_text()) == found
     for name in ("error_curves.png", "direction_spread.png"):
         picture = cv2.imread(str(folder / name))
@@ -115,7 +115,7 @@ def test_an_estimate_is_drawn_and_said(calibrated, taken, tmp_path):
     )
     assert "no estimate" in said
     assert "range [m]" in said
-    assert {file.name for file in tmp_path.iterdir()} == {"estimate.png", "summary.json"}
+    assert {file.name for file in tmp_path.glob("[!.]*")} == {"estimate.png", "summary.json"}
     assert cv2.imread(str(tmp_path / "estimate.png")) is not None
 
 

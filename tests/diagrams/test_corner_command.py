@@ -63,7 +63,7 @@ def test_a_pursuer_beyond_the_other_edge_meets_the_mirror_image(report):
 def test_a_folder_gets_the_picture_and_the_summary(run, report, tmp_path):
     result = run("--field", "table", "--out", tmp_path / "new" / "corner")
     folder = tmp_path / "new" / "corner"
-    assert {file.name for file in folder.iterdir()} == {"corner.png", "summary.json"}
+    assert {file.name for file in folder.glob("[!.]*")} == {"corner.png", "summary.json"}
     assert json.loads((folder / "summary.json").read_text()) == report("--field", "table")
     assert "evader" in result.stdout
 

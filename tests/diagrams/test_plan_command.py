@@ -65,7 +65,7 @@ def test_the_table_names_the_goal_and_every_method(run):
 
 def test_a_folder_gets_numbers_paths_and_pictures(run, tmp_path):
     run("--method", "casadi", "--out", tmp_path / "plans")
-    names = {path.name for path in (tmp_path / "plans").iterdir()}
+    names = {path.name for path in (tmp_path / "plans").glob("[!.]*")}
     assert {"verdict.json", "paths.npz", "paths.png", "states.png", "replay.html"} <= names
     # Nothing was asked for that has a value function to draw.
     assert "value.png" not in names

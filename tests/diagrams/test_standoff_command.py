@@ -102,7 +102,7 @@ def test_a_simulation_has_what_a_robot_adds(report, run, tmp_path):
     assert noisy == report(*options, "--noise", 0.01, "--seed", 3)
     assert noisy["rms_miss"] != report(*options, "--noise", 0.01, "--seed", 4)["rms_miss"]
     run(*options, "--seconds", 2, "--out", tmp_path)
-    names = sorted(file.name for file in tmp_path.iterdir())
+    names = sorted(file.name for file in tmp_path.glob("[!.]*"))
     assert names == ["replay.html", "run.csv", "run.png", "summary.json"]
     assert len((tmp_path / "run.csv").read_text().splitlines()) == 402
 
@@ -132,7 +132,7 @@ def test_a_start_too_far_away_does_not(report):
 @pytest.mark.parametrize("controller", ["PD", "PI"])
 def test_a_run_leaves_numbers_plots_and_a_replay(run, tmp_path, controller):
     shown = run("--controller", controller, "--analyse", "--out", tmp_path / "new")
-    files = {file.name: file for file in (tmp_path / "new").iterdir()}
+    files = {file.name: file for file in (tmp_path / "new").glob("[!.]*")}
     assert sorted(files) == [
         "bode.png",
         "nyquist.png",
@@ -154,7 +154,7 @@ def test_a_run_leaves_numbers_plots_and_a_replay(run, tmp_path, controller):
 
 def test_without_an_analysis_only_the_start_is_written(run, tmp_path):
     run("--controller", "P", "--ki", 0, "--out", tmp_path)
-    names = sorted(file.name for file in tmp_path.iterdir())
+    names = sorted(file.name for file in tmp_path.glob("[!.]*"))
     assert names == ["replay.html", "responses.png", "summary.json"]
 
 

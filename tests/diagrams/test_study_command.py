@@ -34,7 +34,7 @@ def folder(tmp_path_factory):
 def test_a_study_leaves_its_folder_complete(folder):
     names = {"study.json", "table.parquet", "summary.json", "tables.md"}
     pictures = {"means.png", "matrix.png", "curves.png"}
-    assert {file.name for file in folder.iterdir()} == names | pictures
+    assert {file.name for file in folder.glob("[!.]*")} == names | pictures
 
 
 def test_the_summary_tells_what_the_table_holds(folder):
@@ -78,7 +78,7 @@ def test_any_run_can_be_replayed_alone(folder, tmp_path):
     (row,) = [row for row in rows if (row["cell"], row["run"]) == (only[1][:-2], 1)]
     assert summary["tracking_time"] == row["time"]
     assert summary["seed"] == row["seed"]
-    left = {file.name for file in (tmp_path / "run").iterdir()}
+    left = {file.name for file in (tmp_path / "run").glob("[!.]*")}
     assert {"replay.html", "log.npz", "scenario.yaml"} <= left
 
 
@@ -98,7 +98,7 @@ def test_every_pursuers_meet_every_evaders_in_the_study_of_policies(tmp_path):
     assert "1v2: mean [s], 95% interval, * the worst" in done.stdout
     # One star a row: six pursuers, two pairs of teams.
     assert done.stdout.count(") *") == 12
-    left = {file.name for file in (tmp_path / "out").iterdir()}
+    left = {file.name for file in (tmp_path / "out").glob("[!.]*")}
     names = {"study.json", "table.parquet", "summary.json", "tables.md"}
     assert left == names | {"matrix.png", "curves.png"}
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())

@@ -40,12 +40,16 @@ def test_a_run_leaves_its_folder_complete(tmp_path):
     assert done.returncode == 0, done.stderr
     assert "http://localhost:" in done.stdout
     names = {"summary.json", "log.npz", "log_units.json", "tracks.png", "replay.html"}
-    assert {each.name for each in out.iterdir()} == names
+    assert {each.name for each in out.glob("[!.]*")} == names
     summary = json.loads((out / "summary.json").read_text())
     with np.load(out / "log.npz") as log:
         units = json.loads((out / "log_units.json").read_text())
         assert set(units) == set(log.files)
         assert log["time"][-3] <= summary["tracking_time"] <= log["time"][-2]
+    # A replay of that run would be taken for one of the next.
+    done = sightfield("track", "corner_1v1", "--seconds", 0.2, "--out", out, "--no-replay")
+    assert done.returncode == 0, done.stderr
+    assert {each.name for each in out.glob("[!.]*")} == names - {"replay.html"}
 
 
 def test_a_run_that_is_watched_without_a_terminal_goes_by_the_clock():

@@ -95,7 +95,7 @@ def test_degrees_are_projected_on_demand(run, field_file):
 def test_the_picture_shows_free_space_obstacles_corners_and_what_lies_beyond(run, map_file):
     out = map_file.parent / "results"
     run(map_file, "--out", out)
-    assert sorted(file.name for file in out.iterdir()) == ["summary.json", "world.png"]
+    assert sorted(file.name for file in out.glob("[!.]*")) == ["summary.json", "world.png"]
     picture = cv2.imread(str(out / "world.png"))
     assert picture is not None
     colours = {tuple(colour) for colour in picture.reshape(-1, 3)[:, ::-1].tolist()}

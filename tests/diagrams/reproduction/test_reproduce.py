@@ -83,6 +83,9 @@ def test_a_single_figure(run, tmp_path):
         "figure_3_4.png",
     ]
     assert "figure-2.6" not in (tmp_path / "report.html").read_text()
+    # The next report in the folder has fewer.
+    run("--quick", "--only", "figure-3.4", "--out", tmp_path)
+    assert [each.name for each in (tmp_path / "pictures").iterdir()] == ["figure_3_4.png"]
 
 
 def test_a_failing_exhibit_is_told_and_the_others_are_made(run, tmp_path):

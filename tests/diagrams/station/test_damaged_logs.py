@@ -152,7 +152,7 @@ def test_a_summary_is_written_whatever_the_numbers_are(log_path, tmp_path, value
     run = StationRun(HORIZON, 1.0, None, 1.0, 1.0)
     summary = summarise_station(run, recording.log, recording.game, "thesis_3v3", 1.0, "emulate")
     names = write_station_report(run, recording.log, recording.game, summary, tmp_path)
-    assert {each.name for each in tmp_path.iterdir()} == {*names}
+    assert {each.name for each in tmp_path.glob("[!.]*")} == {*names}
     text = (tmp_path / "summary.json").read_text()
     assert json.loads(text, parse_constant=pytest.fail)["ticks"] == 21
 

@@ -95,7 +95,7 @@ def test_the_command_leaves_its_table_numbers_and_picture(tmp_path):
     done = study_map(*words, "--workers", 1, "--json", "--out", tmp_path / "out")
     summary = json.loads(done.stdout)
     assert json.loads((tmp_path / "out" / "summary.json").read_text()) == summary
-    left = {file.name for file in (tmp_path / "out").iterdir()}
+    left = {file.name for file in (tmp_path / "out").glob("[!.]*")}
     assert left == {"table.parquet", "summary.json", "tables.md", "map.png"}
     rows = pq.read_table(tmp_path / "out" / "table.parquet").to_pylist()
     assert len(rows) == 2 * (7 + 6)
