@@ -7,13 +7,18 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
-from ..numerics.errors import InvalidInput, require, require_non_negative, require_one_of
+from ..numerics.errors import require, require_non_negative, require_one_of
 from ..numerics.geometry.world import World
 from ..numerics.tracking.assignment.holding import HOLDS, hold_or_choose, is_broken
-from ..numerics.tracking.assignment.rules import ASSIGNMENT_RULES, AssignmentRule, decentralised
+from ..numerics.tracking.assignment.rules import (
+    ASSIGNMENT_RULES,
+    AssignmentRule,
+    checked,
+    decentralised,
+)
 from ..numerics.tracking.assignment.team_view import EXTRA_PURSUERS, TeamView
 from ..numerics.tracking.risk import RISK_FUNCTIONS, team_risk
-from .game_ports import GamePorts, codes_of, require_assignment
+from .game_ports import GamePorts, codes_of
 
 # State of an assignment before the first sample.
 NOTHING_HELD = -2.0
@@ -65,7 +70,7 @@ class Assignment(LeafSystem):
 
     Raises:
         InvalidInput: A name is unknown, the number of risk functions is wrong, or the range is
-            negative; at run time, a rule returns something else than one number per pursuer.
+            negative; at run time, a rule returns something else than an evader or -1 per pursuer.
     """
 
     def __init__(
@@ -92,7 +97,8 @@ class Assignment(LeafSystem):
         require_one_of("extra", extra, EXTRA_PURSUERS)
         require(radio_range >= 0, "radio_range", "be zero or positive", radio_range)
         self._hold = hold
-        self._rule = decentralised(rule, radio_range)
+        # Before anything is made of its answer, such as a whole number of 0.5.
+        self._rule = decentralised(checked(rule), radio_range)
         self._kinds = codes_of("risk_functions", risk_functions, RISK_FUNCTIONS, pursuers)
         self._extra, self._seed = extra, seed
         self._game = GamePorts(self, world, pursuers, evaders)
@@ -119,11 +125,6 @@ class Assignment(LeafSystem):
             seed=self._seed,
         )
         targets = hold_or_choose(view, held, self._rule, self._hold)
-        if np.shape(targets) != (n,):
-            raise InvalidInput(
-                f"`rule` must return an evader, or -1, for each of {n} pursuers; got {targets!r}"
-            )
-        require_assignment(np.asarray(targets, dtype=float), m)
         output.set_value(targets)
 
     def _what_is_held(self, context):

@@ -199,15 +199,19 @@ def test_a_pursuit_of_another_size_is_refused(game):
         ),
         (
             {"assignment": lambda view: [0, 1]},
-            r"`rule` must return an evader, or -1, for each of 3 pursuers; got \[0, 1\]",
+            r"`rule` must return an evader from 0 to 3, or -1, .*; got \[0, 1\]",
         ),
         (
             {"assignment": lambda view: np.array([0, 4, 1])},
-            r"`assignment` must name evaders from 0 to 3, or -1; got \[0.0, 4.0, 1.0\]",
+            r"`rule` must return an evader from 0 to 3, or -1, .*; got \[0, 4, 1\]",
         ),
         (
             {"assignment": lambda view: np.array([0, np.nan, 1])},
-            r"`assignment` must name evaders from 0 to 3, or -1; got \[0.0, nan, 1.0\]",
+            r"`rule` must return an evader from 0 to 3, or -1, .*; got \[0.0, nan, 1.0\]",
+        ),
+        (
+            {"assignment": Part(POSITIONS, "assignment", 3, lambda *_: np.array([0, 1.9, 1]))},
+            r"`assignment` must name evaders from 0 to 3, or -1; got \[0.0, 1.9, 1.0\]",
         ),
     ],
 )

@@ -1,5 +1,7 @@
 """The assignment as a system in a diagram: who knows what."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -35,6 +37,23 @@ def test_with_a_radio_that_reaches_all_each_evader_has_its_pursuer(rule):
 def test_out_of_earshot_both_go_for_the_riskiest(rule):
     assert assigned(rule=rule, radio_range=2.9) == assigned(rule="own_riskiest")
     assert len(set(assigned(rule=rule, radio_range=2.9))) == 1
+
+
+@pytest.mark.parametrize("radio_range", [np.inf, 5.0])
+@pytest.mark.parametrize("hold", ["none", "until_lost", "cost"])
+@pytest.mark.parametrize(
+    "answer",
+    [[0.5, 1], [1.9, 1.0], [-0.5, 0], [np.nan, 0], [True, False], ["0", "1"], [None, 0], 0, [0]],
+    ids=str,
+)
+def test_a_rule_that_names_no_evader_is_refused(answer, hold, radio_range):
+    message = r"`rule` must return an evader from 0 to 1, or -1, for each of 2 pursuers; got "
+    with pytest.raises(InvalidInput, match=message + re.escape(str(np.asarray(answer).tolist()))):
+        assigned(rule=lambda _: answer, hold=hold, period=0.1, radio_range=radio_range)
+
+
+def test_a_rule_may_answer_with_floats_that_are_whole():
+    assert assigned(rule=lambda _: [1.0, -1.0]) == [1, -1]
 
 
 def test_a_range_below_nothing_is_refused():

@@ -8,8 +8,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ...errors import InvalidInput
 from .matching import hungarian, hungarian_max
-from .team_view import UNASSIGNED, TeamView
+from .team_view import UNASSIGNED, TeamView, names_evaders
 from .voting import AGGREGATIONS, aggregated, borda_printed
 
 _MASK = (1 << 64) - 1
@@ -73,6 +74,30 @@ ASSIGNMENT_RULES: dict[str, AssignmentRule] = {
     "nearest": nearest,
     "stay": stay,
 }
+
+
+def checked(rule: AssignmentRule) -> AssignmentRule:
+    """A rule that refuses to answer anything else than an evader, or none, for each pursuer.
+
+    Args:
+        rule: Anybody's.
+
+    Returns:
+        The rule; it answers whole numbers, shape (n,) of int, and raises InvalidInput where the
+        answer has another shape, is of another type, or names nobody.
+    """
+
+    def answers(view: TeamView) -> np.ndarray:
+        n, m = view.visible.shape
+        answer = np.asarray(rule(view))
+        numbers = answer.shape == (n,) and answer.dtype.kind in "iuf"
+        # Compiled code does not look where it reads.
+        if not (numbers and names_evaders(answer.astype(float), m)):
+            who = f"return an evader from 0 to {m - 1}, or -1, for each of {n} pursuers"
+            raise InvalidInput(f"`rule` must {who}; got {answer.tolist()!r:.200}")
+        return answer.astype(int)
+
+    return answers
 
 
 # Assignment without a centre: each pursuer decides on what it and its neighbours see.

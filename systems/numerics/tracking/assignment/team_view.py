@@ -47,6 +47,6 @@ def names_evaders(assignment: np.ndarray, evaders: int) -> bool:
     named = 0
     for target in assignment:
         # No comparison with NaN is true.
-        if target >= UNASSIGNED and target < evaders:
+        if target >= UNASSIGNED and target < evaders and target == np.floor(target):
             named += 1
     return named == len(assignment)
