@@ -131,6 +131,8 @@ def _shown(answer: WhatItTakes, found: dict[str, object]) -> Iterator[Renderable
     lines = Table(show_header=False, box=None, padding=(0, 2))
     for what, value in _lines(figures, answer.field).items():
         lines.add_row(what, value)
+    if answer.yields_known is not None:
+        lines.add_row("yields are known of", f"{answer.yields_known:.1%} of the field")
     yield lines
     if answer.table is None:
         return

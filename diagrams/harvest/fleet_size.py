@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from ...systems.numerics.harvest.field.field import Field
-from ...systems.numerics.harvest.field.yield_map import mean_density
+from ...systems.numerics.harvest.field.yield_map import known_part, mean_density
 from ...systems.numerics.harvest.fleets.figures import FleetFigures, figures_of_plan
 from ...systems.numerics.harvest.fleets.fleet_table import FleetTable, fleet_table
 from .job import plan_scenario
@@ -38,6 +38,7 @@ class WhatItTakes:
         scenario: What was asked for.
         field: What is harvested.
         density: Of its crop, on the mean [kg/m^2].
+        yields_known: Part of the field of which a file of yields tells; None without one.
         figures: Of the whole plan of the scenario's fleet.
         table: Of fleets side by side; None if it was not asked for.
     """
@@ -45,6 +46,7 @@ class WhatItTakes:
     scenario: HarvestScenario
     field: Field
     density: float
+    yields_known: float | None
     figures: FleetFigures
     table: FleetTable | None
 
@@ -89,7 +91,8 @@ def find_what_it_takes(
             planned={scenario.combines.count: plan.combines},
             progress=progress,
         )
-    return WhatItTakes(scenario, field, mean_density(density, field.polygon), figures, table)
+    mean = mean_density(density, field.polygon)
+    return WhatItTakes(scenario, field, mean, known_part(density), figures, table)
 
 
 def as_object(answer: WhatItTakes, name: str) -> dict[str, object]:
@@ -103,6 +106,7 @@ def as_object(answer: WhatItTakes, name: str) -> dict[str, object]:
         "scenario": name,
         "field_area": answer.field.area,
         "density": answer.density,
+        "yields_known": answer.yields_known,
         "plan": _row(answer.figures),
     }
     table = answer.table

@@ -18,7 +18,7 @@ from ...systems.numerics.harvest.audit.harvest_log import (
 )
 from ...systems.numerics.harvest.carts.cart_motion import trailer_poses
 from ...systems.numerics.harvest.field.field_files import TASKDATA_FILE
-from ...systems.numerics.harvest.field.yield_map import YieldMap
+from ...systems.numerics.harvest.field.yield_map import YieldMap, known_part
 from ...systems.numerics.harvest.machines import (
     DONE,
     FULL,
@@ -73,8 +73,9 @@ def summarise_harvest(run: HarvestRun, scenario: str) -> dict[str, object]:
         scenario: What to call it.
 
     Returns:
-        scenario, strategy, pattern, combines, carts, field_area [m^2], coverage (part of the crop
-        that was cut), finished (whether all was cut that the plan cuts, and all grain delivered),
+        scenario, strategy, pattern, combines, carts, field_area [m^2], yields_known (part of the
+        field of which a file of yields tells; null without one), coverage (part of the crop that
+        was cut), finished (whether all was cut that the plan cuts, and all grain delivered),
         stopped (why not), audit_faults (how many), makespan (until the last grain was delivered)
         and makespan_planned [s], makespan_over_bound (the combines' time over that of headers that
         are always full, at top speed), path_over_bound (the same of their way), waiting (part of
@@ -112,6 +113,7 @@ def summarise_harvest(run: HarvestRun, scenario: str) -> dict[str, object]:
         "combines": team.count,
         "carts": scenario_.carts.count,
         "field_area": job.field.area,
+        "yields_known": known_part(job.plan.supply.density),
         "coverage": found["coverage"],
         "finished": run.finished,
         "stopped": run.stopped,

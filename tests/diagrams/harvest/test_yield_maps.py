@@ -42,6 +42,7 @@ def test_tanks_fill_as_planned_and_as_the_map_says(job):
     found = summarise_harvest(run_harvest(job), "map")
     assert found["finished"]
     assert found["audit_faults"] == 0
+    assert found["yields_known"] == pytest.approx(50 / 70)
     assert found["makespan"] == pytest.approx(found["makespan_planned"], rel=0.02)
     assert found["load_deviation"] < 0.02
     assert found["grain_delivered"] == pytest.approx(GRAIN, rel=0.01)

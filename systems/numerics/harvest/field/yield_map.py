@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from ...errors import InvalidInput, require, require_positive
+from ...errors import InvalidInput, require, require_chance, require_positive
 from ...geometry.world_files import polygons_of, read_geometry
 from ...units import read_quantity
 from .field import Field
@@ -21,6 +21,8 @@ LEAST_SIDE = 1.0
 MOST_CELLS = 250_000
 # No grain yields more [kg/m^2].
 MOST = 10.0
+# A file that tells of less of a field is of another one, or lies elsewhere than it was to [-].
+LEAST_KNOWN = 0.05
 # Files are no larger [byte].
 LARGEST = 50e6
 
@@ -37,21 +39,24 @@ class YieldMap:
         corner: x, y of the corner of the first cell, shape (2,) [m].
         side: Of a cell [m].
         values: Grain, rows from south to north, shape (rows, columns) [kg/m^2].
+        known: Part of the field whose grain is known, and not taken to be as dense as elsewhere.
 
     Raises:
-        InvalidInput: The side is not positive, there is no cell, or grain is negative or not
-            finite.
+        InvalidInput: The side is not positive, there is no cell, grain is negative or not finite,
+            or the part is not from 0 to 1.
     """
 
     corner: np.ndarray
     side: float
     values: np.ndarray
+    known: float = 1.0
 
     def __post_init__(self) -> None:
         require_positive("side", self.side)
         require(self.values.ndim == 2 and self.values.size > 0, "values", "be cells", "none")
         sound = bool((np.isfinite(self.values) & (self.values >= 0)).all())
         require(sound, "yields", "be finite, zero or positive", "others")
+        require_chance("known", self.known)
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """Grain at points, shape (n, 2) [m] -> (n,) [kg/m^2]."""
@@ -110,6 +115,15 @@ def mean_density(density: float | YieldMap, ground: shapely.Polygon) -> float:
     return float(density.at(places[inside]).mean())
 
 
+def known_part(density: float | YieldMap) -> float | None:
+    """Part of a field whose grain is known from a map; None without one.
+
+    Args:
+        density: Of the crop [kg/m^2].
+    """
+    return density.known if isinstance(density, YieldMap) else None
+
+
 def read_yields(
     path: str | Path, field: Field, density: float, *, key: str = "yield", unit: str = "t/ha"
 ) -> YieldMap:
@@ -125,8 +139,9 @@ def read_yields(
         unit: Of the file's numbers, as "t/ha" or "bu/ac wheat".
 
     Raises:
-        InvalidInput: The file is missing or malformed, says nothing of the field, or holds yields
-            that are negative or beyond those of any grain; the unit is none of yields.
+        InvalidInput: The file is missing or malformed, tells of less than LEAST_KNOWN of the field,
+            or holds yields that are no numbers, negative or beyond those of any grain; the unit is
+            none of yields.
     """
     path = Path(path)
     require(path.suffix.lower() in _READERS, "yields", f"end in {', '.join(_READERS)}", path.name)
@@ -141,14 +156,17 @@ def read_yields(
     told = factor * _READERS[path.suffix.lower()](path, field.place.outwards(middles), key)
     known = np.isfinite(told)
     inside = shapely.contains_xy(field.polygon, *middles.T)
-    require(bool((known & inside).any()), "yields", "lie on the field", f"none of {path.name}")
+    share = float(known[inside].mean()) if inside.any() else 0.0
+    require(share > 0, "yields", "lie on the field", f"none of {path.name}")
+    least = f"tell of at least {LEAST_KNOWN:.0%} of the field"
+    require(share >= LEAST_KNOWN, "yields", least, f"{share:.2%} in {path.name}")
     low, high = float(told[known].min()), float(told[known].max())
     worst = low if low < 0 else high
     sound = low >= 0 and high <= MOST
     require(sound, "yields", f"lie between 0 and {MOST * 10:g} t/ha", f"{10 * worst:.6g} t/ha")
     values = np.where(known, told, density).reshape(rows, columns)
     require(bool((values.ravel()[inside] > 0).any()), "yields", "be positive somewhere", path.name)
-    return YieldMap(np.array([x_low, y_low]), side, values)
+    return YieldMap(np.array([x_low, y_low]), side, values, share)
 
 
 def _read_polygons(path: Path, points: np.ndarray, key: str) -> np.ndarray:
@@ -219,8 +237,17 @@ def _ascii_grid(path: Path) -> tuple[list[float], float, np.ndarray]:
         require(edge in told or middle in told, "yields", f"tell {edge} in its head", sorted(told))
         corner.append(told[edge] if edge in told else told[middle] - side / 2)
     require(bool(np.isfinite(corner).all()), "yields", "lie somewhere", corner)
-    numbers[numbers == told.get("nodata_value", -9999.0)] = np.nan
-    return corner, side, numbers.reshape(int(told["nrows"]), -1)[::-1]
+    cells = numbers.reshape(int(told["nrows"]), -1)
+    # Esri's where a file names none; some name nan, which equals nothing.
+    nothing = told.get("nodata_value", -9999.0)
+    untold = np.isnan(cells) if math.isnan(nothing) else cells == nothing
+    wrong = np.argwhere(~untold & ~np.isfinite(cells))
+    if len(wrong):
+        row, column = wrong[0]
+        got = f"{cells[row, column]} in row {row + 1}, column {column + 1}"
+        wanted = f"be numbers, or {nothing:g} where there are none"
+        raise InvalidInput(f"`yields` must {wanted}; got {got} of {path.name}")
+    return corner, side, np.where(untold, np.nan, cells)[::-1]
 
 
 _READERS = {".geojson": _read_polygons, ".json": _read_polygons, ".asc": _read_raster}

@@ -61,6 +61,24 @@ def test_a_map_in_degrees_lies_on_a_field_in_degrees(tmp_path):
     assert found.at(np.array([[x - 3.0, 0.0], [x + 3.0, 0.0]])) == pytest.approx([0.2, 0.7])
 
 
+def test_a_map_says_how_much_of_the_field_it_knows(tmp_path):
+    east = shapely.box(60, 0, 900, 900)
+    found = read_yields(_written(tmp_path, _collection(({"yield": 7}, east))), FIELD, 0.2)
+    assert found.known == pytest.approx(0.25)
+    whole = read_yields(_written(tmp_path, _collection(({"yield": 7}, FIELD.outline))), FIELD, 0.2)
+    assert whole.known == 1.0
+
+
+@pytest.mark.parametrize(
+    ("head", "mark"), [("NODATA_value -1", "-1"), ("nodata_value nan", "NaN"), ("", "-9999")]
+)
+def test_cells_without_data_are_those_that_the_head_marks(tmp_path, head, mark):
+    text = GRID.replace("NODATA_value -1", head) + f"8 {mark} 5 5 5 5"
+    found = read_yields(_written(tmp_path, text, ".asc"), FIELD, 0.3)
+    assert found.at(np.array([[15.0, 30.0], [35.0, 30.0]])) == pytest.approx([0.8, 0.3])
+    assert found.known == pytest.approx(5 * 20 * 20 / (80 * 60))
+
+
 BOX = shapely.box(0, 0, 30, 60)
 REFUSED = {
     "no yield": (_collection(({"name": "a"}, BOX)), ".geojson", "`yield`"),
@@ -71,6 +89,13 @@ REFUSED = {
     "no features": (json.dumps({"type": "Point", "coordinates": [1, 2]}), ".geojson", "Feature"),
     "broken": ("{", ".geojson", "readable"),
     "short grid": (GRID + "1 2 3 4 5", ".asc", "numbers"),
+    "not a number": (GRID + "1 2 3 4 nan 6", ".asc", "nan in row 2, column 2"),
+    "endless": (GRID + "1 2 inf 4 5 6", ".asc", "numbers, or -1 where .* inf in row 1, column 3"),
+    "a corner of the field": (
+        _collection(({"yield": 5}, shapely.box(0, 0, 15, 15))),
+        ".geojson",
+        "at least 5% of the field; got 4.69% in",
+    ),
     "no head": ("1 2 3", ".asc", "ncols"),
     "words": (GRID + "1 2 3 4 5 six", ".asc", "readable"),
     "other": ("", ".tif", "end in"),
