@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ...systems.numerics.errors import require, require_positive
-from ...systems.numerics.tracking.corner_fields import FIELDS, field_grid, partition
+from ...systems.numerics.tracking.corner_fields import FIELDS, field_grid, partition, require_near
 from ...systems.numerics.tracking.corner_game import (
     HIDDEN,
     REGION_1,
@@ -89,6 +89,8 @@ def summarise(
     require_positive("speed", speed)
     # Checked below too, but under the name that formulas give it.
     require(0 < ratio < 1, "ratio", "lie between 0 and 1", ratio)
+    for name, position in (("pursuer", pursuer), ("evader", evader)):
+        require_near(name, position)
     # The array functions check what the kernels take for granted.
     code = int(partition(pursuer, evader, alpha, ratio))
     ux, uy, _ = field_grid(field, evader, pursuer, alpha, ratio).tolist()

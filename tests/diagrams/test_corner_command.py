@@ -68,6 +68,13 @@ def test_a_folder_gets_the_picture_and_the_summary(run, report, tmp_path):
     assert "evader" in result.stdout
 
 
+def test_as_far_as_is_allowed_the_evader_wins_by_less_than_a_metre(report):
+    # The pursuer is 1 m short of the star region, the evader 0.9 m less a little short of edge A.
+    for short, winner in ((0.89, "evader"), (0.91, "pursuer")):
+        found = report("--ratio", 0.9, "--pursuer", 1e6, -1, "--evader", -0.2, short)
+        assert found["winner"] == winner
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -77,6 +84,12 @@ def test_a_folder_gets_the_picture_and_the_summary(run, report, tmp_path):
         (("--field", "best"), "`field` must be one of table, margin, table_up; got best"),
         (("--evader", -1, -1), "`evader` must not be inside the obstacle"),
         (("--pursuer", -1, -1), "`pursuer` must not be inside the obstacle"),
+        # A metre from the star region is less than its rim there.
+        (
+            ("--pursuer", 1e9, -1),
+            "`pursuer` must be within 1e\\+06 m of the corner; got 1000000000",
+        ),
+        (("--evader", -1, 1e300), "`evader` must be within 1e\\+06 m of the corner; got 1e\\+300"),
     ],
 )
 def test_bad_input_is_named(run, tmp_path, arguments, message):

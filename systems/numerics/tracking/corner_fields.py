@@ -15,6 +15,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import ArrayLike
 
 from ..errors import InvalidInput, require, require_finite, require_one_of
 from .corner_game import (
@@ -157,6 +158,9 @@ def corner_field(
 # The code of positions inside the obstacle, beside the region codes of `corner_game`.
 BLOCKED = -1
 
+# How far from a corner the game is decided on lengths, and not by the STAR_RIM of an angle [m].
+FARTHEST = 1e6
+
 # A point this close to an edge, relative to its distance from the corner, belongs to free space.
 ON_EDGE = 1e-12
 
@@ -172,7 +176,7 @@ def inside_obstacle(points: object, alpha: float) -> np.ndarray:
         Booleans, shape (...).
 
     Raises:
-        InvalidInput: `alpha` is out of range, or `points` are no finite positions.
+        InvalidInput: `alpha` is out of range, or `points` are no positions within FARTHEST.
     """
     _require_angle(alpha)
     x, y = np.moveaxis(_positions("points", points), -1, 0)
@@ -306,7 +310,22 @@ def _positions(name: str, points: object) -> np.ndarray:
     shaped = array.ndim >= 1 and array.shape[-1] == 2
     require(shaped, name, "be positions [x, y]", f"an array of shape {array.shape}")
     require(bool(np.isfinite(array).all()), name, "be finite", "NaN or an infinity")
+    require_near(name, array)
     return array
+
+
+def require_near(name: str, points: ArrayLike) -> None:
+    """Refuse positions so far from a corner that a metre is less than the rim of its star region.
+
+    Args:
+        name: What to call them.
+        points: In the corner's frame, shape (..., 2) [m].
+
+    Raises:
+        InvalidInput: One is beyond FARTHEST.
+    """
+    most = float(np.abs(points).max(initial=0.0))
+    require(most <= FARTHEST, name, f"be within {FARTHEST:g} m of the corner", most)
 
 
 def _free_position(name: str, point: object, alpha: float) -> np.ndarray:
