@@ -168,9 +168,30 @@ def build(schema: type[Schema], tree: Any) -> Schema:
         InvalidInput: See `load_scenario`.
     """
     try:
-        return _adapter(schema).validate_python(tree)
+        built: Schema = _adapter(schema).validate_python(tree)
     except ValidationError as invalid:
         raise InvalidInput(_describe(invalid, schema)) from None
+    _refuse_truth_as_number(tree, built)
+    return built
+
+
+def _refuse_truth_as_number(tree: Any, built: Any, place: str = "") -> None:
+    """Refuse true and false where a number is meant, which pydantic takes for 1 and 0.
+
+    Args:
+        tree: As YAML has it.
+        built: What was made of it.
+        place: Its key, with a dot behind it.
+    """
+    if isinstance(tree, bool):
+        number = isinstance(built, (int, float)) and not isinstance(built, bool)
+        require(not number, place[:-1], "be a number", str(tree).lower())
+    elif isinstance(tree, dict):
+        for key, value in tree.items():
+            _refuse_truth_as_number(value, getattr(built, str(key), None), f"{place}{key}.")
+    elif isinstance(tree, list) and isinstance(built, Sequence):
+        for index, pair in enumerate(zip(tree, built, strict=False)):
+            _refuse_truth_as_number(*pair, f"{place}{index}.")
 
 
 # Reading the types of a schema takes far longer than building from it, and a study builds hundreds.

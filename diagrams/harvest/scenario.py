@@ -368,8 +368,8 @@ class HarvestScenario:
         require(0 < self.fill <= 1, "fill", "lie above 0 and up to 1", self.fill)
         if self.travel_time is not None:
             require_non_negative("travel_time", self.travel_time)
-        require_positive("period", self.period)
-        require(self.period <= 0.5, "period", "be at most 0.5 s", self.period)
+        require_finite("period", self.period)
+        require(0.01 <= self.period <= 0.5, "period", "be from 0.01 to 0.5 s", self.period)
         require_positive("hours", self.hours)
         require_non_negative("seed", self.seed)
 

@@ -7,9 +7,11 @@ from typing import Annotated
 from ...systems.numerics.checked import (
     Checked,
     Count,
+    Duration,
     Finite,
     NonNegative,
     Positive,
+    Speed,
     at_least,
     one_of,
 )
@@ -66,7 +68,7 @@ class AgentCamera(Checked):
     # Horizontal angle of view [deg].
     view_angle: Finite = 65.0
     # Between pictures [s].
-    period: Positive = 2.0
+    period: Duration = 2.0
     # Standard deviation of a pixel's noise [gray levels of 255].
     noise: NonNegative = 3.0
     # Standard deviation of the blur [px].
@@ -99,7 +101,7 @@ class Crowd(Checked):
     # Probability that a friend in common persuades an agent, per iteration.
     persuasion: float = 0.0
     # Speed [m/s].
-    speed: Positive = 0.1
+    speed: Speed = 0.1
     # Where each starts, [x, y, heading] [m], [m], [rad]; empty: at random by the seed.
     poses: list[list[float]] = field(default_factory=list)
 
@@ -146,7 +148,7 @@ class SoughtEvader(Checked):
     # What it does: "wander" as common agents do, or "rest".
     policy: Annotated[str, one_of(POLICIES)] = "wander"
     # Speed [m/s].
-    speed: Positive = 0.06
+    speed: Speed = 0.06
     # Where it starts, [x, y, heading] [m], [m], [rad]; empty: at random by the seed.
     pose: list[float] = field(default_factory=list)
 
@@ -164,7 +166,7 @@ class SearchingPursuer(Checked):
     """
 
     # Speed [m/s].
-    speed: Positive = 0.2
+    speed: Speed = 0.2
     # What is left of its route where it waits for the next location [m].
     stand_off: NonNegative = 0.35
     # Where it starts, [x, y, heading] [m], [m], [rad]; empty: at random by the seed.
@@ -192,7 +194,7 @@ class SearchPolicy(Checked):
     # N_img, pictures of each friend in one look.
     pictures: Annotated[int, at_least(1)] = 1
     # Between iterations of Algorithms 2 and 3 [s].
-    period: Positive = 2.0
+    period: Duration = 2.0
     # Who is asked first: "in_turn", or those who promise most "information" (4.4).
     order: Annotated[str, one_of(ORDERS)] = "in_turn"
     # How features are found: "sift", "orb", or "surf" where OpenCV has it.
@@ -222,9 +224,9 @@ class SocialScenario(Checked):
     # How friends are made and pictures read.
     search: SearchPolicy = SearchPolicy()
     # Horizon [s].
-    seconds: Positive = 120.0
+    seconds: Duration = 120.0
     # Control period and time step, a millisecond at least [s].
-    period: Positive = 0.05
+    period: Duration = 0.05
     # Of everything random: starts, walks, answers, noise.
     seed: Count = 0
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
-from ...systems.numerics.checked import Checked, Count, NonNegative, Positive, one_of
+from ...systems.numerics.checked import Checked, Count, Duration, NonNegative, Positive, one_of
 from ...systems.numerics.errors import require, require_positive
 from ...systems.numerics.station.channel import Channel
 from ...systems.numerics.station.motion_checks import Chassis
@@ -216,9 +216,9 @@ class StationScenario(Checked):
     # The game, as `sightfield track` plays it: its period is the station's.
     tracking: TrackingScenario
     # Horizon [s].
-    seconds: Positive = 15.0
+    seconds: Duration = 15.0
     # Time step of the simulated robots, a millisecond at least [s].
-    time_step: Positive = 0.01
+    time_step: Duration = 0.01
     mocap: Mocap = field(default_factory=Mocap)
     radio: Radio = field(default_factory=Radio)
     omni_camera: OmniCameraDevice = field(default_factory=OmniCameraDevice)

@@ -4,7 +4,15 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from ...systems.numerics.checked import Checked, Count, NonNegative, Positive, one_of
+from ...systems.numerics.checked import (
+    Checked,
+    Count,
+    Duration,
+    NonNegative,
+    Positive,
+    Speed,
+    one_of,
+)
 from ...systems.numerics.errors import require, require_finite, require_one_of
 from ...systems.numerics.tracking.assignment.holding import HOLDS
 from ...systems.numerics.tracking.assignment.rules import ASSIGNMENT_RULES
@@ -21,6 +29,9 @@ LOOKAHEAD, GUARANTEE, CERTIFIED = "lookahead", "guarantee", "certified"
 
 # By this much of its radius a robot keeps off others than it is round: wheels slip on a floor.
 CLEARANCE = 0.05
+
+# No floor has more in a team.
+MOST_ROBOTS = 100
 
 MODELS = ("point", "differential_drive")
 # Evaders that look their moves up in the solved game, without and with the distance to losing.
@@ -46,7 +57,7 @@ class RobotTeam(Checked):
     # "point" (2.1) or "differential_drive".
     model: Annotated[str, one_of(MODELS)] = "point"
     # Speed limit [m/s].
-    top_speed: Positive
+    top_speed: Speed
     # Turn-rate limit of differential drives [rad/s].
     top_turn_rate: Positive = 3.0
     # Turn rate per heading error of differential drives [1/s].
@@ -64,6 +75,7 @@ class RobotTeam(Checked):
         super().__post_init__()
         require(self.count % 1 == 0, "count", "be a whole number", self.count)
         require(self.count >= 0, "count", "be zero or positive", self.count)
+        require(self.size <= MOST_ROBOTS, "count", f"be at most {MOST_ROBOTS}", self.size)
         for i, point in enumerate(self.positions):
             require(len(point) == 2, f"positions.{i}", "be [x, y]", point)
             for value in point:
@@ -172,7 +184,7 @@ class Evaders(RobotTeam):
     # Waypoints of each evader, [[x, y], ...] each [m]; only those with that policy use them.
     waypoints: list[list[list[float]]] = field(default_factory=list)
     # Time between the turns of a random walk [s].
-    turn_period: Positive = 2.0
+    turn_period: Duration = 2.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -226,9 +238,9 @@ class TrackingScenario(Checked):
     # The team that is watched.
     evaders: Evaders
     # Horizon [s].
-    seconds: Positive = 60.0
+    seconds: Duration = 60.0
     # Control period and time step, a millisecond at least [s].
-    period: Positive = 0.05
+    period: Duration = 0.05
     # Whether robots keep off one another by their radii; without, they are points in all but
     # their distance from walls, and pass through each other.
     bodies: bool = True

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import numpy as np
 
-from ...systems.numerics.checked import Checked, Finite, NonNegative, Positive, one_of
+from ...systems.numerics.checked import Checked, Duration, Finite, NonNegative, Positive, one_of
 from ...systems.numerics.errors import require, require_one_of
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.vision.estimation.calibration import (
@@ -70,7 +70,7 @@ class PursuerVision(Checked):
     # Radius of the shells [m].
     shell_radius: Positive = Shell().radius
     # Between pictures [s].
-    picture_period: Positive = 0.1
+    picture_period: Duration = 0.1
     # Height of the walls [m].
     wall_height: Positive = 0.5
     # Mirror and camera.

@@ -29,14 +29,39 @@ from .errors import (
 
 Rule = Callable[[str, Any], object]
 
-Finite = Annotated[float, require_finite]
+# No floor, field or machine has more of anything, in SI units or pixels: more is a slip.
+MOST = 1e9
+# Nothing drives faster [m/s], and no game is played for longer than a day [s].
+FASTEST, LONGEST = 100.0, 86_400.0
+
+
+def at_most(most: float, unit: str = "") -> Rule:
+    """The rule that a number is not too large, whatever its sign.
+
+    Args:
+        most: The largest that is allowed.
+        unit: Of it, for the message.
+
+    Raises:
+        InvalidInput: By the rule, for one that is.
+    """
+    words = f"be at most {most:g} {unit}".rstrip()
+    return lambda name, value: require(abs(value) <= most, name, words, value)
+
+
+_has_measure = at_most(MOST)
+
+Finite = Annotated[float, require_finite, _has_measure]
 # Zero, or of a size whose powers and quotients a float holds.
 Sized = Annotated[float, require_sized]
-Positive = Annotated[float, require_positive]
+Positive = Annotated[float, require_positive, _has_measure]
 PositiveSized = Annotated[float, require_positive, require_sized]
-NonNegative = Annotated[float, require_non_negative]
+NonNegative = Annotated[float, require_non_negative, _has_measure]
 NonNegativeSized = Annotated[float, require_non_negative, require_sized]
 Chance = Annotated[float, require_chance]
+# What is computed step by step, or goes so far in each.
+Speed = Annotated[float, require_positive, at_most(FASTEST, "m/s")]
+Duration = Annotated[float, require_positive, at_most(LONGEST, "s")]
 
 
 class Checked:

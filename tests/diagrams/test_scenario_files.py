@@ -16,6 +16,7 @@ from sightfield.diagrams.scenario_files import (
 from sightfield.diagrams.social.scenario import SocialScenario
 from sightfield.diagrams.tracking.scenario import TrackingScenario
 from sightfield.diagrams.vision.scenario import PictureTrackingScenario
+from sightfield.systems.numerics.checked import Checked, Duration
 from sightfield.systems.numerics.errors import InvalidInput, require_positive
 from sightfield.systems.numerics.files import read_yaml
 
@@ -149,6 +150,32 @@ def test_a_file_says_each_key_once(file, text, message):
     with pytest.raises(InvalidInput, match=message) as caught:
         load_scenario(Whole, file(text))
     assert "\n" not in str(caught.value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Switches(Checked):
+    """A scenario with truth values and numbers."""
+
+    lit: bool = False
+    period: Duration = 1.0
+    count: int = 1
+    pairs: tuple[tuple[float, float], ...] = ()
+    part: Part | None = None
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("period: true", "`period` must be a number; got true"),
+        ("count: no", "`count` must be a number; got false"),
+        ("pairs: [[1, 2], [3, yes]]", "`pairs.1.1` must be a number; got true"),
+        ("part: {speed: true}", "`part.speed` must be a number; got true"),
+    ],
+)
+def test_true_is_no_number(file, text, message):
+    assert load_scenario(Switches, file("lit: true")).lit is True
+    with pytest.raises(InvalidInput, match=message):
+        load_scenario(Switches, file(text))
 
 
 def test_a_mapping_may_change_what_it_takes_from_another(file):

@@ -10,10 +10,12 @@ from sightfield.systems.numerics.checked import (
     Chance,
     Checked,
     Count,
+    Duration,
     Finite,
     NonNegative,
     Positive,
     PositiveSized,
+    Speed,
     at_least,
     one_of,
     whole,
@@ -26,6 +28,8 @@ class Lens(Checked):
     """What has a field of each rule."""
 
     free: float = float("nan")
+    pace: Speed = 1.0
+    time: Duration = 1.0
     tilt: Finite = 0.0
     height: Positive = 1.0
     gain: PositiveSized = 1.0
@@ -52,6 +56,12 @@ class LongLens(Lens):
     ("field", "value", "message"),
     [
         ("tilt", np.inf, "`tilt` must be a finite number; got inf"),
+        ("tilt", -1e300, "`tilt` must be at most 1e+09; got -1e+300"),
+        ("height", 1e10, "`height` must be at most 1e+09; got 10000000000.0"),
+        ("blur", 1e300, "`blur` must be at most 1e+09; got 1e+300"),
+        ("pace", 101.0, "`pace` must be at most 100 m/s; got 101.0"),
+        ("time", 1e300, "`time` must be at most 86400 s; got 1e+300"),
+        ("time", True, "`time` must be a finite number; got True"),
         ("height", 0.0, "`height` must be positive; got 0.0"),
         ("gain", -1.0, "`gain` must be positive; got -1.0"),
         ("gain", 1e300, "`gain` must be of a size from 1e-18 to 1e+18; got 1e+300"),

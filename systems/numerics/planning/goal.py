@@ -118,7 +118,7 @@ class Goal:
 SHORTEST, LONGEST = 1e-3, 1e3
 MOST_OFFSET = 100.0
 # Turning radii from start to goal, and from either to the origin; turns of a heading [rad].
-FARTHEST, FARTHEST_OUT = 1e5, 1e7
+FARTHEST, FARTHEST_OUT = 1e4, 1e7
 MOST_TURNED = 1e6
 
 

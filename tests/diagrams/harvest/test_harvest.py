@@ -114,6 +114,7 @@ def test_every_scenario_that_comes_along_is_valid(name):
         ("disturbance.slowness=2", "slowness"),
         ("pattern=spiral", "pattern"),
         ("period=0.8", "period"),
+        ("period=0.001", "period"),
         ("carts.count=0", "count"),
         ("combines.count=500", r"`combines\.count` must be at most 100; got 500"),
         ("carts.count=500", r"`carts\.count` must be at most 100; got 500"),
