@@ -142,7 +142,10 @@ def _matrix(path: Path, combines: int) -> tuple[tuple[float, ...], ...]:
         ) from None
     lines = [line for line in csv.reader(text.splitlines()) if line]
     require(len(lines) == combines, "travel_times", f"have {combines} rows", len(lines))
-    return tuple(read_quantities("travel_times", ",".join(line), "s") for line in lines)
+    return tuple(
+        read_quantities(f"travel_times.{row}", ",".join(line), "s")
+        for row, line in enumerate(lines)
+    )
 
 
 def _each(name: str, text: str, unit: str, combines: int) -> tuple[float, ...]:

@@ -237,20 +237,27 @@ def read_quantities(name: str, text: str, unit: str) -> tuple[float, ...]:
         WrongQuantity: See `read_quantity`; or some of several numbers have units, some not.
     """
     words = text.split(",")
-    numbers = [_NUMBER.match(word) for word in words]
-    units = [
-        word[number.end() :] if number else word
-        for word, number in zip(words, numbers, strict=True)
-    ]
-    given = [bool(unit.strip()) for unit in units]
-    if len(words) > 1 and given[-1] and not any(given[:-1]):
-        words = [word + units[-1] for word in words[:-1]] + words[-1:]
+    special = [word.strip() in _SPECIAL for word in words]
+    numbers = [None if special[n] else _NUMBER.match(word) for n, word in enumerate(words)]
+    if not any(special) and not any(numbers):
+        raise WrongQuantity(name, "be numbers with commas between", text)
+    # Units of the words that are finite numbers. One that is none is told as it stands.
+    units = {
+        place: words[place][number.end() :].strip()
+        for place, number in enumerate(numbers)
+        if number
+    }
+    for place, word in enumerate(words):
+        if place not in units:
+            read_quantity(name, word, unit)
+    given = [bool(each) for each in units.values()]
+    if len(given) > 1 and given[-1] and not any(given[:-1]):
+        *bare, last = units
+        read_quantity(name, words[last], unit)
+        for place in bare:
+            words[place] += f" {units[last]}"
     elif any(given) and not all(given):
         raise WrongQuantity(name, "have a unit behind each number, none, or the last only", text)
-    if not any(
-        number or word.strip() in _SPECIAL for number, word in zip(numbers, words, strict=True)
-    ):
-        raise WrongQuantity(name, "be numbers with commas between", text)
     return tuple(read_quantity(name, word, unit) for word in words)
 
 

@@ -110,6 +110,19 @@ def test_one_combine_needs_no_limit(report):
     assert found["waiting_times"] == pytest.approx([0])
 
 
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [
+        ("0,60,x\n60,0,60\n60,60,0", r"`travel_times.0` must be a number in s, .*; got x$"),
+        ("0,60,60\n60,5,60\n60,60,0", r"`travel_times` must be 0 from combine 1 to .*; got 5.0$"),
+    ],
+)
+def test_a_table_of_ways_that_cannot_be_is_told_by_row_and_cell(report, tmp_path, rows, message):
+    (tmp_path / "ways.csv").write_text(rows)
+    with pytest.raises(InvalidInput, match=message):
+        report(travel_times=tmp_path / "ways.csv")
+
+
 def test_combines_of_all_sorts_and_a_truck(report, tmp_path):
     (tmp_path / "ways.csv").write_text("0, 6, 9\n6, 0, 4\n9, 4, 0\n")
     found = report(

@@ -1,5 +1,7 @@
 """Quantities with units: exact factors, one line for what cannot be."""
 
+import math
+
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
@@ -91,6 +93,22 @@ def test_of_several_numbers_the_last_may_name_the_unit_of_all():
 def test_units_behind_some_numbers_only_are_refused(text):
     with pytest.raises(InvalidInput, match=r"unit behind each number|be a number"):
         read_quantities("capacity", text, "kg")
+
+
+@pytest.mark.parametrize("text", ["0, 60, x", "0, x, 60", "x, 0, 60", "0, x, 60 min", "inf, x"])
+def test_a_word_that_is_no_number_is_told_as_it_stands(text):
+    with pytest.raises(InvalidInput, match=r"`way` must be a number in s, .*; got x$"):
+        read_quantities("way", text.replace(", ", ","), "s")
+
+
+def test_a_last_word_with_a_wrong_unit_is_told_itself():
+    with pytest.raises(InvalidInput, match=r"; got 60 x$"):
+        read_quantities("way", "0,30,60 x", "s")
+
+
+def test_infinities_take_no_unit():
+    assert read_quantities("way", "inf, 2 min", "s") == (math.inf, 120.0)
+    assert read_quantities("way", "2, inf", "s") == (2.0, math.inf)
 
 
 @pytest.mark.parametrize("value", [1e308, "1e300 km", -1e9, 1e-300, "1e-300 km"])

@@ -364,11 +364,7 @@ def read_field(
         said = "wgs84" if shapes.geographic else "metres"
         require(coordinates == said, "coordinates", f"be {said} for {Path(path).name}", coordinates)
     require(len(shapes.crops) > 0, "field file", "hold a polygon", f"none in {path}")
-    try:
-        place = _place(shapes.crops, coordinates)
-    except InvalidInput as error:
-        hint = "; or are they metres? Then coordinates has to be metres"
-        raise InvalidInput(str(error) + (hint if "degree" in str(error) else "")) from None
+    place = _place(shapes.crops, coordinates)
     closed = [*shapes.no_go]
     if no_go:
         layer = _read(Path(no_go), "no_go")
@@ -419,8 +415,10 @@ def _place(crops: Sequence[NamedPolygon], coordinates: str) -> Place:
     centre = largest.centroid
     if coordinates == "wgs84":
         said = f"bounds {np.round(bounds, 6).tolist()}"
-        require(on_globe, "field file", "be within +-180, +-90 degrees", said)
-        require(span <= WIDEST_SPAN, "field file", f"span at most {WIDEST_SPAN} degree", span)
+        hint = "; or are they metres? Then coordinates has to be metres"
+        require(on_globe, "field file", "be within +-180, +-90 degrees", f"{said}{hint}")
+        narrow = f"span at most {WIDEST_SPAN} degree"
+        require(span <= WIDEST_SPAN, "field file", narrow, f"{span}{hint}")
         return Place(origin=(centre.x, centre.y))
     looks = f"metres, but the file spans only {span:.6f}, which looks like degrees"
     degrees = on_globe and span < DEGREE_SPAN

@@ -24,7 +24,7 @@ class Fleet:
         capacities: Tank of each combine, (N,) [kg].
         fill_rates: Grain that each one cuts, (N,) [kg/s].
         unload_rates: What each one's auger delivers, (N,) [kg/s]; more than it cuts.
-        travel_times: From combine i (row) to combine j (column), (N, N) [s].
+        travel_times: From combine i (row) to combine j (column), (N, N); 0 from i to i [s].
 
     Raises:
         InvalidInput: Sizes differ, or a number is out of its range.
@@ -60,6 +60,7 @@ class Fleet:
             for entry in row:
                 require_non_negative("travel_time", entry)
                 require(entry <= MOST, "travel_time", f"be at most {MOST:g}", entry)
+            require(row[n] == 0, "travel_times", f"be 0 from combine {n} to itself", row[n])
 
     @staticmethod
     def equal(

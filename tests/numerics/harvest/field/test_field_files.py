@@ -99,6 +99,12 @@ def test_margins_are_not_negative():
         Field.rectangle(5.0, 5.0, margin=-1.0)
 
 
+def test_degrees_taken_for_metres_are_refused_without_a_hint_to_take_metres(tmp_path):
+    path = write(tmp_path, "f.wkt", shapely.Polygon(degrees(SQUARE)).wkt)
+    with pytest.raises(InvalidInput, match=r"must be wgs84 .* looks like degrees$"):
+        read_field(path, coordinates="metres")
+
+
 def test_metres_taken_for_degrees_are_refused_with_a_hint(tmp_path):
     path = tmp_path / "field.wkt"
     path.write_text("POLYGON ((0 0, 300 0, 300 200, 0 200, 0 0))")
