@@ -2,14 +2,18 @@
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 # Part of a compiled module: checkers of types find only its stub.
 from pydrake.common.value import AbstractValue as AbstractValue  # pyright: ignore[reportMissingModuleSource]
 from pydrake.systems import framework
-from pydrake.systems.framework import BasicVector, Context, InputPort
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, InputPort, System
+
+from .numerics.errors import require
+
+Named = TypeVar("Named", bound=System)
 
 # Templates are made at run time; the stubs do not list them.
 LeafSystem_: Any = framework.LeafSystem_
@@ -23,6 +27,24 @@ def any_scalar(scalar: type) -> Callable[[Callable], Callable]:
     scalars leave them set without a NaN in sight: that is no reason for a warning.
     """
     return (lambda method: method) if scalar is float else np.errstate(invalid="ignore")
+
+
+def add_named(builder: DiagramBuilder, name: str, system: Named) -> Named:
+    """Add a system to a diagram by a name that no other one in it has, and return it.
+
+    Two of one name break the diagram off when it is built, with all of Python.
+
+    Args:
+        builder: Of the diagram.
+        name: For the system.
+        system: What is added.
+
+    Raises:
+        InvalidInput: The diagram has a system of that name.
+    """
+    require(not builder.HasSubsystemNamed(name), "builder", f"have no system {name} yet", "one")
+    builder.AddNamedSystem(name, system)
+    return system
 
 
 def default_instance(template: Any) -> Any:

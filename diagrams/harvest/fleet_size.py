@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from ...systems.numerics.errors import require_type
 from ...systems.numerics.harvest.field.field import Field
 from ...systems.numerics.harvest.field.yield_map import known_part, mean_density
 from ...systems.numerics.harvest.fleets.figures import FleetFigures, figures_of_plan
@@ -69,6 +70,7 @@ def find_what_it_takes(
         InvalidInput: The field cannot be read, or a value is out of its range.
         NoPlan: There is no plan for the fleet that is asked for.
     """
+    require_type("scenario", scenario, HarvestScenario)
     field = scenario.field.load(folder)
     density = scenario.yields.load(field, scenario.density, folder)
     carts = scenario.carts

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...systems.numerics.errors import require
+from ...systems.numerics.errors import require, require_type
 from ...systems.numerics.harvest.carts.cart_plan import Failure
 from ...systems.numerics.harvest.carts.windows import beside
 from ...systems.numerics.harvest.execution.planned_work import PlannedWork, work_of
@@ -82,6 +82,7 @@ def prepare_harvest(
         InvalidInput: The field cannot be read, or is too small for the header.
         NoPlan: None was found.
     """
+    require_type("scenario", scenario, HarvestScenario)
     field = scenario.field.load(folder)
     density = scenario.yields.load(field, scenario.density, folder)
     grown = None

@@ -10,8 +10,10 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import LogVectorOutput
 
+from ...systems.drake_types import add_named
 from ...systems.harvest.machine_drivers import MachineDrivers
 from ...systems.harvest.teams import AugerTransfer, CombineTeam, GrainCartTeam
+from ...systems.numerics.errors import require_type
 from ...systems.numerics.harvest.carts.tanks import EMPTY
 from ...systems.numerics.harvest.machines import COLUMNS, CUT, DONE
 from .harvest_scene import HarvestScene
@@ -70,6 +72,7 @@ def MakeHarvest(
         InvalidInput: See `prepare_harvest`.
         NoPlan: See `prepare_harvest`.
     """
+    require_type("scenario", scenario, HarvestScenario, HarvestJob)
     job = prepare_harvest(scenario) if isinstance(scenario, HarvestScenario) else scenario
     builder = DiagramBuilder()
     outputs = AddHarvest(builder, job)
@@ -81,7 +84,7 @@ def MakeHarvest(
             publish_period=period * max(round(PICTURE_PERIOD / period), 1),
             recording=recording,
         )
-        builder.AddNamedSystem("scene", scene)
+        add_named(builder, "scene", scene)
         for k in range(scene.num_input_ports()):
             port = scene.get_input_port(k)
             builder.Connect(outputs[port.get_name()], port)
@@ -94,6 +97,7 @@ def MakeHarvest(
 
 def AddHarvest(builder: DiagramBuilder, job: HarvestJob) -> dict[str, OutputPort]:
     """Wire a harvest into a diagram; return its outputs by name (see `MakeHarvest`)."""
+    require_type("job", job, HarvestJob)
     scenario, work = job.scenario, job.work
     carts, period = scenario.carts, scenario.period
     sizes = {"combines": scenario.combines.count, "carts": carts.count}
@@ -105,7 +109,7 @@ def AddHarvest(builder: DiagramBuilder, job: HarvestJob) -> dict[str, OutputPort
     }
     outputs: dict[str, OutputPort] = {}
     for name, system in systems.items():
-        builder.AddNamedSystem(name, system)
+        add_named(builder, name, system)
         for k in range(system.num_output_ports()):
             outputs[system.get_output_port(k).get_name()] = system.get_output_port(k)
     # What the combines have unloaded is what the carts have received.
@@ -170,6 +174,7 @@ def run_harvest(
         realtime_rate: Simulated seconds per second, 0 for as fast as possible.
         progress: Told now and then which part of the machines' way is driven, in [0, 1].
     """
+    require_type("job", job, HarvestJob)
     builder = DiagramBuilder()
     harvest = MakeHarvest(job, meshcat, recording=recording)
     builder.AddSystem(harvest)

@@ -3,6 +3,8 @@
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
+from ...systems.drake_types import add_named
+from ...systems.numerics.errors import require_type
 from ...systems.numerics.social.network.interface import SocialNetwork
 from ...systems.numerics.social.network.memory_network import MemoryNetwork
 from ...systems.numerics.social.routes.outlook import make_outlook
@@ -60,6 +62,7 @@ def MakeSocialSearch(
     Raises:
         InvalidInput: See `set_up_social_game`.
     """
+    require_type("scenario", scenario, SocialScenario, SocialGame)
     game = set_up_social_game(scenario) if isinstance(scenario, SocialScenario) else scenario
     if network is None:
         network = MemoryNetwork(game.temperaments, game.scenario.seed)
@@ -74,7 +77,7 @@ def MakeSocialSearch(
             publish_period=period * max(round(PICTURE_PERIOD / period), 1),
             recording=recording,
         )
-        builder.AddNamedSystem("scene", scene)
+        add_named(builder, "scene", scene)
         for k in range(scene.num_input_ports()):
             port = scene.get_input_port(k)
             builder.Connect(outputs[port.get_name()], port)
@@ -89,6 +92,7 @@ def AddSocialSearch(
     builder: DiagramBuilder, game: SocialGame, network: SocialNetwork
 ) -> dict[str, OutputPort]:
     """Wire a search into a diagram; return its outputs by name (see `MakeSocialSearch`)."""
+    require_type("game", game, SocialGame)
     scenario, connect = game.scenario, builder.Connect
     camera, search, step = scenario.camera, scenario.search, scenario.period
     robots = AddRobots(builder, game)
@@ -102,7 +106,7 @@ def AddSocialSearch(
         ("network_evolution", evolution),
         ("image_scanner", scanner),
     ):
-        builder.AddNamedSystem(name, system)
+        add_named(builder, name, system)
     connect(posted, poster.GetInputPort("pictures"))
     connect(evolution.GetOutputPort("connected"), scanner.GetInputPort("connected"))
     found = AddLocator(builder, game, scanner.GetOutputPort("pictures"), offset=3 * step)
@@ -145,7 +149,7 @@ def _add_interest(
         # A step after the pictures have been looked at.
         offset=4 * scenario.period,
     )
-    builder.AddNamedSystem("agent_interest", interest)
+    add_named(builder, "agent_interest", interest)
     builder.Connect(evolution.GetOutputPort("tallies"), interest.GetInputPort("tallies"))
     for name in ("evader_position", "evader_covariance", "readings"):
         builder.Connect(found[name], interest.GetInputPort(name))

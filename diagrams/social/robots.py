@@ -1,10 +1,12 @@
 """The robots of a search: what moves them, what keeps them apart, and what their cameras see."""
 
 from dataclasses import dataclass
+from functools import partial
 
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import ConstantVectorSource, Demultiplexer, Multiplexer
 
+from ...systems.drake_types import add_named
 from ...systems.numerics.social.routes.motion import FollowingLaw, WanderingLaw
 from ...systems.numerics.social.routes.shortest_route import build_route_graph
 from ...systems.numerics.vision.sensor import Sensor
@@ -49,7 +51,7 @@ def AddRobots(builder: DiagramBuilder, game: SocialGame) -> RobotPorts:
     count, agents, period = game.robots, scenario.agents.size, scenario.period
     top_speed = max(scenario.pursuer.speed, scenario.evader.speed, scenario.agents.speed)
     limits = {"top_speed": top_speed, "top_turn_rate": TOP_TURN_RATE}
-    add, connect = builder.AddNamedSystem, builder.Connect
+    add, connect = partial(add_named, builder), builder.Connect
 
     robots = add("robots", DifferentialDriveTeam(game.starts, time_step=period, **limits))
     pose = robots.GetOutputPort("pose")
@@ -136,7 +138,7 @@ def AddCameras(builder: DiagramBuilder, game: SocialGame, robots: RobotPorts) ->
         sensor=Sensor(noise=camera.noise, blur=camera.blur, seed=scenario.seed),
         period=camera.period,
     )
-    builder.AddNamedSystem("cameras", cameras)
+    add_named(builder, "cameras", cameras)
     builder.Connect(robots.agent_pose, cameras.GetInputPort("agent_pose"))
     builder.Connect(robots.evader_pose, cameras.GetInputPort("evader_pose"))
     builder.Connect(robots.pursuer_pose, cameras.GetInputPort("pursuer_pose"))
@@ -163,6 +165,6 @@ def AddLocator(
         features=scenario.search.method,
         method=scenario.search.localisation,
     )
-    builder.AddNamedSystem("evader_locator", locator)
+    add_named(builder, "evader_locator", locator)
     builder.Connect(pictures, locator.GetInputPort("pictures"))
     return {name: locator.GetOutputPort(name) for name in FOUND}

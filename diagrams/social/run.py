@@ -10,6 +10,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
+from ...systems.numerics.errors import require_type
 from ...systems.numerics.social.localisation.location import Reading
 from ...systems.numerics.social.network.interface import SocialNetwork
 from ...systems.social.forward_cameras import ForwardCameras
@@ -74,6 +75,7 @@ def run_social_search(
         realtime_rate: Simulated seconds per second, 0 for as fast as possible.
         progress: Told the simulated time now and then [s].
     """
+    require_type("game", game, SocialGame)
     period = game.scenario.period
     builder = DiagramBuilder()
     search = MakeSocialSearch(game, meshcat, network=network, recording=recording)

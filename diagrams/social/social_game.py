@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from ...systems.numerics.errors import InvalidInput, require
+from ...systems.numerics.errors import InvalidInput, require, require_type
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.social.landmarks.forward_camera import ForwardCamera
 from ...systems.numerics.social.landmarks.maze import Maze
@@ -67,6 +67,7 @@ def set_up_social_game(scenario: SocialScenario) -> SocialGame:
         InvalidInput: The world is no free region, or has no room for landmarks or robots; a robot
             starts in a wall or in another one.
     """
+    require_type("scenario", scenario, SocialScenario)
     maze = _maze(scenario)
     regions = rounded_regions(maze.world, maze.robot_radius + WALL_GAP)
     agents, search = scenario.agents, scenario.search

@@ -28,6 +28,7 @@ from ...systems.numerics.errors import (
     require,
     require_non_negative,
     require_positive,
+    require_type,
 )
 from ...systems.numerics.standoff.loop import StandoffLoop, span, wanted_equilibrium
 from ...systems.numerics.standoff.sampled_loop import SampledPid
@@ -74,6 +75,7 @@ def MakeStandoff(scenario: StandoffScenario) -> Diagram:
 
     Use `standoff_context` for the context to start from.
     """
+    require_type("scenario", scenario, StandoffScenario)
     builder = DiagramBuilder()
     add = builder.AddNamedSystem
     velocity = _add_evader_velocity(builder, scenario)
@@ -192,6 +194,7 @@ def run_standoff(scenario: StandoffScenario, duration: float) -> StandoffRun:
         InvalidInput: The duration is not positive, the period is longer, or there is no
             equilibrium.
     """
+    require_type("scenario", scenario, StandoffScenario)
     require_positive("duration", duration)
     period = scenario.sampled.period
     require(period <= duration, "period", f"be at most the duration, {duration:g} s", period)

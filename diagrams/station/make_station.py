@@ -8,12 +8,14 @@ import atexit
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import Multiplexer
 
-from ...systems.numerics.errors import require
+from ...systems.drake_types import add_named
+from ...systems.numerics.errors import require, require_type
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.station.pose_checks import PoseLimits
 from ...systems.station.gates import RUNNING, CommandGate, InfraredReflex, PoseParts
@@ -77,7 +79,7 @@ def AddSupervision(
         ports: Of the devices, by name.
         sent_command: What goes to the robots.
     """
-    add, connect, period = builder.AddNamedSystem, builder.Connect, scenario.period
+    add, connect, period = partial(add_named, builder), builder.Connect, scenario.period
     teams, rules, count = scenario.tracking, scenario.supervision, scenario.size
     fleet = (teams.pursuers, teams.evaders)
     bounds = game.world.bounds
@@ -181,9 +183,10 @@ def MakeStation(
     Raises:
         SightfieldError: The game cannot be set up, or a device is missing.
     """
+    require_type("scenario", scenario, StationScenario)
     game = game or set_up_game(scenario.tracking)
     builder = DiagramBuilder()
-    gate = builder.AddNamedSystem("gate", CommandGate(scenario.size))
+    gate = add_named(builder, "gate", CommandGate(scenario.size))
     sent = gate.GetOutputPort("sent_command")
     if hardware is True:
         stack = ExitStack()
@@ -203,7 +206,7 @@ def MakeStation(
             ports[VIEW_AGE] = constant(builder, "view_age", np.zeros(1))
         else:
             port = OperatorPort(operator, period=scenario.period)
-            builder.AddNamedSystem("operator", port)
+            add_named(builder, "operator", port)
             for name in (MODE, STARTS_SAID, VIEW_AGE):
                 ports[name] = port.GetOutputPort(name.removeprefix("operator."))
     supervised = AddSupervision(builder, scenario, game, ports, sent)
@@ -220,12 +223,12 @@ def MakeStation(
         horizon=max(_HORIZON, scenario.period),
         radii=scenario.radii,
     )
-    builder.AddNamedSystem("spacing", spacing)
+    add_named(builder, "spacing", spacing)
     builder.Connect(supervised.pose, spacing.GetInputPort("pose"))
     reflex = InfraredReflex(
         scenario.size, distance=scenario.infrared.reflex, period=scenario.period
     )
-    builder.AddNamedSystem("reflex", reflex)
+    add_named(builder, "reflex", reflex)
     builder.Connect(spacing.GetOutputPort("safe_command"), reflex.GetInputPort("command"))
     builder.Connect(ports["infrared.ranges"], reflex.GetInputPort("ranges"))
     builder.Connect(ports["infrared.valid"], reflex.GetInputPort("valid"))
@@ -267,6 +270,7 @@ def AddStationTracking(
         InvalidInput: What is of your own does not fit, as of `AddTracking`; or the pursuers are to
             be certified, which robots that answer late cannot be.
     """
+    require_type("game", game, TrackingGame)
     scenario = game.scenario
     field = scenario.pursuers.field
     require(field != CERTIFIED, "pursuers.field", "be another one in the laboratory", field)
@@ -283,7 +287,7 @@ def AddStationTracking(
         ports.append(team_ports)
         commands.append(command)
     joined = Multiplexer([command.size() for command in commands])
-    builder.AddNamedSystem("commands", joined)
+    add_named(builder, "commands", joined)
     for k, command in enumerate(commands):
         builder.Connect(command, joined.get_input_port(k))
     builder.Connect(joined.get_output_port(), station.GetInputPort(COMMANDS))
@@ -304,7 +308,7 @@ def _add_team(
 ) -> tuple[TeamPorts, OutputPort]:
     """Add what stands between a strategy and the station's differential drives."""
     count = team.size
-    parts = builder.AddNamedSystem(f"{name}_parts", PoseParts(count))
+    parts = add_named(builder, f"{name}_parts", PoseParts(count))
     avoidance = AddAvoidance(builder, name, team, regions, period, other_radii)
     builder.Connect(pose, parts.get_input_port())
     position, direction = parts.GetOutputPort("position"), parts.GetOutputPort("direction")

@@ -9,6 +9,7 @@ from pydrake.systems.primitives import (
     Multiplexer,
 )
 
+from ...systems.drake_types import add_named
 from .scenario import StationScenario
 
 COMMANDS = "team.velocity_commands"
@@ -75,7 +76,7 @@ def split_teams(
     """
     pursuers, evaders = scenario.tracking.pursuers.size, scenario.tracking.evaders.size
     split = Demultiplexer([width * pursuers, width * evaders])
-    builder.AddNamedSystem(f"{name}_of_teams", split)
+    add_named(builder, f"{name}_of_teams", split)
     builder.Connect(port, split.get_input_port())
     return {
         f"pursuer.{name}": split.get_output_port(0),
@@ -92,7 +93,7 @@ def join_teams(builder: DiagramBuilder, name: str, ports: dict[str, OutputPort])
         ports: By name, as `pursuer.poses` and `evader.poses`.
     """
     both = [ports[f"{team}.{name}"] for team in ("pursuer", "evader")]
-    joined = builder.AddNamedSystem(f"{name}_of_all", Multiplexer([port.size() for port in both]))
+    joined = add_named(builder, f"{name}_of_all", Multiplexer([port.size() for port in both]))
     for k, port in enumerate(both):
         builder.Connect(port, joined.get_input_port(k))
     return joined.get_output_port()
@@ -107,7 +108,7 @@ def constant(builder: DiagramBuilder, name: str, values: np.ndarray) -> OutputPo
         values: What it says, shape (size,).
     """
     source = ConstantVectorSource(values)  # type: ignore[arg-type]  # the stubs want a list
-    return builder.AddNamedSystem(name, source).get_output_port()
+    return add_named(builder, name, source).get_output_port()
 
 
 def select(builder: DiagramBuilder, name: str, port: OutputPort, entries: list[int]) -> OutputPort:
@@ -120,6 +121,6 @@ def select(builder: DiagramBuilder, name: str, port: OutputPort, entries: list[i
         entries: Which.
     """
     gain = MatrixGain(D=np.eye(port.size())[entries])  # type: ignore[arg-type]  # the stubs lag behind NumPy's
-    builder.AddNamedSystem(name, gain)
+    add_named(builder, name, gain)
     builder.Connect(port, gain.get_input_port())
     return gain.get_output_port()

@@ -16,7 +16,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from ...systems.numerics.errors import InvalidInput, require
+from ...systems.numerics.errors import InvalidInput, require, require_type
 from . import records
 from .play import Rows, play_block
 from .records import StudyResult, load_study
@@ -132,6 +132,7 @@ def run_study(
         InvalidInput: The folder holds another study or cannot be written; a game cannot be set
             up; there is no cluster at the address.
     """
+    require_type("study", study, Study)
     require(workers >= 0, "workers", "be zero or positive", workers)
     records.open_records(study, folder)
     blocks = blocks_of(study)

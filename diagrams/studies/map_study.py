@@ -21,7 +21,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...systems.numerics.checked import Checked, Count, Positive, one_of
-from ...systems.numerics.errors import InvalidInput, require, require_one_of
+from ...systems.numerics.errors import InvalidInput, require, require_one_of, require_type
 from ...systems.numerics.geometry.random_arena import Arena, draw_arena
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.statistics import Estimate, paired_difference, run_seed
@@ -187,6 +187,7 @@ def run_map_study(
     Raises:
         InvalidInput: An arena has no room for its obstacles; see `solve_visibility_game`.
     """
+    require_type("study", study, MapStudy)
     require(workers >= 0, "workers", "be zero or positive", workers)
     tasks = _tasks(study)
     # The setting from which the others differ belongs to several factors.

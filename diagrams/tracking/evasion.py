@@ -5,7 +5,8 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import MatrixGain
 
-from ...systems.numerics.errors import InvalidInput
+from ...systems.drake_types import add_named
+from ...systems.numerics.errors import InvalidInput, require_type
 from ...systems.numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
 from ...systems.tracking.adversarial_evaders import AdversarialEvaders
 from ...systems.tracking.best_response_evaders import BestResponseEvaders
@@ -35,6 +36,7 @@ def AddEvasion(
     Raises:
         InvalidInput: An evader is yours and there is no page.
     """
+    require_type("game", game, TrackingGame)
     choices = game.scenario.evaders.policy_of_each
     policies = sorted(set(choices))
     outputs = []
@@ -50,7 +52,7 @@ def AddEvasion(
         return outputs[0]
     numbers = [policies.index(choice) for choice in choices]
     selector = VelocitySelector(numbers, sources=len(outputs))
-    selector = builder.AddNamedSystem("evader_policies", selector)
+    selector = add_named(builder, "evader_policies", selector)
     for k, output in enumerate(outputs):
         builder.Connect(output, selector.GetInputPort(f"source_{k}"))
     return selector.GetOutputPort("velocity")
@@ -118,7 +120,7 @@ def _add_policy(
             speed_ratio=scenario.speed_ratio,
             radius=evaders.radius,
         )
-    return builder.AddNamedSystem(f"{policy}_evaders", system).GetOutputPort("velocity")
+    return add_named(builder, f"{policy}_evaders", system).GetOutputPort("velocity")
 
 
 def _game_of_pursuers(game: TrackingGame) -> GuaranteedTimes | None:
@@ -133,11 +135,11 @@ def _add_driver(builder: DiagramBuilder, game: TrackingGame, meshcat: Meshcat | 
     if meshcat is None:
         raise InvalidInput("`evaders.policies` must not be you without a page; got no Meshcat")
     driver = MeshcatVelocity(meshcat, evaders.top_speed, period=scenario.period)
-    driver = builder.AddNamedSystem("your_velocity", driver)
+    driver = add_named(builder, "your_velocity", driver)
     place = np.zeros((2 * evaders.size, 2))
     yours = 2 * evaders.policy_of_each.index("you")
     place[yours, 0] = place[yours + 1, 1] = 1.0
     spread = MatrixGain(D=place)  # type: ignore[arg-type]  # the stubs lag behind NumPy's
-    builder.AddNamedSystem("your_evader", spread)
+    add_named(builder, "your_evader", spread)
     builder.Connect(driver.GetOutputPort("velocity"), spread.get_input_port())
     return spread.get_output_port()

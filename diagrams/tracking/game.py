@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 import shapely.ops
 
-from ...systems.numerics.errors import InvalidInput, require
+from ...systems.numerics.errors import InvalidInput, require, require_type
 from ...systems.numerics.geometry.edge_index import build_edge_index, clearances, point_is_free
 from ...systems.numerics.geometry.team_sight import sight_matrix
 from ...systems.numerics.geometry.wall_sliding import SKIN
@@ -52,6 +52,7 @@ def set_up_game(scenario: TrackingScenario, world: World | None = None) -> Track
         InvalidInput: The world is no free region; a robot starts outside it, in an obstacle, or
             on another robot's spot; an evader starts where nobody sees it; there is no room.
     """
+    require_type("scenario", scenario, TrackingScenario)
     world = world or scenario.world.load()
     pursuer_regions = shrink_world(world, scenario.pursuers.radius)
     evader_regions = shrink_world(world, scenario.evaders.radius)

@@ -14,7 +14,8 @@ from pydrake.systems.primitives import (
     LinearSystem,
 )
 
-from ...systems.numerics.errors import require, require_one_of
+from ...systems.drake_types import add_named
+from ...systems.numerics.errors import require, require_one_of, require_type
 from ...systems.numerics.geometry.edge_index import build_edge_index
 from ...systems.numerics.geometry.visibility_polygon import visibility_polygon
 from ...systems.numerics.tracking.assignment.holding import HOLDS
@@ -87,6 +88,7 @@ def MakeTracking(
     Raises:
         InvalidInput: See `set_up_game` and `AddTracking`.
     """
+    require_type("scenario", scenario, TrackingScenario, TrackingGame)
     game = set_up_game(scenario) if isinstance(scenario, TrackingScenario) else scenario
     builder = DiagramBuilder()
     outputs = AddTracking(
@@ -113,7 +115,7 @@ def MakeTracking(
             recording=recording,
             view=view,
         )
-        builder.AddNamedSystem("scene", scene)
+        add_named(builder, "scene", scene)
         for k in range(scene.num_input_ports()):
             port = scene.get_input_port(k)
             builder.Connect(outputs[port.get_name()], port)
@@ -161,6 +163,7 @@ def AddTracking(
             port; see also `AddEvasion`.
         RuntimeError: A port of yours has another size.
     """
+    require_type("game", game, TrackingGame)
     scenario, world, period = game.scenario, game.world, game.scenario.period
     pursuers, evaders = scenario.pursuers, scenario.evaders
     sizes = {"pursuers": pursuers.size, "evaders": evaders.size}
@@ -169,7 +172,7 @@ def AddTracking(
 
     def add(name, system):
         """Add a system and connect its inputs to what is sensed already."""
-        builder.AddNamedSystem(name, system)
+        add_named(builder, name, system)
         for k in range(system.num_input_ports()):
             port = system.get_input_port(k)
             require_one_of(f"{name}: input port", port.get_name(), senses)
@@ -185,7 +188,7 @@ def AddTracking(
     # The block that says who sees whom, for whoever watches.
     whom = pursuers.size * evaders.size
     blocks = Demultiplexer([whom, sight.size() - whom] if sight.size() > whom else [whom])
-    builder.AddNamedSystem("sight_blocks", blocks)
+    add_named(builder, "sight_blocks", blocks)
     builder.Connect(sight, blocks.get_input_port())
     if assignment is None and pursuit is None and _answers_for_several(scenario):
         # It says itself who goes after whom.
@@ -256,7 +259,7 @@ def _add_standing_certificate(
         evaders=game.scenario.evaders.size,
         top_speed=pursuers.top_speed,
     )
-    builder.AddNamedSystem("standing_certificate", standing)
+    add_named(builder, "standing_certificate", standing)
     for name in ("guaranteed_time", "assignment"):
         builder.Connect(senses[name], standing.GetInputPort(name))
     builder.Connect(
@@ -269,9 +272,9 @@ def _sum(builder: DiagramBuilder, deflections: tuple[OutputPort, ...], size: int
     """By how much all parts together deflect each robot; by nothing where there are none."""
     if not deflections:
         zeros = ConstantVectorSource(np.zeros(size))  # pyright: ignore[reportArgumentType]  # stubs want a shape
-        none = builder.AddNamedSystem("no_deflection", zeros)
+        none = add_named(builder, "no_deflection", zeros)
         return none.get_output_port()
-    total = builder.AddNamedSystem("deflections", Adder(len(deflections), size))
+    total = add_named(builder, "deflections", Adder(len(deflections), size))
     for k, deflection in enumerate(deflections):
         builder.Connect(deflection, total.get_input_port(k))
     return total.get_output_port()
@@ -404,7 +407,7 @@ def AddSmoothing(
     keep, take = (1.0 - k) * np.eye(velocity.size()), k * np.eye(velocity.size())
     # The stubs lag behind NumPy's.
     mean = LinearSystem(A=keep, B=take, C=keep, D=take, time_period=period)  # type: ignore[arg-type]
-    builder.AddNamedSystem("smoothing", mean)
+    add_named(builder, "smoothing", mean)
     builder.Connect(velocity, mean.get_input_port())
     return mean.get_output_port()
 
@@ -419,6 +422,7 @@ def AddTeams(builder: DiagramBuilder, game: TrackingGame) -> tuple[TeamPorts, Te
     Returns:
         Pursuers and evaders.
     """
+    require_type("game", game, TrackingGame)
     scenario, period = game.scenario, game.scenario.period
     # Evaders yield to pursuers that keep promises.
     rank = 1 if scenario.pursuers.field == CERTIFIED else 0

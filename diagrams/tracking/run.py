@@ -11,6 +11,7 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import LogVectorOutput
 
+from ...systems.numerics.errors import require_type
 from .controls import add_controls, make_monitor, read_view, remove_controls
 from .game import TrackingGame
 from .make_tracking import MakeTracking, OwnAssignment
@@ -87,6 +88,7 @@ def run_tracking(
     Raises:
         InvalidInput: An evader is yours to drive and there is no page; see also `AddTracking`.
     """
+    require_type("game", game, TrackingGame)
     scenario = game.scenario
     builder = DiagramBuilder()
     view = (lambda: read_view(meshcat)) if live and meshcat is not None else View

@@ -2,13 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort, System
 
-from ...systems.numerics.errors import require
-from ...systems.numerics.geometry.edge_index import build_edge_index, point_is_free
+from ...systems.drake_types import add_named
+from ...systems.numerics.errors import require, require_type
+from ...systems.numerics.geometry.edge_index import index_regions, point_is_free
 from ...systems.numerics.geometry.world import World
 from ...systems.tracking.agent_team import AgentTeam, DifferentialDriveTeam
 from ...systems.tracking.collision_avoidance import CollisionAvoidance, CollisionStop
@@ -69,14 +71,15 @@ def AddTeam(
         InvalidInput: Not one start for each robot, a start is in no region, or a parameter is out
             of its range.
     """
+    require_type("team", team, RobotTeam)
     starts = np.asarray(starts, dtype=float)
     whole = starts.shape == (team.size, 3)
     require(whole, "starts", f"have shape ({team.size}, 3), a pose a robot", starts.shape)
-    free = build_edge_index(*regions)
+    free = index_regions("regions", regions)
     for start in starts:
         inside = point_is_free(free, start[0], start[1])
         require(inside, "starts", "lie in the regions of the team", start[:2])
-    add, connect = builder.AddNamedSystem, builder.Connect
+    add, connect = partial(add_named, builder), builder.Connect
     yielding = {"rank": rank, "pace": pace}
     avoidance = AddAvoidance(builder, name, team, regions, period, other_radii, **yielding)
     velocity = avoidance.GetInputPort("velocity")
@@ -138,6 +141,7 @@ def AddAvoidance(
     Args:
         builder, name, team, regions, period, other_radii, rank, pace: As of `AddTeam`.
     """
+    require_type("team", team, RobotTeam)
     avoidance = CollisionAvoidance(
         regions,
         count=team.size,
@@ -148,7 +152,7 @@ def AddAvoidance(
         rank=rank,
         pace=pace,
     )
-    return builder.AddNamedSystem(f"{name}_avoidance", avoidance)
+    return add_named(builder, f"{name}_avoidance", avoidance)
 
 
 def inputs_of(system: System) -> tuple[InputPort, ...]:
@@ -208,7 +212,7 @@ def AddDrive(
         The system that turns velocities into commands, and the one whose output `safe_command`
         stops short of walls and robots, size 2 N [m/s], [rad/s].
     """
-    add, connect, count = builder.AddNamedSystem, builder.Connect, velocity.size() // 2
+    add, connect, count = partial(add_named, builder), builder.Connect, velocity.size() // 2
     limits = {"top_speed": team.top_speed, "top_turn_rate": team.top_turn_rate}
     gain = team.heading_gain
     if deflection is None:

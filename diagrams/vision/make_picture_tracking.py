@@ -2,12 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import ConstantVectorSource, Demultiplexer, Multiplexer
 
+from ...systems.drake_types import add_named
+from ...systems.numerics.errors import require_type
 from ...systems.numerics.geometry.edge_index import build_edge_index
 from ...systems.numerics.geometry.visibility_polygon import visibility_polygon
 from ...systems.numerics.tracking.corner_fields import FIELDS
@@ -48,7 +51,7 @@ def AddEyes(
     scenario, vision = game.scenario, game.scenario.vision
     count, evaders = scenario.pursuers.size, scenario.evaders.size
     team = builder.GetSubsystemByName("pursuer_team")
-    add, connect = builder.AddNamedSystem, builder.Connect
+    add, connect = partial(add_named, builder), builder.Connect
     poses = add("poses", Demultiplexer(3 * count, 3))
     places = add("places", Demultiplexer(2 * count, 2))
     connect(team.GetOutputPort("pose"), poses.get_input_port())
@@ -170,6 +173,7 @@ def MakePictureTracking(
         recording: Record what is drawn, for `write_replay`.
         view: Whose view to show at each picture.
     """
+    require_type("game", game, PictureGame)
     builder = DiagramBuilder()
     outputs = AddPictureTracking(builder, game)
     if meshcat is not None:
@@ -184,6 +188,7 @@ def MakePictureTracking(
 
 def AddPictureTracking(builder: DiagramBuilder, game: PictureGame) -> dict[str, OutputPort]:
     """Wire a game into a diagram; return its outputs by name, `image_0`, ... among them."""
+    require_type("game", game, PictureGame)
     scenario, world, vision = game.scenario, game.world, game.scenario.vision
     pursuers, period = scenario.pursuers, scenario.period
     sizes = {"pursuers": pursuers.size, "evaders": scenario.evaders.size}
@@ -192,7 +197,7 @@ def AddPictureTracking(builder: DiagramBuilder, game: PictureGame) -> dict[str, 
 
     def add(name, system, known):
         """Add a system, connect its inputs to what is known, and add its outputs to that."""
-        builder.AddNamedSystem(name, system)
+        add_named(builder, name, system)
         for k in range(system.num_input_ports()):
             port = system.get_input_port(k)
             builder.Connect(known[port.get_name()], port)
@@ -205,7 +210,7 @@ def AddPictureTracking(builder: DiagramBuilder, game: PictureGame) -> dict[str, 
     add("line_of_sight", LineOfSight(world, **sizes, body_radii=blocking), truth)
     whom = pursuers.size * scenario.evaders.size
     blocks = Demultiplexer([whom, truth["sight"].size() - whom])
-    builder.AddNamedSystem("sight_blocks", blocks)
+    add_named(builder, "sight_blocks", blocks)
     builder.Connect(truth["sight"], blocks.get_input_port())
 
     eyes: dict[str, OutputPort] = {}
@@ -265,7 +270,7 @@ def _add_assignment(
         trailed = np.array(scenario.vision.targets, dtype=float)
         # Drake's stubs put the dtype of an array where its shape belongs.
         targets = ConstantVectorSource(trailed)  # pyright: ignore[reportArgumentType]
-        return builder.AddNamedSystem("assignment", targets).get_output_port()
+        return add_named(builder, "assignment", targets).get_output_port()
     rule = Assignment(
         game.world,
         pursuers=pursuers.size,
@@ -277,7 +282,7 @@ def _add_assignment(
         extra=pursuers.extra,
         seed=scenario.seed,
     )
-    builder.AddNamedSystem("assignment", rule)
+    add_named(builder, "assignment", rule)
     for name in ("pursuer_position", "evader_position", "sight"):
         builder.Connect(belief[name], rule.GetInputPort(name))
     return rule.GetOutputPort("assignment")
@@ -309,13 +314,13 @@ def _add_scenes(
         view=view,
     )
     scenes: list[TrackingScene | PictureScene] = [scene]
-    builder.AddNamedSystem("scene", scene)
+    add_named(builder, "scene", scene)
     if scenario.vision.senses == "pictures":
         # After the map's, whose recording it joins.
         pictures = PictureScene(
             game, meshcat, publish_period=period, shown_period=SHOWN_PERIOD, recording=recording
         )
-        builder.AddNamedSystem("picture_scene", pictures)
+        add_named(builder, "picture_scene", pictures)
         scenes.append(pictures)
     for each in scenes:
         for k in range(each.num_input_ports()):

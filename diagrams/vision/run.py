@@ -12,6 +12,7 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
+from ...systems.numerics.errors import require_type
 from ..tracking.controls import add_controls, make_monitor, read_view, remove_controls
 from ..tracking.run import LOGGED, TrackingRun
 from ..tracking.scene import TrackingScene, View
@@ -86,6 +87,7 @@ def run_picture_tracking(
         realtime_rate: Simulated seconds per second, 0 for as fast as possible.
         progress: Told the simulated time now and then [s].
     """
+    require_type("game", game, PictureGame)
     scenario = game.scenario
     period, pursuers = scenario.period, scenario.pursuers.size
     builder = DiagramBuilder()

@@ -11,7 +11,7 @@ from typing import Annotated
 import numpy as np
 
 from ...systems.numerics.checked import Checked, Duration, Finite, NonNegative, Positive, one_of
-from ...systems.numerics.errors import require, require_one_of
+from ...systems.numerics.errors import require, require_one_of, require_type
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.vision.estimation.calibration import (
     Calibration,
@@ -248,6 +248,7 @@ def set_up_picture_game(
     Raises:
         InvalidInput: See `set_up_game` and `load_calibration`.
     """
+    require_type("scenario", scenario, PictureTrackingScenario)
     vision = scenario.vision
     tracking = set_up_game(scenario)
     if calibration is None:

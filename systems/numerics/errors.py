@@ -22,6 +22,22 @@ def require(condition: bool, name: str, requirement: str, got: object) -> None:
         raise InvalidInput(f"`{name}` must {requirement}; got {got}")
 
 
+def require_type(name: str, value: object, *kinds: type) -> None:
+    """Refuse what is of another kind than a parameter is for, before it is asked what it has not.
+
+    Args:
+        name: Of the parameter, for the message.
+        value: What came.
+        kinds: Its class, or those of which one does.
+
+    Raises:
+        InvalidInput: The value is no instance of any.
+    """
+    got = f"{type(value).__name__}: {' '.join(repr(value).split()):.80}"
+    wanted = " or ".join(each.__name__ for each in kinds)
+    require(isinstance(value, kinds), name, f"be of type {wanted}", got)
+
+
 def require_finite(name: str, value: float) -> None:
     """Refuse NaN, infinities and things that are not numbers.
 

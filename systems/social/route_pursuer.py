@@ -8,7 +8,7 @@ from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
 from ..numerics.errors import require_positive
-from ..numerics.geometry.edge_index import build_edge_index
+from ..numerics.geometry.edge_index import build_edge_index, index_regions
 from ..numerics.geometry.world import World
 from ..numerics.social.routes.infrared import InfraredRing, infrared_ranges
 from ..numerics.social.routes.motion import (
@@ -96,7 +96,7 @@ class RoutePursuer(LeafSystem):
         self._graph, self._law, self._ring = graph, law, ring
         self._bearings = np.array(ring.bearings)
         self._edges, self._radius = build_edge_index(world).edges, float(radius)
-        self._index = build_edge_index(*regions)
+        self._index = index_regions("regions", regions)
         self._room, self._period = len(graph.nodes) + 3, float(period)
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._infrared = self.DeclareVectorInputPort("infrared", ring.count)

@@ -9,7 +9,7 @@ from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
 from ..numerics.errors import require, require_non_negative, require_one_of, require_positive
-from ..numerics.geometry.edge_index import build_edge_index
+from ..numerics.geometry.edge_index import build_edge_index, index_regions
 from ..numerics.geometry.segment_sight import build_corner_index
 from ..numerics.geometry.wall_sliding import SKIN
 from ..numerics.geometry.world import World
@@ -184,8 +184,8 @@ class BestResponseEvaders(LeafSystem):
             world=index,
             corner_index=build_corner_index(world, index),
             corners=self._game.corners,
-            pursuer_region=build_edge_index(*pursuer_regions),
-            evader_region=build_edge_index(*evader_regions),
+            pursuer_region=index_regions("pursuer_regions", pursuer_regions),
+            evader_region=index_regions("evader_regions", evader_regions),
             field=KNOWN_PURSUITS[pursuit],
             weightings=codes_of("risk_vectors", risk_vectors, RISK_VECTORS, pursuers),
             matching=_MATCHINGS.get(assignment, FIXED) if evaders <= MOST_EVADERS else FIXED,

@@ -7,7 +7,7 @@ from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
 from ..numerics.errors import require, require_non_negative, require_one_of, require_positive
-from ..numerics.geometry.edge_index import build_edge_index
+from ..numerics.geometry.edge_index import index_regions
 from ..numerics.geometry.world import World
 from ..numerics.tracking.collision_avoidance import YIELDING_TIME, avoid
 from ..numerics.tracking.collision_stop import NEAR, stop_at_robots, stop_at_walls
@@ -95,7 +95,7 @@ class CollisionAvoidance(LeafSystem):
         pace = float(top_speed if pace is None else pace)
         require_positive("pace", pace)
         self._rank, self._near, self._room = rank, NEAR * pace * period, YIELDING_TIME * pace
-        self._region = build_edge_index(*regions)
+        self._region = index_regions("regions", regions)
         self._period, self._top_speed = float(period), float(top_speed)
         self._radii = body_radii("radii", radii, count)
         self._other_radii = body_radii("other_radii", other_radii, len(other_radii))
@@ -268,7 +268,7 @@ class CollisionStop(LeafSystem):
         pace = float(top_speed if pace is None else pace)
         require_positive("pace", pace)
         self._rank, self._near = rank, NEAR * pace * horizon
-        self._regions = [build_edge_index(*regions)] if regions else []
+        self._regions = [index_regions("regions", regions)] if regions else []
         self._limits = np.array([top_speed, top_turn_rate], dtype=float)
         self._period, self._horizon = float(period), float(horizon)
         self._radii = body_radii("radii", radii, count)

@@ -7,7 +7,7 @@ from pydrake.systems.framework import LeafSystem
 from ..drake_types import read
 from ..numeric_parameters import NumericParameters
 from ..numerics.errors import require, require_positive
-from ..numerics.geometry.edge_index import build_edge_index
+from ..numerics.geometry.edge_index import index_regions
 from ..numerics.geometry.world import World
 from ..numerics.tracking.lookahead import lookahead_velocities
 from .game_ports import GamePorts
@@ -70,7 +70,7 @@ class LookaheadPursuit(LeafSystem):
         super().__init__()
         require_positive("top_speed", top_speed)
         require(0 < speed_ratio < 1, "speed_ratio", "lie in (0, 1)", speed_ratio)
-        self._region = build_edge_index(*regions)
+        self._region = index_regions("regions", regions)
         self.parameters = NumericParameters(self, top_speed=top_speed, speed_ratio=speed_ratio)
         self._game = GamePorts(self, world, pursuers, evaders, assigned=True)
         self.DeclareVectorOutputPort("velocity", 2 * pursuers, self._calc_velocity)

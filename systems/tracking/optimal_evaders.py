@@ -6,7 +6,7 @@ from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read
 from ..numerics.errors import require_non_negative
-from ..numerics.geometry.edge_index import build_edge_index
+from ..numerics.geometry.edge_index import index_regions
 from ..numerics.geometry.wall_sliding import SKIN
 from ..numerics.geometry.world import World
 from ..numerics.tracking.adversarial_evasion import escape_outlooks
@@ -72,7 +72,7 @@ class OptimalEvaders(LeafSystem):
         super().__init__()
         require_non_negative("radius", radius)
         self._board = make_board(table)
-        self._region = build_edge_index(*evader_regions)
+        self._region = index_regions("evader_regions", evader_regions)
         self._ratio, self._speed = table.evader_speed / table.pursuer_speed, table.evader_speed
         self._step = table.step
         self._with_distance = bool(with_distance)

@@ -5,12 +5,14 @@ edges that come within a margin of it, and whether one point inside it is free; 
 status then follows from the edges of its cell alone.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from ..compiled import compiled, kernel
+from ..errors import require, require_type
 from .world import World
 
 # Columns of `EdgeIndex.edges`: an edge runs from START to END with free space on its left.
@@ -39,8 +41,6 @@ class EdgeIndex(NamedTuple):
     probes: np.ndarray
 
 
-# A handful: the systems of one diagram ask for the same two or three again and again.
-@lru_cache(maxsize=8)
 def build_edge_index(*worlds: World) -> EdgeIndex:
     """Index the edges of one world, or of several that do not overlap, as one free region.
 
@@ -48,7 +48,37 @@ def build_edge_index(*worlds: World) -> EdgeIndex:
 
     The grid has about five cells per edge: the fastest of 1 to 16 for segments in worlds of
     200 edges.
+
+    Raises:
+        InvalidInput: There is no world, or something else among them.
     """
+    require(len(worlds) > 0, "world", "be given", "none")
+    for world in worlds:
+        require_type("world", world, World)
+    return _index(*worlds)
+
+
+def index_regions(name: str, regions: Sequence[World]) -> EdgeIndex:
+    """The edges of all regions of a team; see `build_edge_index`.
+
+    Args:
+        name: Of the parameter, for the message.
+        regions: Its worlds.
+
+    Raises:
+        InvalidInput: It is one world instead of several, has none, or something else among them.
+    """
+    require(not isinstance(regions, World), name, "be a list of worlds", "one World")
+    require_type(name, regions, Sequence)
+    require(len(regions) > 0, name, "have one world at least", "none")
+    for number, world in enumerate(regions):
+        require_type(f"{name}[{number}]", world, World)
+    return _index(*regions)
+
+
+# A handful: the systems of one diagram ask for the same two or three again and again.
+@lru_cache(maxsize=8)
+def _index(*worlds: World) -> EdgeIndex:
     rings = [ring for world in worlds for ring in world.rings]
     edges = np.concatenate(
         [np.hstack([np.roll(r, 1, axis=0), r, np.roll(r, -1, axis=0)]) for r in rings]

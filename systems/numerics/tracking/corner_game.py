@@ -20,6 +20,7 @@ import math
 import numpy as np
 from numba import njit
 
+from ..errors import require_type
 from ..geometry.world import World
 
 # A pursuer this near to the star region is in it [rad]. Pursuers run exactly to its rim, where
@@ -238,6 +239,10 @@ def corner_table(world: World) -> np.ndarray:
     Returns:
         Shape (k, 6): x, y [m], heading of the frame, interior angle [rad], lengths of edges A and
         B [m].
+
+    Raises:
+        InvalidInput: It is no world.
     """
+    require_type("world", world, World)
     corners = world.corners
     return np.column_stack([corners.points, corners.headings, corners.angles, corners.lengths])

@@ -21,7 +21,7 @@ import shapely.ops
 
 from ...compiled import compiled, kernel
 from ...errors import InvalidInput, require, require_non_negative, require_positive
-from ...geometry.edge_index import EdgeIndex, build_edge_index, point_is_free
+from ...geometry.edge_index import EdgeIndex, index_regions, point_is_free
 from ...geometry.segment_sight import are_clear, segment_is_clear
 from ...geometry.world import World, world_from_polygon
 
@@ -89,7 +89,7 @@ def build_route_graph(regions: Sequence[World]) -> RouteGraph:
         InvalidInput: There is no region.
     """
     require(len(regions) > 0, "regions", "hold a region at least", "none")
-    index = build_edge_index(*regions)
+    index = index_regions("regions", regions)
     nodes = np.concatenate([region.corners.points for region in regions]).reshape(-1, 2)
     lengths = np.full((len(nodes), len(nodes)), np.inf)
     i, j = np.triu_indices(len(nodes), 1)

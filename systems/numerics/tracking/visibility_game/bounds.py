@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import require
-from ...geometry.edge_index import EdgeIndex, build_edge_index
+from ...geometry.edge_index import EdgeIndex, build_edge_index, index_regions
 from ...geometry.world import World
 from ..corner_game import corner_table
 from .ground import (
@@ -203,7 +203,10 @@ def middle_setting(
     """
     evader_spacing = ratio * PACE * grid / evader_pace
     _require_few(world, grid, evader_spacing, sight_range, grid)
-    pursuing, evading = build_edge_index(*pursuer_regions), build_edge_index(*evader_regions)
+    pursuing, evading = (
+        index_regions("pursuer_regions", pursuer_regions),
+        index_regions("evader_regions", evader_regions),
+    )
     pursuer_grid, evader_grid = cover(world.bounds, grid), cover(world.bounds, evader_spacing)
     free, evader_nodes = free_nodes(pursuer_grid, pursuing), free_nodes(evader_grid, evading)
     reach = float(np.hypot(*evader.offsets.T).max()) * evader_spacing
@@ -258,7 +261,7 @@ def lower_setting(
     evader_spacing = pace / evader.pace
     slack = SLACK * evader_spacing
     _require_few(world, spacing, evader_spacing, sight_range, grid)
-    pursuing = build_edge_index(*pursuer_regions)
+    pursuing = index_regions("pursuer_regions", pursuer_regions)
     pursuer_grid = cover(world.bounds, spacing)
     evader_grid = cover(world.bounds, evader_spacing, 2.0 * slack)
     free = free_nodes(pursuer_grid, pursuing)
@@ -273,7 +276,7 @@ def lower_setting(
         pursuer_nodes=free,
         evader_nodes=evader_nodes,
         pursuer_region=pursuing,
-        evader_region=build_edge_index(*evader_regions),
+        evader_region=index_regions("evader_regions", evader_regions),
         sight=build_edge_index(*blocking),
         corners=np.concatenate([corner_table(part) for part in blocking]),
         spots=spots,
@@ -301,7 +304,7 @@ def _upper(
     evader_spacing = ratio * step / MOVES.longest
     slack = SLACK * spacing
     _require_few(world, spacing, evader_spacing, sight_range, grid)
-    evading = build_edge_index(*evader_regions)
+    evading = index_regions("evader_regions", evader_regions)
     pursuer_grid = cover(world.bounds, spacing, 2.0 * slack)
     evader_grid = cover(world.bounds, evader_spacing)
     followed = nodes_near(pursuer_grid, pursuer_regions, slack)
@@ -314,7 +317,7 @@ def _upper(
         evader_grid=evader_grid,
         pursuer_nodes=followed,
         evader_nodes=evader_nodes,
-        pursuer_region=build_edge_index(*pursuer_regions),
+        pursuer_region=index_regions("pursuer_regions", pursuer_regions),
         evader_region=evading,
         sight=build_edge_index(world),
         corners=NO_CORNERS,

@@ -21,7 +21,7 @@ import shapely
 
 from ...compiled import compiled, kernel
 from ...errors import require
-from ...geometry.edge_index import EdgeIndex, build_edge_index, point_is_free
+from ...geometry.edge_index import EdgeIndex, index_regions, point_is_free
 from ...geometry.segment_sight import segment_is_clear
 from ...geometry.visibility_polygon import cast_ray
 from ...geometry.world import World
@@ -82,7 +82,7 @@ def make_place_grid(regions: Sequence[World], cells: int = 10_000) -> PlaceGrid:
         part = shapely.intersection(free, boxes[k])
         places[k] = shapely.shortest_line(part, points[k]).coords[0]
     corner = np.array([west, south])
-    return PlaceGrid(build_edge_index(*regions), corner, cell, columns, rows, places, usable)
+    return PlaceGrid(index_regions("regions", regions), corner, cell, columns, rows, places, usable)
 
 
 @kernel
