@@ -30,10 +30,13 @@ from .systems.numerics.errors import NoPlan as NoPlan
 from .systems.numerics.harvest.audit.audit import HarvestAudit as HarvestAudit
 from .systems.numerics.harvest.audit.audit import audit_harvest as audit_harvest
 from .systems.numerics.harvest.audit.harvest_log import AuditFault as AuditFault
+from .systems.numerics.harvest.carts.cart_plan import Failure as Failure
 from .systems.numerics.harvest.field.field import Field as Field
 from .systems.numerics.harvest.field.field_files import read_field as read_field
 from .systems.numerics.harvest.field.yield_map import YieldMap as YieldMap
 from .systems.numerics.harvest.field.yield_map import read_yields as read_yields
+from .systems.numerics.harvest.machines import Cart as Cart
+from .systems.numerics.harvest.machines import Combine as Combine
 from .systems.numerics.harvest.plan.harvest_plan import CombinePlan as CombinePlan
 from .systems.numerics.harvest.plan.harvest_plan import HarvestPlan as HarvestPlan
 from .systems.numerics.harvest.plan.harvest_plan import plan_combines as plan_combines
@@ -77,3 +80,4 @@ from .systems.numerics.harvest.schedule.periodic_plan import Visit as Visit
 from .systems.numerics.harvest.schedule.periodic_plan import travel_scale_max as travel_scale_max
 from .systems.numerics.harvest.schedule.simulation import CartRun as CartRun
 from .systems.numerics.harvest.schedule.simulation import simulate_schedule as simulate_schedule
+from .systems.numerics.harvest.trucks import TruckFleet as TruckFleet

@@ -6,6 +6,7 @@ A message names the parameter, the requirement and what came:
 
 import math
 from collections.abc import Iterable, Sequence
+from numbers import Integral
 
 
 class SightfieldError(Exception):
@@ -107,7 +108,8 @@ def require_whole(name: str, value: int, least: int) -> None:
         value: What came, a whole number at best.
         least: The smallest that is allowed.
     """
-    whole = isinstance(value, int) and not isinstance(value, bool) and value >= least
+    # NumPy's whole numbers are no int.
+    whole = isinstance(value, Integral) and not isinstance(value, bool) and value >= least
     require(whole, name, f"be a whole number of at least {least}", value)
 
 

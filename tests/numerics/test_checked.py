@@ -80,7 +80,7 @@ def test_a_value_against_the_rule_of_its_field_is_refused_by_name(field, value, 
 
 
 def test_values_within_the_rules_stay_as_they_are():
-    lens = Lens(height=2.0, seed=np.int64(7), rings=2, model="thesis")
+    lens = Lens(height=2.0, seed=np.int64(7), rings=2, rows=np.int64(4), model="thesis")
     assert (lens.height, lens.seed, lens.rings, lens.model) == (2.0, 7, 2, "thesis")
 
 

@@ -9,7 +9,15 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from ...errors import InvalidInput, NoPlan, require
+from ...errors import (
+    InvalidInput,
+    NoPlan,
+    require,
+    require_finite,
+    require_positive,
+    require_type,
+    require_whole,
+)
 from ..carts.cart_plan import CartPlan, Failure, Stop, Supply, ended
 from ..carts.visits import serve_combines
 from ..coverage.plan_coverage import BUILT, CoveragePaths, find_coverages
@@ -114,10 +122,22 @@ def plan_combines(
         reach: How far a combine cuts until its tank is full [m].
 
     Raises:
-        InvalidInput: A value is out of its range.
+        InvalidInput: A value is out of its range or of another type.
         NoPlan: The combines cannot cut the field, or block one another.
     """
+    _require_team(field, combines, seed)
+    require(reach > 0, "reach", "be positive", reach)
     return next(find_combine_plans(field, combines, pattern=pattern, seed=seed, reach=reach))
+
+
+def _require_team(field: Field, combines: Sequence[Combine], seed: int) -> None:
+    """Refuse what is no field and no combines, before planning asks them what they have not."""
+    require_type("field", field, Field)
+    require_type("combines", combines, Sequence)
+    require(len(combines) > 0, "combines", "be one at least", "none")
+    for number, combine in enumerate(combines):
+        require_type(f"combines[{number}]", combine, Combine)
+    require_whole("seed", seed, 0)
 
 
 def find_combine_plans(
@@ -311,10 +331,19 @@ def plan_harvest(
         progress: Told what is done, and which part of it, in [0, 1].
 
     Raises:
-        InvalidInput: The margin has no room for carts, or the only cart fails.
+        InvalidInput: A value is out of its range or of another type; the margin has no room for
+            carts, or the only cart fails.
         NoPlan: The combines cannot cut the field, or block one another, or a cart can never get to
             a combine or to its truck.
     """
+    _require_team(field, combines, seed)
+    require_type("cart", cart, Cart)
+    require_whole("carts", carts, 1)
+    if not isinstance(density, YieldMap):
+        require_positive("density", density)
+    require_positive("truck_rate", truck_rate)
+    require_finite("threshold", threshold)
+    require(0 < threshold <= 1, "threshold", "lie above 0 and up to 1", threshold)
     progress("paths and times of the combines", 0.0)
     reach = tank_reach(field, combines, density)
     teams = find_combine_plans(field, combines, pattern=pattern, seed=seed, reach=reach)

@@ -1,5 +1,6 @@
 """Plans of combines alone and of whole harvests, by the audit, which shares no code with them."""
 
+import math
 import runpy
 from dataclasses import replace
 from functools import cache
@@ -45,6 +46,37 @@ COMBINE = Combine(header_width=7.5, speed=1.6, turning_radius=6.5, length=7.5, w
 @pytest.fixture(scope="module")
 def logs():
     return runpy.run_path(str(Path(__file__).with_name("plan_logs.py")))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"density": -1.0}, "`density` must be positive; got -1.0"),
+        ({"density": 0.0}, "`density` must be positive; got 0.0"),
+        ({"density": math.nan}, "`density` must be a finite number; got nan"),
+        ({"density": True}, "`density` must be a finite number; got True"),
+        ({"truck_rate": math.nan}, "`truck_rate` must be a finite number; got nan"),
+        ({"truck_rate": -5.0}, "`truck_rate` must be positive; got -5.0"),
+        ({"truck_rate": 0.0}, "`truck_rate` must be positive; got 0.0"),
+        ({"seed": -1}, "`seed` must be a whole number of at least 0; got -1"),
+        ({"seed": 0.5}, "`seed` must be a whole number of at least 0; got 0.5"),
+        ({"carts": 1.5}, "`carts` must be a whole number of at least 1; got 1.5"),
+        ({"carts": 0}, "`carts` must be a whole number of at least 1; got 0"),
+        ({"threshold": 2.0}, "`threshold` must lie above 0 and up to 1; got 2.0"),
+        ({"threshold": math.nan}, "`threshold` must be a finite number; got nan"),
+        ({"combines": []}, "`combines` must be one at least; got none"),
+        ({"combines": 2}, "`combines` must be of type Sequence; got int: 2"),
+        ({"combines": [Cart()]}, r"`combines\[0\]` must be of type Combine; got Cart: "),
+        ({"cart": 1}, "`cart` must be of type Cart; got int: 1"),
+        ({"field": "field.wkt"}, "`field` must be of type Field; got str: 'field.wkt'"),
+    ],
+    ids=str,
+)
+def test_what_no_harvest_has_is_refused_by_its_name(changes, message):
+    usual = {"combines": [COMBINE], "cart": Cart(), "carts": 1, "density": 0.8}
+    usual["field"] = Field.rectangle(200.0, 150.0)
+    with pytest.raises(InvalidInput, match=message):
+        plan_harvest(**{**usual, **changes})
 
 
 @pytest.mark.parametrize(
