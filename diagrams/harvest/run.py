@@ -96,7 +96,11 @@ def MakeHarvest(
 
 
 def AddHarvest(builder: DiagramBuilder, job: HarvestJob) -> dict[str, OutputPort]:
-    """Wire a harvest into a diagram; return its outputs by name (see `MakeHarvest`)."""
+    """Wire a harvest into a diagram; return its outputs by name (see `MakeHarvest`).
+
+    Raises:
+        InvalidInput: `job` is no HarvestJob, or a name in the diagram is taken.
+    """
     require_type("job", job, HarvestJob)
     scenario, work = job.scenario, job.work
     carts, period = scenario.carts, scenario.period
@@ -173,6 +177,9 @@ def run_harvest(
         recording: Record what is drawn for a replay.
         realtime_rate: Simulated seconds per second, 0 for as fast as possible.
         progress: Told now and then which part of the machines' way is driven, in [0, 1].
+
+    Raises:
+        InvalidInput: `job` is no HarvestJob.
     """
     require_type("job", job, HarvestJob)
     builder = DiagramBuilder()

@@ -91,7 +91,11 @@ def MakeSocialSearch(
 def AddSocialSearch(
     builder: DiagramBuilder, game: SocialGame, network: SocialNetwork
 ) -> dict[str, OutputPort]:
-    """Wire a search into a diagram; return its outputs by name (see `MakeSocialSearch`)."""
+    """Wire a search into a diagram; return its outputs by name (see `MakeSocialSearch`).
+
+    Raises:
+        InvalidInput: `game` is no SocialGame, or a name in the diagram is taken.
+    """
     require_type("game", game, SocialGame)
     scenario, connect = game.scenario, builder.Connect
     camera, search, step = scenario.camera, scenario.search, scenario.period

@@ -74,6 +74,9 @@ def run_social_search(
         recording: Record what is drawn for a replay.
         realtime_rate: Simulated seconds per second, 0 for as fast as possible.
         progress: Told the simulated time now and then [s].
+
+    Raises:
+        InvalidInput: `game` is no SocialGame.
     """
     require_type("game", game, SocialGame)
     period = game.scenario.period

@@ -74,6 +74,9 @@ def MakeStandoff(scenario: StandoffScenario) -> Diagram:
     `estimate` [m], as the controller sees it, `command` [m/s], `pursuer_position` [m].
 
     Use `standoff_context` for the context to start from.
+
+    Raises:
+        InvalidInput: `scenario` is no StandoffScenario.
     """
     require_type("scenario", scenario, StandoffScenario)
     builder = DiagramBuilder()

@@ -181,6 +181,7 @@ def MakeStation(
         operator: Who may pause and stop; None: nobody does.
 
     Raises:
+        InvalidInput: `scenario` is no StationScenario.
         SightfieldError: The game cannot be set up, or a device is missing.
     """
     require_type("scenario", scenario, StationScenario)

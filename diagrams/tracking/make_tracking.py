@@ -421,6 +421,9 @@ def AddTeams(builder: DiagramBuilder, game: TrackingGame) -> tuple[TeamPorts, Te
 
     Returns:
         Pursuers and evaders.
+
+    Raises:
+        InvalidInput: `game` is no TrackingGame, or a name in the diagram is taken.
     """
     require_type("game", game, TrackingGame)
     scenario, period = game.scenario, game.scenario.period

@@ -140,6 +140,9 @@ def AddAvoidance(
 
     Args:
         builder, name, team, regions, period, other_radii, rank, pace: As of `AddTeam`.
+
+    Raises:
+        InvalidInput: `team` is no RobotTeam, or a name in the diagram is taken.
     """
     require_type("team", team, RobotTeam)
     avoidance = CollisionAvoidance(

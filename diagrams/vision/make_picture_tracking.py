@@ -172,6 +172,9 @@ def MakePictureTracking(
         meshcat: Where to draw it; None draws nothing.
         recording: Record what is drawn, for `write_replay`.
         view: Whose view to show at each picture.
+
+    Raises:
+        InvalidInput: `game` is no PictureGame.
     """
     require_type("game", game, PictureGame)
     builder = DiagramBuilder()
@@ -187,7 +190,11 @@ def MakePictureTracking(
 
 
 def AddPictureTracking(builder: DiagramBuilder, game: PictureGame) -> dict[str, OutputPort]:
-    """Wire a game into a diagram; return its outputs by name, `image_0`, ... among them."""
+    """Wire a game into a diagram; return its outputs by name, `image_0`, ... among them.
+
+    Raises:
+        InvalidInput: `game` is no PictureGame, or a name in the diagram is taken.
+    """
     require_type("game", game, PictureGame)
     scenario, world, vision = game.scenario, game.world, game.scenario.vision
     pursuers, period = scenario.pursuers, scenario.period

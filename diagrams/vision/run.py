@@ -86,6 +86,9 @@ def run_picture_tracking(
         live: Obey the page's controls (pause, stop, speed, whose view).
         realtime_rate: Simulated seconds per second, 0 for as fast as possible.
         progress: Told the simulated time now and then [s].
+
+    Raises:
+        InvalidInput: `game` is no PictureGame.
     """
     require_type("game", game, PictureGame)
     scenario = game.scenario

@@ -39,8 +39,8 @@ def at_most(most: float, unit: str = "") -> Rule:
     """The rule that a number is not too large, whatever its sign.
 
     Args:
-        most: The largest that is allowed.
-        unit: Of it, for the message.
+        most: The largest that is allowed [unit].
+        unit: For the message.
 
     Raises:
         InvalidInput: By the rule, for one that is.
