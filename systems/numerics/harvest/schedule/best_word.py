@@ -7,7 +7,8 @@ anything never makes it worse.
 
 **Longer words** grow: into each of the best words of a length one visit more is put, anywhere, with
 the trips that can go with it, and the best of what comes of all of them are kept. A word told twice
-is another that may grow. Nothing says that no word is better.
+is another that may grow. The best of each length are changed for the better (`changed_word`).
+Nothing says that no word is better.
 """
 
 import math
@@ -18,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compiled import compiled, kernel
+from .changed_word import change_word
 from .word_limit import (
     Desk,
     Tanks,
@@ -36,6 +38,8 @@ Visits = tuple[tuple[int, ...], tuple[bool, ...]]
 
 # Which part of the best limit a word must have to grow on.
 _NEAR = 0.7
+# How many of the best of each length are changed for the better.
+_CHANGED = 3
 # By which part a word must be better than another.
 _BETTER = 1e-9
 
@@ -91,9 +95,18 @@ def grown_word(
             limit = word_limit(word, trips, tanks, ways, 0.0)
             if limit > 0.0:
                 _keep(word, trips, limit, *garden.of(len(word)))
-    limit, size = _grow(tanks, ways, enough, garden.words, garden.trips, garden.limits)
-    word, trips = garden.words[size, 0, :size], garden.trips[size, 0, :size]
-    return RatedWord(limit, (tuple(word.tolist()), tuple(trips.tolist())))
+    _grow(tanks, ways, enough, garden.words, garden.trips, garden.limits)
+    desk = desk_for(len(tanks.capacities), longest)
+    best = RatedWord(-math.inf, ((), ()))
+    for length, limits in enumerate(garden.limits):
+        for rank in range(min(_CHANGED, kept)):
+            if limits[rank] == -math.inf or best.limit >= enough:
+                break
+            word, trips = garden.words[length, rank], garden.trips[length, rank]
+            limit, size = change_word(word, trips, length, limits[rank], tanks, ways, desk)
+            if limit > best.limit * (1.0 + _BETTER):
+                best = RatedWord(limit, (tuple(word[:size].tolist()), tuple(trips[:size].tolist())))
+    return best
 
 
 def rounds_of_all(combines: int, with_truck: bool) -> list[Visits]:
@@ -327,15 +340,14 @@ def _grow(
     words: NDArray[np.int64],
     trips: NDArray[np.bool_],
     limits: Vector,
-) -> tuple[float, int]:
-    """Let all words grow, from the shortest on; the best limit, and the length of its word."""
+) -> None:
+    """Let all words grow, from the shortest on."""
     longest, count = len(limits) - 1, len(tanks.capacities)
     desk = desk_for(count, longest)
     longer, by_truck = np.zeros(longest, dtype=np.int64), np.zeros(longest, dtype=np.bool_)
-    best, size = 0.0, 0
+    best = 0.0
     for length in range(1, longest + 1):
-        if limits[length, 0] > best * (1.0 + _BETTER):
-            best, size = limits[length, 0], length
+        best = max(best, limits[length, 0])
         if best >= enough or length == longest:
             break
         for rank in range(limits.shape[1]):
@@ -357,7 +369,6 @@ def _grow(
                 by_truck[visit] = trips[length, 0, visit % length]
             best_ones = words[twice], trips[twice], limits[twice]
             _keep(longer[:twice], by_truck[:twice], limits[length, 0], *best_ones)
-    return (best, size) if size > 0 else (-np.inf, 0)
 
 
 @kernel

@@ -4,9 +4,13 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.harvest.schedule import closed_forms as forms
-from sightfield.systems.numerics.harvest.schedule.answer import answer_schedule, answer_timetable
 from sightfield.systems.numerics.harvest.schedule.closed_forms import EqualCombines
-from sightfield.systems.numerics.harvest.schedule.fleet import Fleet, Truck, sequential_round
+from sightfield.systems.numerics.harvest.schedule.fleet import (
+    Fleet,
+    Truck,
+    round_of,
+    sequential_round,
+)
 from sightfield.systems.numerics.harvest.schedule.periodic_plan import Aim, plan_round
 from sightfield.systems.numerics.harvest.schedule.simulation import (
     CartRun,
@@ -14,6 +18,7 @@ from sightfield.systems.numerics.harvest.schedule.simulation import (
     jitter_limit,
     plan_for_jitter,
     plan_jitter,
+    plan_timetable,
     simulate_schedule,
 )
 
@@ -113,12 +118,11 @@ def test_a_full_cart_goes_by_the_truck_when_planned_where_it_takes_nothing_more(
         (120.0, 107.0, 121.0, 168.0),
         ((0, 26.3, 1.1, 33.0), (26.3, 0, 25.8, 53.4), (1.1, 25.8, 0, 34.1), (33.0, 53.4, 34.1, 0)),
     )
-    answer = answer_schedule(fleet, 1, Truck(24975.0, 10.16, 244.8, 28.7))
-    (cart,) = answer.carts
-    assert cart.plan is not None
-    assert any(
-        trip and taken < 1e-6
-        for trip, taken in zip(cart.plan.round.trips, cart.plan.taken, strict=True)
-    )
-    timetable = answer_timetable(answer, 40)
+    visits = (0, 2, 1, 0, 2, 2, 1, 2, 0, 2, 3, 2, 1, 2, 0)
+    trips = tuple(visit in (4, 6, 14) for visit in range(len(visits)))
+    round_ = round_of(fleet, visits, trips, Truck(24975.0, 10.16, 244.8, 28.7))
+    plan = plan_round(fleet, round_)
+    assert plan is not None
+    assert any(trip and taken < 1e-6 for trip, taken in zip(trips, plan.taken, strict=True))
+    timetable = plan_timetable(plan, 40)
     assert not timetable.overflows
