@@ -293,6 +293,23 @@ def test_only_the_command_line_prints():
     assert reports(libraries, prints) == []
 
 
+def test_programs_that_are_started_leave_signals_of_the_terminal_to_those_who_start_them():
+    def belongs_to_the_terminal(source, file):
+        return [
+            f"line {node.lineno}"
+            for node in ast.walk(ast.parse(source))
+            if isinstance(node, ast.Call)
+            and isinstance(node.func, ast.Attribute)
+            and ast.unparse(node.func).startswith("subprocess.")
+            and not any(
+                word.arg == "start_new_session" and ast.unparse(word.value) == "True"
+                for word in node.keywords
+            )
+        ]
+
+    assert reports(MODULES, belongs_to_the_terminal) == []
+
+
 def unexplained_ignores(source: str, file: Path) -> list[str]:
     """Ignores of ruff or pyright without words beside them or in a comment line above."""
     ignore = re.compile(r"#\s*(?:noqa|type:\s*ignore|pyright:\s*ignore)(?P<rest>[^#]*)(?P<why>.*)")

@@ -6,8 +6,6 @@ many runs a study has.
 """
 
 import multiprocessing
-import os
-import signal
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -21,6 +19,7 @@ from . import records
 from .play import Rows, play_block
 from .records import StudyResult, load_study
 from .study import Study
+from .worker_processes import worker_pool
 
 # After so many games a process has grown by some 300 MB.
 GAMES_PER_PROCESS = 500
@@ -41,11 +40,7 @@ class Player:
         if self._games >= GAMES_PER_PROCESS:
             self.close()
         if self._executor is None:
-            # Forked off a server that has imported all this, it is ready at once; a spawned one
-            # would take 2 s.
-            context = multiprocessing.get_context("forkserver")
-            context.set_forkserver_preload([play_block.__module__])
-            self._executor = ProcessPoolExecutor(1, context, initializer=_stay_behind)
+            self._executor = worker_pool(1, preload=[play_block.__module__])
         self._games += study.games(start, stop)
         return self._executor.submit(play_block, study, start, stop)
 
@@ -54,19 +49,6 @@ class Player:
         if self._executor is not None:
             self._executor.shutdown(wait=False)
         self._executor, self._games = None, 0
-
-
-def _stay_behind() -> None:
-    """In the process: leave Ctrl-C to the parent, and end when the parent does."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def follow() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=follow, daemon=True).start()
 
 
 _own = threading.local()

@@ -7,9 +7,7 @@ at a time: the number of obstacles, of the same size or of the same area in all;
 least gap between them; the ratio.
 """
 
-import multiprocessing
 from collections.abc import Callable, Iterable
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -29,6 +27,7 @@ from ...systems.numerics.tracking.visibility_game.bounds import BOUNDS
 from ...systems.numerics.tracking.visibility_game.guaranteed_times import solve_visibility_game
 from ..outputs import write_json
 from .summary import MeanTable, to_markdown
+from .worker_processes import worker_pool
 
 # The thesis's top speed of pursuers [m/s]; what is kept for ever hangs on the ratio alone.
 PURSUER_SPEED = 0.3
@@ -204,9 +203,12 @@ def run_map_study(
     if workers == 0:
         keep(map(_solve, jobs))
     else:
-        context = multiprocessing.get_context("forkserver")
-        with ProcessPoolExecutor(min(workers, len(jobs)), context) as pool:
+        pool = worker_pool(min(workers, len(jobs)), preload=[__name__])
+        try:
             keep(pool.map(_solve, jobs))
+        finally:
+            # Nobody waits any more for what an error or Ctrl-C has broken off.
+            pool.shutdown(wait=False, cancel_futures=True)
     found: dict[str, dict[float, tuple[Kept, ...]]] = {name: {} for name in study.factors}
     for (factor, value), each in tasks.items():
         found[factor][value] = tuple(solved[task] for task in each)

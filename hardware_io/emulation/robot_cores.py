@@ -69,7 +69,8 @@ def _has(tool: str) -> bool:
     if tool != "libsimavr":
         return shutil.which(tool) is not None
     probe = ["cc", "-fsyntax-only", "-xc", "-"]
-    done = subprocess.run(probe, input=b"#include <simavr/sim_avr.h>\n", capture_output=True)
+    source = b"#include <simavr/sim_avr.h>\n"
+    done = subprocess.run(probe, input=source, capture_output=True, start_new_session=True)
     return done.returncode == 0
 
 
@@ -91,7 +92,12 @@ def _built(sources: Path, name: str, command: list[str], tools: tuple[str, ...])
     with tempfile.TemporaryDirectory(dir=product.parent) as folder:
         words = [word.format(out=folder) for word in command]
         done = subprocess.run(
-            words, cwd=sources, capture_output=True, text=True, stdin=subprocess.DEVNULL
+            words,
+            cwd=sources,
+            capture_output=True,
+            text=True,
+            stdin=subprocess.DEVNULL,
+            start_new_session=True,
         )
         if done.returncode != 0:
             said = done.stderr.strip().splitlines()
@@ -172,7 +178,12 @@ class RobotCores:
         # A file, since nobody would empty a pipe.
         self._said = tempfile.TemporaryFile()
         self._process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._said
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._said,
+            # Ctrl-C is for the controller, which stops its robots by this.
+            start_new_session=True,
         )
         body = self.body
         parameters = (body.track_width, body.counts_per_metre, body.top_speed)

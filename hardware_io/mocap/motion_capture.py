@@ -50,6 +50,8 @@ class MotionCapture:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
+            # Ctrl-C is for the controller, which goes by poses until its robots stand.
+            start_new_session=True,
         )
         self._started: queue.Queue[bool] = queue.Queue()
         self._reader = threading.Thread(target=self._listen, daemon=True)

@@ -64,7 +64,7 @@ def main() -> None:
 if __name__ == "__main__":
     try:
         main()
-    except (BrokenPipeError, KeyboardInterrupt):
+    except BrokenPipeError:
         pass
     except Exception as error:
         # Its reader makes one line of it.

@@ -71,7 +71,9 @@ class LocalServer:
         (folder / "homeserver.yaml").touch(0o600)
         (folder / "homeserver.yaml").write_text(json.dumps(config))
         keys = [*self._command("-m", "synapse.app.homeserver"), "--generate-keys"]
-        made = subprocess.run(keys, check=False, cwd=folder, capture_output=True)
+        made = subprocess.run(
+            keys, check=False, cwd=folder, capture_output=True, start_new_session=True
+        )
         if made.returncode:
             raise SightfieldError(f"Synapse makes no keys in {folder}; ended {made.returncode}")
 

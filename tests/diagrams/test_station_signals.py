@@ -1,11 +1,13 @@
 """What ends a run from outside is an emergency stop first."""
 
+import json
 import os
 import signal
 import subprocess
 import sys
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
@@ -13,8 +15,8 @@ from sightfield.diagrams.commands import station_run
 from sightfield.diagrams.station.hardware import Operator
 
 
-def wait_until(condition):
-    deadline = time.monotonic() + 10
+def wait_until(condition, patience=10):
+    deadline = time.monotonic() + patience
     while not condition() and time.monotonic() < deadline:
         time.sleep(0.005)
 
@@ -116,3 +118,29 @@ def test_threads_of_a_program_that_caught_signals_have_ended():
     with station_run._Ending(Operator()).caught():
         assert threading.active_count() == before + 1
     assert threading.active_count() == before
+
+
+SIGHTFIELD = Path(sys.executable).with_name("sightfield")
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_what_the_terminal_sends_to_all_stops_an_emulated_run_that_is_kept(
+    number, code, require_tool, tmp_path
+):
+    require_tool("avr-gcc", "gcc-avr avr-libc libsimavr-dev")
+    words = ["station", "--emulate", "--seconds", "60", "--no-view", "--json"]
+    program = subprocess.Popen(
+        [SIGHTFIELD, *words, "--out", tmp_path],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        process_group=0,
+    )
+    log = tmp_path / "run.log"
+    wait_until(lambda: log.exists() and log.stat().st_size > 50_000, 60)
+    os.killpg(program.pid, number)
+    said, complaints = program.communicate(timeout=60)
+    assert (program.returncode, complaints) == (code, "")
+    summary = json.loads(said)
+    assert summary == json.loads((tmp_path / "summary.json").read_text())
+    assert "held: the operator stopped the run" in [each["text"] for each in summary["events"]]

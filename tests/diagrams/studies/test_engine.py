@@ -64,13 +64,13 @@ def test_one_and_two_workers_give_the_same_table(
     """Though a worker is replaced by a fresh one, lest it grow, after two of the three blocks."""
     monkeypatch.setattr(engine, "GAMES_PER_PROCESS", 12)
     started, told = [], []
-    executor = engine.ProcessPoolExecutor
+    make_pool = engine.worker_pool
 
     def start(*words, **options):
         started.append(words)
-        return executor(*words, **options)
+        return make_pool(*words, **options)
 
-    monkeypatch.setattr(engine, "ProcessPoolExecutor", start)
+    monkeypatch.setattr(engine, "worker_pool", start)
     study = make_study(RUNS)
     result = run_study(study, tmp_path, workers=workers, progress=lambda *at: told.append(at))
     assert result.table.equals(reference)
@@ -172,6 +172,7 @@ def begin(folder: Path) -> subprocess.Popen:
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
+        process_group=0,
     )
 
 
@@ -204,7 +205,8 @@ def test_a_killed_study_resumes_to_the_same_table(tmp_path):
 def test_an_interrupted_study_keeps_what_was_played_and_says_how_to_go_on(tmp_path):
     process = begin(tmp_path)
     await_first_block(tmp_path)
-    os.kill(process.pid, signal.SIGINT)
+    # As a terminal does it: to all that belong to the command.
+    os.killpg(process.pid, signal.SIGINT)
     told, _ = process.communicate(timeout=120.0)
     assert process.returncode not in (0, 2), told
     assert f"Go on with: sightfield study assignment --resume {tmp_path}" in told.replace("\n", "")
