@@ -4,6 +4,7 @@ import logging
 import os
 import sys
 from collections import Counter
+from collections.abc import Callable
 from importlib import import_module, metadata
 from typing import Annotated, Any, NoReturn
 
@@ -37,7 +38,10 @@ class _ImportedWhenAsked(TyperGroup):
     # Any: Typer has a copy of Click of its own, or not, from version to version.
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         name, _, rest = super().resolve_command(ctx, args)
-        return name, name and import_command(name), rest
+        command = name and import_command(name)
+        if ctx.obj is not None:
+            ctx.obj()
+        return name, command, rest
 
 
 def make_app() -> typer.Typer:
@@ -70,15 +74,18 @@ def import_command(name: str) -> Any:
     return group.commands[name]
 
 
-def main() -> None:
+def main(begin: Callable[[], None] | None = None) -> None:
     """Run the command line: exit code 0 done, 2 bad input in one line, 1 anything else.
 
     A full disk is bad input, wherever it is met: in a folder of results, which says so itself, in
     temporary files, caches or standard output.
+
+    Args:
+        begin: Called once the command is imported, before it does anything.
     """
     try:
         try:
-            code = make_app()(standalone_mode=False)
+            code = make_app()(standalone_mode=False, obj=begin)
         finally:
             _flush()
     except SightfieldError as error:

@@ -258,13 +258,14 @@ class _Ending:
 
     def __init__(self, operator: Operator) -> None:
         self._operator = operator
+        self._before: dict[int, Any] = {}
         self.under_way = False
         self.first: int | None = None
 
     @contextmanager
     def caught(self) -> Iterator[Self]:
         """Catch signals, until devices are closed."""
-        before = {number: signal.getsignal(number) for number in _ENDS}
+        before = self._before = {number: signal.getsignal(number) for number in _ENDS}
         bell, clapper = socket.socketpair()
         clapper.setblocking(False)
         # A thread of its own hears the second as well while the main one waits for a device.
@@ -291,6 +292,10 @@ class _Ending:
         # A third does not break off the closing: the timer ends it, too.
         for each in _ENDS:
             signal.signal(each, signal.SIG_IGN)
+        whoever = self._before[number]
+        if callable(whoever):
+            # The program wants to know which it was.
+            whoever(number, None)
         raise KeyboardInterrupt
 
     def _listen(self, bell: socket.socket) -> None:

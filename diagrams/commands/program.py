@@ -1,0 +1,69 @@
+"""The program `sightfield`: what a signal does to it, from its first moment on.
+
+While it only imports and reads its words, and after it has said what came out, a signal ends it at
+once. A command at work is interrupted instead, as by Ctrl-C in any program of Python, and puts away
+what it has begun. Either way the exit code is 128 and the signal's number, and nothing is printed.
+"""
+
+# Nothing else: until a signal is answered, it ends in a traceback or leaves things behind.
+import os
+import signal
+import sys
+
+# Ctrl-C, a request to end as `kill` and `timeout` send it, and a terminal that is closed.
+_ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_UNANSWERED = (signal.SIG_DFL, signal.default_int_handler)
+
+
+class Ending:
+    """What ends the program from outside.
+
+    Attributes:
+        at_work: Whether a command is.
+        first: Number of the signal that interrupted it; None: none has.
+    """
+
+    def __init__(self) -> None:
+        self.at_work = False
+        self.first: int | None = None
+
+    def answer(self) -> None:
+        """Answer signals from now on, but those that whoever started the program has ignored."""
+        for number in _ENDS:
+            if signal.getsignal(number) in _UNANSWERED:
+                signal.signal(number, self._handle)
+
+    def begin(self) -> None:
+        """A command is at work."""
+        self.at_work = True
+
+    def _handle(self, number: int, frame: object) -> None:
+        if not self.at_work:
+            # Modules that are half imported would swallow an exception, or complain of it.
+            os._exit(128 + number)
+        self.first = self.first or number
+        if number != signal.SIGINT:
+            # `timeout` asks twice; what is put away meanwhile is to be put away whole.
+            for each in _ENDS[1:]:
+                signal.signal(each, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+
+def main() -> None:
+    """Run the command line, see `app.main`."""
+    ending, code = Ending(), None
+    ending.answer()
+    from .app import main as run
+
+    try:
+        run(ending.begin)
+    except KeyboardInterrupt:
+        code = 128 + signal.SIGINT
+    except SystemExit as end:
+        code = end.code
+    finally:
+        ending.at_work = False
+    if ending.first is not None and code == 128 + signal.SIGINT:
+        # A command at work knows of Ctrl-C alone.
+        code = 128 + ending.first
+    sys.exit(code)

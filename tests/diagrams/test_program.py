@@ -1,0 +1,96 @@
+"""A signal ends the program quietly, and leaves nothing of a run that it breaks off."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from sightfield.diagrams.commands.program import Ending
+
+SIGHTFIELD = Path(sys.executable).with_name("sightfield")
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+# The program, to which a signal comes as it imports a module, in a place where exceptions are
+# swallowed: whatever is called as a thing goes.
+IMPORTS = """
+import os, sys
+from sightfield.diagrams.commands.program import main
+
+class Going:
+    def __del__(self):
+        os.kill(os.getpid(), {number})
+
+class Finder:
+    @staticmethod
+    def find_spec(name, path=None, target=None):
+        if name == "{module}":
+            Going()
+
+sys.meta_path.insert(0, Finder)
+sys.argv = ["sightfield", "track", "--no-meshcat", "--seconds", "1"]
+main()
+"""
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+@pytest.mark.parametrize("module", ["typer", "sightfield.diagrams.commands.track", "pydrake"])
+def test_a_signal_while_the_program_imports_ends_it_without_a_word(number, module):
+    code = IMPORTS.format(number=int(number), module=module)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", "")
+
+
+def test_little_is_imported_before_signals_are_answered():
+    code = (
+        "import sys; before = set(sys.modules); import sightfield.diagrams.commands.program; "
+        "print(*{name.partition('.')[0] for name in set(sys.modules) - before})"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    others = set(done.stdout.split()) - set(sys.stdlib_module_names)
+    assert others == {"sightfield"}
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_run_that_a_signal_breaks_off_leaves_nothing(number, tmp_path):
+    words = ["track", "corner_1v1", "--no-meshcat", "--realtime", "1"]
+    program = subprocess.Popen(
+        [SIGHTFIELD, *words, "--out", tmp_path / "out"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    deadline = time.monotonic() + 60
+    while not list(tmp_path.iterdir()) and program.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    time.sleep(0.3)
+    # `timeout` sends it twice, once to the program and once to its group.
+    for _ in range(1 if number == signal.SIGINT else 2):
+        program.send_signal(number)
+        time.sleep(0.001)
+    said, complaints = program.communicate(timeout=60)
+    assert (program.returncode, said, complaints) == (128 + number, "", "")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_whoever_starts_the_program_has_ignored_stays_ignored():
+    before = {number: signal.getsignal(number) for number in SIGNALS}
+    try:
+        for number in SIGNALS:
+            signal.signal(number, signal.SIG_DFL)
+        # As `nohup` does.
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        ending = Ending()
+        ending.answer()
+        ending.begin()
+        os.kill(os.getpid(), signal.SIGHUP)
+        assert ending.first is None
+        with pytest.raises(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGTERM)
+        assert ending.first == signal.SIGTERM
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
