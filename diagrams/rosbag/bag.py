@@ -7,13 +7,13 @@ All times are counted from the start of the run, which is the year 1970 to ROS.
 import math
 import os
 from collections.abc import Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...systems.numerics.errors import InvalidInput
+from ...systems.numerics.extras import require_extra
 from ...systems.numerics.geometry.world import World
 from ..outputs import RunRecord, open_record
 
@@ -36,12 +36,7 @@ def require_mcap() -> None:
     Raises:
         InvalidInput: The packages `mcap` or `rosbags` are not installed.
     """
-    missing = [name for name in ("mcap", "rosbags") if find_spec(name) is None]
-    if missing:
-        raise InvalidInput(
-            "an MCAP file must come with the extra [mcap]: pip install 'sightfield[mcap]'; "
-            f"not installed: {', '.join(missing)}"
-        )
+    require_extra("an MCAP file", "mcap", ("mcap", "rosbags"))
 
 
 class RosBag(RunRecord):

@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ...hardware_io.social.local_server import LocalServer
-from ...systems.numerics.errors import InvalidInput, require, require_one_of
+from ...systems.numerics.errors import require, require_one_of
+from ...systems.numerics.extras import require_extra
 from ...systems.numerics.social.network.interface import SocialNetwork
 from ...systems.numerics.social.network.memory_network import MemoryNetwork
 from .social_game import SocialGame
@@ -63,13 +64,10 @@ def open_network(game: SocialGame, choice: NetworkChoice) -> Iterator[SocialNetw
     if choice.kind == "memory":
         yield MemoryNetwork(game.temperaments, game.scenario.seed)
         return
-    try:
-        from ...hardware_io.social.accounts import check_accounts, load_directory
-        from ...hardware_io.social.matrix_network import MatrixNetwork
-    except ModuleNotFoundError as error:
-        raise InvalidInput(
-            f"`--network` must be memory without the extra [social]; got matrix ({error})"
-        ) from None
+    require_extra("`--network` matrix", "social", ["nio"])
+    from ...hardware_io.social.accounts import check_accounts, load_directory
+    from ...hardware_io.social.matrix_network import MatrixNetwork
+
     assert choice.accounts is not None
     directory = load_directory(choice.accounts)
     if choice.homeserver is not None:

@@ -7,16 +7,17 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
-from importlib.util import find_spec
 
 import numpy as np
 
 from ...systems.numerics.errors import SightfieldError
+from ...systems.numerics.extras import install_line, missing_modules
 from ...systems.numerics.station.channel import freshness
 from ...systems.numerics.station.pose_checks import angle_between
 from .hardware import (
     Devices,
     build_emulator,
+    find_kind,
     find_view,
     open_camera,
     open_poses,
@@ -58,7 +59,7 @@ def check_laboratory(scenario: StationScenario, port: int) -> Iterator[Finding]:
     yield _asked("radio and robots", lambda: _robots(scenario))
     yield _asked("motion capture", lambda: _bodies(scenario))
     yield _asked("omni-camera", lambda: _camera(scenario))
-    yield _asked("emulated laboratory", build_emulator)
+    yield _asked("emulated laboratory", lambda: _emulation(scenario))
     yield _asked("operator's view", lambda: _view(port))
 
 
@@ -74,19 +75,13 @@ def _packages(scenario: StationScenario) -> Finding:
     names = {"motioncapture": "motioncapture"}
     if scenario.radio.kind == "xbee":
         names = {"digi-xbee": "digi.xbee", "pyserial": "serial"} | names
-    missing = [name for name, module in names.items() if not _is_installed(module)]
+    gone = missing_modules(names.values())
+    missing = [name for name, module in names.items() if module in gone]
     if missing:
-        words = f"missing: {', '.join(missing)}; pip install sightfield[hardware]"
+        words = f"missing: {', '.join(missing)}; {install_line('hardware')}"
         return Finding("packages", False, words)
     words = f"{', '.join(names)} {'are' if len(names) > 1 else 'is'} installed"
     return Finding("packages", True, words)
-
-
-def _is_installed(module: str) -> bool:
-    try:
-        return find_spec(module) is not None
-    except ModuleNotFoundError:
-        return False
 
 
 def _serial(scenario: StationScenario) -> Finding:
@@ -150,6 +145,15 @@ def _camera(scenario: StationScenario) -> str:
         raise SightfieldError(f"{place} opens, but gives no picture")
     height, width = np.shape(frame.picture)[:2]
     return f"{place} gives pictures of {width} x {height}"
+
+
+def _emulation(scenario: StationScenario) -> str:
+    """What `--emulate` needs for robots of the scenario's kind."""
+    kind = find_kind(scenario.radio.kind)
+    kind.require_installed()
+    if kind.name == "xbee":
+        return build_emulator()
+    return f"robots of kind {kind.name} have others that stand in for them"
 
 
 def _view(port: int) -> str:

@@ -7,7 +7,6 @@ what they need of it from here.
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -55,7 +54,7 @@ from ...hardware_io.viewer.messages import Scene
 from ...hardware_io.viewer.operator import Operator, OperatorPort, StopPage, keys
 from ...hardware_io.viewer.view_address import find_view, open_view
 from ...hardware_io.viewer.viewer_link import Shows, StatePublisher, ViewerLink
-from ...systems.numerics.errors import require
+from ...systems.numerics.extras import require_extra
 from ...systems.station.gates import AgeLimit
 from ..tracking.game import TrackingGame
 from .ports import IMAGE, split_teams
@@ -151,9 +150,7 @@ def open_poses(mocap: Mocap, bodies: list[str]) -> PoseSource:
 
 
 def _ros_poses(mocap: Mocap, bodies: list[str]) -> PoseSource:
-    extra = find_spec("cyclonedds") is not None
-    wish = "come with the extra [dds]: pip install 'sightfield[dds]'"
-    require(extra, "mocap.source", wish, mocap.source)
+    require_extra(f"`mocap.source` {mocap.source}", "dds", ["cyclonedds"])
     from ...hardware_io.mocap.ros_poses import RosPoses
 
     return RosPoses(

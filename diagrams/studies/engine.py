@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ...systems.numerics.errors import InvalidInput, require, require_type
+from ...systems.numerics.extras import require_extra
 from . import records
 from .play import Rows, play_block
 from .records import StudyResult, load_study
@@ -153,14 +154,10 @@ def _play_in_processes(study: Study, blocks: list[Block], workers: int, keep: Ke
 
 def _play_on_cluster(study: Study, blocks: list[Block], address: str, keep: Keep) -> None:
     """Play blocks on a Dask cluster, on whose machines Sightfield is installed too."""
-    try:
-        # Imported here, because only clusters need it. Any: the stubs take its clients for those
-        # of asynchronous programs.
-        distributed: Any = import_module("distributed")
-    except ImportError:
-        raise InvalidInput(
-            "`cluster` must find dask.distributed (pip install 'sightfield[cluster]'); got none"
-        ) from None
+    require_extra("`cluster`", "cluster", ["distributed"])
+    # Imported here, because only clusters need it. Any: the stubs take its clients for those of
+    # asynchronous programs.
+    distributed: Any = import_module("distributed")
     try:
         client = distributed.Client(address, timeout=CLUSTER_TIMEOUT)
     except (OSError, ValueError) as error:

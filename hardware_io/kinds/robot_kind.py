@@ -3,12 +3,12 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
-from importlib.util import find_spec
 from typing import Any, Protocol
 
 import numpy as np
 
-from ...systems.numerics.errors import InvalidInput, require, require_positive
+from ...systems.numerics.errors import require, require_positive
+from ...systems.numerics.extras import require_extra
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.station.motion_checks import Chassis
 from ..emulation.air import Air, AirSettings
@@ -227,7 +227,7 @@ class RobotKind:
             InvalidInput: The kind's extra is not installed, the fleet lacks what it needs, or has
                 an option that the kind does not ask for when it makes the link.
         """
-        self._require_extra()
+        self.require_installed()
         asked = _Asked(fleet.options)
         link = self.link(replace(fleet, options=asked))
         # A key that is misspelt would leave everything unsigned.
@@ -242,13 +242,13 @@ class RobotKind:
         Raises:
             InvalidInput: The kind's extra is not installed.
         """
-        self._require_extra()
+        self.require_installed()
         return self.stand_in(fleet, around)
 
-    def _require_extra(self) -> None:
-        missing = [name for name in self.needs if find_spec(name) is None]
-        if missing:
-            raise InvalidInput(
-                f"`radio.kind` {self.name} must come with the extra [{self.extra}]: pip install "
-                f"'sightfield[{self.extra}]'; not installed: {', '.join(missing)}"
-            )
+    def require_installed(self) -> None:
+        """What links to the robots, and robots that stand in, are made with is there.
+
+        Raises:
+            InvalidInput: The kind's extra is not installed.
+        """
+        require_extra(f"`radio.kind` {self.name}", self.extra, self.needs)

@@ -7,9 +7,9 @@ import subprocess
 import sys
 import threading
 from collections.abc import Sequence
-from importlib.util import find_spec
 
-from ...systems.numerics.errors import InvalidInput, require, require_one_of
+from ...systems.numerics.errors import InvalidInput, require_one_of
+from ...systems.numerics.extras import require_extra
 from .pose_receiver import NewestPoses, PoseReading
 
 # The package's names of systems; "mock" is its own stand-in, which sees nothing.
@@ -36,12 +36,7 @@ class MotionCapture:
         self, kind: str, hostname: str, bodies: Sequence[str], *, patience: float = 5.0
     ) -> None:
         require_one_of("mocap.source", kind, KINDS)
-        require(
-            find_spec("motioncapture") is not None,
-            "mocap.source",
-            "come with the extra [hardware]: pip install sightfield[hardware]",
-            kind,
-        )
+        require_extra(f"`mocap.source` {kind}", "hardware", ["motioncapture"])
         self._newest = NewestPoses(bodies)
         module = f"{__package__}.tracker_process"
         self._process = subprocess.Popen(

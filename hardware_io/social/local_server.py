@@ -10,11 +10,11 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Mapping
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from ...systems.numerics.errors import InvalidInput, SightfieldError, require
+from ...systems.numerics.errors import SightfieldError, require
+from ...systems.numerics.extras import require_extra
 from .accounts import make_directory, save_directory
 
 # How long a server may take to come up, and to end [s].
@@ -50,11 +50,7 @@ class LocalServer:
     """
 
     def __init__(self, folder: Path, port: int, settings: Mapping[str, Any] | None = None) -> None:
-        if find_spec("synapse") is None:
-            raise InvalidInput(
-                "`social server` must come with the extra [social-server]: "
-                "pip install sightfield[social-server]; got no Synapse"
-            )
+        require_extra("`social server`", "social-server", ["synapse"])
         self._folder, self._port = folder, port
         self._process: subprocess.Popen[bytes] | None = None
         self.url, self.secret = f"http://127.0.0.1:{port}", secrets.token_urlsafe(32)

@@ -1,12 +1,13 @@
 """Bags hold what the logs do, as two other libraries read them."""
 
+import sys
+
 import numpy as np
 import pytest
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
 
-from sightfield.diagrams.rosbag import bag as bags
 from sightfield.diagrams.rosbag.bag import RosBag
 from sightfield.systems.numerics.geometry.world import make_world
 
@@ -103,12 +104,13 @@ def test_what_is_known_beside_is_in_the_bag(bag):
 
 
 def test_without_the_package_one_line_says_what_to_install(monkeypatch, tmp_path, sightfield_here):
-    monkeypatch.setattr(bags, "find_spec", lambda name: None)
+    for name in ("mcap", "rosbags"):
+        monkeypatch.setitem(sys.modules, name, None)
     done = sightfield_here("track", "corner_1v1", "--mcap", "--out", tmp_path / "out")
     assert done.returncode == 2
     assert done.stderr.strip().splitlines() == [
         "error: an MCAP file must come with the extra [mcap]: "
-        "pip install 'sightfield[mcap]'; not installed: mcap, rosbags"
+        "pip install '.[mcap]' in the checkout; not installed: mcap, rosbags"
     ]
     assert not (tmp_path / "out").exists()
 

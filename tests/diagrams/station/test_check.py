@@ -1,11 +1,18 @@
 """Robots that turn in place show whether their bodies bear the right names."""
 
+import sys
 from dataclasses import replace
 
 import pytest
 
-from sightfield.diagrams.station.check import Identity, identify, require_identity
+from sightfield.diagrams.station.check import (
+    Identity,
+    check_laboratory,
+    identify,
+    require_identity,
+)
 from sightfield.diagrams.station.hardware import Devices, FaultyPoses, Operator, swapped
+from sightfield.diagrams.station.scenario import Mocap
 from sightfield.diagrams.station.session import open_laboratory
 from sightfield.systems.numerics.errors import SightfieldError
 
@@ -49,3 +56,21 @@ def test_nothing_begins_with_a_robot_that_is_another(load_laboratory, monkeypatc
     )
     with pytest.raises(SightfieldError, match=r"must be the same: robot 2 was told to turn"):
         require_identity(load_laboratory()[0], None)
+
+
+def finding(scenario, thing):
+    return next(each for each in check_laboratory(scenario, 7010) if each.thing == thing)
+
+
+def test_an_emulated_laboratory_is_there_only_with_the_extra_that_its_links_need(
+    load_laboratory, monkeypatch
+):
+    scenario, _ = load_laboratory()
+    scenario = replace(scenario, mocap=Mocap(source="lcm"))
+    monkeypatch.setitem(sys.modules, "digi", None)
+    found = finding(scenario, "emulated laboratory")
+    assert not found.found
+    assert "pip install '.[hardware]'" in found.words
+    # What robots of other kinds do not need is not asked for.
+    others = replace(scenario, radio=replace(scenario.radio, kind="udp"))
+    assert finding(others, "emulated laboratory").found

@@ -1,5 +1,6 @@
 """Poses from topics of ROS 2: each message, and those that count for nothing."""
 
+import sys
 import time
 
 import numpy as np
@@ -101,6 +102,6 @@ def test_what_is_not_there_is_refused():
 
 
 def test_without_the_extra_one_line_names_it(monkeypatch):
-    monkeypatch.setattr(hardware, "find_spec", lambda name: None)
-    with pytest.raises(InvalidInput, match=r"`mocap.source` must come with the extra \[dds\]"):
+    monkeypatch.setitem(sys.modules, "cyclonedds", None)
+    with pytest.raises(InvalidInput, match=r"`mocap.source` ros2 must come with the extra \[dds\]"):
         hardware.open_poses(Mocap(source="ros2"), ["a"])

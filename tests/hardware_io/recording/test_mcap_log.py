@@ -11,7 +11,6 @@ import pytest
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
-from sightfield.diagrams.rosbag import bag as bags
 from sightfield.hardware_io.recording.mcap_log import McapRunWriter
 from sightfield.hardware_io.recording.run_log import read_run_log
 from sightfield.systems.numerics.errors import InvalidInput
@@ -222,7 +221,7 @@ def test_other_files_are_no_logs(tmp_path, log_path):
 
 
 def test_without_the_extra_one_line_says_what_to_install(monkeypatch, log_path, tmp_path):
-    monkeypatch.setattr(bags, "find_spec", lambda name: None if name == "mcap" else name)
+    monkeypatch.setitem(sys.modules, "mcap", None)
     for what in (lambda: read_run_log(log_path), lambda: write(tmp_path / "run.mcap")):
         with pytest.raises(InvalidInput, match=r"extra \[mcap\]: pip .*; not installed: mcap$"):
             what()

@@ -142,8 +142,10 @@ def test_bad_input_is_one_line(arguments, message, refusal):
 
 
 def test_without_synapse_the_server_says_what_to_install(tmp_path, monkeypatch):
-    monkeypatch.setattr("sightfield.hardware_io.social.local_server.find_spec", lambda name: None)
-    with pytest.raises(InvalidInput, match=r"pip install sightfield\[social-server\]; got no"):
+    monkeypatch.setitem(sys.modules, "synapse", None)
+    with pytest.raises(
+        InvalidInput, match=r"pip install '\.\[social-server\]' in .*; not installed: synapse"
+    ):
         LocalServer(tmp_path, 8008)
 
 
