@@ -33,8 +33,8 @@ from sightfield.diagrams.station.hardware import (
     find_view,
     read_run_log,
 )
+from sightfield.diagrams.station.laboratory_files import load_station
 from sightfield.diagrams.station.ports import STANDING
-from sightfield.diagrams.station.scenario import load_station
 from sightfield.diagrams.tracking.game import set_up_game
 from sightfield.hardware_io.kinds.dds_node import LOOPBACK
 from sightfield.hardware_io.mocap.lcm_poses import PosesMessage, encode

@@ -2,6 +2,7 @@ from .diagrams.station.check import check_laboratory as check_laboratory
 from .diagrams.station.hardware import open_radio as open_radio
 from .diagrams.station.kind_check import KindTrial as KindTrial
 from .diagrams.station.kind_check import check_kind as check_kind
+from .diagrams.station.laboratory_files import load_station as load_station
 from .diagrams.station.make_station import AddStationTracking as AddStationTracking
 from .diagrams.station.make_station import MakeStation as MakeStation
 from .diagrams.station.replay import Comparison as Comparison
@@ -21,7 +22,6 @@ from .diagrams.station.scenario import OmniCameraDevice as OmniCameraDevice
 from .diagrams.station.scenario import Radio as Radio
 from .diagrams.station.scenario import StationScenario as StationScenario
 from .diagrams.station.scenario import Supervision as Supervision
-from .diagrams.station.scenario import load_station as load_station
 from .hardware_io.cameras import FrameSource as FrameSource
 from .hardware_io.emulation.laboratory import EmulatedLaboratory as EmulatedLaboratory
 from .hardware_io.emulation.stand_in_laboratory import DatagramWire as DatagramWire

@@ -25,9 +25,10 @@ from ..scenario_files import builtin_scenarios, find_scenario
 from ..station import scenarios
 from ..station.check import require_identity
 from ..station.hardware import Devices, Operator, ViewerLink, keys, read_run_log
+from ..station.laboratory_files import load_station
 from ..station.report import summarise_station, write_station_report
 from ..station.run import HORIZON, StationRun, run_station
-from ..station.scenario import StationScenario, load_station
+from ..station.scenario import StationScenario
 from ..station.session import drive_to_start, open_laboratory, show_on_view
 from ..tracking.game import set_up_game
 from .shared import JsonOption, SecondsOption, plain_table, tell, with_options

@@ -1,18 +1,15 @@
-"""What a laboratory is made of: a game, robots, and a device after the other; from YAML files."""
+"""What a laboratory is made of: a game, robots, and a device after the other."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from dataclasses import dataclass, field
 from typing import Annotated
 
 from ...systems.numerics.checked import Checked, Count, Duration, NonNegative, Positive, one_of
 from ...systems.numerics.errors import require, require_positive
 from ...systems.numerics.station.channel import Channel
 from ...systems.numerics.station.motion_checks import Chassis
+from ...systems.numerics.station.ros_topics import pose_topic
 from ...systems.numerics.station.supervision import STAND, SupervisionRules
-from ..scenario_files import Setting, build, find_scenario, read_tree, with_settings
 from ..tracking.scenario import TrackingScenario
-from . import scenarios
 
 MOCAP_SOURCES = ("vicon", "optitrack", "optitrack_closed_source", "qualisys", "nokov", "vrpn")
 MOCAP_SOURCES += ("mock", "lcm", "ros2", "log")
@@ -54,6 +51,8 @@ class Mocap(Checked):
     def __post_init__(self) -> None:
         super().__post_init__()
         require(self.source != "log" or bool(self.log), "log", "name a recorded run", "nothing")
+        # It refuses what is wrong, whatever the source is.
+        pose_topic(self.message, self.topic, self.domain)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -285,29 +284,3 @@ class StationScenario(Checked):
     def robots(self) -> list[int]:
         """Number of each robot on the radio."""
         return self.radio.robots or list(range(1, self.size + 1))
-
-
-def load_station(scenario: str | Path, overrides: Sequence[str | Setting] = ()) -> StationScenario:
-    """Read a laboratory; its `tracking` is the name or file of a scenario of `sightfield track`.
-
-    Args:
-        scenario: Its file, or the name of a built-in one.
-        overrides: `key=value` settings, the game's below `tracking.`.
-
-    Raises:
-        InvalidInput: See `load_scenario`.
-    """
-    path = find_scenario(scenario, scenarios) if isinstance(scenario, str) else scenario
-    settings = [Setting.read(each) if isinstance(each, str) else each for each in overrides]
-    # Which game it is comes first, whatever is changed in it.
-    tree = with_settings(read_tree(path), [each for each in settings if each.key == "tracking"])
-    game = tree.get("tracking")
-    folder = path.parent
-    if isinstance(game, str):
-        file = path.parent / game
-        file = file if file.is_file() else find_scenario(game)
-        tree["tracking"], folder = read_tree(file), file.parent
-    others = [each for each in settings if each.key != "tracking"]
-    station = build(StationScenario, with_settings(tree, others))
-    tracking = station.tracking
-    return replace(station, tracking=replace(tracking, world=tracking.world.beside(folder)))

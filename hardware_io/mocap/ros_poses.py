@@ -5,19 +5,13 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from ...systems.numerics.errors import require, require_one_of
+from ...systems.numerics.station.ros_topics import pose_topic
 from ..kinds.dds_node import Node, Odometry, PoseStamped, TFMessage, planar
 from .pose_receiver import NewestPoses, PoseReading
 
 # How often the receiving thread looks whether it is to end [s].
 _LOOK = 0.1
-# Of each message: what it is, and the topic it comes on where none is named.
-_KINDS: dict[str, tuple[type, str]] = {
-    "PoseStamped": (PoseStamped, "{body}/pose"),
-    "Odometry": (Odometry, "{body}/odom"),
-    "tf": (TFMessage, "tf"),
-}
-ROS_MESSAGES = tuple(_KINDS)
+_KINDS: dict[str, type] = {"PoseStamped": PoseStamped, "Odometry": Odometry, "tf": TFMessage}
 
 
 class RosPoses:
@@ -30,7 +24,7 @@ class RosPoses:
 
     Args:
         bodies: Names of the robots, in the order of the rows; of tf those of their frames.
-        message: One of ROS_MESSAGES.
+        message: PoseStamped, Odometry or tf.
         topic: Its name, with {body} for a body's; empty: "{body}/pose", "{body}/odom" or "tf".
         frame: In which poses are to be.
         domain: Number (ROS_DOMAIN_ID), 0 to 232.
@@ -51,18 +45,12 @@ class RosPoses:
         domain: int = 0,
     ) -> None:
         self._newest = NewestPoses(bodies)
-        require_one_of("mocap.message", message, ROS_MESSAGES)
-        require(0 <= domain <= 232, "mocap.domain", "be 0 to 232", domain)
-        kind, usual = _KINDS[message]
-        topic = (topic or usual).strip("/")
-        shared = message == "tf"
-        good = shared != ("{body}" in topic)
-        wish = "have no {body}, as tf is for all" if shared else "have {body} in it"
-        require(good, "mocap.topic", wish, topic)
+        topic = pose_topic(message, topic, domain)
+        kind = _KINDS[message]
         self._frame, self._last = frame, dict[str, tuple[int, int]]()
         node = self._node = Node(domain)
         self._readers: list[tuple[Any, Callable[[Any], Iterator[_Found]]]]
-        if shared:
+        if message == "tf":
             self._readers = [(node.reader(topic, kind), _of_transforms)]
         else:
             names = {body: topic.replace("{body}", body) for body in bodies}

@@ -111,6 +111,7 @@ def test_a_log_is_never_written_over(station, simulated):
         (("--emulate", "--realtime", "2"), "`--realtime` must be left out with --emulate; got 2"),
         (("--no-go",), "`--no-go` must come with a view or a terminal; got neither"),
         (("nonsense",), "`scenario` must be a YAML file or one of thesis_3v3; got nonsense"),
+        (("--simulate", "--set", "radio.kind=foo"), "`radio.kind` must be one of"),
         (("--set", "mocap.source=sonar"), "`mocap.source` must be one of"),
         (("replay", "nothing.log"), "`log` must be a readable file; got nothing.log"),
         (("--view", "--port", "80"), "`--port` must be from 1024 to 65535; got 80"),

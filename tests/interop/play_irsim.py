@@ -20,7 +20,7 @@ import yaml
 
 from sightfield.diagrams.scenario_files import find_scenario
 from sightfield.diagrams.station import scenarios
-from sightfield.diagrams.station.scenario import load_station
+from sightfield.diagrams.station.laboratory_files import load_station
 from sightfield.diagrams.tracking.game import TrackingGame, set_up_game
 from sightfield.hardware_io.kinds.dds_node import LOOPBACK
 

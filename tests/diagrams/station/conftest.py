@@ -9,8 +9,8 @@ import pytest
 from sightfield.diagrams.scenario_files import find_scenario
 from sightfield.diagrams.station import scenarios
 from sightfield.diagrams.station.hardware import Operator
+from sightfield.diagrams.station.laboratory_files import load_station
 from sightfield.diagrams.station.run import StationRun, run_station
-from sightfield.diagrams.station.scenario import load_station
 from sightfield.diagrams.station.session import open_laboratory
 from sightfield.diagrams.tracking.game import set_up_game
 

@@ -5,8 +5,9 @@ from dataclasses import replace
 import pytest
 
 from sightfield.diagrams.scenario_files import build
+from sightfield.diagrams.station.laboratory_files import load_station
 from sightfield.diagrams.station.recording import station_tree
-from sightfield.diagrams.station.scenario import StationScenario, load_station
+from sightfield.diagrams.station.scenario import StationScenario
 from sightfield.systems.numerics.errors import InvalidInput
 
 
@@ -54,6 +55,12 @@ def test_a_world_from_a_file_is_written_into_the_log_itself(tmp_path):
     [
         ("mocap.source=sonar", "`mocap.source` must be one of vicon"),
         ("mocap.stale_after=0", "`mocap.stale_after` must be positive; got 0"),
+        # What only real robots and another motion capture would use is checked as well.
+        ("radio.kind=foo", "`radio.kind` must be one of xbee, udp, mavlink, dds, crtp, or module:"),
+        ("radio.kind=no_such:KIND", "`radio.kind` must be a module and a name in it; got no_such"),
+        ("mocap.message=Pose", "`mocap.message` must be one of PoseStamped, Odometry, tf; got"),
+        ("mocap.topic=poses", "`mocap.topic` must have {body} in it; got poses"),
+        ("mocap.domain=233", "`mocap.domain` must be 0 to 232; got 233"),
         ("mocap.source=log", "`mocap.log` must name a recorded run; got nothing"),
         ("mocap.bodies=[a]", "`mocap.bodies` must name 6 robots or none"),
         ("radio.robots=[1, 1, 2, 3, 4, 5]", "`radio.robots` must differ"),

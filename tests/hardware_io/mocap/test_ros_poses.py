@@ -25,8 +25,9 @@ from sightfield.hardware_io.kinds.dds_node import (
     Vector3,
     open_domain,
 )
-from sightfield.hardware_io.mocap.ros_poses import ROS_MESSAGES, RosPoses
+from sightfield.hardware_io.mocap.ros_poses import RosPoses
 from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.station.ros_topics import USUAL_TOPICS
 
 DOMAIN = 223
 
@@ -55,7 +56,7 @@ def message_of(message, pose, number, frame="world", body="evader0"):
     return PoseStamped(header, pose)
 
 
-@pytest.mark.parametrize("message", ROS_MESSAGES)
+@pytest.mark.parametrize("message", USUAL_TOPICS)
 def test_poses_come_with_each_message(node, message):
     """By the scenario; the second body is seen, the first never."""
     topic = {"PoseStamped": "/lab/{body}/pose", "Odometry": "", "tf": ""}[message]
@@ -91,13 +92,13 @@ def test_what_is_old_in_another_frame_or_no_number_does_not_count():
 
 
 def test_what_is_not_there_is_refused():
-    with pytest.raises(InvalidInput, match=r"`mocap.message` must be one of"):
+    with pytest.raises(InvalidInput, match=r"`message` must be one of"):
         RosPoses(["a"], message="Pose")
-    with pytest.raises(InvalidInput, match=r"`mocap.topic` must have \{body\} in it; got poses"):
+    with pytest.raises(InvalidInput, match=r"`topic` must have \{body\} in it; got poses"):
         RosPoses(["a"], topic="poses")
-    with pytest.raises(InvalidInput, match=r"`mocap.topic` must have no \{body\}"):
+    with pytest.raises(InvalidInput, match=r"`topic` must have no \{body\}"):
         RosPoses(["a"], message="tf", topic="{body}/tf")
-    with pytest.raises(InvalidInput, match=r"`mocap.domain` must be 0 to 232; got 233"):
+    with pytest.raises(InvalidInput, match=r"`domain` must be 0 to 232; got 233"):
         RosPoses(["a"], domain=233)
 
 
