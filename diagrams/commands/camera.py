@@ -127,7 +127,7 @@ def _sweep(
         scenario = replace(scenario, pursuers=elsewhere.pursuers, evaders=elsewhere.evaders)
     numbers = range(scenario.seed, scenario.seed + seeds)
     with optional_folder(out) as folder:
-        with progress_bar(console, console.is_terminal) as bar:
+        with progress_bar(console, not as_json) as bar:
             task = bar.add_task("runs", total=len(weights) * seeds)
             found = sweep_weights(
                 scenario, weights, numbers, lambda done: bar.update(task, completed=done)

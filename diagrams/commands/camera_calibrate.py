@@ -3,14 +3,14 @@
 With `--board`, a camera's model from pictures of a checkerboard.
 """
 
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import numpy as np
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import track
 from rich.table import Table
 from rich.text import Text
 
@@ -53,7 +53,9 @@ from .camera_pictures import (
     SeedOption,
     TopOption,
 )
-from .shared import JsonOption, tell
+from .shared import JsonOption, progress_bar, tell
+
+Thing = TypeVar("Thing")
 
 _ENDINGS = (".png", ".jpg", ".jpeg")
 _NAMES = {
@@ -79,8 +81,7 @@ def calibrate_board(
         found: dict[str, np.ndarray] = {}
         skipped: dict[str, str] = {}
         size = None
-        console = Console(stderr=True)
-        for file in track(files, "Pictures", console=console, transient=True, disable=as_json):
+        for file in _counted(files, len(files), shown=not as_json):
             picture = load_picture(file)
             shape = picture.shape[:2]
             size = size or shape
@@ -122,6 +123,13 @@ def calibrate_board(
     ruler = Text(str(summary["ruler"]))
     written = (*(_NAMES[form] for form in forms), "summary.json", "residuals.png")
     tell(summary, *remarks, table, fitted, ruler, as_json=as_json, written=written, out=out)
+
+
+def _counted(things: Iterable[Thing], count: int, *, shown: bool) -> Iterator[Thing]:
+    """The same things, with a bar that shows how many of them have been taken."""
+    # On standard error, so that the report alone can be redirected.
+    with progress_bar(Console(stderr=True), shown) as bar:
+        yield from bar.track(things, count, description="Pictures")
 
 
 def _board(words: str, square: str) -> Checkerboard:
@@ -202,16 +210,8 @@ def calibrate(
         labels = read_labels(pictures)
         taken, count = load_pictures(labels), len(labels)
     with optional_folder(out) as folder:
-        # To standard error, so that the report alone can be redirected.
-        shown = track(
-            taken,
-            "Pictures",
-            count,
-            console=Console(stderr=True),
-            transient=True,
-            disable=as_json,
-        )
         sizes = {"base": base, "shell_radius": radius, "shell_top": top}
+        shown = _counted(taken, count, shown=not as_json)
         readings, skipped = read_pictures(shown, optics, shade, **sizes)
         found = calibrate_readings(readings, camera=optics, height=height, **sizes)
         summary = summarise_calibration(found, skipped, optics if pictures is None else None)

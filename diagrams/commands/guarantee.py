@@ -187,7 +187,7 @@ def guarantee(
             table, recalled = load_guaranteed_times(load), True
             _require_fit(table, game, load, speed_ratio)
         else:
-            with progress_bar(console, console.is_terminal and not as_json) as bar:
+            with progress_bar(console, not as_json) as bar:
                 task = bar.add_task("settled", total=1.0)
                 table, recalled = recall_or_solve(
                     game.world,
@@ -351,9 +351,8 @@ def certify(game: TrackingGame, *, games: int, seed: int, as_json: bool, out: Pa
         Exit: With code 1, if a promise was broken.
     """
     console = Console(stderr=True)
-    shown = console.is_terminal and not as_json
     with optional_folder(out) as folder:
-        with counting_bar(console, "games", shown=shown) as progress:
+        with counting_bar(console, "games", shown=not as_json) as progress:
             found = play_certified_games(
                 game.scenario, games=games, seed=seed, world=game.world, progress=progress
             )

@@ -88,7 +88,7 @@ def plan(
     name = Path(scenario).stem if field is None else f"{Path(scenario).stem} on {field.stem}"
     console = Console(stderr=as_json)
     with optional_folder(out) as written_to:
-        with progress_bar(console, console.is_terminal and not as_json) as bar:
+        with progress_bar(console, not as_json) as bar:
             task = bar.add_task("plan", total=1.0)
 
             def progress(stage: str, share: float) -> None:

@@ -211,7 +211,7 @@ def progress_bar(console: Console, attended: bool):
     """A bar with an estimate of the time left, which disappears at its end.
 
     Args:
-        console: Where.
+        console: Where; where that is no terminal, nothing is written.
         attended: Whether anybody watches; nothing is shown otherwise.
     """
     return Progress(
@@ -219,7 +219,7 @@ def progress_bar(console: Console, attended: bool):
         TimeRemainingColumn(),
         console=console,
         transient=True,
-        disable=not attended,
+        disable=not (attended and console.is_terminal),
     )
 
 
@@ -230,7 +230,7 @@ def counting_bar(console: Console, what: str, *, shown: bool):
     Args:
         console: Where.
         what: What is counted.
-        shown: Whether to show it.
+        shown: Whether to show it; nothing is written where the console is no terminal.
 
     Yields:
         What is called with how many are done, and of how many.
@@ -241,6 +241,7 @@ def counting_bar(console: Console, what: str, *, shown: bool):
         TimeElapsedColumn(),
         TimeRemainingColumn(elapsed_when_finished=True),
     )
-    with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
+    disable = not (shown and console.is_terminal)
+    with Progress(*columns, console=console, transient=True, disable=disable) as bar:
         task = bar.add_task(what, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -318,3 +318,9 @@ def test_bearings_in_reports_are_wrapped(tmp_path):
     said = report("render", "--shell", "red:-1:-0.1", "--pose", 0, 0, 3, "--out", tmp_path)
     (shell,) = said["shells"]
     assert shell["bearing"] == pytest.approx(math.atan2(-0.1, -1) - 3 + 2 * math.pi)
+
+
+def test_where_nobody_watches_a_calibration_says_its_report_alone(sightfield_here):
+    done = sightfield_here("camera", "calibrate", "--directions", 2)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("k = ")

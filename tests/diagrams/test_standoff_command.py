@@ -217,3 +217,16 @@ def test_bad_input_is_one_clear_line_and_leaves_nothing(run, tmp_path, arguments
         run(*arguments, "--out", tmp_path / "new")
     assert str(caught.value) == message
     assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (("--phase-margin", 120), "and 1.571 rad (90 degrees); got 2.094 rad (120 degrees)"),
+        (("--phase-margin", 89, "--gain-margin", 50), "got phase margin 1.553 rad (89 degrees), gain"),
+    ],
+)
+def test_a_refused_margin_is_told_in_degrees_as_it_was_given(options, says, sightfield_here):
+    done = sightfield_here("standoff", "design", *options)
+    assert done.returncode == 2
+    assert says in done.stderr

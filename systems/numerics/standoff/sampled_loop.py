@@ -398,10 +398,18 @@ class Specification:
             ("peak_sensitivity", 1.0, math.inf),
         ):
             value = getattr(self, name)
+            worded = _angle if name == "phase_margin" else "{:.4g}".format
+            wish = f"lie between {worded(low)} and {worded(high)}"
             # Written so that NaN fails.
-            require(low < value < high, name, f"lie between {low:.4g} and {high:.4g}", value)
+            require(low < value < high, name, wish, worded(value))
         words = "be a finite number, zero or positive"
         require(0 <= self.delay_margin < math.inf, "delay_margin", words, self.delay_margin)
+
+    def __str__(self) -> str:
+        return (
+            f"phase margin {_angle(self.phase_margin)}, gain margin {self.gain_margin:.4g}, "
+            f"peak sensitivity {self.peak_sensitivity:.4g}, delay margin {self.delay_margin:.4g} s"
+        )
 
     def holds(self, margins: LoopMargins) -> bool:
         """Whether a loop has these margins.
@@ -416,6 +424,11 @@ class Specification:
             and margins.peak_sensitivity <= self.peak_sensitivity
             and margins.delay_margin >= self.delay_margin
         )
+
+
+def _angle(value: float) -> str:
+    """An angle for those who give it in radians, as functions take it, or in degrees."""
+    return f"{value:.4g} rad ({math.degrees(value):.4g} degrees)"
 
 
 @dataclass(frozen=True, eq=False)
