@@ -71,6 +71,8 @@ def schedule(
     Combines are numbered from 0 in the order of their rows. Quantities may have units, as 9 t,
     300 bu wheat, 70 t/h, 1.5 min; without one they are in kg and s. If none has one, any unit of
     amount does in place of the kilogram.
+
+    Exit code 0: there is a schedule; 1: there is none, with the reasons; 2: bad input.
     """
     require_count("combines", combines)
     require(combines <= _MOST_COMBINES, "combines", f"be at most {_MOST_COMBINES}", combines)
@@ -104,6 +106,8 @@ def schedule(
             save_load_diagram(folder / "loads.png", answer, drawn_timetable(answer, cycles))
     written = ("summary.json", "loads.png")
     tell(summary, schedule_tables(summary), as_json=as_json, written=written, out=out)
+    if not answer.feasible:
+        raise typer.Exit(1)
 
 
 def _ways(

@@ -323,3 +323,10 @@ def test_what_to_change_stays_within_what_can_be_asked(report, changes):
     for name, change in refused["remedies"].items():
         if isinstance(change, dict):
             assert 1e-9 <= change["value"] <= 1e12, name
+
+
+def test_the_exit_code_says_whether_there_is_a_schedule(run):
+    assert run(travel_time=15).exit_code == 0
+    none = run("--json", travel_time=1500)
+    assert none.exit_code == 1
+    assert json.loads(none.stdout)["feasible"] is False
