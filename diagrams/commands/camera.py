@@ -34,16 +34,22 @@ from .shared import (
     RunFolderOption,
     SecondsOption,
     SeedOption,
+    given_options,
     plain_table,
     progress_bar,
+    refuse_unused,
     shown,
     tell,
     with_options,
 )
 from .watched_run import WatchedRun
 
+# A sweep of weights is not watched, and has no weight of its own.
+BESIDE_SWEEP = ("weight", "meshcat", "replay", "realtime")
+
 
 def track_on_pictures(
+    context: typer.Context,
     scenario: Annotated[
         str,
         typer.Argument(help=f"YAML file, or one of: {', '.join(builtin_scenarios(scenarios))}."),
@@ -80,6 +86,8 @@ def track_on_pictures(
     ] = None,
 ) -> None:
     """Track on the pictures of omni-cameras alone, by the modified pursuit field."""
+    given = given_options(context)
+    refuse_unused(given, beside={"sweep": BESIDE_SWEEP}, without={"sweep": ["seeds"]})
     require_non_negative("--realtime", realtime or 0.0)
     options = {
         "--weight": ("vision.weight", weight),

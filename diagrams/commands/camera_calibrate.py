@@ -53,7 +53,7 @@ from .camera_pictures import (
     SeedOption,
     TopOption,
 )
-from .shared import JsonOption, progress_bar, tell
+from .shared import JsonOption, given_options, progress_bar, refuse_unused, tell
 
 Thing = TypeVar("Thing")
 
@@ -146,7 +146,14 @@ def _board(words: str, square: str) -> Checkerboard:
     return Checkerboard(columns=columns, rows=rows, square_width=width, square_height=height)
 
 
+# What only a shell in simulated pictures has, only a shell, and only a board.
+OF_SIMULATED = ("directions", "noise", "seed")
+OF_SHELLS = ("camera", "colour", "base", "top", "radius", "height", *OF_SIMULATED)
+OF_BOARDS = ("square", "model")
+
+
 def calibrate(
+    context: typer.Context,
     pictures: Annotated[
         Path | None,
         typer.Option(
@@ -193,6 +200,8 @@ def calibrate(
     is fitted, starting there. With --board a camera of any central model is fitted to the corners
     of a checkerboard, and written for OCamCalib, OpenCV and Kalibr.
     """
+    own = {"board": OF_SHELLS, "pictures": OF_SIMULATED}
+    refuse_unused(given_options(context), beside=own, without={"board": OF_BOARDS})
     if board is not None:
         calibrate_board(pictures, board, square, model, out, as_json)
         return

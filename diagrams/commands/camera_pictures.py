@@ -38,7 +38,7 @@ from ...systems.numerics.vision.sensor import Sensor, expose
 from ...systems.numerics.vision.surroundings import SHELL_COLOURS, Shell, Surroundings, shell_of
 from ..outputs import optional_folder, output_folder, write_json
 from ..vision.calibration import load_camera, save_found_picture, summarise_found
-from .shared import JsonOption, tell
+from .shared import JsonOption, given_options, refuse_unused, tell
 
 SHELL, QUALITY = Shell(), Sensor()
 COLOUR_HELP = f"One of {', '.join(SHELL_COLOURS)}"
@@ -59,7 +59,12 @@ PoseOption = Annotated[
 ]
 
 
+# Pictures of a calibration have places and walls of their own.
+BESIDE_PRACTICE = ("pose", "world", "wall_height")
+
+
 def render(
+    context: typer.Context,
     out: Annotated[Path, typer.Option(help="Folder for picture.png, or a calibration's pictures.")],
     shell: Annotated[
         list[str] | None,
@@ -88,9 +93,12 @@ def render(
     as_json: JsonOption = False,
 ) -> None:
     """Take a picture with the simulated camera, or the pictures of a calibration (15-60 inches)."""
+    given, own = given_options(context), {"practice": BESIDE_PRACTICE}
+    refuse_unused(given, beside=own, without={"practice": ["directions"]})
     optics = load_camera(camera)
     sensor = Sensor(noise=noise, blur=blur, exposure=exposure, seed=seed)
-    asked = [_parsed_shell(each) for each in shell or ["red:0.8:0"]]
+    words = shell or ["red:0.8:0"]
+    asked = [_parsed_shell(each) for each in words]
     shells = [shell_of(each, radius=radius, base=base, top=top) for each, _ in asked]
     places = np.array([place for _, place in asked])
     with output_folder(out) as folder:
@@ -101,10 +109,13 @@ def render(
             count = save_pictures(folder, taken)
             summary: dict[str, object] = {"pictures": count, "table": TABLE}
         else:
+            away = places - pose[:2]
+            for text, far in zip(words, away, strict=True):
+                clear = math.hypot(*far) - radius > optics.mirror_radius
+                require(clear, "--shell", "stand clear of the camera and its mirror", text)
             scene = _scene(world, pose, places, wall_height)
             light = render_light(optics, make_ray_table(optics), scene, pose, shells, places)
             save_picture(folder / "picture.png", expose(sensor, light, 0))
-            away = places - pose[:2]
             turns = np.arctan2(away[:, 1], away[:, 0]) - pose[2]
             summary = {
                 "picture": "picture.png",
@@ -169,7 +180,12 @@ def estimate(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Say where the shells in a picture are, and how surely, or why there is no telling."""
+    """Say where the shells in a picture are, and how surely, or why there is no telling.
+
+    Ranges are from the mirror's axis to a shell's near side; --json has the place of its axis too.
+
+    Exit code 0: every shell that was asked for is found; 1: one is not; 2: bad input.
+    """
     names = colour or ["red"]
     known, colours = load_calibration(calibration), chosen_colours(names)
     for value in pose:
@@ -183,7 +199,7 @@ def estimate(
         if folder is not None:
             write_json(folder / "summary.json", summary)
             save_found_picture(folder / "estimate.png", pixels, found, known)
-    table = Table("shell", "outcome", escape("range [m]"), escape("bearing [rad]"))
+    table = Table("shell", "outcome", escape("range to near side [m]"), escape("bearing [rad]"))
     for name, _, each in found:
         spread = np.sqrt(np.diag(each.covariance))
         numbers = ["no estimate", ""]
@@ -195,6 +211,8 @@ def estimate(
         table.add_row(name, each.outcome.words, *numbers)
     written = ("summary.json", "estimate.png")
     tell(summary, table, as_json=as_json, written=written, out=out)
+    if not all(each.outcome.has_estimate for _, _, each in found):
+        raise typer.Exit(1)
 
 
 def convert(

@@ -33,7 +33,15 @@ from ..tracking.promises_picture import save_promises_picture
 from ..tracking.scenario import Evaders, Pursuers, TrackingScenario
 from ..tracking.solved_game import games_folder, recall_or_solve
 from ..world_source import WorldSource
-from .shared import JsonOption, counting_bar, given_options, progress_bar, summary_table, tell
+from .shared import (
+    JsonOption,
+    counting_bar,
+    given_options,
+    progress_bar,
+    refuse_unused,
+    summary_table,
+    tell,
+)
 
 # Unit and meaning of each entry of a summary.
 ROWS = {
@@ -62,7 +70,7 @@ ROWS = {
 # What says nothing beside an option: of one place and one table beside games, and of games beside
 # these; of how to solve beside a table that is solved; of a scenario beside a world of points.
 _SHORT = {"certify_games": "certify", "setting": "set"}
-UNLESS_GAMES = ("games", "seed")
+OF_GAMES = ("games", "seed")
 BESIDE = {
     "certify": (
         "pursuer",
@@ -161,7 +169,8 @@ def guarantee(
 
     The game of the two is solved on a grid, with all corners of the map at once.
     """
-    _refuse_unused(given_options(context))
+    given = {_SHORT.get(name, name): value for name, value in given_options(context).items()}
+    refuse_unused(given, beside=BESIDE, without={"certify": OF_GAMES})
     require_positive("memory", memory)
     later = {
         "--grid": ("pursuers.grid", grid),
@@ -254,16 +263,6 @@ def summarise(
         "megabytes": table.nbytes / 1e6,
         "sight_range": None if math.isinf(table.sight_range) else table.sight_range,
     }
-
-
-def _refuse_unused(given: dict[str, Any]) -> None:
-    """Refuse options that would change nothing beside others."""
-    given = {_SHORT.get(name, name): value for name, value in given.items()}
-    for option, unused in BESIDE.items():
-        for name in unused if given.get(option) else ():
-            require(name not in given, name, f"be left out with {option}", given.get(name))
-    for name in UNLESS_GAMES if not given.get("certify") else ():
-        require(name not in given, name, "come with certify", given.get(name))
 
 
 def _require_fit(

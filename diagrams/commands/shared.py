@@ -2,7 +2,7 @@
 
 import inspect
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
@@ -20,6 +20,7 @@ from rich.table import Table
 from rich.text import Text
 from typer.core import TyperGroup
 
+from ...systems.numerics.errors import require
 from ..scenario_files import Setting
 
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
@@ -69,6 +70,30 @@ def given_options(context: typer.Context) -> dict[str, Any]:
         for name, source in sources.items()
         if source is not None and source.name == "COMMANDLINE"
     }
+
+
+def refuse_unused(
+    given: Mapping[str, object],
+    *,
+    beside: Mapping[str, Collection[str]] | None = None,
+    without: Mapping[str, Collection[str]] | None = None,
+) -> None:
+    """Refuse options that would change nothing.
+
+    Args:
+        given: Values by names of those on the command line, as of `given_options`.
+        beside: By the name of an option, what it leaves without a use.
+        without: By the name of an option, what is of use with it alone.
+
+    Raises:
+        InvalidInput: There is one.
+    """
+    for option, unused in (beside or {}).items():
+        for name in unused if given.get(option) else ():
+            require(name not in given, name, f"be left out with {option}", given.get(name))
+    for option, unused in (without or {}).items():
+        for name in () if given.get(option) else unused:
+            require(name not in given, name, f"come with {option}", given.get(name))
 
 
 class RunByDefault(TyperGroup):

@@ -18,7 +18,8 @@ def load_station(scenario: str | Path, overrides: Sequence[str | Setting] = ()) 
         overrides: `key=value` settings, the game's below `tracking.`.
 
     Raises:
-        InvalidInput: See `load_scenario`.
+        InvalidInput: See `load_scenario`; or there is no such kind of robots, though they may only
+            be simulated.
     """
     path = find_scenario(scenario, scenarios) if isinstance(scenario, str) else scenario
     settings = [Setting.read(each) if isinstance(each, str) else each for each in overrides]
@@ -32,5 +33,7 @@ def load_station(scenario: str | Path, overrides: Sequence[str | Setting] = ()) 
         tree["tracking"], folder = read_tree(file), file.parent
     others = [each for each in settings if each.key != "tracking"]
     station = build(StationScenario, with_settings(tree, others))
+    # Whether or not its robots will be driven.
+    find_kind(station.radio.kind)
     tracking = station.tracking
     return replace(station, tracking=replace(tracking, world=tracking.world.beside(folder)))
