@@ -156,11 +156,23 @@ def begun() -> Callable[[list[str]], list[str]]:
         # What runs by default has its options.
         command = getattr(command, "commands", {}).get("run", command)
         known = {name for option in command.params for name in option.opts}
-        # The last one of an option counts.
-        little = [(name, value) for name, value in BEGINNINGS.items() if name in known]
-        return [*words, *(word for pair in little for word in pair)]
+        for name, value in BEGINNINGS.items():
+            if name in known:
+                words = [*_without(words, name), name, value]
+        return words
 
     return shorten
+
+
+def _without(words: list[str], option: str) -> list[str]:
+    """Words of a command without what they say of an option's value, as nothing is said twice."""
+    kept: list[str] = []
+    for word, following in zip(words, [*words[1:], ""], strict=True):
+        if kept and kept[-1] == option:
+            kept.pop()
+        elif word != "--set" or not following.startswith(f"{option[2:]}="):
+            kept.append(word)
+    return [word for word in kept if not word.startswith(f"{option[2:]}=")]
 
 
 @pytest.fixture(scope="session")
