@@ -157,7 +157,8 @@ def begun() -> Callable[[list[str]], list[str]]:
         command = getattr(command, "commands", {}).get("run", command)
         known = {name for option in command.params for name in option.opts}
         for name, value in BEGINNINGS.items():
-            if name in known:
+            idle = name == "--directions" and "--practice" in known.difference(words)
+            if name in known and not idle:
                 words = [*_without(words, name), name, value]
         return words
 

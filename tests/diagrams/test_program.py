@@ -36,6 +36,18 @@ main()
 """
 
 
+@pytest.fixture(autouse=True)
+def nothing_is_ignored():
+    """What ignores signals, such as `nohup` before the tests, would have the program do so too."""
+    before = {number: signal.getsignal(number) for number in SIGNALS}
+    for number in SIGNALS:
+        if before[number] == signal.SIG_IGN:
+            signal.signal(number, signal.SIG_DFL)
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
 @pytest.mark.parametrize("number", SIGNALS)
 @pytest.mark.parametrize("module", ["typer", "sightfield.diagrams.commands.track", "pydrake"])
 def test_a_signal_while_the_program_imports_ends_it_without_a_word(number, module):

@@ -21,6 +21,8 @@ PAGES = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
 
 def test_one_line_says_what_is_missing_and_what_to_type(monkeypatch):
     monkeypatch.setitem(sys.modules, "digi", None)
+    # Another test may have imported it.
+    monkeypatch.delitem(sys.modules, "digi.xbee", raising=False)
     assert missing_modules(["json", "digi", "digi.xbee", "no_such.thing"]) == [
         "digi",
         "digi.xbee",

@@ -255,12 +255,10 @@ def _read_settings(path: Path) -> dict[str, object]:
         "map keys to values",
         f"{type(settings).__name__} in {path}",
     )
-    # The parser keeps the last of two equal keys in silence, map_server the first.
     names = [key.value for key, _ in node.value]
     allowed = (*REQUIRED_KEYS, "mode")
     for name in names:
         require(name in allowed, "map file", f"have only the keys {', '.join(allowed)}", name)
-        require(names.count(name) == 1, "map file", "have each key once", f"{name} twice")
     for name in REQUIRED_KEYS:
         require(name in settings, "map file", f"have the key {name}", ", ".join(names))
     return settings

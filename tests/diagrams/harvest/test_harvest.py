@@ -13,7 +13,7 @@ from sightfield.diagrams.harvest import scenarios
 from sightfield.diagrams.harvest.driver_map import draw_map
 from sightfield.diagrams.harvest.fleet_size import find_what_it_takes
 from sightfield.diagrams.harvest.job import prepare_harvest
-from sightfield.diagrams.harvest.pictures import draw_timetable
+from sightfield.diagrams.harvest.pictures import BAR, draw_timetable
 from sightfield.diagrams.harvest.report import planned_tanks, summarise_harvest
 from sightfield.diagrams.harvest.run import LOG_PERIOD, STILL, run_harvest
 from sightfield.diagrams.harvest.scenario import FieldSource, HarvestScenario
@@ -202,11 +202,13 @@ def test_the_timetable_shows_every_second_of_every_machine(small_job):
     rows, *tanks, carts = figure.axes
     # Thick bars are what combines do; thin ones, when they are emptied.
     for n, plan in enumerate(work.plans):
-        bars = [each for each in rows.patches if abs(each.get_y() + 0.35 - n) < 1e-9]
+        bars = [each for each in rows.patches if abs(each.get_y() + BAR / 2 - n) < 1e-9]
         whole = [(bar.get_x(), bar.get_x() + bar.get_width()) for bar in bars]
         begins, ends = np.array(sorted(whole)).T
         np.testing.assert_allclose(begins[1:], ends[:-1], atol=1e-6)
-        assert (begins[0], ends[-1]) == pytest.approx((plan.times[0], plan.end))
+        # Whoever has parked with grain is seen to wait for the last cart.
+        last = max(visit.end for visit in work.visits if visit.combine == n)
+        assert (begins[0], ends[-1]) == pytest.approx((plan.times[0], max(plan.end, last)))
         level = tanks[n].lines[0].get_ydata()
         assert 0.3 < level.max() * 1000 / work.combines[0].capacity <= 1 + 1e-9
         assert level[-1] == pytest.approx(0.0, abs=0.01)

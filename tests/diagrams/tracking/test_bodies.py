@@ -27,9 +27,9 @@ def load(name, model, *settings):
     return load_scenario(TrackingScenario, find_scenario(name), [*models, *settings])
 
 
-def play_random(name, model, *settings, games=GAMES):
+def play_random(name, model, *settings, games=GAMES, seconds=40):
     """Games from random starts."""
-    scenario = with_random_starts(load(name, model, "seconds=40", *settings))
+    scenario = with_random_starts(load(name, model, f"seconds={seconds}", *settings))
     seeds = [replace(scenario, seed=seed) for seed in range(games)]
     return [run_tracking(set_up_game(each)) for each in seeds]
 
@@ -61,7 +61,7 @@ def test_robots_without_bodies_do_overlap_but_heed_walls(name, model, audit):
 
 
 def test_the_audit_sees_a_body_in_a_wall_and_one_that_passes_through_another(audit):
-    run = play_random("thesis_3v4", "point", "seconds=1", games=1)[0]
+    run = play_random("thesis_3v4", "point", seconds=1, games=1)[0]
     assert audit(run).inside
     log = {key: samples.copy() for key, samples in run.log.items()}
     # From one side of a pursuer to the other, between two samples.

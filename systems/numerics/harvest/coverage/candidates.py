@@ -34,6 +34,8 @@ SAME = math.radians(4.0)
 # What it takes to turn from swath to swath, to compare candidates [s].
 TURN_TIME = 18.0
 
+# How many combines are told apart in cells.
+MOST_COMBINES = 32
 # Side of the cells in which it is told who passes where, and spacing of samples [m].
 CELL = 0.5
 SAMPLES = 0.4

@@ -13,7 +13,15 @@ from ..machines import Combine, CombineSize, size_of
 from ..paths import MachinePath
 from ..turns.ground import Ground
 from ..turns.turn import combine_footprint, turn_times
-from .candidates import TURN_TIME, Candidate, Passes, find_candidates, park, start_in_bay
+from .candidates import (
+    MOST_COMBINES,
+    TURN_TIME,
+    Candidate,
+    Passes,
+    find_candidates,
+    park,
+    start_in_bay,
+)
 from .cut_ground import WITHIN, CutGround, covered_area
 from .driver import (
     Driver,
@@ -349,6 +357,8 @@ def _wait_off_paths(
     candidate: Candidate,
     lands: list[list[int]],
 ) -> np.ndarray:
+    if len(drivers) > MOST_COMBINES:
+        raise NoWay(f"no more than {MOST_COMBINES} combines are told apart")
     passes = Passes(field, drivers[0].combine)
     for machine, driver in enumerate(drivers):
         passes.add(driver.path, machine)
