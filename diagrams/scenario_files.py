@@ -129,12 +129,24 @@ def with_settings(tree: dict[str, Any], overrides: Sequence[str | Setting]) -> d
     Raises:
         InvalidInput: A setting has another form, names no place, or sets what another one sets.
     """
-    settings = [Setting.read(each) if isinstance(each, str) else each for each in overrides]
+    settings = read_settings(overrides)
     refuse_doubled(settings)
     for setting in settings:
         if setting.text is not None:
             _set(tree, setting.key, setting.text)
     return tree
+
+
+def read_settings(overrides: Sequence[str | Setting]) -> list[Setting]:
+    """Settings, some of which are still words.
+
+    Args:
+        overrides: They, `key=value` where they are words.
+
+    Raises:
+        InvalidInput: A word has another form.
+    """
+    return [Setting.read(each) if isinstance(each, str) else each for each in overrides]
 
 
 def refuse_doubled(settings: Sequence[Setting]) -> None:

@@ -4,7 +4,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ..scenario_files import Setting, build, find_scenario, read_tree, with_settings
+from ..scenario_files import (
+    Setting,
+    build,
+    find_scenario,
+    read_settings,
+    read_tree,
+    with_settings,
+)
 from . import scenarios
 from .hardware import find_kind
 from .scenario import StationScenario
@@ -22,7 +29,7 @@ def load_station(scenario: str | Path, overrides: Sequence[str | Setting] = ()) 
             be simulated.
     """
     path = find_scenario(scenario, scenarios) if isinstance(scenario, str) else scenario
-    settings = [Setting.read(each) if isinstance(each, str) else each for each in overrides]
+    settings = read_settings(overrides)
     # Which game it is comes first, whatever is changed in it.
     tree = with_settings(read_tree(path), [each for each in settings if each.key == "tracking"])
     game = tree.get("tracking")

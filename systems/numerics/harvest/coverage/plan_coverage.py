@@ -9,9 +9,9 @@ from scipy.optimize import linear_sum_assignment
 
 from ...errors import NoPlan, require, require_one_of
 from ..field.field import Field
-from ..machines import Combine, CombineSize, size_of
+from ..machines import Combine, size_of
 from ..paths import MachinePath
-from ..turns.ground import Ground
+from ..turns.ground import Footprint, Ground
 from ..turns.turn import combine_footprint, turn_times
 from .candidates import (
     MOST_COMBINES,
@@ -154,7 +154,7 @@ def _wider_margin(field: Field, combines: Sequence[Combine], pattern: str, reach
     for margin in WIDER:
         if margin > field.margin:
             wider = replace(field, margin=margin)
-            if any(True for _ in _sound_coverages(wider, combines, pattern, reach, [])):
+            if next(_sound_coverages(wider, combines, pattern, reach, []), None) is not None:
                 return f"; a margin of {margin:g} m would do"
     return ""
 
@@ -175,7 +175,8 @@ def _sound_coverages(
     region = crop_to_offset(field, size)
     ground = CutGround.of(field, combines[0])
     candidates = find_candidates(field, region, ground, inwards=pattern == "thesis")
-    bare = Ground(field.ground.buffer(-WITHIN))
+    bare, footprint = Ground(field.ground.buffer(-WITHIN)), combine_footprint(size)
+    sharpest = SHARPER / size.turning_radius
     least = LEAST_COVERAGE_AT_ALL if len(field.obstacles) >= 3 else LEAST_COVERAGE
     patchy = []
     for candidate in _spread(candidates):
@@ -184,7 +185,7 @@ def _sound_coverages(
         except NoWay as fault:
             faults.append((True, str(fault)))
             continue
-        wrong = _what_is_wrong(plan, size, bare)
+        wrong = _what_is_wrong(plan, bare, footprint, sharpest)
         if wrong:
             faults.append((False, wrong))
         elif plan.coverage < least:
@@ -194,20 +195,25 @@ def _sound_coverages(
     yield from sorted(patchy, key=lambda plan: -plan.coverage)
 
 
-def _what_is_wrong(plan: CoveragePaths, size: CombineSize, bare: Ground) -> str:
-    """Why a plan will not do; empty if it will."""
-    under = plan.precedence.crop_under_bodies / plan.area
-    footprint = combine_footprint(size)
-    sharpest = max(np.abs(path.curvatures).max(initial=0.0) for path in plan.paths)
+def _what_is_wrong(plan: CoveragePaths, bare: Ground, footprint: Footprint, sharpest: float) -> str:
+    """Why a plan will not do; empty if it will.
+
+    Args:
+        plan: The plan.
+        bare: What combines keep to.
+        footprint: Of each.
+        sharpest: Curvature of paths, at most [1/m].
+    """
     if plan.coverage < LEAST_COVERAGE_AT_ALL:
         return f"{plan.coverage:.1%} would be cut"
     if not can_finish(plan.precedence):
         return "combines would wait for one another"
+    under = plan.precedence.crop_under_bodies / plan.area
     if under > MOST_UNDER_BODIES:
         return f"bodies would drive over {under:.2%} of the crop"
     if not all(bare.admits(path, footprint) for path in plan.paths):
         return "combines would leave the ground"
-    if sharpest > SHARPER / size.turning_radius:
+    if any(np.abs(path.curvatures).max(initial=0.0) > sharpest for path in plan.paths):
         return "combines would turn too sharply"
     return ""
 
