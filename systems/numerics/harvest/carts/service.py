@@ -1,7 +1,8 @@
 """What carts have planned so far, the world that they plan in, and their ways to trucks.
 
 A visit has a route to the combine, a time beside it and a route to where nobody ever comes and a
-way leads on, or to the truck. Whatever is planned can be kept, and come back to.
+way leads on, or to the truck. Whatever is planned can be kept, and come back to: the world follows
+from the stops, and is not kept with each plan, as it is large.
 """
 
 import copy
@@ -20,7 +21,7 @@ from .cart_motion import CartMotion, Moving, join_motions, standing_motion
 from .cart_plan import CartPlan, CartVisit, Job, Stop, Trip
 from .cut_times import GAP
 from .routes import Standing
-from .surroundings import CartSurroundings
+from .surroundings import CartSurroundings, changed_surroundings, first_difference
 from .traffic import SAMPLE, Traffic, cart_traffic, least_gaps
 from .visit_choice import LEAST
 from .windows import BETWEEN
@@ -35,6 +36,9 @@ STOPPING = 30.0
 # what it holds.
 WORTH_A_TRIP = 0.5
 
+# So many worlds are kept that were looked at last; others that are come back to are made again.
+MOST_WORLDS = 6
+
 # Times plans again when combines stop; a stop that lasts FOR_EVER ends what comes after it.
 Retime = Callable[[Sequence[Stop]], list[TimedPath]]
 
@@ -43,16 +47,16 @@ class PlanSoFar(NamedTuple):
     """What is planned so far, to come back to; attributes as of `Service`.
 
     Attributes:
-        world: That it is planned in.
         jobs: Of each cart, in order.
         stops: Of combines.
         turns: Whom each cart serves next.
+        until: What combines do later than that is not known [s].
     """
 
-    world: CartSurroundings
     jobs: list[list[Job]]
     stops: list[Stop]
     turns: list[int]
+    until: float
 
 
 class Service:
@@ -87,6 +91,7 @@ class Service:
         self.density = mean_density(self.supply.density, field.polygon)
         self.strategy, self.threshold = strategy, threshold
         self.world, self.cart = world, world.cart
+        self._worlds = {((), world.until): world}
         capacities = [combine.capacity for combine in world.team]
         self.least_tank, self.largest_tank = min(capacities), max(capacities)
         self.jobs: list[list[Job]] = [[] for _ in self.supply.trucks]
@@ -260,13 +265,32 @@ class Service:
     def kept(self) -> PlanSoFar:
         """What is planned, to come back to."""
         jobs = [[*jobs] for jobs in self.jobs]
-        return PlanSoFar(self.world, jobs, [*self.stops], [*self.turns])
+        return PlanSoFar(jobs, [*self.stops], [*self.turns], self.world.until)
 
     def restore(self, kept: PlanSoFar) -> None:
         """Come back to what was planned."""
-        self.world, self.stops, self.turns = kept.world, [*kept.stops], [*kept.turns]
+        self.stops, self.turns = [*kept.stops], [*kept.turns]
         self.jobs = [[*jobs] for jobs in kept.jobs]
+        self.look_again(kept.until)
         self.fill_tanks()
+
+    def look_again(self, until: float = np.inf) -> float:
+        """Make the world what it is with the stops; since when it is another one [s].
+
+        Args:
+            until: Nothing that combines do later is looked at [s].
+        """
+        key = tuple(self.stops), until
+        known = self._worlds.pop(key, None)
+        if known is None:
+            plans = self.retime(self.stops)
+            known, since = changed_surroundings(self.world, self.field, plans, until)
+        else:
+            since = first_difference(self.world.plans, known.plans)
+        self._worlds[key] = self.world = known
+        if len(self._worlds) > MOST_WORLDS:
+            del self._worlds[next(iter(self._worlds))]
+        return since
 
     def keeps_off(self, motion: CartMotion, others: Traffic, more: float = BETWEEN) -> bool:
         """Whether a cart keeps the gap to others, and some more, all the way.

@@ -19,7 +19,6 @@ from .service import SET_OUT, Service
 from .surroundings import (
     SAME,
     CartSurroundings,
-    changed_surroundings,
     is_in_reach,
     standing_poses,
 )
@@ -268,8 +267,7 @@ def _see(service: Service, until: float = np.inf) -> bool:
     try:
         while True:
             stops, before = len(service.stops), service.world.plans
-            plans = service.retime(service.stops)
-            service.world, since = changed_surroundings(service.world, service.field, plans, until)
+            since = service.look_again(until)
             _give_up_impossible(service, before, since)
             if len(service.stops) == stops:
                 break

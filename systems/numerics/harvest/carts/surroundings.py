@@ -176,7 +176,7 @@ def changed_surroundings(
         The world, and since when it is another one [s].
     """
     plans = [ended(plan, until) for plan in plans]
-    since = _first_difference(world.plans, plans)
+    since = first_difference(world.plans, plans)
     if since == np.inf:
         return replace(world, until=until), since
     cut = cut_times(field, world.size, plans, world.cut, since)
@@ -232,7 +232,7 @@ def _places(poses: np.ndarray) -> np.ndarray:
     return np.hstack([poses[:, :2], turned])
 
 
-def _first_difference(before: list[TimedPath], after: list[TimedPath]) -> float:
+def first_difference(before: list[TimedPath], after: list[TimedPath]) -> float:
     """When machines begin to be elsewhere than they were to be [s]."""
     times = np.arange(0.0, max(plan.end for plan in [*before, *after]) + 2.0, 1.0)
     differs = np.zeros(len(times), dtype=bool)

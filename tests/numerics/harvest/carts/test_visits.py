@@ -1,8 +1,12 @@
 """Whole plans of carts, audited by outlines, with grain counted."""
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 
+from sightfield.systems.numerics.harvest.carts import service
 from sightfield.systems.numerics.harvest.carts.cart_plan import Supply
 from sightfield.systems.numerics.harvest.carts.cut_times import CELL, cut_times
 from sightfield.systems.numerics.harvest.carts.surroundings import is_in_reach
@@ -143,3 +147,26 @@ def test_where_somebody_has_to_wait_that_is_chosen_of_which_all_wait_least(hand_
     assert waits[1] < 0.5 * waits[0]
     found = audit(made.field, made.combine, Cart(), revised.plans, revised.motions)
     assert min(found.combine_gap, found.cart_gap) >= 0.5
+
+
+def test_few_worlds_are_kept_and_the_others_are_made_again_as_they_were(hand_made, monkeypatch):
+    made = hand_made(162.0, 120.0, 2)
+    changed, worlds, living = service.changed_surroundings, [], []
+
+    def counted(*args):
+        world, since = changed(*args)
+        worlds.append(weakref.ref(world))
+        gc.collect()
+        living.append(sum(each() is not None for each in worlds))
+        return world, since
+
+    usual = served_both_ways(made, 3.0, "on-demand")
+    monkeypatch.setattr(service, "changed_surroundings", counted)
+    monkeypatch.setattr(service, "MOST_WORLDS", 2)
+    plans = served_both_ways(made, 3.0, "on-demand")
+    for plan, other in zip(plans, usual, strict=True):
+        assert (plan.visits, plan.stops) == (other.visits, other.stops)
+        assert plan.stops
+    # Beside those that are kept, the first one and those that the work at hand holds.
+    assert len(worlds) > 20
+    assert max(living) <= 5
