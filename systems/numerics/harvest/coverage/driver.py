@@ -50,6 +50,11 @@ def stop_time(combine: Combine) -> float:
     return combine.speed / combine.acceleration
 
 
+def path_time(path: MachinePath, combine: Combine) -> float:
+    """Time to drive a path, with a stop at each change of gear [s]."""
+    return path.length / combine.speed + (len(path.cusps) + 1) * stop_time(combine)
+
+
 class Driver:
     """A combine that is led from work to work.
 
