@@ -91,7 +91,9 @@ class Service:
         self.density = mean_density(self.supply.density, field.polygon)
         self.strategy, self.threshold = strategy, threshold
         self.world, self.cart = world, world.cart
-        self._worlds = {((), world.until): world}
+        self._worlds: dict[tuple[tuple[Stop, ...], float], CartSurroundings] = {
+            ((), world.until): world
+        }
         capacities = [combine.capacity for combine in world.team]
         self.least_tank, self.largest_tank = min(capacities), max(capacities)
         self.jobs: list[list[Job]] = [[] for _ in self.supply.trucks]
