@@ -14,7 +14,17 @@ from ..tracking.scene.layout import Layout
 from ..visuals.meshes import flat_mesh, unit_bar_mesh
 from ..visuals.stage import Stage
 from ..visuals.text import Digits, advance, text_mesh
-from .colours import CROP, EMPTY, GRAIN, MARGIN_GROUND, STUBBLE, TRACTOR, TRUCK_BED, combine_paint
+from .colours import (
+    CROP,
+    EMPTY,
+    GRAIN,
+    MARGIN_GROUND,
+    STUBBLE,
+    TRACTOR,
+    TRUCK_BED,
+    combine_paint,
+    crop_paint,
+)
 
 # Where things are in a row, in its width: the bar, the end of the digits, the words.
 _BAR, _DIGITS, _WORDS = (0.12, 0.40), 0.615, 0.65
@@ -30,8 +40,7 @@ _GRAIN = (("delivered", "delivered to trucks"), ("lost", "lost on the ground"))
 _TONNE = 1000.0
 # What combines do, in the order of `machines.MODES`.
 _MODES = ("not begun", "cutting", "unloading", "full: waits", "waits", "finished")
-# What the ground's colours mean.
-_LEGEND = (("crop", CROP), ("stubble", STUBBLE[1]), ("margin", MARGIN_GROUND), ("truck", TRUCK_BED))
+# Between rows of what the ground's colours mean.
 _LEGEND_STEP = 0.034
 
 
@@ -225,14 +234,27 @@ class Panel:
         self._stage.place("share/ink/at", self._left, y)
 
     def _draw_legend(self, y: float) -> None:
-        """Colours of the ground and of trucks, in two rows from a baseline down."""
+        """Colours of the ground and of trucks, in two rows from a baseline down.
+
+        Lands have tints, which lie side by side in a patch.
+        """
         size = 0.8 * self._letter
-        patch = flat_mesh(shapely.box(0.0, -0.1 * size, 1.8 * size, 1.1 * size))
-        for k, (words, colour) in enumerate(_LEGEND):
+        crops = tuple(crop_paint(n) for n in range(self._combines))
+        legend = (
+            ("crop", crops),
+            ("stubble", STUBBLE[: self._combines]),
+            ("margin", (MARGIN_GROUND,)),
+            ("truck", (TRUCK_BED,)),
+        )
+        for k, (words, colours) in enumerate(legend):
             x = self._left + (k % 2) * 0.5 * (self._right - self._left)
             row = y - (k // 2) * _LEGEND_STEP * self._span
-            self._stage.mesh(f"panel/legend/{k}/patch", patch, colour)
-            self._stage.place(f"panel/legend/{k}/patch", x, row)
+            wide = 1.8 * size / len(colours)
+            part = flat_mesh(shapely.box(0.0, -0.1 * size, wide, 1.1 * size))
+            for place, colour in enumerate(colours):
+                path = f"panel/legend/{k}/patch/{place}"
+                self._stage.mesh(path, part, colour)
+                self._stage.place(path, x + place * wide, row)
             self._write(f"panel/legend/{k}/words", words, x + 2.6 * size, row, size)
 
     def _number(
