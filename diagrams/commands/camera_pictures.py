@@ -113,6 +113,9 @@ def render(
             for text, far in zip(words, away, strict=True):
                 clear = math.hypot(*far) - radius > optics.mirror_radius
                 require(clear, "--shell", "stand clear of the camera and its mirror", text)
+            for k, (text, place) in enumerate(zip(words, places, strict=True)):
+                apart = np.hypot(*(places[:k] - place).T) >= 2 * radius
+                require(bool(apart.all()), "--shell", "stand clear of the other shells", text)
             scene = _scene(world, pose, places, wall_height)
             light = render_light(optics, make_ray_table(optics), scene, pose, shells, places)
             save_picture(folder / "picture.png", expose(sensor, light, 0))

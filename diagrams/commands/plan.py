@@ -70,7 +70,10 @@ def compare_planners(
     hitch_offset: Annotated[
         float, typer.Option(help="From the tractor's axle back to the hitch [m].")
     ] = 0.0,
-    jackknife: Annotated[float, typer.Option(help="Largest angle of the trailer [rad].")] = math.pi,
+    jackknife: Annotated[
+        float,
+        typer.Option(help="Largest angle of the trailer [rad]; pi: none, it may turn right round."),
+    ] = math.pi,
     world: Annotated[
         Path | None, typer.Option(help="Keep clear of its walls (WKT, GeoJSON or ROS map).")
     ] = None,

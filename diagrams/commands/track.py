@@ -93,8 +93,12 @@ def _load(
     path = find_scenario(name)
     every = with_options(settings, {"--seconds": ("seconds", seconds), "--seed": ("seed", seed)})
     if world is not None:
-        # It puts both teams elsewhere, too.
-        every += [Setting(key, None, "--world") for key in ("world", *STARTS)]
+        # It puts both teams elsewhere, too: a team of another size has no places of its own.
+        counted = {each.key.removesuffix(".count") for each in every if each.key.endswith(".count")}
+        every += [
+            Setting(key, "[]" if key.split(".")[0] in counted else None, "--world")
+            for key in ("world", *STARTS)
+        ]
     scenario = load_scenario(TrackingScenario, path, every)
     if world is None:
         return replace(scenario, world=scenario.world.beside(path.parent))

@@ -13,6 +13,8 @@ from .pictures import save_paths_picture, save_states_picture, save_value_pictur
 from .replay import write_planning_replay
 from .verdict import PlanningVerdict, Row, contradictions, reasons, status_of
 
+# Overlaps from here on are told [m], and angles beyond half a turn by more than this [rad].
+_SHOWN_OVERLAP, _ROUNDING = 1e-4, 1e-6
 # What the half-widths of a goal are along: its box turns with it.
 _ALONG = ("goal's heading", "across it", "theta", "beta")
 
@@ -71,12 +73,18 @@ def _words(verdict: PlanningVerdict, row: Row) -> list[str]:
 
 
 def _remarks(row: Row) -> list[str]:
-    """What a planner warns of, and where it did without its usual means."""
-    notes = row.plan.notes
+    """What a planner warns of, where it did without its usual means, what is odd in its path."""
+    notes, path = row.plan.notes, row.plan.path
     found: list[str] = []
     for key in ("warnings", "fell_back"):
         said = notes.get(key)
         found += map(str, said) if isinstance(said, list) else []
+    overlap = notes.get("overlap")
+    if isinstance(overlap, float) and overlap >= _SHOWN_OVERLAP:
+        found.append(f"between its nodes the cart is up to {1e3 * overlap:.1f} mm in a wall")
+    bent = 0.0 if path is None else float(np.abs(path.states[:, 3]).max())
+    if bent > math.pi + _ROUNDING:
+        found.append(f"the trailer turns right round its hitch, to {bent:.2f} rad (`--jackknife`)")
     return found
 
 

@@ -27,8 +27,8 @@ LONGEST_STEP = 0.1
 DRIVEN_TOLERANCE = 1e-4
 # Plans that take as long agree to this, relative to it, and a plan this near to the bound meets it.
 AGREEMENT = 2e-3
-# Planners that solve one programme, if from different seeds, are one witness.
-_WITNESSES = {"casadi": "programme", "polished": "programme"}
+# Planners whose paths are of one programme, if from different seeds, are one witness.
+_PROGRAMME = ("casadi", "polished")
 # A converged plan may be faster than the bound by a rounding, relative to it.
 BOUND_TOLERANCE = 1e-6
 
@@ -220,7 +220,7 @@ def reasons(verdict: PlanningVerdict, row: Row) -> list[str]:
         each.method
         for each in verdict.rows
         if each is not row
-        and _witness(each.method) != _witness(row.method)
+        and _witness(each) != _witness(row)
         and each.holds
         and each.plan.time <= (1 + AGREEMENT) * verdict.best_time
     ]
@@ -245,8 +245,10 @@ def status_of(verdict: PlanningVerdict, row: Row) -> str:
     return f"optimal: {', '.join(why)}" if why else "locally optimal"
 
 
-def _witness(method: str) -> str:
-    return _WITNESSES.get(method, method)
+def _witness(row: Row) -> str:
+    """Whose path it is: a table's may have become one of the programme."""
+    of_programme = row.method in _PROGRAMME or row.plan.notes.get("programme")
+    return "programme" if of_programme else row.method
 
 
 def contradictions(

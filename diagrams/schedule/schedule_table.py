@@ -99,7 +99,8 @@ def _changes(remedies: dict[str, Any]) -> Table:
         table.add_row(name, bound, value, unit, f"{_rounded(change['factor'], bound):.6g}")
     table.add_row("combines", "at most", str(remedies["combines"]))
     carts = remedies["carts"]
-    table.add_row("carts", "at least", "no number" if carts is None else str(carts))
+    more = f"more than {remedies['carts_more_than']}" if carts is None else ""
+    table.add_row("carts", more or "at least", "" if carts is None else str(carts))
     return table
 
 

@@ -10,19 +10,26 @@ from ...systems.numerics.harvest.schedule.answer import (
     first_loads,
     first_visits,
 )
-from ...systems.numerics.harvest.schedule.best_visits import best_visits, travel_time_limit
+from ...systems.numerics.harvest.schedule.best_visits import (
+    best_visits,
+    can_keep_up,
+    travel_time_limit,
+)
 from ...systems.numerics.harvest.schedule.carts import find_remedies
 from ...systems.numerics.harvest.schedule.closed_forms import (
     EqualCombines,
     combines_max,
     travel_time_max,
 )
-from ...systems.numerics.harvest.schedule.fleet import MOST, line_of
+from ...systems.numerics.harvest.schedule.fleet import MOST, Fleet, Round, line_of
 from ...systems.numerics.harvest.schedule.limits import first_to_overflow
 from ...systems.numerics.harvest.schedule.periodic_plan import Aim, plan_round
+from ...systems.numerics.harvest.schedule.simulation import can_stand
 
 # A constraint this near to the tightest one binds as well.
 _TIE = 1e-9
+# Of a tank or a period, what is a rounding of nothing.
+_NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -68,9 +75,13 @@ def summarise_schedule(
     for cart in answer.carts:
         if cart.plan is not None:
             for combine, visit in first_visits(cart.plan.round.combines).items():
-                waits[combine] = cart.plan.waits[visit]
-                served[combine] = cart.plan.loads_at_start[visit]
-    loads = first_loads(fleet, drawn_timetable(answer, 1)) if answer.feasible else None
+                load, full = cart.plan.loads_at_start[visit], fleet.capacities[combine]
+                waits[combine] = _unless_nothing(cart.plan.waits[visit], cart.plan.period)
+                served[combine] = _unless_nothing(load, full)
+    loads = None
+    if answer.feasible:
+        first = first_loads(fleet, drawn_timetable(answer, 1))
+        loads = [*map(_unless_nothing, first, fleet.capacities)]
     rates = {*zip(fleet.fill_rates, fleet.unload_rates, strict=True)}
     return {
         "feasible": answer.feasible,
@@ -85,7 +96,7 @@ def summarise_schedule(
         "period": max(plan.period for plan in answer.plans) if answer.feasible else None,
         "period_min": _finite(max(cart.period_min for cart in answer.carts)),
         "waiting_times": waits if answer.feasible else None,
-        "loads_at_start": None if loads is None else list(loads),
+        "loads_at_start": loads,
         "loads_when_served": served if answer.feasible else None,
         "binding": binding(answer, limits, fill, jitter),
         "constraints": {
@@ -99,7 +110,9 @@ def summarise_schedule(
         },
         "jitter": _finite(min(cart.jitter for cart in answer.carts)) if answer.feasible else None,
         "jitter_max": _finite(answer.jitter_max) if answer.jitter_max >= 0 else None,
-        "remedies": None if answer.feasible else _remedies(answer, carts, travel_time),
+        "remedies": None
+        if answer.feasible
+        else _remedies(answer, carts, travel_time, fill, jitter),
         "carts": [_cart_object(answer, cart) for cart in answer.carts],
     }
 
@@ -206,10 +219,24 @@ def _all_tanks(answer: ScheduleAnswer) -> float:
     return math.fsum(answer.fleet.capacities)
 
 
-def _remedies(answer: ScheduleAnswer, carts: int, travel_time: float | None) -> dict[str, object]:
+def _remedies(
+    answer: ScheduleAnswer,
+    carts: int,
+    travel_time: float | None,
+    fill: float,
+    jitter: float | None,
+) -> dict[str, object]:
     """What to change, each by itself; null: no change of that input will do."""
     fleet = answer.fleet
-    remedies = find_remedies(fleet, carts, answer.truck)
+
+    def serves(fleet: Fleet, round_: Round) -> bool:
+        if jitter is not None:
+            return can_stand(fleet, round_, jitter)
+        return (
+            plan_round(fleet, round_, fill) is not None if fill < 1 else can_keep_up(fleet, round_)
+        )
+
+    remedies = find_remedies(fleet, carts, answer.truck, serves)
     values = {
         "travel_time": None if travel_time is None else {travel_time},
         "capacity": set(fleet.capacities),
@@ -219,7 +246,13 @@ def _remedies(answer: ScheduleAnswer, carts: int, travel_time: float | None) -> 
     if answer.truck is not None:
         values["cart_capacity"] = {answer.truck.cart_capacity}
         values["truck_travel_time"] = {answer.truck.travel_time}
-    changes: dict[str, object] = {"combines": remedies.combines, "carts": remedies.carts or None}
+    changes: dict[str, object] = {
+        "combines": remedies.combines,
+        "carts": remedies.carts or None,
+    }
+    if not remedies.carts:
+        # Up to one for each combine were tried.
+        changes["carts_more_than"] = max(fleet.size, carts, remedies.carts_bound - 1)
     for name, factor in remedies.factors.items():
         if not 0 < factor < math.inf:
             changes[name] = None
@@ -242,7 +275,9 @@ def _cart_object(answer: ScheduleAnswer, cart: CartSchedule) -> dict[str, object
                 "start_unloading": plan.starts[i],
                 "emptied": plan.emptied[i],
                 "leave": plan.leaves[i],
-                "load_at_start": plan.loads_at_start[i],
+                "load_at_start": _unless_nothing(
+                    plan.loads_at_start[i], answer.fleet.capacities[plan.round.combines[i]]
+                ),
                 "taken": plan.taken[i],
                 "by_truck": plan.round.trips[i],
             }
@@ -268,6 +303,11 @@ def _certificate(answer: ScheduleAnswer) -> dict[str, object] | None:
         "holds": said.holds.value,
         "says": said.says,
     }
+
+
+def _unless_nothing(value: float, whole: float) -> float:
+    """A number, or zero where it is but a rounding of what there is."""
+    return 0.0 if abs(value) <= _NOTHING * whole else value
 
 
 def _finite(value: float | None) -> float | None:

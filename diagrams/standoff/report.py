@@ -1,6 +1,5 @@
 """What `sightfield standoff` says and leaves in a folder."""
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +8,7 @@ import numpy as np
 from ...systems.numerics.errors import require
 from ...systems.numerics.standoff.attraction import region_of_attraction
 from ...systems.numerics.standoff.loop import wanted_equilibrium
-from ...systems.numerics.standoff.response import DIVERGED, respond
+from ...systems.numerics.standoff.response import DIVERGED, SETTLED, StandoffResponse, respond
 from ..outputs import write_json
 from .analysis import StandoffAnalysis
 from .make_standoff import StandoffRun, StandoffScenario, run_standoff
@@ -54,6 +53,7 @@ ROWS = {
     "end": ("m", "where the closed form ends"),
     "bias": ("m", "of the wanted equilibrium: true distance less r"),
     "settling_time": ("s", "until the closed form stays within 2 % of its way"),
+    "sampled_lost": ("s", "when the block diagram's distance grew beyond all bounds"),
     "sampled_end": ("m", "where the block diagram is after 10 s, evader moving"),
     "sampled_estimate": ("m", "what it takes that distance for"),
 }
@@ -88,7 +88,8 @@ def standoff_report(scenario: StandoffScenario) -> StandoffReport:
         "outcome": motion.outcome,
         "end": None if motion.outcome == DIVERGED else motion.end,
         "bias": wanted - loop.reference,
-        "settling_time": _settling_time(motion.times, motion.y, motion.end),
+        "settling_time": _settling_time(motion),
+        "sampled_lost": float(run.times[-1]) if run.lost else None,
         "sampled_end": None if run.lost else float(run.distance[-1]),
         "sampled_estimate": None if run.lost else float(run.estimate[-1]),
     }
@@ -122,9 +123,10 @@ def write_standoff_report(
     return [*names, "replay.html"]
 
 
-def _settling_time(times: np.ndarray, y: np.ndarray, end: float) -> float | None:
-    """When the distance enters the last 2 % of its way for good; None if it diverges."""
-    if not math.isfinite(end):
+def _settling_time(motion: StandoffResponse) -> float | None:
+    """When the distance enters the last 2 % of its way for good; None if it settles nowhere."""
+    if motion.outcome != SETTLED:
         return None
+    times, y, end = motion.times, motion.y, motion.end
     outside = np.flatnonzero(np.abs(y - end) > 0.02 * abs(y[0] - end))
     return float(times[min(outside[-1] + 1, len(times) - 1)]) if len(outside) else 0.0

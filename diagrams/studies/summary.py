@@ -9,6 +9,8 @@ from .records import StudyResult
 from .study import Study
 
 CONFIDENCE = 0.95
+# In place of the worst opponent, where several are.
+UNDECIDED = "undecided"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,14 +139,17 @@ def mean_matrix(result: StudyResult, grid: StudyGrid) -> dict[str, dict[str, dic
 def worst_of(result: StudyResult, row: dict[str, str]) -> str:
     """The opponent with the least mean over the runs that all of a row have.
 
-    Over the same runs, as the means of fewer runs say less. The first where several have the least.
+    Over the same runs, as the means of fewer runs say less. `UNDECIDED` where several have the
+    least: all runs may have lasted to the horizon.
 
     Args:
         result: A finished study.
         row: Names of cells by opponent.
     """
     shared = min(len(result.times(cell)) for cell in row.values())
-    return min(row, key=lambda opponent: result.times(row[opponent])[:shared].mean())
+    means = {name: float(result.times(cell)[:shared].mean()) for name, cell in row.items()}
+    least = [name for name, mean in means.items() if mean <= min(means.values())]
+    return least[0] if len(least) == 1 else UNDECIDED
 
 
 def _mean(result: StudyResult, cell: str) -> Estimate:

@@ -4,9 +4,11 @@ long; and what each place is worth as one to watch from."""
 from pathlib import Path
 
 import numpy as np
+import shapely
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize, to_rgba
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ...systems.numerics.geometry.world import World
@@ -45,7 +47,7 @@ def draw_guarantee(
     width, height = world.bounds[2:] - world.bounds[:2]
     figure = Figure(figsize=(13.0, 1.3 + 5.0 * min(height / width, 1.6)), layout="constrained")
     times, places = figure.subplots(1, 2)
-    _draw_times(times, table, pursuer)
+    barrier = _draw_times(times, table, pursuer)
     if evader is not None:
         times.plot(
             *evader, "o", color=EVADER, markeredgecolor="white", markersize=9, label="evader"
@@ -59,7 +61,8 @@ def draw_guarantee(
     handles = [
         Patch(facecolor=KEPT, label="kept in sight for ever"),
         Patch(facecolor=HIDDEN, label="hidden already"),
-        Patch(facecolor=OBSTACLE, label="obstacle"),
+        *([Line2D([], [], color=BARRIER, linewidth=1.6, label="barrier")] if barrier else []),
+        Patch(facecolor=OBSTACLE, label="obstacle, or outside"),
         Patch(facecolor="white", edgecolor="#888888", label="no room for the robot"),
     ]
     robots, _ = times.get_legend_handles_labels()
@@ -83,8 +86,8 @@ def save_guarantee_picture(
     draw_guarantee(table, world, pursuer, evader).savefig(path, dpi=110)
 
 
-def _draw_times(axes: Axes, table: GuaranteedTimes, pursuer: np.ndarray) -> None:
-    """How long an evader at each place is kept in sight, and the barrier."""
+def _draw_times(axes: Axes, table: GuaranteedTimes, pursuer: np.ndarray) -> bool:
+    """How long an evader at each place is kept in sight; whether there is a barrier to draw."""
     times, grid = table.times_from(pursuer), table.evader_grid
     extent = _extent(grid)
     shades = np.where(np.isnan(times), np.nan, np.where(np.isinf(times), 1.0, 0.0))
@@ -102,12 +105,14 @@ def _draw_times(axes: Axes, table: GuaranteedTimes, pursuer: np.ndarray) -> None
         cmap="plasma",
         norm=Normalize(0.0, longest),
     )
-    if 0.0 < np.nanmean(shades) < 1.0:
+    barrier = bool(0.0 < np.nanmean(shades) < 1.0)
+    if barrier:
         xs, ys = grid.at(0, np.arange(grid.columns))[:, 0], grid.at(np.arange(grid.rows), 0)[:, 1]
         axes.contour(xs, ys, shades, levels=[0.5], colors=BARRIER, linewidths=1.6)
     beyond = "max" if np.nanmax(finite, initial=0.0) > longest else "neither"
     axes.figure.colorbar(image, ax=axes, shrink=0.8, extend=beyond, label="kept in sight for [s]")
     axes.set_title(f"An evader there, a pursuer here ({table.bound} bound)")
+    return barrier
 
 
 def _draw_places(axes: Axes, table: GuaranteedTimes) -> None:
@@ -136,6 +141,9 @@ def _draw_places(axes: Axes, table: GuaranteedTimes) -> None:
 def _draw_world(axes: Axes, world: World) -> None:
     for ring in world.obstacles:
         axes.fill(*ring.T, color=OBSTACLE, zorder=2)
+    outside = shapely.box(*world.bounds).difference(shapely.Polygon(world.boundary))
+    for part in shapely.get_parts(outside):
+        axes.fill(*shapely.get_coordinates(part.exterior).T, color=OBSTACLE, zorder=2)
     closed = np.vstack([world.boundary, world.boundary[:1]])
     axes.plot(*closed.T, color=OBSTACLE, linewidth=2.0, zorder=2)
     axes.set_aspect("equal")

@@ -5,7 +5,7 @@ from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
 from ..numeric_parameters import NumericParameters
-from ..numerics.errors import require, require_non_negative, require_positive
+from ..numerics.errors import require, require_non_negative, require_positive, require_whole
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.world import World
 from ..numerics.social.routes.infrared import InfraredRing, infrared_ranges
@@ -47,7 +47,7 @@ class InfraredSensors(LeafSystem):
 
     def __init__(self, world: World, *, count: int, radius: float, ring: InfraredRing):
         super().__init__()
-        require(count > 0, "count", "be positive", count)
+        require_whole("count", count, 1)
         require_positive("radius", radius)
         self._edges = build_edge_index(world).edges
         self._radius, self._ring = float(radius), ring
@@ -106,7 +106,7 @@ class Wanderers(LeafSystem):
         self, count: int, *, law: WanderingLaw, ring: InfraredRing, period: float, seed: int = 0
     ):
         super().__init__()
-        require(count > 0, "count", "be positive", count)
+        require_whole("count", count, 1)
         require_positive("period", period)
         require(seed >= 0, "seed", "be zero or positive", seed)
         self._count, self._law, self._ring = count, law, ring
@@ -196,7 +196,7 @@ class CrowdGuard(LeafSystem):
         top_turn_rate: float,
     ):
         super().__init__()
-        require(count > 0, "count", "be positive", count)
+        require_whole("count", count, 1)
         require_non_negative("margin", margin)
         require_positive("period", period)
         require_positive("top_turn_rate", top_turn_rate)

@@ -8,7 +8,7 @@ from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
 from ..numeric_parameters import NumericParameters
-from ..numerics.errors import require, require_non_negative, require_positive
+from ..numerics.errors import require_non_negative, require_positive, require_whole
 from ..numerics.station.supervision import Reason
 
 
@@ -44,7 +44,7 @@ class AgeLimit(LeafSystem):
 
     def __init__(self, count: int, *, limit: float):
         super().__init__()
-        require(count > 0, "count", "be positive", count)
+        require_whole("count", count, 1)
         require_positive("limit", limit)
         self.parameters = NumericParameters(self, limit=limit)
         self._age = self.DeclareVectorInputPort("age", count)
@@ -86,7 +86,7 @@ class PoseParts(LeafSystem):
 
     def __init__(self, count: int):
         super().__init__()
-        require(count > 0, "count", "be positive", count)
+        require_whole("count", count, 1)
         self._pose = self.DeclareVectorInputPort("pose", 3 * count)
         self.DeclareVectorOutputPort("position", 2 * count, self._calc_position)
         self.DeclareVectorOutputPort("direction", 2 * count, self._calc_direction)
@@ -142,7 +142,7 @@ class CommandGate(LeafSystem):
 
     def __init__(self, count: int):
         super().__init__()
-        require(count > 0, "count", "be positive", count)
+        require_whole("count", count, 1)
         self._command = self.DeclareVectorInputPort("command", 2 * count)
         self._valid = self.DeclareVectorInputPort("valid", count)
         self._mode = self.DeclareVectorInputPort("mode", 1)
@@ -206,7 +206,7 @@ class InfraredReflex(LeafSystem):
 
     def __init__(self, count: int, *, distance: float, period: float):
         super().__init__()
-        require(count > 0, "count", "be positive", count)
+        require_whole("count", count, 1)
         require_non_negative("distance", distance)
         require_positive("period", period)
         self._distance, self._period = float(distance), float(period)

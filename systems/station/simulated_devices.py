@@ -9,7 +9,7 @@ from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
 from ..numeric_parameters import NumericParameters
-from ..numerics.errors import require, require_positive
+from ..numerics.errors import require, require_positive, require_whole
 from ..numerics.station.channel import Channel, Flight, empty_flight, freshness, received, send
 from ..numerics.station.motion_checks import Chassis, wheel_ways
 
@@ -240,7 +240,7 @@ class CommandTimeout(LeafSystem):
 
     def __init__(self, count: int, *, limit: float):
         super().__init__()
-        require(count > 0, "count", "be positive", count)
+        require_whole("count", count, 1)
         require_positive("limit", limit)
         self.parameters = NumericParameters(self, limit=limit)
         self._command = self.DeclareVectorInputPort("command", 2 * count)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from pydrake.systems.framework import LeafSystem, ValueProducer
 
 from ..drake_types import AbstractValue, read, state_vector
-from ..numerics.errors import require, require_non_negative, require_positive
+from ..numerics.errors import require, require_non_negative, require_positive, require_whole
 from ..numerics.geometry.world import World
 from ..numerics.station.motion_checks import (
     Chassis,
@@ -206,7 +206,7 @@ class MotionCheck(LeafSystem):
 
     def __init__(self, chassis: Chassis, count: int, *, period: float):
         super().__init__()
-        require(count > 0, "count", "be positive", count)
+        require_whole("count", count, 1)
         require_positive("period", period)
         self._chassis, self._period = chassis, float(period)
         self._pose = self.DeclareVectorInputPort("pose", 3 * count)
@@ -393,7 +393,7 @@ class RobotSupervisor(LeafSystem):
 
     def __init__(self, rules: SupervisionRules, count: int, *, period: float):
         super().__init__()
-        require(count > 0, "count", "be positive", count)
+        require_whole("count", count, 1)
         require_positive("period", period)
         self._rules, self._period = rules, float(period)
         self._ports = {name: self.DeclareVectorInputPort(name, count) for name in _OF_ROBOTS}

@@ -6,7 +6,13 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
-from ..numerics.errors import require, require_non_negative, require_one_of, require_positive
+from ..numerics.errors import (
+    require,
+    require_non_negative,
+    require_one_of,
+    require_positive,
+    require_whole,
+)
 from ..numerics.geometry.edge_index import index_regions
 from ..numerics.geometry.world import World
 from ..numerics.tracking.collision_avoidance import YIELDING_TIME, avoid
@@ -88,7 +94,7 @@ class CollisionAvoidance(LeafSystem):
         pace: float | None = None,
     ):
         super().__init__()
-        require(count > 0, "count", "be positive", count)
+        require_whole("count", count, 1)
         require_positive("period", period)
         require_positive("top_speed", top_speed)
         require_one_of("rank", rank, RANKS)
@@ -258,7 +264,7 @@ class CollisionStop(LeafSystem):
         pace: float | None = None,
     ):
         super().__init__()
-        require(count > 0, "count", "be positive", count)
+        require_whole("count", count, 1)
         require_positive("top_speed", top_speed)
         require_positive("top_turn_rate", top_turn_rate)
         require_positive("period", period)

@@ -10,7 +10,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 from ..drake_types import LeafSystem_, any_scalar, default_instance, read
 from ..numeric_parameters import NumericParameters
 from ..numerics.compiled import compiled
-from ..numerics.errors import require, require_positive
+from ..numerics.errors import require_positive, require_whole
 from ..numerics.tracking.mobile_agents import heading_commands, turn_first_command
 from .guaranteed_time import ROUNDING
 
@@ -60,7 +60,7 @@ def HeadingController_(T):
 
         def _construct(self, count: int, *, gain: float = 4.0, converter=None):
             LeafSystem_[T].__init__(self, converter=converter)
-            require(count > 0, "count", "be positive", count)
+            require_whole("count", count, 1)
             require_positive("gain", gain)
             self.count = count
             self.gain = float(gain)
@@ -133,7 +133,7 @@ class TurnFirstController(LeafSystem):
 
     def __init__(self, count: int, *, gain: float = 4.0, top_speed: float, period: float):
         super().__init__()
-        require(count > 0, "count", "be positive", count)
+        require_whole("count", count, 1)
         for name, value in (("gain", gain), ("top_speed", top_speed), ("period", period)):
             require_positive(name, value)
         self._period = float(period)

@@ -7,7 +7,7 @@ from pydrake.common.containers import namedview
 from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
-from ..numerics.errors import require, require_positive
+from ..numerics.errors import require_positive, require_whole
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.segment_sight import build_corner_index
 from ..numerics.geometry.sight_loss import first_loss
@@ -61,8 +61,8 @@ class LineOfSight(LeafSystem):
         self, world: World, *, pursuers: int, evaders: int, body_radii: Sequence[float] = ()
     ):
         super().__init__()
-        require(pursuers > 0, "pursuers", "be positive", pursuers)
-        require(evaders > 0, "evaders", "be positive", evaders)
+        require_whole("pursuers", pursuers, 1)
+        require_whole("evaders", evaders, 1)
         self._radii = checked_radii(body_radii, pursuers + evaders)
         self._index = build_edge_index(world)
         self._corners = build_corner_index(world, self._index)

@@ -7,7 +7,7 @@ from pydrake.systems.framework import LeafSystem
 
 from ..drake_types import read, state_vector
 from ..numeric_parameters import NumericParameters
-from ..numerics.errors import require, require_positive
+from ..numerics.errors import require, require_positive, require_whole
 
 
 class RandomWalkEvaders(LeafSystem):
@@ -44,7 +44,7 @@ class RandomWalkEvaders(LeafSystem):
 
     def __init__(self, count: int, *, top_speed: float, turn_period: float = 2.0, seed: int = 0):
         super().__init__()
-        require(count > 0, "count", "be positive", count)
+        require_whole("count", count, 1)
         require_positive("top_speed", top_speed)
         require_positive("turn_period", turn_period)
         require(seed >= 0, "seed", "be zero or positive", seed)

@@ -358,3 +358,9 @@ def test_a_shell_on_the_camera_is_refused(place, sightfield_here, tmp_path):
     line = "error: `--shell` must stand clear of the camera and its mirror; got red:"
     assert done.stderr == f"{line}{place}\n"
     assert not (tmp_path / "out").exists()
+
+
+def test_shells_stand_clear_of_one_another(tmp_path):
+    shells = ("--shell", "red:0.7:0.3", "--shell", "green:0.75:0.3")
+    result = CliRunner().invoke(camera, ["render", *shells, "--out", str(tmp_path / "new")])
+    assert "`--shell` must stand clear of the other shells; got green" in str(result.exception)

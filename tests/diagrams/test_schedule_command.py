@@ -330,3 +330,42 @@ def test_the_exit_code_says_whether_there_is_a_schedule(run):
     none = run("--json", travel_time=1500)
     assert none.exit_code == 1
     assert json.loads(none.stdout)["feasible"] is False
+
+
+@pytest.mark.parametrize("asked", [("--jitter", 0.3), ("--fill", 0.3)])
+def test_changes_are_those_that_do_what_was_asked_for(report, asked):
+    """A little beyond each there is a schedule, and a little short of it there is none."""
+    case = {"capacity": 9000, "fill_rate": 20, "unload_rate": 150, "travel_time": 60}
+    found = report(*asked, **case)
+    assert not found["feasible"]
+    changes = found["remedies"]
+    tried = 0
+    for name in case:
+        if changes[name] is None:
+            continue
+        at_most = name in ("travel_time", "fill_rate")
+        for off, feasible in ((1e-3, True), (-1e-2, False)):
+            value = changes[name]["value"] * (1 - off if at_most else 1 + off)
+            assert report(*asked, **case | {name: value})["feasible"] is feasible
+        tried += 1
+    assert tried >= 3
+    assert report(*asked, **case, carts=changes["carts"])["feasible"]
+    assert not report(*asked, **case, carts=changes["carts"] - 1)["feasible"]
+    assert report(*asked, **case | {"combines": changes["combines"]})["feasible"]
+
+
+def test_of_more_carts_than_combines_it_is_said_how_many_would_not_do(report, run):
+    far = {"combines": 2, "capacity": 9000, "fill_rate": 20, "unload_rate": 150, "travel_time": 60}
+    far |= {"cart_capacity": 10000, "truck_travel_time": 1000}
+    changes = report(**far)["remedies"]
+    assert changes["carts"] is None
+    assert changes["carts_more_than"] == 8
+    assert not report(**far, carts=8)["feasible"]
+    assert report(**far, carts=10)["feasible"]
+    assert "more than 8" in run(**far).stdout
+
+
+def test_roundings_of_nothing_are_nothing(report):
+    found = report(combines=1, capacity=9000, fill_rate=20, unload_rate=150, travel_time=60)
+    waits, loads = found["waiting_times"], found["loads_when_served"]
+    assert all(each == 0.0 or each > 1e-6 for each in [*waits, *loads])

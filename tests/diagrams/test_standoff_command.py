@@ -233,3 +233,16 @@ def test_a_refused_margin_is_told_in_degrees_as_it_was_given(options, says, sigh
     done = sightfield_here("standoff", "design", *options)
     assert done.returncode == 2
     assert says in done.stderr
+
+
+@pytest.mark.parametrize("gain", [100, 1000])
+def test_a_loop_that_has_not_settled_has_no_settling_time(report, gain):
+    """So large a gain makes the closed form slow, and the sampled loop unstable."""
+    found = report("--controller", "PD", "--kd", gain)
+    assert found["outcome"] == "moving"
+    assert found["settling_time"] is None
+    assert found["sampled_end"] is None
+    assert 0.0 < found["sampled_lost"] < 1.0
+    steady = report("--controller", "PD")
+    assert steady["sampled_lost"] is None
+    assert steady["settling_time"] > 0.0

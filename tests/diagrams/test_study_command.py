@@ -58,7 +58,9 @@ def test_the_summary_tells_what_the_table_holds(folder):
             for opponent, mean in row.items():
                 cell = summary["cells"][f"{size}-{vector}-{opponent}"]
                 assert mean["mean"] == cell["mean"]["value"]
-            assert summary["worst"][size][vector] in row
+            means = [each["mean"] for each in row.values()]
+            decided = means.count(min(means)) == 1
+            assert summary["worst"][size][vector] in (row if decided else ("undecided",))
     assert len(summary["matrix"]) == 16
     assert all(each["holm_p"] >= each["p_value"] for each in summary["comparisons"])
 
@@ -96,8 +98,9 @@ def test_every_pursuers_meet_every_evaders_in_the_study_of_policies(tmp_path):
     coarse = ("--starts", 2, "--set", "pursuers.grid=0.3")
     done = study("policies", *words, *opponents, *coarse, "--out", tmp_path / "out")
     assert "1v2: mean [s], 95% interval, * the worst" in done.stdout
-    # One star a row: six pursuers, two pairs of teams.
-    assert done.stdout.count(") *") == 12
+    # So soon nobody is lost, and none of six pursuers and two pairs of teams has a worst.
+    assert "of 12 pairs of teams and pursuers: undecided 12." in done.stdout
+    assert ") *" not in done.stdout
     left = {file.name for file in (tmp_path / "out").glob("[!.]*")}
     names = {"study.json", "table.parquet", "summary.json", "tables.md"}
     assert left == names | {"matrix.png", "curves.png"}

@@ -92,6 +92,14 @@ def test_the_teams_of_a_scenario_play_in_another_world(sightfield_here, tmp_path
     assert [other[name] for name in figures] != [first[name] for name in figures]
 
 
+def test_teams_of_another_size_play_in_another_world(sightfield_here, tmp_path):
+    (tmp_path / "room.wkt").write_text("POLYGON ((0 0, 9 0, 9 7, 0 7, 0 0))")
+    sizes = ("--set", "pursuers.count=5", "--set", "evaders.count=2")
+    words = ("track", "thesis_3v4", "--world", tmp_path / "room.wkt", "--json", "--seconds", 0.5)
+    found = json.loads(sightfield_here(*words, *sizes).stdout)
+    assert (found["pursuers"], found["evaders"]) == (5, 2)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

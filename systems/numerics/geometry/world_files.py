@@ -98,10 +98,8 @@ SUFFIXES = {
     ".yml": "map_server",
 }
 
-# Coordinates within the globe that span less than this are taken for degrees, not metres.
-DEGREE_SPAN = 0.1
-
-# Larger places are not flat enough for one local plane [degrees].
+# Larger places are not flat enough for one local plane [degrees]; what spans less, within the
+# globe, is taken for degrees, not metres.
 WIDEST_SPAN = 1.0
 
 
@@ -279,7 +277,7 @@ def _span(polygons: list[shapely.Polygon]) -> tuple[bool, float]:
 
 def _refuse_degrees(polygons: list[shapely.Polygon]) -> None:
     on_globe, span = _span(polygons)
-    if on_globe and span < DEGREE_SPAN:
+    if on_globe and span < WIDEST_SPAN:
         raise InvalidInput(
             f"`coordinates` must be wgs84 for longitudes and latitudes; got metres, but the file "
             f"spans only {span:.6f} within +-180 and +-90, which looks like degrees"

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..errors import InvalidInput, require, require_finite
+from ..errors import InvalidInput, require, require_finite, require_type
 from .trailer import Trailer
 
 # Half-widths of one cell of the thesis's grid, in the normalised model (3.5.1).
@@ -164,13 +164,15 @@ def require_plannable(trailer: Trailer, start: Sequence[float], goal: Goal) -> N
     require(away <= FARTHEST * radius, "start", words, f"{away:g} m")
 
 
-def checked_start(trailer: Trailer, start: Sequence[float]) -> np.ndarray:
-    """The start as an array, shape (4,), after refusing what cannot be one.
+def checked_start(trailer: Trailer, start: Sequence[float], goal: Goal) -> np.ndarray:
+    """The start as an array, shape (4,), after refusing what cannot be one, or is no cart or goal.
 
     Raises:
         InvalidInput: It is not x, y, theta and beta, finite, with beta within the jackknife limit,
             or the cart is none that planners can compute with.
     """
+    require_type("trailer", trailer, Trailer)
+    require_type("goal", goal, Goal)
     try:
         entries = [float(value) for value in start]
     except (TypeError, ValueError):

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..errors import require, require_positive
+from ..errors import require, require_positive, require_type
 from .goal import Goal
 from .trailer import Trailer, trailer_rates
 
@@ -134,7 +134,8 @@ def refined_path(path: TrailerPath, trailer: Trailer, step: float) -> TrailerPat
 
 
 def require_path(path: TrailerPath) -> None:
-    """Refuse a path of other shapes than it should have, or whose numbers are not finite."""
+    """Refuse what is no path, has other shapes than it should have, or numbers not finite."""
+    require_type("path", path, TrailerPath)
     count = len(path.times)
     shapes = (np.shape(path.times), np.shape(path.states), np.shape(path.controls))
     wanted = ((count,), (count, 4), (count - 1, 2))

@@ -10,7 +10,13 @@ import pytest
 from sightfield.diagrams.planning.methods import PlanningQuestion, chosen_methods
 from sightfield.diagrams.planning.report import as_object, as_table, write_planning_report
 from sightfield.diagrams.planning.sweep import sweep_ratios
-from sightfield.diagrams.planning.verdict import PlanningVerdict, Row, ask_methods, contradictions
+from sightfield.diagrams.planning.verdict import (
+    PlanningVerdict,
+    Row,
+    ask_methods,
+    contradictions,
+    resimulate,
+)
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
@@ -214,3 +220,33 @@ def test_unknown_methods_and_starts_are_refused():
         chosen_methods("magic")
     with pytest.raises(InvalidInput, match="`start` must be a finite number"):
         PlanningQuestion(start=(math.nan, 0.0, 0.0, 0.0), goal=Goal(state=GOAL))
+
+
+def test_a_path_down_a_table_that_the_programme_has_shortened_is_no_other_witness(verdict):
+    row = row_of(verdict, "casadi")
+    for polished, said in (
+        (True, "locally optimal"),
+        (False, "optimal: as quick as value-function"),
+    ):
+        plan = replace(row.plan, notes={"programme": polished})
+        other = replace(row, method="value-function", plan=plan)
+        told = as_object(replace(verdict, rows=(row, other)))["methods"]["casadi"]
+        assert told["status"] == said
+
+
+def test_what_is_odd_in_a_path_is_remarked(verdict):
+    row = row_of(verdict, "casadi")
+    assert as_object(replace(verdict, rows=(row,)))["remarks"] == []
+    states = row.plan.path.states.copy()
+    states[5, 3] = 6.2
+    path = replace(row.plan.path, states=states)
+    odd = replace(row, plan=replace(row.plan, path=path, notes={"overlap": 0.0012}))
+    assert as_object(replace(verdict, rows=(odd,)))["remarks"] == [
+        "casadi: between its nodes the cart is up to 1.2 mm in a wall",
+        "casadi: the trailer turns right round its hitch, to 6.20 rad (`--jackknife`)",
+    ]
+
+
+def test_only_a_path_is_driven(verdict):
+    with pytest.raises(InvalidInput, match="`path` must be of type TrailerPath; got NoneType"):
+        resimulate(verdict.question.trailer, None, verdict.question.goal)

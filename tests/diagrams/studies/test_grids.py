@@ -241,6 +241,8 @@ def test_the_worst_opponent_is_found_on_the_runs_that_all_have():
     assert all(each["low"] <= each["mean"] <= each["high"] for each in row.values())
     assert summary["worst"]["2v3"]["uniform"] == "best_response"
     assert summary["worst"]["3v3"]["uniform"] == "adversarial"
+    tied = summarise_study(made_up(study, lambda cell, run: 60.0), tracking_grid(study))
+    assert tied["worst"]["2v3"]["uniform"] == "undecided"
     assert summary["cells"]["3v3-uniform-best_response"]["opponent"] == "best_response"
 
 
@@ -301,3 +303,10 @@ def test_tables_hold_the_means_of_panels_or_of_the_matrix():
         "| --- | --- | --- |",
         "| thesis | 30.0 (30.0-30.0) | 5.0 (5.0-5.0) * |",
     ]
+
+
+def test_where_several_are_the_worst_none_is_framed():
+    study = policies_study(runs=3, sizes=("1v1",))
+    result = made_up(study, lambda cell, run: 60.0)
+    (axis,) = draw_matrix(result, policies_grid(study)).axes
+    assert len(axis.patches) == 0

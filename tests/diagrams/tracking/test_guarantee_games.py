@@ -7,12 +7,14 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from sightfield.diagrams.tracking.game import set_up_game
+from sightfield.diagrams.tracking.guarantee_picture import draw_guarantee
 from sightfield.diagrams.tracking.make_tracking import MakeTracking
 from sightfield.diagrams.tracking.run import run_tracking
 from sightfield.diagrams.tracking.scenario import Evaders, Pursuers, TrackingScenario
 from sightfield.diagrams.tracking.solved_game import solved_game
 from sightfield.diagrams.world_source import WorldSource
 from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )
@@ -198,3 +200,14 @@ def test_the_grid_of_two_has_to_be_positive_and_coarse_enough():
     scenario = make_team_scenario([[0.5, 0.5]], [[1.0, 0.5], [0.6, 0.9]], grid_of_two=0.05)
     with pytest.raises(InvalidInput, match="the table of two evaders takes at most"):
         MakeTracking(scenario)
+
+
+def test_the_legend_of_the_picture_has_the_barrier_and_what_is_outside():
+    bend = make_world([(0, 0), (8, 0), (8, 2), (2, 2), (2, 6), (8, 6), (8, 8), (0, 8)])
+    table = solve_visibility_game(bend, pursuer_speed=0.3, evader_speed=0.09, grid=0.4)
+    figure = draw_guarantee(table, bend, np.array([0.4, 2.0]))
+    labels = [each.get_text() for each in figure.legends[0].get_texts()]
+    assert {"pursuer", "barrier", "obstacle, or outside"} <= {*labels}
+    # The bay between the arms is no floor.
+    bay = [patch.get_path().get_extents().bounds for patch in figure.axes[0].patches]
+    assert (2.0, 2.0, 6.0, 4.0) in bay

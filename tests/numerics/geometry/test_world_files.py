@@ -181,6 +181,8 @@ def test_degrees_become_metres_around_the_centroid(load, content):
 def test_degrees_are_not_taken_for_metres(load):
     with pytest.raises(InvalidInput, match=r"`coordinates` must be wgs84 .*looks like degrees"):
         load(wkt(FIELD))
+    with pytest.raises(InvalidInput, match=r"`coordinates` must be wgs84 .*looks like degrees"):
+        load("POLYGON ((5.1 52.1, 5.7 52.1, 5.7 52.4, 5.1 52.1))")
 
 
 def test_metres_are_not_taken_for_degrees(load):

@@ -68,3 +68,10 @@ def test_radii_that_fit_no_team_are_refused(radii):
         LineOfSight(WORLD, **SIZES, body_radii=radii)
     with pytest.raises(InvalidInput, match="`body_radii"):
         SightLossMonitor(WORLD, **SIZES, period=0.1, body_radii=radii)
+
+
+@pytest.mark.parametrize("count", ["2", 1.5, True, 0])
+@pytest.mark.parametrize("team", ["pursuers", "evaders"])
+def test_teams_are_whole_numbers_of_robots(team, count):
+    with pytest.raises(InvalidInput, match=f"`{team}` must be a whole number of at least 1"):
+        LineOfSight(WORLD, **SIZES | {team: count})

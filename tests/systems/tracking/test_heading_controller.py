@@ -71,7 +71,10 @@ def test_once_turned_robots_go_with_the_velocity():
 
 @pytest.mark.parametrize(
     ("count", "gain", "message"),
-    [(0, 1.0, "`count` must be positive; got 0"), (1, -1.0, "`gain` must be positive; got -1.0")],
+    [
+        (0, 1.0, "`count` must be a whole number of at least 1; got 0"),
+        (1, -1.0, "`gain` must be positive; got -1.0"),
+    ],
 )
 def test_no_robots_and_gains_that_turn_away_are_refused(count, gain, message):
     with pytest.raises(InvalidInput, match=message):

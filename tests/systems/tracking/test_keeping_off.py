@@ -46,7 +46,7 @@ def test_the_port_for_others_is_there_where_there_are_others(make):
         ({"radii": [[0.1], [0.1]]}, r"`radii` must have 2 entries; got \(2, 1\)"),
         ({"radii": float("nan")}, "`radii` must be "),
         ({"other_radii": [0.1, -0.3]}, "`other_radii` must be zero or positive; got -0.3"),
-        ({"count": 0}, "`count` must be positive; got 0"),
+        ({"count": 0}, "`count` must be a whole number of at least 1; got 0"),
     ],
 )
 def test_radii_that_no_body_has_are_refused(make, options, message):

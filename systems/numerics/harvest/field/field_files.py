@@ -16,7 +16,7 @@ from shapely.geometry.base import BaseGeometry
 
 from ...errors import InvalidInput, require, require_one_of
 from ...geometry.world import world_from_polygon
-from ...geometry.world_files import DEGREE_SPAN, WIDEST_SPAN, polygons_of, read_geometry
+from ...geometry.world_files import WIDEST_SPAN, polygons_of, read_geometry
 from ...units import area_text
 from .field import MARGIN, Field, Place
 
@@ -421,7 +421,7 @@ def _place(crops: Sequence[NamedPolygon], coordinates: str) -> Place:
         require(span <= WIDEST_SPAN, "field file", narrow, f"{span}{hint}")
         return Place(origin=(centre.x, centre.y))
     looks = f"metres, but the file spans only {span:.6f}, which looks like degrees"
-    degrees = on_globe and span < DEGREE_SPAN
+    degrees = on_globe and span < WIDEST_SPAN
     require(not degrees, "coordinates", "be wgs84 for longitudes and latitudes", looks)
     far = max(abs(each) for each in bounds) > FAR
     return Place(offset=(round(centre.x), round(centre.y)) if far else (0.0, 0.0))

@@ -17,7 +17,7 @@ from functools import cache
 from itertools import combinations, pairwise, product
 
 from .best_visits import ACCURACY, ENOUGH, BestVisits, best_visits, can_keep_up, visits_that_serve
-from .certain_limit import is_excluded
+from .certain_limit import is_excluded, least_carts
 from .fleet import LEAST, MOST, Fleet, Round, Truck, require_count, round_of
 from .limits import best_round
 
@@ -248,22 +248,35 @@ class Remedies:
         factors: Name of an input to its factor, 0 or infinite where any will do. Travel times
             and fill rates may have at most that factor, the others must have at least that.
         combines: How many of the combines, from the first on, the carts can serve.
-        carts: How many carts it takes to serve all; 0: no number does.
+        carts: How many carts it takes to serve all, up to one for each combine; 0: those do not.
+        carts_bound: So many it takes at least, whatever they do.
     """
 
     factors: dict[str, float]
     combines: int
     carts: int
+    carts_bound: int
 
 
-def find_remedies(fleet: Fleet, carts: int = 1, truck: Truck | None = None) -> Remedies:
+def find_remedies(
+    fleet: Fleet,
+    carts: int = 1,
+    truck: Truck | None = None,
+    serves: Callable[[Fleet, Round], bool] = can_keep_up,
+) -> Remedies:
     """Every single change that turns the answer, by bisection of the exact condition.
 
     Combines stay with their carts, except where the number of either changes.
+
+    Args:
+        fleet: The combines.
+        carts: How many there are.
+        truck: Where carts of finite capacity unload, if anywhere.
+        serves: Whether visits will do, of which more may be asked than that no tank runs over.
     """
     groups = assign_combines(fleet, carts, truck)
     # Of each group, visits with which some change has a schedule; they may do for others.
-    known: list[list[Round]] = [[group.best.round] for group in groups]
+    known = [_rounds_of(fleet, group, truck) for group in groups]
 
     def least(
         change: Callable[[float], tuple[Fleet, Truck | None] | None],
@@ -274,7 +287,7 @@ def find_remedies(fleet: Fleet, carts: int = 1, truck: Truck | None = None) -> R
         def works(factor: float, search: bool) -> bool:
             changed = change(factor)
             return changed is not None and all(
-                _is_served(*changed, group, rounds, search)
+                _is_served(*changed, group, rounds, search, serves)
                 for group, rounds in zip(groups, known, strict=True)
             )
 
@@ -320,17 +333,37 @@ def find_remedies(fleet: Fleet, carts: int = 1, truck: Truck | None = None) -> R
         )
     return Remedies(
         factors=factors,
-        combines=_combines_served(fleet, carts, truck),
-        carts=_carts_needed(fleet, truck),
+        combines=_combines_served(fleet, carts, truck, serves),
+        carts=_carts_needed(fleet, truck, serves),
+        carts_bound=least_carts(fleet, truck),
     )
 
 
-def is_feasible(fleet: Fleet, carts: int, truck: Truck | None) -> bool:
-    """Whether some split of the combines leaves every cart time enough to drive."""
+def is_feasible(
+    fleet: Fleet,
+    carts: int,
+    truck: Truck | None,
+    serves: Callable[[Fleet, Round], bool] = can_keep_up,
+) -> bool:
+    """Whether some split of the combines leaves every cart time enough to drive.
+
+    Args:
+        fleet, carts, truck, serves: As of `find_remedies`.
+    """
     if is_excluded(fleet, carts, truck):
         return False
     groups = assign_combines(fleet, carts, truck)
-    return all(group.travel_scale >= ENOUGH for group in groups)
+    return all(
+        group.travel_scale >= ENOUGH
+        and any(serves(fleet, each) for each in _rounds_of(fleet, group, truck))
+        for group in groups
+    )
+
+
+def _rounds_of(fleet: Fleet, group: CartGroup, truck: Truck | None) -> list[Round]:
+    """Visits that are tried for a group: the best, and one to each combine a round."""
+    once = [] if group.carts > 1 else [best_round(fleet, group.order, truck)[0]]
+    return [group.best.round, *(each for each in once if each != group.best.round)]
 
 
 def _span(values: Sequence[float]) -> tuple[float, float]:
@@ -343,7 +376,12 @@ def _inverse(factor: float) -> float:
 
 
 def _is_served(
-    fleet: Fleet, truck: Truck | None, group: CartGroup, known: list[Round], search: bool
+    fleet: Fleet,
+    truck: Truck | None,
+    group: CartGroup,
+    known: list[Round],
+    search: bool,
+    serves: Callable[[Fleet, Round], bool],
 ) -> bool:
     """Whether carts can serve a group with visits that are known, or others that are found.
 
@@ -353,17 +391,19 @@ def _is_served(
         group: The combines that are served, and by how many carts.
         known: Visits; what is found is added.
         search: Whether to look for others.
+        serves: Whether visits will do.
     """
     for each in known:
         again = round_of(fleet, each.combines, each.trips, truck, each.carts)
-        if can_keep_up(fleet, again):
+        if serves(fleet, again):
             return True
     if not search:
         return False
     found = visits_that_serve(fleet, group.order, truck, group.carts)
-    if found is not None:
-        known.append(found)
-    return found is not None
+    if found is None or not serves(fleet, found):
+        return False
+    known.append(found)
+    return True
 
 
 def _threshold(works: Callable[[float, bool], bool], least: float, most: float) -> float:
@@ -400,15 +440,17 @@ def _threshold(works: Callable[[float, bool], bool], least: float, most: float) 
         high = smaller
 
 
-def _combines_served(fleet: Fleet, carts: int, truck: Truck | None) -> int:
+def _combines_served(
+    fleet: Fleet, carts: int, truck: Truck | None, serves: Callable[[Fleet, Round], bool]
+) -> int:
     """How many combines from the first on the carts can serve."""
     served = 0
-    while served < fleet.size and is_feasible(fleet.part(range(served + 1)), carts, truck):
+    while served < fleet.size and is_feasible(fleet.part(range(served + 1)), carts, truck, serves):
         served += 1
     return served
 
 
-def _carts_needed(fleet: Fleet, truck: Truck | None) -> int:
-    """The smallest number of carts that will do; 0: none."""
+def _carts_needed(fleet: Fleet, truck: Truck | None, serves: Callable[[Fleet, Round], bool]) -> int:
+    """The smallest number of carts that will do, up to one for each combine; 0: none."""
     counts = range(1, fleet.size + 1)
-    return next((count for count in counts if is_feasible(fleet, count, truck)), 0)
+    return next((count for count in counts if is_feasible(fleet, count, truck, serves)), 0)

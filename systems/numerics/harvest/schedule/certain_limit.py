@@ -87,6 +87,18 @@ def is_excluded(fleet: Fleet, carts: int, truck: Truck | None = None) -> bool:
     return _Averages(fleet, carts, truck).least_time(1.0) > carts * (1.0 + 1e-9)
 
 
+def least_carts(fleet: Fleet, truck: Truck | None = None) -> int:
+    """So many carts at least it takes to keep every tank from running over, whatever they do.
+
+    Args:
+        fleet: The combines.
+        truck: Where carts of finite capacity unload, if anywhere.
+    """
+    many = 2 * fleet.size
+    busy = max(_standing(fleet, truck), _Averages(fleet, many, truck).least_time(1.0))
+    return max(1, math.ceil(busy * (1.0 - 1e-9)))
+
+
 def _standing(fleet: Fleet, truck: Truck | None) -> float:
     """Carts that would be busy if nobody had to drive."""
     busy = math.fsum(f / u for f, u in zip(fleet.fill_rates, fleet.unload_rates, strict=True))

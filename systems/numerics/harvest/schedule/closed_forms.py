@@ -101,7 +101,10 @@ def is_feasible(equal: EqualCombines) -> bool:
 
 
 def waiting_time(equal: EqualCombines) -> float:
-    """Each of the equal waits [s]; for one combine 0, though any wait will do."""
+    """Each of the equal waits [s]; for one combine 0, though any wait will do.
+
+    Negative: driving takes so long that there is no schedule.
+    """
     others = equal.combines - 1
     return waiting_sum(equal) / others if others else 0.0
 
@@ -109,7 +112,8 @@ def waiting_time(equal: EqualCombines) -> float:
 def period(equal: EqualCombines) -> float:
     """C / r_f + C / (r_u - r_f) + t: from one start beside a combine to the next [s].
 
-    The longest of the possible periods, in which every tank is full when its turn comes.
+    The longest of the possible periods, in which every tank is full when its turn comes. It means
+    nothing where there is no schedule (`is_feasible`).
     """
     return equal.filling + equal.emptying + waiting_time(equal)
 

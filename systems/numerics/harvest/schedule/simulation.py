@@ -396,6 +396,18 @@ def stands_factor(plan: PeriodicPlan, factor: float) -> bool:
     return False
 
 
+def can_stand(fleet: Fleet, round_: Round, jitter: float) -> bool:
+    """Whether some plan of a round certainly stands a jitter: that of full tanks, or the earliest.
+
+    Args:
+        fleet: The combines.
+        round_: The visits.
+        jitter: Part of each time [-].
+    """
+    plans = (plan_round(fleet, round_, aim=aim) for aim in Aim)
+    return any(plan is not None and stands_factor(plan, 1.0 + jitter) for plan in plans)
+
+
 def plan_for_jitter(fleet: Fleet, round_: Round, jitter: float) -> PeriodicPlan | None:
     """The plan of the longest period that certainly stands a jitter; None: there is none.
 

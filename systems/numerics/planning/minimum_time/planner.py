@@ -70,7 +70,7 @@ def plan_by_casadi(
     began = perf_counter()
     require(intervals >= 2, "intervals", "be at least 2", intervals)
     require(max_iterations >= 1, "max_iterations", "be at least 1", max_iterations)
-    state = checked_start(trailer, start)
+    state = checked_start(trailer, start, goal)
     if obstacles is not None:
         discs = discs or covering_discs(trailer)
         max_iterations = min(max_iterations, WALLED_ITERATIONS)

@@ -225,6 +225,9 @@ class Problem:
             low[:, 3], high[:, 3] = -self.trailer.jackknife, self.trailer.jackknife
         low[0] = high[0] = self.goal.to_frame(self.start)
         target = nearest_goal_state(self.goal.centred, guess.states[-1])
+        if self.trailer.jackknife < math.pi:
+            # Within a limit the angle cannot wind, wherever the guess ends.
+            target[3] = math.remainder(target[3], math.tau)
         width = self.goal.tolerance
         low[-1] = np.maximum(low[-1], target - width)
         high[-1] = np.minimum(high[-1], target + width)
@@ -289,10 +292,10 @@ MOST_ARCS = 10
 # Solutions that take at most this many times the least time get their switches placed: equal
 # intervals cost up to a hundredth of the time, so that the second best may be the best.
 NEAR_BEST = 1.01
-# Deepest overlap with a wall that still counts as none [m], relative to the trailer's length, and
-# how often a path that reaches deeper is pushed away.
+# Overlap with a wall above which a path is pushed away, and how often; the deepest that counts as
+# none where that does not help [m], relative to the trailer's length.
+_CLEAR, _MOST_PUSHES = 1e-5, 4
 ACCEPTED_OVERLAP = 1e-3
-_MOST_PUSHES = 4
 
 
 def near_best(found: list[Attempt]) -> list[Attempt]:
@@ -331,7 +334,7 @@ def kept_clear(problem: Problem, best: Attempt) -> tuple[list[Attempt], float]:
     found, margin = [best], 0.0
     overlap = deepest_overlap(problem.obstacles, problem.discs, best.path.states)
     for _ in range(_MOST_PUSHES):
-        if overlap <= ACCEPTED_OVERLAP * problem.trailer.length:
+        if overlap <= _CLEAR * problem.trailer.length:
             break
         pushed = problem.solve(resampled(found[-1].path, intervals), margin)
         if not pushed.is_path:

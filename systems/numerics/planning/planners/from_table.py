@@ -107,7 +107,8 @@ def plan_from_table(
     """Drive down the time to go by the policy of the table, and let the path seed the programme.
 
     The quicker of both is the plan. The notes hold the table's `time_to_go`, the time of the path
-    as it was `driven`, and by how much it runs into a wall, its `overlap`.
+    as it was `driven`, by how much it runs into a wall, its `overlap`, and whether it is the
+    `programme`'s.
 
     Args:
         value: Time to go among the walls.
@@ -163,7 +164,7 @@ def plan_from_table(
     ends = start[:2], goal.state[:2]
     if saved_by_narrow_passages(world, discs, value.grid.step, *ends) > WORTH * radius:
         notes["warnings"] = [*notes["warnings"], f"on a shorter way {hint}"]
-    notes["way"] = way
+    notes["way"], notes["programme"] = way, way in polished
     notes["overlap"] = max(deepest_overlap(world, discs, path.states), 0.0)
     return Plan(
         method=METHOD,
@@ -192,7 +193,7 @@ def _quicker_ways(
     A cart that may reverse has more of them than a table tells apart: those with other cusps.
     """
     trailer = value.trailer
-    problem = Problem(trailer, checked_start(trailer, start), goal, _ITERATIONS, world, discs)
+    problem = Problem(trailer, checked_start(trailer, start, goal), goal, _ITERATIONS, world, discs)
     words = scattered_words(trailer, start, goal, SCATTERED)
     tried = [
         problem.solve(resampled(word_path(trailer, problem.start, word), _INTERVALS))
@@ -263,7 +264,7 @@ def plan_by_value_function(
             something else.
     """
     began = perf_counter()
-    start = checked_start(trailer, start).tolist()
+    start = checked_start(trailer, start, goal).tolist()
     if obstacles is not None:
         body = discs or covering_discs(trailer)
         require(value is None, "value", "be left out among obstacles", "a table")

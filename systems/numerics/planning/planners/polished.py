@@ -91,7 +91,7 @@ def plan_polished(
         InvalidInput: Start, goal or option out of range, or the table is for something else.
     """
     began = perf_counter()
-    state = checked_start(trailer, start)
+    state = checked_start(trailer, start, goal)
     if goal.reached(state):
         return replace(plan_by_casadi(trailer, start, goal), method=METHOD)
     if value is None:

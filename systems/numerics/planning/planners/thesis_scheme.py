@@ -203,7 +203,7 @@ def plan_by_averaging(
         InvalidInput: Start, goal or option out of range, or the cart may reverse.
     """
     began = perf_counter()
-    state = checked_start(trailer, start)
+    state = checked_start(trailer, start, goal)
     if value is None:
         value = open_field_table(trailer, start, goal, step, progress, solve_by_averaging)
     if value is None:

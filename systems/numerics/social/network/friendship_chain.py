@@ -18,6 +18,7 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array
 from scipy.sparse.linalg import splu
 
+from ...errors import require_chance, require_type
 from .acceptance import Temperaments
 from .evolution import Acquaintances, EvolutionLimits, choose_new, strangers, take_answers
 from .interface import Answer, Response
@@ -78,7 +79,12 @@ def friendship_chain(temperaments: Temperaments, limits: EvolutionLimits) -> Fri
 
     The number of states grows as (T_wait + 2) to the power of the agents that can be asked at once:
     it is for a handful of agents.
+
+    Raises:
+        InvalidInput: An argument is of another type.
     """
+    require_type("temperaments", temperaments, Temperaments)
+    require_type("limits", limits, EvolutionLimits)
     start = _settle(strangers(temperaments.count), limits)
     numbers, states = {start: 0}, [start]
     rows, columns, chances = [], [], []
@@ -103,7 +109,12 @@ def connected_fraction(friending: float, unfriending: float) -> float:
     Args:
         friending: Probability p of acceptance, per iteration.
         unfriending: Probability q of leaving, per iteration.
+
+    Raises:
+        InvalidInput: One is no probability.
     """
+    require_chance("friending", friending)
+    require_chance("unfriending", unfriending)
     total = friending + unfriending
     return friending / total if total > 0 else float("nan")
 

@@ -100,3 +100,20 @@ def test_ends_inside_a_wall_are_refused(walled_world):
         plan_by_casadi(CART, blocked, Goal(state=clear), obstacles=walled_world)
     with pytest.raises(InvalidInput, match="`goal` must keep the vehicle clear"):
         plan_by_casadi(CART, clear, Goal(state=blocked), obstacles=walled_world)
+
+
+def test_between_its_nodes_a_path_keeps_clear_too():
+    world = make_world([(0, 0), (12, 0), (12, 12), (0, 12)], [[(5, 2), (6, 2), (6, 9), (5, 9)]])
+    goal = Goal(state=(8.0, 8.0, -1.0, 0.0), tolerance=THESIS_TOLERANCE)
+    plan = plan_by_casadi(CART, (3.0, 8.0, 1.0, 0.3), goal, obstacles=world)
+    assert plan.converged
+    assert plan.time == pytest.approx(5.789, abs=5e-3)
+    discs = covering_discs(CART)
+    assert deepest_overlap(world, discs, plan.path.states, between=20) <= 1e-4
+
+
+def test_goals_and_carts_of_other_types_are_refused():
+    with pytest.raises(InvalidInput, match="`goal` must be of type Goal; got tuple"):
+        plan_by_casadi(CART, (0.0, 0.0, 0.0, 0.0), (1.0, 2.0, 0.0, 0.0))
+    with pytest.raises(InvalidInput, match="`trailer` must be of type Trailer; got NoneType"):
+        plan_by_casadi(None, (0.0, 0.0, 0.0, 0.0), Goal(state=(1.0, 2.0, 0.0, 0.0)))

@@ -216,3 +216,15 @@ def test_a_long_trailer_comes_from_afar_as_it_cannot_by_a_few_held_controls():
     plan = plan_polished(cart, start, goal)
     assert plan.converged
     assert plan.time < 35.972
+
+
+def test_within_a_jackknife_limit_a_trailer_does_not_wind():
+    """Words that turn the trailer right round seed the programme, but not past the limit."""
+    cart = Trailer(reverse=True, jackknife=3.14)
+    goal = Goal(state=(2.0, 2.0, 4.0, -0.5), tolerance=THESIS_TOLERANCE)
+    plan = plan_polished(cart, (2.0, 2.0, 1.0, 0.5), goal)
+    assert plan.converged
+    # As quick as the minimum-time programme from its own seeds.
+    assert plan.time < 5.2626
+    assert np.abs(plan.path.states[:, 3]).max() <= 3.14 + 1e-6
+    assert goal.reached(plan.path.states[-1])

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.social.network.acceptance import (
     MutualFriendsAcceptance,
     OwnAcceptance,
@@ -157,3 +158,12 @@ def test_each_row_of_the_transition_matrix_is_a_distribution():
         chain = friendship_chain(THESIS, limits)
         assert np.allclose(chain.transition.sum(axis=1), 1)
         assert np.allclose(chain.stationary @ chain.transition, chain.stationary, atol=1e-14)
+
+
+def test_what_is_no_probability_or_no_temperament_is_refused():
+    with pytest.raises(InvalidInput, match="`friending` must"):
+        connected_fraction(2.0, 0.1)
+    with pytest.raises(InvalidInput, match="`unfriending` must"):
+        connected_fraction(0.2, -3.0)
+    with pytest.raises(InvalidInput, match="`temperaments` must be of type Temperaments"):
+        friendship_chain(2, EvolutionLimits())
