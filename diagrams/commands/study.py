@@ -46,6 +46,9 @@ from ..world_source import WorldSource
 from .shared import JsonSummaryOption, counting_bar, takes, tell, titled_table, with_options
 from .study_map import study_map
 
+# What Ctrl-C is answered at once.
+_FINISHING = "Finishing the games that are being played; Ctrl-C again drops them."
+
 study = typer.Typer(help="Play a grid of games many times over, with statistics.")
 study.command("map")(study_map)
 
@@ -299,7 +302,12 @@ def _do(chosen: Study, grid_of: Callable[[Study], StudyGrid], asked: Asked) -> N
         with tempfile.TemporaryDirectory() if place is None else nullcontext(place) as folder:
             with counting_bar(console, "games", shown=shown) as progress:
                 result = run_study(
-                    chosen, Path(folder), workers=count, cluster=asked.cluster, progress=progress
+                    chosen,
+                    Path(folder),
+                    workers=count,
+                    cluster=asked.cluster,
+                    progress=progress,
+                    interrupted=lambda: console.print(_FINISHING),
                 )
             summary = summarise_study(result, grid)
             written = ["table.parquet"]

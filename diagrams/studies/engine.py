@@ -97,6 +97,7 @@ def run_study(
     workers: int = 1,
     cluster: str | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
+    interrupted: Callable[[], None] = lambda: None,
 ) -> StudyResult:
     """Play a study, or what is left of it, into a folder.
 
@@ -110,6 +111,7 @@ def run_study(
         workers: Number of processes; 0 plays in this one, whose memory then grows.
         cluster: Address of a Dask scheduler, which is used instead.
         progress: Told the number of games done and the number in all.
+        interrupted: Told when an interruption waits for what is being played.
 
     Raises:
         InvalidInput: The folder holds another study or cannot be written; a game cannot be set
@@ -131,28 +133,33 @@ def run_study(
 
         progress(total - sum(remaining.values()), total)
         if cluster is not None:
-            _play_on_cluster(study, left, cluster, keep)
+            _play_on_cluster(study, left, cluster, keep, interrupted)
         elif workers == 0:
             for block in left:
                 keep(block, play_block(study, *block))
         else:
-            _play_in_processes(study, left, workers, keep)
+            _play_in_processes(study, left, workers, keep, interrupted)
         records.finish_records(study, folder, blocks)
     return load_study(folder)
 
 
-def _play_in_processes(study: Study, blocks: list[Block], workers: int, keep: Keep) -> None:
+def _play_in_processes(
+    study: Study, blocks: list[Block], workers: int, keep: Keep, interrupted: Callable[[], None]
+) -> None:
     """Play blocks in processes of this machine."""
     players = [Player() for _ in range(min(workers, len(blocks)))]
     try:
         slots = [partial(player.submit, study) for player in players]
-        _play_all(slots, blocks, lambda some: wait(some, None, FIRST_COMPLETED).done, keep)
+        wait_for_one = partial(wait, return_when=FIRST_COMPLETED)
+        _play_all(slots, blocks, lambda some: wait_for_one(some).done, keep, interrupted)
     finally:
         for player in players:
             player.close()
 
 
-def _play_on_cluster(study: Study, blocks: list[Block], address: str, keep: Keep) -> None:
+def _play_on_cluster(
+    study: Study, blocks: list[Block], address: str, keep: Keep, interrupted: Callable[[], None]
+) -> None:
     """Play blocks on a Dask cluster, on whose machines Sightfield is installed too."""
     require_extra("`cluster`", "cluster", ["distributed"])
     # Imported here, because only clusters need it. Any: the stubs take its clients for those of
@@ -169,7 +176,7 @@ def _play_on_cluster(study: Study, blocks: list[Block], address: str, keep: Keep
         require(threads > 0, "cluster", "have workers", f"none at {address}")
         slots = [partial(client.submit, play_on_cluster, study, pure=False)] * (_QUEUED * threads)
         wait_for_one = partial(distributed.wait, return_when="FIRST_COMPLETED")
-        _play_all(slots, blocks, lambda some: wait_for_one(some).done, keep)
+        _play_all(slots, blocks, lambda some: wait_for_one(some).done, keep, interrupted)
 
 
 def _play_all(
@@ -177,6 +184,7 @@ def _play_all(
     blocks: list[Block],
     wait_for_one: Callable[[list[Any]], set[Any]],
     keep: Keep,
+    interrupted: Callable[[], None],
 ) -> None:
     """Keep every slot busy until all blocks are played.
 
@@ -185,6 +193,7 @@ def _play_all(
         blocks: To be played.
         wait_for_one: Given futures, returns those that are done once there are any.
         keep: Takes a block and its rows.
+        interrupted: Told when an interruption waits for what is being played.
     """
     waiting, playing = iter(blocks), {}
     interruption: KeyboardInterrupt | None = None
@@ -208,5 +217,6 @@ def _play_all(
                 raise
             # What is being played is worth keeping; a second interruption does not wait for it.
             waiting, interruption = iter(()), error
+            interrupted()
     if interruption is not None:
         raise interruption

@@ -209,6 +209,7 @@ def test_an_interrupted_study_keeps_what_was_played_and_says_how_to_go_on(tmp_pa
     os.killpg(process.pid, signal.SIGINT)
     told, _ = process.communicate(timeout=120.0)
     assert process.returncode not in (0, 2), told
+    assert "Finishing the games that are being played; Ctrl-C again drops them." in told
     assert f"Go on with: sightfield study assignment --resume {tmp_path}" in told.replace("\n", "")
     # The first block, and the second if it had begun; the third never did.
     kept = {file.name for file in tmp_path.glob("blocks/*")}
