@@ -88,7 +88,7 @@ def summarise(
     """
     require_positive("speed", speed)
     # Checked below too, but under the name that formulas give it.
-    require(0 < ratio < 1, "ratio", "lie between 0 and 1", ratio)
+    require(0 < ratio < 1, "ratio", "lie strictly between 0 and 1", ratio)
     for name, position in (("pursuer", pursuer), ("evader", evader)):
         require_near(name, position)
     # The array functions check what the kernels take for granted.

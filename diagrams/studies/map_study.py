@@ -78,11 +78,16 @@ class MapStudy(Checked):
     def __post_init__(self) -> None:
         super().__post_init__()
         require(self.arenas >= 2, "arenas", "be two at least", self.arenas)
-        require(0 < self.speed_ratio < 1, "speed_ratio", "lie between 0 and 1", self.speed_ratio)
+        require(
+            0 < self.speed_ratio < 1,
+            "speed_ratio",
+            "lie strictly between 0 and 1",
+            self.speed_ratio,
+        )
         for name in self.values:
             require_one_of("factor", name, FACTORS)
         for ratio in self.values.get("speed_ratio", ()):
-            require(0 < ratio < 1, "speed_ratio", "lie between 0 and 1", ratio)
+            require(0 < ratio < 1, "speed_ratio", "lie strictly between 0 and 1", ratio)
         if self.world is None:
             # Else there are passages without a node, which evaders alone can take.
             least = min(self.arena.gap, *self.values.get("gap", (self.arena.gap,)))

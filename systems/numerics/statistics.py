@@ -62,7 +62,7 @@ def require_confidence(confidence: float) -> None:
     Args:
         confidence: The level, between 0 and 1.
     """
-    require(0.0 < confidence < 1.0, "confidence", "lie between 0 and 1", confidence)
+    require(0.0 < confidence < 1.0, "confidence", "lie strictly between 0 and 1", confidence)
 
 
 def share(hits: int, count: int, confidence: float = 0.95) -> Estimate:

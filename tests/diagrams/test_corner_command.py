@@ -79,7 +79,7 @@ def test_as_far_as_is_allowed_the_evader_wins_by_less_than_a_metre(report):
     ("arguments", "message"),
     [
         (("--alpha", 4), "`alpha` must lie between 0 and pi"),
-        (("--ratio", 1.5), "`ratio` must lie between 0 and 1; got 1.5"),
+        (("--ratio", 1.5), "`ratio` must lie strictly between 0 and 1; got 1.5"),
         (("--speed", 0), "`speed` must be positive; got 0"),
         (("--field", "best"), "`field` must be one of table, margin, table_up; got best"),
         (("--evader", -1, -1), "`evader` must not be inside the obstacle"),

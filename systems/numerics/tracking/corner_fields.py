@@ -299,7 +299,7 @@ def _require_angle(alpha: float) -> None:
 def _require_game(alpha: float, a: float) -> None:
     _require_angle(alpha)
     require_finite("a", a)
-    require(0 < a < 1, "a", "lie between 0 and 1", a)
+    require(0 < a < 1, "a", "lie strictly between 0 and 1", a)
 
 
 def _positions(name: str, points: object) -> np.ndarray:

@@ -141,7 +141,7 @@ def test_the_picture_has_a_panel_for_each_factor_and_a_dot_for_each_arena():
     ("words", "complaint"),
     [
         (("--arenas", 1), "`arenas` must be two at least; got 1"),
-        (("--speed-ratio", 1.0), "`speed_ratio` must lie between 0 and 1; got 1.0"),
+        (("--speed-ratio", 1.0), "`speed_ratio` must lie strictly between 0 and 1; got 1.0"),
         (("--grid", 0.2), "`grid` must be below the least gap between obstacles, 0.15 m; got 0.2"),
         (("--bound", "best"), "`bound` must be one of lower, middle, upper; got best"),
         (("--factor", "colour"), "`factor` must be one of obstacles, pieces, size, gap, speed_ra"),

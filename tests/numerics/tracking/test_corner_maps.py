@@ -98,7 +98,7 @@ def test_an_unknown_kind_of_field_is_the_margin_field():
     [
         ({"alpha": math.pi}, "`alpha` must lie between 0 and pi"),
         ({"alpha": math.nan}, "`alpha` must be a finite number"),
-        ({"a": 1.0}, "`a` must lie between 0 and 1"),
+        ({"a": 1.0}, "`a` must lie strictly between 0 and 1"),
         ({"pursuer": (-1.0, -1.0)}, "`pursuer` must not be inside the obstacle"),
         ({"pursuer": SQUARE}, "`pursuer` must be one position"),
         ({"points": [1.0, 2.0, 3.0]}, "`points` must be positions"),

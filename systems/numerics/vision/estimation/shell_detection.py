@@ -98,7 +98,9 @@ class ShellColour:
             self.hue_tolerance,
         )
         for key in ("min_saturation", "min_value"):
-            require(0 < getattr(self, key) < 1, key, "lie between 0 and 1", getattr(self, key))
+            require(
+                0 < getattr(self, key) < 1, key, "lie strictly between 0 and 1", getattr(self, key)
+            )
 
 
 COLOURS: dict[str, ShellColour] = {
