@@ -66,7 +66,7 @@ def draw_guarantee(
         Patch(facecolor="white", edgecolor="#888888", label="no room for the robot"),
     ]
     robots, _ = times.get_legend_handles_labels()
-    figure.legend(handles=[*robots, *handles], loc="outside lower center", ncols=6, frameon=False)
+    figure.legend(handles=[*robots, *handles], loc="outside lower center", ncols=7, frameon=False)
     return figure
 
 

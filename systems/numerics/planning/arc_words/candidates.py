@@ -104,10 +104,12 @@ def keeps_limit(trailer: Trailer, start, word: ArcWord) -> bool:
         start: x, y, theta, beta [m], [m], [rad], [rad].
         word: Its arcs, or none.
     """
-    limit = max(trailer.jackknife, abs(math.remainder(float(start[3]), math.tau)))
+    first = math.remainder(float(start[3]), math.tau)
+    limit = max(trailer.jackknife, abs(first))
     if limit >= math.pi or not len(word.durations):
         return True
-    bent = np.remainder(word_path(trailer, start, word).states[:, 3] + math.pi, math.tau) - math.pi
+    # Not wrapped: between two samples it may turn past half a turn.
+    bent = word_path(trailer, start, word).states[:, 3] + (first - float(start[3]))
     return bool((np.abs(bent) <= limit + 1e-9).all())
 
 
