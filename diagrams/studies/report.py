@@ -17,7 +17,6 @@ from .opponents import runs_in_words
 from .records import StudyResult
 from .summary import (
     CONFIDENCE,
-    UNDECIDED,
     StudyGrid,
     StudyPanel,
     mean_matrix,
@@ -77,8 +76,8 @@ def draw_matrix(result: StudyResult, grid: StudyGrid) -> Figure:
         axis.imshow(values, cmap="YlGn", vmin=0.0, vmax=top, aspect="auto")
         cells = list(grid.matrix[title].values())
         for i, row in enumerate(rows.values()):
-            if (name := worst_of(result, cells[i])) != UNDECIDED:
-                place = (opponents.index(name) - 0.47, i - 0.45)
+            if len(worst := worst_of(result, cells[i])) == 1:
+                place = (opponents.index(worst[0]) - 0.47, i - 0.45)
                 axis.add_patch(Rectangle(place, 0.94, 0.9, fill=False, linewidth=2))
             for j, opponent in enumerate(opponents):
                 mean = row[opponent]

@@ -74,8 +74,8 @@ def summarise_study(result: StudyResult, grid: StudyGrid) -> dict[str, object]:
         with its interval); comparisons: opponent, first, second, and what `paired_difference` finds
         in first - second [s], with holm_p, its p_value adjusted for all comparisons; matrix: by
         sizes of the teams, by pursuers, by evaders the mean with its interval [s]; worst: by sizes
-        of the teams, by pursuers the evaders with the least mean (`worst_of`). With a single run
-        there are no comparisons.
+        of the teams, by pursuers the evaders with the least mean (`worst_of`), or `UNDECIDED`.
+        With a single run there are no comparisons.
     """
     study = result.study
     pairs = [
@@ -114,7 +114,7 @@ def summarise_study(result: StudyResult, grid: StudyGrid) -> dict[str, object]:
             for size, rows in matrix.items()
         },
         "worst": {
-            size: {name: worst_of(result, row) for name, row in rows.items()}
+            size: {name: _decided(worst_of(result, row)) for name, row in rows.items()}
             for size, rows in grid.matrix.items()
         },
     }
@@ -136,11 +136,11 @@ def mean_matrix(result: StudyResult, grid: StudyGrid) -> dict[str, dict[str, dic
     }
 
 
-def worst_of(result: StudyResult, row: dict[str, str]) -> str:
-    """The opponent with the least mean over the runs that all of a row have.
+def worst_of(result: StudyResult, row: dict[str, str]) -> tuple[str, ...]:
+    """The opponents with the least mean over the runs that all of a row have, mostly one.
 
-    Over the same runs, as the means of fewer runs say less. `UNDECIDED` where several have the
-    least: all runs may have lasted to the horizon.
+    Over the same runs, as the means of fewer runs say less. Several have the least where all runs
+    last to the horizon.
 
     Args:
         result: A finished study.
@@ -148,8 +148,11 @@ def worst_of(result: StudyResult, row: dict[str, str]) -> str:
     """
     shared = min(len(result.times(cell)) for cell in row.values())
     means = {name: float(result.times(cell)[:shared].mean()) for name, cell in row.items()}
-    least = [name for name, mean in means.items() if mean <= min(means.values())]
-    return least[0] if len(least) == 1 else UNDECIDED
+    return tuple(name for name, mean in means.items() if mean <= min(means.values()))
+
+
+def _decided(worst: tuple[str, ...]) -> str:
+    return worst[0] if len(worst) == 1 else UNDECIDED
 
 
 def _mean(result: StudyResult, cell: str) -> Estimate:

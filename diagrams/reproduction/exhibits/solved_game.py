@@ -115,13 +115,13 @@ class WorstGames:
     promised: Mapping[str, np.ndarray]
 
     def opponent(self, size: str, name: str) -> str:
-        """The evaders that are worst (`worst_of`).
+        """The evaders that are worst, the first of several (`worst_of`).
 
         Args:
             size: Of the teams, "3v4".
             name: Of the pursuers.
         """
-        return worst_of(self.result, self.grid.matrix[size][name])
+        return worst_of(self.result, self.grid.matrix[size][name])[0]
 
     def times(self, size: str, name: str) -> np.ndarray:
         """Tracking times on the runs that there are against all evaders, shape (runs,) [s].
