@@ -312,10 +312,15 @@ def test_where_there_is_no_plan_the_command_exits_with_1_and_says_why():
 
 
 def test_more_combines_than_there_is_work_for_are_refused_not_dropped():
-    result = command("thesis_2", "--combines=90", "--json")
+    result = command("thesis_2", "--combines=30", "--json")
     assert result.exit_code == 1
-    assert "room for 90 combines" in result.stderr
+    assert "room for 30 combines" in result.stderr
     assert "a combine has nothing to cut" in result.stderr
+
+
+def test_more_combines_than_are_told_apart_are_refused_before_anything_is_planned():
+    with pytest.raises(InvalidInput, match="`combines` must be at most 32; got 90"):
+        command("thesis_2", "--combines=90", "--json")
 
 
 def test_carts_are_counted_by_an_option_too():

@@ -29,7 +29,7 @@ BUILT = 3
 FOREMOST = 4
 MOST_TRIED = 24
 
-# Margins that are tried where there is none, to tell whether one would do [m].
+# Margins that are tried where there is no way, to tell whether one has room for one [m].
 WIDER = (6.0, 12.0, 24.0)
 
 # Least share of the crop that a plan cuts, and the same with three holes and more, or where nothing
@@ -93,6 +93,9 @@ def find_coverages(
     size = size_of(combines)
     require_one_of("pattern", pattern, PATTERNS)
     require(
+        len(combines) <= MOST_COMBINES, "combines", f"be at most {MOST_COMBINES}", len(combines)
+    )
+    require(
         size.header_width > size.width,
         "header_width",
         f"be larger than the body's width of {size.width:g} m",
@@ -115,12 +118,12 @@ def find_coverages(
 
 
 def _wider_margin(field: Field, combines: Sequence[Combine], pattern: str, reach: float) -> str:
-    """Which margin would do where this one does not, in words; empty if none does."""
+    """Which margin has room for paths where this one has not, in words; empty if none has."""
     for margin in WIDER:
         if margin > field.margin:
             wider = replace(field, margin=margin)
             if next(_sound_coverages(wider, combines, pattern, reach, []), None) is not None:
-                return f"; a margin of {margin:g} m would do"
+                return f"; a margin of {margin:g} m has room for their paths"
     return ""
 
 
@@ -231,8 +234,6 @@ def _wait_off_paths(
     candidate: Candidate,
     lands: list[list[int]],
 ) -> np.ndarray:
-    if len(drivers) > MOST_COMBINES:
-        raise NoWay(f"no more than {MOST_COMBINES} combines are told apart")
     passes = Passes(field, drivers[0].combine)
     for machine, driver in enumerate(drivers):
         passes.add(driver.path, machine)

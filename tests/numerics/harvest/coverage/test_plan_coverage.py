@@ -198,12 +198,12 @@ def test_what_cannot_be_cut_is_refused_in_one_line(field, count, word):
     assert "\n" not in str(refused.value)
 
 
-def test_whoever_has_too_narrow_a_margin_is_told_which_would_do():
-    with pytest.raises(InvalidInput, match=r"margin of 2 m .*; a margin of 6 m would do"):
+def test_whoever_has_too_narrow_a_margin_is_told_which_has_room():
+    with pytest.raises(InvalidInput, match=r"margin of 2 m .*; a margin of 6 m has room for"):
         next(find_coverages(Field.rectangle(120.0, 90.0, margin=2.0), [COMBINE]))
     with pytest.raises(InvalidInput) as refused:
         next(find_coverages(Field.rectangle(14.0, 9.0), [COMBINE]))
-    assert "would do" not in str(refused.value)
+    assert "has room" not in str(refused.value)
 
 
 def test_where_no_way_cuts_all_but_half_a_percent_the_one_that_cuts_most_is_taken():
