@@ -69,9 +69,19 @@ def import_command(name: str) -> Any:
         app.command(name)(command)
     # The commands say themselves where to watch; importing Drake has set a level of its own.
     logging.getLogger("drake").setLevel(logging.WARNING)
+    if sys.stderr.isatty():
+        _show_log()
     group: Any = typer.main.get_command(app)
     _take_options_once(group.commands[name])
     return group.commands[name]
+
+
+def _show_log() -> None:
+    """Have the package say on a terminal what takes long, as progress is shown there."""
+    log = logging.getLogger(__name__.partition(".")[0])
+    if not log.handlers:
+        log.addHandler(logging.StreamHandler())
+        log.setLevel(logging.INFO)
 
 
 def main(begin: Callable[[], None] | None = None) -> None:

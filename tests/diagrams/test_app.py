@@ -1,5 +1,7 @@
 """The command's subcommands."""
 
+import io
+import logging
 import re
 import subprocess
 import sys
@@ -9,7 +11,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from sightfield.diagrams.commands.app import COMMANDS, make_app
+from sightfield.diagrams.commands.app import COMMANDS, import_command, make_app
 from sightfield.systems.numerics.errors import InvalidInput
 
 
@@ -167,3 +169,23 @@ def test_a_run_that_is_only_watched_leaves_no_replay(words, sightfield_here, tmp
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert "summary.json" in names
     assert "replay.html" not in names
+
+
+def test_on_a_terminal_the_package_says_what_takes_long(monkeypatch):
+    log = logging.getLogger("sightfield")
+    monkeypatch.setattr(log, "handlers", [])
+    monkeypatch.setattr(log, "level", logging.NOTSET)
+    import_command("schedule")
+    assert not log.handlers
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    for _ in range(2):
+        import_command("schedule")
+    logging.getLogger("sightfield.systems").info("compiling")
+    assert sys.stderr.getvalue() == "compiling\n"
+
+
+class Terminal(io.StringIO):
+    """Takes what is written to it."""
+
+    def isatty(self) -> bool:
+        return True
