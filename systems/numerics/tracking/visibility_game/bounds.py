@@ -342,16 +342,24 @@ BOUNDS: dict[str, Callable[..., Setting]] = {
 def _require_few(
     world: World, spacing: float, evader_spacing: float, sight_range: float, grid: float
 ) -> None:
-    """Refuse grids that are not even worth a look."""
+    """Refuse grids that are not even worth a look, and say which one would be."""
     width, height = world.bounds[2:] - world.bounds[:2]
-    # First of the rows alone, so that no number of nodes is too large for a number.
-    few = bool(max(width, height) <= MOST_NODES_A_ROW * evader_spacing)
-    require(few, "grid", "be coarser for so large a world", f"{grid:.6g}")
     reach = min(sight_range, math.hypot(width, height))
     seen = min(width * height, math.pi * reach**2)
-    pairs = width * height * seen / (spacing * evader_spacing) ** 2
-    # With a rim on either side, for an evader that is followed.
-    rows, columns = height / evader_spacing + 6.0, width / evader_spacing + 6.0
-    few = pairs <= MOST_PAIRS and rows * columns <= MOST_NODES
-    few = bool(few and max(rows, columns) <= MOST_NODES_A_ROW)
-    require(few, "grid", "be coarser for so large a world", f"{grid:.6g}")
+
+    def are_few(scale: float) -> bool:
+        here, there = scale * spacing, scale * evader_spacing
+        # First of the rows alone, so that no number of nodes is too large for a number.
+        if max(width, height) > MOST_NODES_A_ROW * there:
+            return False
+        # With a rim on either side, for an evader that is followed.
+        rows, columns = height / there + 6.0, width / there + 6.0
+        few = width * height * seen / (here * there) ** 2 <= MOST_PAIRS
+        few = few and rows * columns <= MOST_NODES
+        return bool(few and max(rows, columns) <= MOST_NODES_A_ROW)
+
+    scale = 1.0
+    while not are_few(scale):
+        scale *= 1.1
+    what = "be coarser for so large a world"
+    require(scale == 1.0, "grid", f"{what}, {scale * grid:.2g} m say", f"{grid:.6g}")
