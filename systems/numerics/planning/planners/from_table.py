@@ -106,9 +106,9 @@ def plan_from_table(
 ) -> Plan:
     """Drive down the time to go by the policy of the table, and let the path seed the programme.
 
-    The quicker of both is the plan. The notes hold the table's `time_to_go`, the time of the path
-    as it was `driven`, by how much it runs into a wall, its `overlap`, and whether it is the
-    `programme`'s.
+    The quicker of both is the plan. The notes hold the table's `time_to_go`, interpolated, the time
+    of the path as it was `driven`, by how much it runs into a wall, its `overlap`, and whether it
+    is the `programme`'s.
 
     Args:
         value: Time to go among the walls.
@@ -118,7 +118,7 @@ def plan_from_table(
         discs: What the cart covers.
     """
     began = perf_counter()
-    promised = float(value.time_to_go(start))
+    promised = float(value.interpolated(start))
     if math.isinf(promised):
         promised = float(look_up_in_reach(value, start))
     notes: dict[str, Any] = {

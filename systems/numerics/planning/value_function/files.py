@@ -17,6 +17,7 @@ from ..trailer import Trailer
 from .grid import StateGrid
 from .known_words import KnownWords
 from .obstacles import Walls
+from .policy import way_time
 from .value_function import ValueFunction
 
 FORMAT = "sightfield value function"
@@ -109,6 +110,7 @@ def load_value_function(path: str | os.PathLike[str]) -> ValueFunction:
             wall_time=about["wall_time"],
             warnings=tuple(about["warnings"]),
             walls=None if about["walls"] is None else _walls(about["walls"], distance),
+            way_time=None if about["walls"] is None else way_time,
             words=KnownWords(**words) if words else None,
             placement=tuple(about["placement"]),
         )

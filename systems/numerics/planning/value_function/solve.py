@@ -29,6 +29,7 @@ from .grid import StateGrid, grid_around, is_mirrored
 from .known_words import HELD
 from .near_field import first_hits, near_words
 from .obstacles import FINENESS, FINER, make_walls, shut_ways
+from .policy import way_time
 from .sweeps import FAR, LIMIT, Motions, make_motions, settle_row, sweep_row, sweep_walled_row
 from .value_function import ValueFunction
 
@@ -178,6 +179,7 @@ def solve_value_function(
         wall_time=perf_counter() - started,
         warnings=warnings,
         walls=finer,
+        way_time=None if finer is None else way_time,
         words=words,
     )
 

@@ -8,10 +8,12 @@ import pytest
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.planning.footprint import covering_discs, deepest_overlap
 from sightfield.systems.numerics.planning.goal import Goal
+from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from sightfield.systems.numerics.planning.plan import driven_path
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.obstacles import make_walls, shut_ways
+from sightfield.systems.numerics.planning.value_function.policy import roll_out
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 from sightfield.systems.numerics.planning.value_function.sweeps import make_motions
 
@@ -46,9 +48,8 @@ def test_walls_have_no_mirror_images(walled):
     """Walls are on one side, though the grid lies alike on both sides of the goal."""
     low, high = [-4, -1, -math.pi, -1], [0, 7, math.pi, 1]
     starts = np.random.default_rng(16).uniform(low, high, (100, 4))
-    times = walled.time_to_go(starts)
-    np.testing.assert_array_equal(times, walled.interpolated(starts))
-    images = walled.time_to_go(np.array([0, 6, 0, 0]) + starts * [1, -1, -1, -1])
+    times = walled.interpolated(starts)
+    images = walled.interpolated(np.array([0, 6, 0, 0]) + starts * [1, -1, -1, -1])
     known = np.isfinite(times) & np.isfinite(images)
     assert np.median(np.abs(times[known] - images[known])) > 0.5
 
@@ -92,6 +93,20 @@ def test_the_trailer_keeps_clear_too(walled):
     # The tractor is past the wall, the trailer in it.
     assert walled.time_to_go([2.5, 3.0, 0.0, 0.0]) == math.inf
     assert np.isfinite(walled.time_to_go([3.7, 3.0, 0.0, 0.0]))
+
+
+def test_among_walls_the_time_to_go_is_that_of_a_way_which_is_driven(walled):
+    low, high = [-4, -1, -math.pi, -1], [0, 7, math.pi, 1]
+    starts = np.random.default_rng(61).uniform(low, high, (4, 4))
+    world = make_world(FIELD, [WALL])
+    for start, time in zip(starts, walled.time_to_go(starts), strict=True):
+        driven = roll_out(walled, start)
+        assert driven.arrived
+        assert driven.path.times[-1] == pytest.approx(time, rel=1e-9)
+        other = plan_by_casadi(Trailer(), start, GOAL, seeds=[driven.path], obstacles=world)
+        assert other.converged
+        # The programme's intervals are coarse beside a wall.
+        assert time == pytest.approx(other.time, rel=5e-3)
 
 
 def test_a_walled_in_goal_is_unreachable(solve):
