@@ -97,7 +97,7 @@ def test_the_trailer_keeps_clear_too(walled):
 
 def test_among_walls_the_time_to_go_is_that_of_a_way_which_is_driven(walled):
     low, high = [-4, -1, -math.pi, -1], [0, 7, math.pi, 1]
-    starts = np.random.default_rng(61).uniform(low, high, (4, 4))
+    starts = np.random.default_rng(61).uniform(low, high, (2, 4))
     world = make_world(FIELD, [WALL])
     for start, time in zip(starts, walled.time_to_go(starts), strict=True):
         driven = roll_out(walled, start)
