@@ -40,8 +40,9 @@ ROUNDS = 4
 MOST_ARCS = 14
 WORTH = 2e-5
 # Beyond this phase a trailer has settled to rounding. Its map keeps its rank, so that one that is
-# backed up along a straight, exactly behind its tractor, still has an angle.
-SETTLED = 15.0
+# backed up along a straight, exactly behind its tractor, still has an angle; so it does where it
+# settles ever more slowly, on the circle of its own length, after so long [1 / turn rate].
+SETTLED, SETTLED_SLOWLY = 15.0, 1e7
 # A start's beta is disturbed by so much [rad], and a steady word then misses by so much at most, in
 # the units of the state.
 DISTURBANCE, DISTURBED = 1e-10, 1e-5
@@ -344,7 +345,7 @@ def advance(state, v, omega, time, cart):
     root = math.sqrt(abs(square))
     phase = root * time
     if phase < 1e-9:
-        even, odd = 1.0, time
+        even, odd = 1.0, min(time, SETTLED_SLOWLY)
     elif square > 0:
         even, odd = 1.0, math.tanh(min(phase, SETTLED)) / root
     else:

@@ -42,6 +42,19 @@ def test_a_trailer_straight_behind_is_backed_up_straight_however_far():
     np.testing.assert_allclose(end, [-29.0, 2.0, 0.0, 0.0], atol=1e-12)
 
 
+@pytest.mark.parametrize("offset", [-0.2, 0.0, 0.2])
+def test_however_long_arcs_are_the_trailer_has_an_angle(offset):
+    """A search for durations among walls tried 7e12; the thesis's trailer then had none."""
+    trailer = Trailer(hitch_offset=offset)
+    random = np.random.default_rng(8)
+    for _ in range(200):
+        controls = random.integers(0, 2, (12, 1)) * [2.0, 0.0] - [1.0, 0.0]
+        controls[:, 1] = random.integers(-1, 2, 12)
+        durations = 10 ** random.uniform(0, 18, 12)
+        controls *= [trailer.speed, trailer.turn_rate]
+        assert np.isfinite(end_of(trailer, [0, 0, 0, 0.3], ArcWord(controls, durations))).all()
+
+
 def test_after_is_what_is_left():
     driven = word((LEFT, 1.0), (RIGHT, 2.0), (LEFT, 1.0))
     left = after(driven, 1.5)
