@@ -166,6 +166,8 @@ def test_a_saved_game_is_loaded(run, report, room, tmp_path):
             "`grid` must be coarser for so large a world, 0.0[0-9]+ m say; got 0.0001",
         ),
         (["--grid", 1e-308], "`grid` must be coarser for so large a world"),
+        (["--grid", 5e-324], "`grid` must be coarser for so large a world"),
+        (["--grid", 1e-200, "--bound", "lower"], "`grid` must be coarser for so large a world"),
         (["--grid", 1e-4, "--sight-range", 1e200], "`grid` must be coarser"),
         (["--grid", 0.02, "--memory", 0.01], "so that the table takes at most 0.01 GB"),
         (["--bound", "best"], "`bound` must be one of lower, middle, upper"),

@@ -2,7 +2,8 @@
 
 Across a jump any interpolation is between two times neither of which is meant, and the errors of
 nodes go into it. So in the open the time to go is looked up by words: the table says which to try,
-and their durations are chosen for the state itself.
+and their durations are chosen for the state itself. Among walls it is the time of a way that is
+searched down the table.
 """
 
 import math

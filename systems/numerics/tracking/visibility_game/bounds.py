@@ -354,12 +354,13 @@ def _require_few(
             return False
         # With a rim on either side, for an evader that is followed.
         rows, columns = height / there + 6.0, width / there + 6.0
-        few = width * height * seen / (here * there) ** 2 <= MOST_PAIRS
+        few = width * height * seen <= MOST_PAIRS * (here * there) ** 2
         few = few and rows * columns <= MOST_NODES
         return bool(few and max(rows, columns) <= MOST_NODES_A_ROW)
 
     scale = 1.0
-    while not are_few(scale):
+    # So small a grid, or so slow an evader, may be that no number makes up for it.
+    while scale < math.inf and not are_few(scale):
         scale *= 1.1
-    what = "be coarser for so large a world"
-    require(scale == 1.0, "grid", f"{what}, {scale * grid:.2g} m say", f"{grid:.6g}")
+    say = f", {scale * grid:.2g} m say" if scale < math.inf else ""
+    require(scale == 1.0, "grid", f"be coarser for so large a world{say}", f"{grid:.6g}")
