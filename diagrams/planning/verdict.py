@@ -86,15 +86,15 @@ def resimulate(trailer: Trailer, path: TrailerPath, goal: Goal) -> Resimulation:
         simulator.AdvanceTo(path.times[k + 1] - path.times[0])
         driven[k + 1] = context.get_continuous_state_vector().CopyToVector()
     x, y, theta, beta = map(float, driven[-1])
-    # Turned to the start's alone: within a limit the angle cannot wind, and without one it may.
-    bent = driven[:, 3] - math.tau * np.round(driven[0, 3] / math.tau)
+    actual = TrailerPath(path.times, driven, path.controls)
+    # Without a limit the trailer may turn right round.
     limit = trailer.jackknife if trailer.jackknife < math.pi else math.inf
     return Resimulation(
-        path=TrailerPath(path.times, driven, path.controls),
+        path=actual,
         final_state=(x, y, theta, beta),
         goal_miss=goal.miss(driven[-1]),
         control_excess=control_excess(path.controls, trailer),
-        jackknife_excess=float(max(np.abs(bent).max() - limit, 0.0)),
+        jackknife_excess=max(actual.widest_angle - limit, 0.0),
         drift=float(np.abs(driven - path.states).max()),
     )
 

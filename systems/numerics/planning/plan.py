@@ -1,5 +1,6 @@
 """What a planner returns: a path with its controls, from which the path follows."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -24,6 +25,15 @@ class TrailerPath:
     times: np.ndarray
     states: np.ndarray
     controls: np.ndarray
+
+    @property
+    def widest_angle(self) -> float:
+        """The trailer's largest angle to either side, from the start on without wrapping [rad].
+
+        A trailer that turns right round within it, between two samples perhaps, is at more than pi.
+        """
+        turns = math.tau * round(float(self.states[0, 3]) / math.tau)
+        return float(np.abs(self.states[:, 3] - turns).max())
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -104,13 +104,10 @@ def keeps_limit(trailer: Trailer, start, word: ArcWord) -> bool:
         start: x, y, theta, beta [m], [m], [rad], [rad].
         word: Its arcs, or none.
     """
-    first = math.remainder(float(start[3]), math.tau)
-    limit = max(trailer.jackknife, abs(first))
+    limit = max(trailer.jackknife, abs(math.remainder(float(start[3]), math.tau)))
     if limit >= math.pi or not len(word.durations):
         return True
-    # Not wrapped: between two samples it may turn past half a turn.
-    bent = word_path(trailer, start, word).states[:, 3] + (first - float(start[3]))
-    return bool((np.abs(bent) <= limit + 1e-9).all())
+    return word_path(trailer, start, word).widest_angle <= limit + 1e-9
 
 
 # How many are drawn, of how many arcs, and how many orders of controls are kept, of those whose

@@ -118,7 +118,7 @@ def plan_from_table(
         discs: What the cart covers.
     """
     began = perf_counter()
-    promised = float(value.interpolated(start))
+    promised = float(value.looked_up(start))
     if math.isinf(promised):
         promised = float(look_up_in_reach(value, start))
     notes: dict[str, Any] = {

@@ -91,7 +91,7 @@ def descents(
         aim: A box within that of the table, in the table's frame, to enter; by default all of it.
     """
     start = np.array(start, dtype=float)
-    promised = float((value.interpolated if value.walled else value.time_to_go)(start))
+    promised = float(value.looked_up(start))
     box = value.goal if aim is None else aim
     if not math.isfinite(promised):
         return []

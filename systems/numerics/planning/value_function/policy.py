@@ -246,7 +246,7 @@ def roll_out(value: ValueFunction, start) -> Rollout:
         start: x, y, theta, beta [m], [m], [rad], [rad].
     """
     state = np.array(start, dtype=float)
-    promised = float((value.interpolated if value.walled else value.time_to_go)(state))
+    promised = float(value.looked_up(state))
     word = best_word(value, state)
     if word is None or not len(word.durations):
         path = TrailerPath(np.zeros(1), state[None], np.zeros((0, 2)))

@@ -276,15 +276,23 @@ class ValueFunction:
         Zero inside the box; infinite off the grid, beyond the jackknife limit, and where the goal
         is out of reach on this grid.
         """
+        if self.way_time is None:
+            return self.looked_up(states)
         local = self.to_table(states)
         flat = np.ascontiguousarray(local.reshape(-1, 4))
-        if self.way_time is None:
-            times = look_up_by_words(self, flat)
-        else:
-            times = np.array([self.way_time(self, state) for state in flat])
-            lost = ~np.isfinite(times)
-            times[lost] = look_up(self.table, self.grid, flat[lost])[0]
+        times = np.array([self.way_time(self, state) for state in flat])
+        lost = ~np.isfinite(times)
+        times[lost] = look_up(self.table, self.grid, flat[lost])[0]
         return self._settled(flat, times).reshape(local.shape[:-1])
+
+    def looked_up(self, states) -> np.ndarray:
+        """The same as far as a table alone tells: by words in an open field, else interpolated.
+
+        To be compared with how long a way down the table takes.
+        """
+        local = self.to_table(states)
+        flat = np.ascontiguousarray(local.reshape(-1, 4))
+        return self._settled(flat, look_up_by_words(self, flat)).reshape(local.shape[:-1])
 
     def interpolated(self, states) -> np.ndarray:
         """The same by interpolation alone: quick, and enough to compare neighbours."""
