@@ -20,7 +20,7 @@ from . import records
 from .play import Rows, play_block
 from .records import StudyResult, load_study
 from .study import Study
-from .worker_processes import worker_pool
+from .worker_processes import uninterrupted, worker_pool
 
 # After so many games a process has grown by some 300 MB.
 GAMES_PER_PROCESS = 500
@@ -195,23 +195,21 @@ def _play_all(
         keep: Takes a block and its rows.
         interrupted: Told when an interruption waits for what is being played.
     """
-    waiting, playing = iter(blocks), {}
+    waiting, playing, idle = iter(blocks), {}, list(slots)
     interruption: KeyboardInterrupt | None = None
-
-    def give(slot: Callable[[int, int], Any]) -> None:
-        block = next(waiting, None)
-        if block is not None:
-            playing[slot(*block)] = slot, block
-
-    for slot in slots:
-        give(slot)
-    while playing:
+    while idle or playing:
         try:
-            for future in wait_for_one(list(playing)):
+            while idle:
+                with uninterrupted():
+                    slot = idle.pop(0)
+                    block = next(waiting, None)
+                    if block is not None:
+                        playing[slot(*block)] = slot, block
+            for future in wait_for_one(list(playing)) if playing else ():
                 slot, block = playing[future]
                 keep(block, future.result())
                 del playing[future]
-                give(slot)
+                idle.append(slot)
         except KeyboardInterrupt as error:
             if interruption is not None:
                 raise

@@ -6,8 +6,9 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from multiprocessing import forkserver, resource_tracker
 
 # What Ctrl-C, `timeout` and a terminal that is closed send to every process of a command.
@@ -37,6 +38,31 @@ def worker_pool(workers: int, preload: Sequence[str] = ()) -> ProcessPoolExecuto
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
     return ProcessPoolExecutor(workers, context, initializer=_stay_behind)
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """What would end this process reaches it at the end of the block.
+
+    Half a worker that is given up cannot be ended: it looks for what its parent has put away, and
+    complains.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        # Signals are handled in the main thread, whoever they come to.
+        yield
+        return
+    came = list[Callable[[], object]]()
+    before = {number: signal.getsignal(number) for number in _SENT_TO_ALL}
+    for number, handler in before.items():
+        if callable(handler):
+            signal.signal(number, lambda *of, handler=handler: came.append(lambda: handler(*of)))
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for answer in came:
+            answer()
 
 
 def _stay_behind() -> None:

@@ -216,3 +216,44 @@ def test_an_interrupted_study_keeps_what_was_played_and_says_how_to_go_on(tmp_pa
     assert len(kept) in (1, 2)
     assert all(name.endswith(".parquet") for name in kept)
     assert not (tmp_path / "table.parquet").exists()
+
+
+# A program that is interrupted whenever a worker is being started.
+INTERRUPTED = """
+import os, signal, sys
+from multiprocessing import popen_forkserver
+from pathlib import Path
+from sightfield.diagrams.studies.engine import run_study
+from sightfield.diagrams.studies.study import Cell, Study
+from sightfield.diagrams.studies.team_studies import thesis_base
+
+launch = popen_forkserver.Popen._launch
+
+def interrupt(self, process):
+    os.killpg(0, signal.SIGINT)
+    launch(self, process)
+
+if __name__ == "__main__":
+    popen_forkserver.Popen._launch = interrupt
+    study = Study(name="one", base=thesis_base(1.0), cells=(Cell(name="1v1"),), runs=1, seed=1)
+    try:
+        run_study(study, Path(sys.argv[1]), workers=1)
+    except KeyboardInterrupt:
+        print("interrupted")
+"""
+
+
+def test_a_study_that_is_interrupted_as_it_begins_leaves_nobody_who_complains(tmp_path):
+    (tmp_path / "program.py").write_text(INTERRUPTED)
+    done = subprocess.run(
+        [sys.executable, tmp_path / "program.py", tmp_path / "study"],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=100,
+        process_group=0,
+    )
+    assert done.stdout == "interrupted\n", done.stderr
+    assert done.stderr == ""
+    # What had been given to the worker was played and kept.
+    assert len(list(tmp_path.glob("study/blocks/*.parquet"))) == 1
