@@ -54,8 +54,8 @@ def set_up_game(scenario: TrackingScenario, world: World | None = None) -> Track
     """
     require_type("scenario", scenario, TrackingScenario)
     world = world or scenario.world.load()
-    pursuer_regions = shrink_world(world, scenario.pursuers.radius)
-    evader_regions = shrink_world(world, scenario.evaders.radius)
+    pursuer_regions = _regions(world, "pursuers", scenario.pursuers.radius)
+    evader_regions = _regions(world, "evaders", scenario.evaders.radius)
     pursuers, evaders = _positions(scenario, world, pursuer_regions[0], evader_regions[0])
     pursuers = _checked(scenario.pursuers, "pursuers", pursuers, world, pursuer_regions)
     evaders = _checked(scenario.evaders, "evaders", evaders, world, evader_regions)
@@ -100,6 +100,16 @@ def with_random_starts(scenario: TrackingScenario) -> TrackingScenario:
         pursuers=replace(pursuers, count=pursuers.size, positions=[], headings=[]),
         evaders=replace(evaders, count=evaders.size, positions=[], headings=[]),
     )
+
+
+def _regions(world: World, team: str, radius: float) -> tuple[World, ...]:
+    """Where robots of a team may be, largest part first."""
+    try:
+        return shrink_world(world, radius)
+    except InvalidInput:
+        raise InvalidInput(
+            f"`{team}.radius` must leave free space in the world; got {radius}"
+        ) from None
 
 
 def _positions(

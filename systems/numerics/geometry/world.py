@@ -335,12 +335,12 @@ def shrink_world(world: World, radius: float) -> tuple[World, ...]:
     Raises:
         InvalidInput: The radius is negative or leaves no free space.
     """
-    require_non_negative("robot_radius", radius)
+    require_non_negative("radius", radius)
     if radius == 0.0:
         return (world,)
     shrunk = world.polygon.buffer(-radius, join_style="mitre", mitre_limit=MITRE_LIMIT)
     parts = [part for part in shapely.get_parts(shrunk) if part.area > world.tolerance**2]
     if not parts:
-        raise InvalidInput(f"`robot_radius` must leave free space in the world; got {radius}")
+        raise InvalidInput(f"`radius` must leave free space in the world; got {radius}")
     parts.sort(key=lambda part: -part.area)
     return tuple(world_from_polygon(part) for part in parts)

@@ -33,7 +33,8 @@ def load(name="thesis_3v4", *settings):
         ("world.obstacles.0=[]", "must be a list of .*no points"),
         ("world.boundary=[]", "`world.boundary` must be given"),
         ("world.file=nowhere.wkt", "`world.boundary`.*got both"),
-        ("pursuers.radius=2.5", "`robot_radius` must leave free space"),
+        ("pursuers.radius=2.5", "`pursuers.radius` must leave free space"),
+        ("evaders.radius=2.5", "`evaders.radius` must leave free space"),
         ("pursuers.positions=[]", "`pursuers.positions` must name every member"),
         (
             "pursuers.count=2",

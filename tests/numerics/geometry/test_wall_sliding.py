@@ -91,9 +91,9 @@ def test_a_stopped_step_ends_at_the_wall():
 
 
 def test_a_robot_too_large_for_the_world_is_refused():
-    with pytest.raises(InvalidInput, match=r"robot_radius.*free space.*got 2.5"):
+    with pytest.raises(InvalidInput, match=r"`radius` must leave free space.*got 2.5"):
         shrink_world(make_world(ARENA), 2.5)
-    with pytest.raises(InvalidInput, match="robot_radius"):
+    with pytest.raises(InvalidInput, match="`radius` must be zero or positive"):
         shrink_world(make_world(ARENA), -0.1)
 
 
