@@ -40,8 +40,9 @@ WELL_AFTER = 400.0
 MOST_FIRST = 3
 # Where none of that is enough, combines wait in so many of the plans that went furthest.
 MOST_TRIED = 5
-# How many visits are planned in all in place of others; a wait takes as long to plan as so many.
-MOST_OTHER, WAITING = 160, 8
+# How many visits are planned in all in place of others, for each tank of grain, and at least; a wait
+# takes as long to plan as so many.
+OTHERS_A_TANK, OTHERS, WAITING = 12, 160, 8
 # What is done where nobody can come in time.
 VISITS = ("revised", "greedy")
 
@@ -130,8 +131,9 @@ def serve_combines(
     fault: NoPlan | None = None
     past = _Past([], 0, 0)
     # Greedy visits, too, where revised ones are not enough: the better plan is taken.
-    for most_other in (MOST_OTHER, 0) if visits == "revised" else (0,):
+    for revises in (True, False) if visits == "revised" else (False,):
         service = Service(ground, world, retime, strategy, threshold)
+        most_other = _most_other(service) if revises else 0
         if past.unrevised is not None:
             service.restore(past.unrevised)
         past = _Past([], 0, most_other)
@@ -190,6 +192,11 @@ def _serve_all(
         raise _endless(service)
     service.empty_carts([cart for cart in service.carts if service.load(cart) > 0.0])
     progress(1.0)
+
+
+def _most_other(service: Service) -> int:
+    """How many visits may be planned in place of others."""
+    return max(OTHERS, int(OTHERS_A_TANK * service.grain() / service.largest_tank))
 
 
 def _most_rounds(service: Service) -> int:

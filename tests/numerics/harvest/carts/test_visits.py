@@ -6,7 +6,7 @@ import weakref
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.harvest.carts import service
+from sightfield.systems.numerics.harvest.carts import service, visits
 from sightfield.systems.numerics.harvest.carts.cart_plan import Supply
 from sightfield.systems.numerics.harvest.carts.cut_times import CELL, cut_times
 from sightfield.systems.numerics.harvest.carts.surroundings import is_in_reach
@@ -104,7 +104,7 @@ def test_what_is_surely_in_reach_of_a_standing_combine_is_alongside(bent):
     assert 20 < sum(found) < 380
 
 
-def served_both_ways(made, density, strategy):
+def served_both_ways(made, density, strategy, kinds=("greedy", "revised")):
     """What carts do where nothing is given up for others, and where it is."""
     supply = Supply(density=density, trucks=TRUCKS[:1])
     pair = [made.combine] * len(made.plans)
@@ -112,9 +112,9 @@ def served_both_ways(made, density, strategy):
         serve_combines(
             *(made.field, pair, Cart(), made.plans, made.swaths, supply, made.retime),
             strategy=strategy,
-            visits=visits,
+            visits=kind,
         )
-        for visits in ("greedy", "revised")
+        for kind in kinds
     ]
 
 
@@ -170,3 +170,14 @@ def test_few_worlds_are_kept_and_the_others_are_made_again_as_they_were(hand_mad
     # Beside those that are kept, the first one and those that the work at hand holds.
     assert len(worlds) > 20
     assert max(living) <= 5
+
+
+def test_more_is_tried_where_there_is_more_grain(hand_made, monkeypatch):
+    """A number of visits for a whole field would be used up by the first of many waits."""
+    made = hand_made(162.0, 120.0, 2)
+    monkeypatch.setattr(visits, "OTHERS", 0)
+    stops = []
+    for others in (0, visits.OTHERS_A_TANK):
+        monkeypatch.setattr(visits, "OTHERS_A_TANK", others)
+        stops.append(len(served_both_ways(made, 1.7, "on-demand", ("revised",))[0].stops))
+    assert stops == [1, 0]
