@@ -72,7 +72,7 @@ def import_command(name: str) -> Any:
     if sys.stderr.isatty():
         _show_log()
     group: Any = typer.main.get_command(app)
-    _take_options_once(group.commands[name])
+    _read_options_strictly(group.commands[name])
     return group.commands[name]
 
 
@@ -120,13 +120,14 @@ def main(begin: Callable[[], None] | None = None) -> None:
 
 
 # Any: Typer has a copy of Click of its own, or not, from version to version.
-def _take_options_once(command: Any) -> None:
-    """Have a command and those below it refuse an option that stands twice.
+def _read_options_strictly(command: Any) -> None:
+    """Have a command and those below it refuse an option that stands twice, or without a value.
 
-    Click takes the last one without a word.
+    Click takes the last one without a word, and `--out "$FOLDER"` for the folder that one is in
+    where nobody has said what $FOLDER is.
     """
     for each in getattr(command, "commands", {}).values():
-        _take_options_once(each)
+        _read_options_strictly(each)
     usual = command.make_parser
 
     def make_parser(context: Any) -> Any:
@@ -139,6 +140,7 @@ def _take_options_once(command: Any) -> None:
                 again = times == 1 or option.multiple
                 name = "/".join([*option.opts, *option.secondary_opts])
                 require(again, name, "be given once", f"it {times} times")
+                require(options[option.name] != "", name, "have a value", "an empty word")
             return options, rest, order
 
         parser.parse_args = parse_args

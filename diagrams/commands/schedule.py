@@ -17,7 +17,7 @@ from ..schedule.summary import summarise_schedule
 from .shared import JsonOption, tell
 
 # More take splits and programmes of a size that nobody waits for.
-_MOST_COMBINES = 20
+_MOST_COMBINES = _MOST_CARTS = 20
 _MOST_CYCLES = 1000
 _EACH = "one, or one for each combine with commas between"
 
@@ -77,6 +77,7 @@ def schedule(
     require_count("combines", combines)
     require(combines <= _MOST_COMBINES, "combines", f"be at most {_MOST_COMBINES}", combines)
     require_count("carts", carts)
+    require(carts <= _MOST_CARTS, "carts", f"be at most {_MOST_CARTS}", carts)
     require_count("cycles", cycles)
     require(cycles <= _MOST_CYCLES, "cycles", f"be at most {_MOST_CYCLES}", cycles)
     ways, gap = _ways(combines, travel_time, travel_times)
@@ -114,8 +115,10 @@ def _ways(
     combines: int, travel_time: str | None, travel_times: Path | None
 ) -> tuple[tuple[tuple[float, ...], ...], float | None]:
     """Travel times from each combine to each, and the one between neighbours if it is one."""
-    one = (travel_time is None) != (travel_times is None)
-    require(one, "travel_time", "come alone or as travel_times in a file", "both or none")
+    given = travel_time is not None or travel_times is not None
+    require(given, "travel_time", "be given, or travel_times in a file", "neither")
+    one = travel_time is None or travel_times is None
+    require(one, "travel_time", "be left out with travel_times", "both")
     if travel_times is not None:
         return _matrix(travel_times, combines), None
     numbers = read_quantities("travel_time", travel_time or "", "s")
@@ -175,8 +178,13 @@ def _truck(
 ) -> Truck | None:
     """The truck, if carts are of finite capacity; where nobody says, it is `middle` away [s]."""
     if cart_capacity is None:
-        given = [each for each in (travel_time, unload_rate, stop_time) if each is not None]
-        require(not given, "cart_capacity", "be given with a truck", None)
+        of_truck = {
+            "truck_travel_time": travel_time,
+            "truck_unload_rate": unload_rate,
+            "truck_stop_time": stop_time,
+        }
+        for name, value in of_truck.items():
+            require(value is None, name, "be left out without a cart_capacity", value)
         return None
     if unload_rate is not None:
         require_positive("truck_unload_rate", unload_rate)

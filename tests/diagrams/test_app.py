@@ -189,3 +189,14 @@ class Terminal(io.StringIO):
 
     def isatty(self) -> bool:
         return True
+
+
+def test_an_empty_word_for_a_folder_is_refused_where_the_current_one_was_taken(
+    tmp_path, monkeypatch
+):
+    """As `--out "$FOLDER"` is where nobody has said what that is."""
+    monkeypatch.chdir(tmp_path)
+    words = "schedule --combines 2 --capacity 9 --fill-rate 1 --unload-rate 5 --travel-time 1 --out"
+    done = CliRunner().invoke(make_app(), [*words.split(), ""])
+    assert str(done.exception) == "`--out` must have a value; got an empty word"
+    assert list(tmp_path.iterdir()) == []

@@ -20,7 +20,8 @@ def run():
     """A function that runs the command, with what it needs; errors come through as exceptions."""
 
     def invoke(*arguments, **changes):
-        options = BASE | {"--" + key.replace("_", "-"): value for key, value in changes.items()}
+        given = {key: value for key, value in changes.items() if value is not None}
+        options = BASE | {"--" + key.replace("_", "-"): value for key, value in given.items()}
         words = [str(word) for pair in options.items() for word in pair]
         result = CliRunner().invoke(app, [*words, *map(str, arguments)])
         if isinstance(result.exception, Exception):
@@ -267,10 +268,12 @@ def test_the_table_is_readable(run):
         ({"travel_time": -1}, "`travel_time` must be zero or positive; got -1.0"),
         ({"travel_time": "inf"}, "`travel_time` must be a finite number; got inf"),
         ({"travel_time": "1,2,3"}, "`travel_time` must be one number or 2, one for each gap"),
-        ({"travel_times": "nothing.csv"}, "`travel_time` must come alone"),
+        ({"travel_times": "nothing.csv"}, "`travel_time` must be left out with travel_times"),
+        ({"travel_time": None}, "`travel_time` must be given, or travel_times in a file"),
         ({"carts": 0}, "`carts` must be at least 1; got 0"),
+        ({"carts": 100_000}, "`carts` must be at most 20; got 100000"),
         ({"cart_capacity": 0}, "`cart_capacity` must be positive; got 0.0"),
-        ({"truck_travel_time": 5}, "`cart_capacity` must be given with a truck"),
+        ({"truck_stop_time": 5}, "`truck_stop_time` must be left out without a cart_capacity"),
         ({"cart_capacity": 9, "truck_travel_time": -5}, "`truck_travel_time` must be zero"),
         ({"fill": 2}, "`fill` must lie above 0 and up to 1; got 2.0"),
         ({"jitter": -1}, "`jitter` must be zero or positive; got -1.0"),

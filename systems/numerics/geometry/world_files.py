@@ -4,7 +4,7 @@ Longitudes and latitudes of GeoJSON become metres on a plane, for places as smal
 """
 
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -146,7 +146,8 @@ def load_world(
             in degrees; the world is then in metres east and north of the boundary's centroid.
 
     Raises:
-        InvalidInput: The file is missing or malformed, or holds no world.
+        InvalidInput: The file is missing or malformed, or holds no world; options are given for
+            what is no occupancy map.
     """
     path = Path(path)
     require_one_of("coordinates", coordinates, ("metres", "wgs84"))
@@ -167,6 +168,9 @@ def load_world(
             outline.unreachable_area,
             None,
         )
+    for name, usual in asdict(OutlineOptions()).items():
+        asked = usual if options is None else getattr(options, name)
+        require(asked == usual, name, "be left out for what is no ROS map", asked)
     polygons = polygons_of(read_geometry(path, source))
     rim = _outermost(polygons)
     origin = None

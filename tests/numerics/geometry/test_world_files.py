@@ -327,6 +327,13 @@ def test_options_reach_the_map(map_file):
     assert loaded.speckle_area == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("option", [{"min_obstacle_area": 0.5}, {"unknown": "free"}])
+def test_options_of_a_map_are_refused_for_what_is_none(load, option):
+    (name,) = option
+    with pytest.raises(InvalidInput, match=f"`{name}` must be left out for what is no ROS map"):
+        load(wkt(BOUNDARY), options=OutlineOptions(**option))
+
+
 def test_a_map_is_never_in_degrees(map_file):
     with pytest.raises(InvalidInput, match="`coordinates` must be metres for a map; got wgs84"):
         load_world(map_file, coordinates="wgs84")

@@ -40,9 +40,9 @@ WELL_AFTER = 400.0
 MOST_FIRST = 3
 # Where none of that is enough, combines wait in so many of the plans that went furthest.
 MOST_TRIED = 5
-# How many visits are planned in all in place of others, for each tank of grain, and at least; a wait
+# How many visits are planned in place of others, for each one so far, at least and at most; a wait
 # takes as long to plan as so many.
-OTHERS_A_TANK, OTHERS, WAITING = 12, 160, 8
+OTHERS_A_VISIT, FEWEST_OTHERS, MOST_OTHERS, WAITING = 40, 160, 1000, 8
 # What is done where nobody can come in time.
 VISITS = ("revised", "greedy")
 
@@ -53,15 +53,20 @@ class _Past:
 
     Attributes:
         plans: Before each visit.
-        others: How many visits were planned in place of others.
-        most_others: How many may be.
+        revises: Whether visits are planned in place of others.
+        others: How many were.
         unrevised: The plan when nobody could come in time for the first time.
     """
 
     plans: list[PlanSoFar]
-    others: int
-    most_others: int
+    revises: bool
+    others: int = 0
     unrevised: PlanSoFar | None = None
+
+    def may_try(self, service: Service) -> bool:
+        """Whether there may be more: what comes late is revised as what comes early is."""
+        most = max(FEWEST_OTHERS, OTHERS_A_VISIT * len(service.visits))
+        return self.revises and self.others < min(most, MOST_OTHERS)
 
 
 class _Tried(NamedTuple):
@@ -127,16 +132,15 @@ def serve_combines(
         lateral_acceleration=PLANNED * cart.lateral_acceleration,
     )
     world = make_surroundings(ground, combines, careful, swaths, supply, list(plans))
-    best: tuple[Service, int] | None = None
+    best: tuple[Service, bool] | None = None
     fault: NoPlan | None = None
-    past = _Past([], 0, 0)
+    past = _Past([], revises=False)
     # Greedy visits, too, where revised ones are not enough: the better plan is taken.
     for revises in (True, False) if visits == "revised" else (False,):
         service = Service(ground, world, retime, strategy, threshold)
-        most_other = _most_other(service) if revises else 0
         if past.unrevised is not None:
             service.restore(past.unrevised)
-        past = _Past([], 0, most_other)
+        past = _Past([], revises)
         longest = np.inf if best is None else best[0].trouble
         try:
             _serve_all(service, past, progress, longest)
@@ -144,16 +148,16 @@ def serve_combines(
             fault = error
             continue
         if service.trouble < longest:
-            best = service, most_other
+            best = service, revises
         if not service.stops:
             break
     if best is None:
         assert fault is not None
         raise fault
-    service, most_other = best
+    service, revises = best
     if failure is not None:
         _fail(service, failure)
-        _serve_all(service, _Past([], 0, most_other), progress)
+        _serve_all(service, _Past([], revises), progress)
     return service.result()
 
 
@@ -192,11 +196,6 @@ def _serve_all(
         raise _endless(service)
     service.empty_carts([cart for cart in service.carts if service.load(cart) > 0.0])
     progress(1.0)
-
-
-def _most_other(service: Service) -> int:
-    """How many visits may be planned in place of others."""
-    return max(OTHERS, int(OTHERS_A_TANK * service.grain() / service.largest_tank))
 
 
 def _most_rounds(service: Service) -> int:
@@ -396,7 +395,7 @@ def _serve_earlier(service: Service, past: _Past, number: int, until: float) -> 
     tried: list[_Tried] = []
     for back in range(1, min(MOST_BACK, len(history) - 1) + 1):
         first = [number]
-        while len(first) <= MOST_FIRST and past.others < past.most_others:
+        while len(first) <= MOST_FIRST and past.may_try(service):
             service.restore(history[-1 - back])
             past.plans = history[: -1 - back]
             try:
@@ -426,7 +425,7 @@ def _wait_least(service: Service, past: _Past, tried: Sequence[_Tried], until: f
     found: tuple[PlanSoFar, list[PlanSoFar]] | None = None
     least, fault = np.inf, None
     for k, each in enumerate(tried):
-        if k > 0 and past.others >= past.most_others:
+        if k > 0 and not past.may_try(service):
             break
         service.restore(each.plan)
         past.plans = list(each.before)

@@ -172,12 +172,12 @@ def test_few_worlds_are_kept_and_the_others_are_made_again_as_they_were(hand_mad
     assert max(living) <= 5
 
 
-def test_more_is_tried_where_there_is_more_grain(hand_made, monkeypatch):
-    """A number of visits for a whole field would be used up by the first of many waits."""
+def test_more_is_tried_where_there_are_more_visits(hand_made, monkeypatch):
+    """A number for a whole field would be used up by the first of many waits."""
     made = hand_made(162.0, 120.0, 2)
-    monkeypatch.setattr(visits, "OTHERS", 0)
+    monkeypatch.setattr(visits, "FEWEST_OTHERS", 0)
     stops = []
-    for others in (0, visits.OTHERS_A_TANK):
-        monkeypatch.setattr(visits, "OTHERS_A_TANK", others)
+    for others in (0, visits.OTHERS_A_VISIT):
+        monkeypatch.setattr(visits, "OTHERS_A_VISIT", others)
         stops.append(len(served_both_ways(made, 1.7, "on-demand", ("revised",))[0].stops))
     assert stops == [1, 0]
