@@ -115,13 +115,14 @@ def _ways(
     combines: int, travel_time: str | None, travel_times: Path | None
 ) -> tuple[tuple[tuple[float, ...], ...], float | None]:
     """Travel times from each combine to each, and the one between neighbours if it is one."""
-    given = travel_time is not None or travel_times is not None
-    require(given, "travel_time", "be given, or travel_times in a file", "neither")
-    one = travel_time is None or travel_times is None
-    require(one, "travel_time", "be left out with travel_times", "both")
     if travel_times is not None:
+        require(travel_time is None, "travel_time", "be left out with travel_times", "both")
         return _matrix(travel_times, combines), None
-    numbers = read_quantities("travel_time", travel_time or "", "s")
+    if travel_time is None:
+        # A lone combine has no neighbour.
+        require(combines == 1, "travel_time", "be given, or travel_times in a file", "neither")
+        return line_of(()), None
+    numbers = read_quantities("travel_time", travel_time, "s")
     if len(numbers) == 1:
         return line_of(numbers * (combines - 1)), _not_negative(numbers[0])
     what = f"be one number or {combines - 1}, one for each gap"

@@ -37,6 +37,12 @@ def report(run):
     return lambda *arguments, **changes: json.loads(run("--json", *arguments, **changes).stdout)
 
 
+def test_a_lone_combine_has_no_ways_to_others(report):
+    alone, beside = report(combines=1), report(combines=1, travel_time=7)
+    assert alone["feasible"] is beside["feasible"] is True
+    assert alone["period"] == beside["period"]
+
+
 def test_three_combines_are_those_of_the_thesis(report):
     found = report(travel_time=15)
     assert found["feasible"] is True
