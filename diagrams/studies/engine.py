@@ -8,7 +8,7 @@ many runs a study has.
 import multiprocessing
 import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -20,7 +20,7 @@ from . import records
 from .play import Rows, play_block
 from .records import StudyResult, load_study
 from .study import Study
-from .worker_processes import uninterrupted, worker_pool
+from .worker_processes import WorkerPool, uninterrupted, worker_pool
 
 # After so many games a process has grown by some 300 MB.
 GAMES_PER_PROCESS = 500
@@ -30,7 +30,7 @@ class Player:
     """Plays one block at a time in a process of its own."""
 
     def __init__(self) -> None:
-        self._executor: ProcessPoolExecutor | None = None
+        self._workers: WorkerPool | None = None
         self._games = 0
 
     def submit(self, study: Study, start: int, stop: int) -> Future:
@@ -40,16 +40,22 @@ class Player:
         """
         if self._games >= GAMES_PER_PROCESS:
             self.close()
-        if self._executor is None:
-            self._executor = worker_pool(1, preload=[play_block.__module__])
+        if self._workers is None:
+            self._workers = worker_pool(1, preload=[play_block.__module__])
         self._games += study.games(start, stop)
-        return self._executor.submit(play_block, study, start, stop)
+        return self._workers.submit(play_block, study, start, stop)
 
     def close(self) -> None:
         """End the process once it has played what it was given."""
-        if self._executor is not None:
-            self._executor.shutdown(wait=False)
-        self._executor, self._games = None, 0
+        if self._workers is not None:
+            self._workers.shutdown(wait=False)
+        self._workers, self._games = None, 0
+
+    def drop(self) -> None:
+        """End the process, whatever it is playing."""
+        if self._workers is not None:
+            self._workers.drop()
+        self._workers, self._games = None, 0
 
 
 _own = threading.local()
@@ -152,9 +158,13 @@ def _play_in_processes(
         slots = [partial(player.submit, study) for player in players]
         wait_for_one = partial(wait, return_when=FIRST_COMPLETED)
         _play_all(slots, blocks, lambda some: wait_for_one(some).done, keep, interrupted)
-    finally:
+    except BaseException:
+        # Nobody waits any more for what is being played.
         for player in players:
-            player.close()
+            player.drop()
+        raise
+    for player in players:
+        player.close()
 
 
 def _play_on_cluster(

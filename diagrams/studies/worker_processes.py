@@ -10,12 +10,28 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import forkserver, resource_tracker
+from multiprocessing.connection import Pipe, wait
+from multiprocessing.context import ForkServerContext
+from typing import Any
 
 # What Ctrl-C, `timeout` and a terminal that is closed send to every process of a command.
 _SENT_TO_ALL = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
-def worker_pool(workers: int, preload: Sequence[str] = ()) -> ProcessPoolExecutor:
+class WorkerPool(ProcessPoolExecutor):
+    """Processes that take tasks, and can be dropped with what they have in hand."""
+
+    def __init__(self, workers: int, context: ForkServerContext) -> None:
+        held, self._leash = Pipe(duplex=False)
+        super().__init__(workers, context, initializer=_stay_behind, initargs=(held,))
+
+    def drop(self) -> None:
+        """End the processes, whatever they are doing."""
+        self._leash.close()
+        self.shutdown(wait=False, cancel_futures=True)
+
+
+def worker_pool(workers: int, preload: Sequence[str] = ()) -> WorkerPool:
     """Processes that take tasks.
 
     Forked off a server that has imported everything, they are ready at once; spawned ones would
@@ -37,12 +53,12 @@ def worker_pool(workers: int, preload: Sequence[str] = ()) -> ProcessPoolExecuto
         forkserver.ensure_running()
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    return ProcessPoolExecutor(workers, context, initializer=_stay_behind)
+    return WorkerPool(workers, context)
 
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """What would end this process reaches it at the end of the block.
+    """What would end this process reaches it at the end of the block, once.
 
     Half a worker that is given up cannot be ended: it looks for what its parent has put away, and
     complains.
@@ -65,8 +81,13 @@ def uninterrupted() -> Iterator[None]:
             answer()
 
 
-def _stay_behind() -> None:
-    """In a worker: leave the group that signals are sent to, and end when the parent does."""
+# Any: the ends of a pipe are of another class on Windows.
+def _stay_behind(leash: Any) -> None:
+    """In a worker: leave the group that signals are sent to, and end when the parent does.
+
+    Args:
+        leash: Whose other end the parent closes to drop the worker.
+    """
     os.setsid()
     for number in _SENT_TO_ALL:
         # One that came meanwhile is forgotten.
@@ -76,7 +97,7 @@ def _stay_behind() -> None:
     assert parent is not None
 
     def follow() -> None:
-        parent.join()
+        wait([parent.sentinel, leash])
         os._exit(1)
 
     threading.Thread(target=follow, daemon=True).start()

@@ -257,3 +257,41 @@ def test_a_study_that_is_interrupted_as_it_begins_leaves_nobody_who_complains(tm
     assert done.stderr == ""
     # What had been given to the worker was played and kept.
     assert len(list(tmp_path.glob("study/blocks/*.parquet"))) == 1
+
+
+# A program that is interrupted twice while a worker plays for minutes.
+INTERRUPTED_TWICE = """
+import os, signal, sys
+from pathlib import Path
+from sightfield.diagrams.studies.engine import run_study
+from sightfield.diagrams.studies.study import Cell, Study
+from sightfield.diagrams.studies.team_studies import thesis_base
+
+def interrupt(*_):
+    os.kill(os.getpid(), signal.SIGINT)
+
+if __name__ == "__main__":
+    study = Study(
+        name="long", base=thesis_base(2000.0), cells=(Cell(name="1v1"),), runs=64, seed=1
+    )
+    signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, 4.0)
+    try:
+        run_study(study, Path(sys.argv[1]), workers=1, interrupted=interrupt)
+    except KeyboardInterrupt:
+        print("interrupted")
+"""
+
+
+def test_a_second_interruption_drops_what_is_being_played(tmp_path):
+    (tmp_path / "program.py").write_text(INTERRUPTED_TWICE)
+    done = subprocess.run(
+        [sys.executable, tmp_path / "program.py", tmp_path / "study"],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=100,
+        process_group=0,
+    )
+    assert (done.stdout, done.stderr) == ("interrupted\n", "")
+    assert list(tmp_path.glob("study/blocks/*.parquet")) == []
