@@ -53,20 +53,20 @@ class _Past:
 
     Attributes:
         plans: Before each visit.
-        revises: Whether visits are planned in place of others.
+        most_others: How many visits may be planned in place of others.
         others: How many were.
         unrevised: The plan when nobody could come in time for the first time.
     """
 
     plans: list[PlanSoFar]
-    revises: bool
+    most_others: int
     others: int = 0
     unrevised: PlanSoFar | None = None
 
     def may_try(self, service: Service) -> bool:
         """Whether there may be more: what comes late is revised as what comes early is."""
-        most = max(FEWEST_OTHERS, OTHERS_A_VISIT * len(service.visits))
-        return self.revises and self.others < min(most, MOST_OTHERS)
+        so_far = max(FEWEST_OTHERS, OTHERS_A_VISIT * len(service.visits))
+        return self.others < min(so_far, self.most_others)
 
 
 class _Tried(NamedTuple):
@@ -132,15 +132,18 @@ def serve_combines(
         lateral_acceleration=PLANNED * cart.lateral_acceleration,
     )
     world = make_surroundings(ground, combines, careful, swaths, supply, list(plans))
-    best: tuple[Service, bool] | None = None
+    best: tuple[Service, int] | None = None
     fault: NoPlan | None = None
-    past = _Past([], revises=False)
-    # Greedy visits, too, where revised ones are not enough: the better plan is taken.
-    for revises in (True, False) if visits == "revised" else (False,):
+    past = _Past([], 0)
+    # Where some wait in spite of all, what comes of trying less may be better, or of nothing.
+    for most_others in (MOST_OTHERS, FEWEST_OTHERS, 0) if visits == "revised" else (0,):
+        if most_others == FEWEST_OTHERS > past.others:
+            # It would be the same plan.
+            continue
         service = Service(ground, world, retime, strategy, threshold)
         if past.unrevised is not None:
             service.restore(past.unrevised)
-        past = _Past([], revises)
+        past = _Past([], most_others)
         longest = np.inf if best is None else best[0].trouble
         try:
             _serve_all(service, past, progress, longest)
@@ -148,16 +151,16 @@ def serve_combines(
             fault = error
             continue
         if service.trouble < longest:
-            best = service, revises
+            best = service, most_others
         if not service.stops:
             break
     if best is None:
         assert fault is not None
         raise fault
-    service, revises = best
+    service, most_others = best
     if failure is not None:
         _fail(service, failure)
-        _serve_all(service, _Past([], revises), progress)
+        _serve_all(service, _Past([], most_others), progress)
     return service.result()
 
 
