@@ -55,13 +55,13 @@ class _Past:
         plans: Before each visit.
         most_others: How many visits may be planned in place of others.
         others: How many were.
-        unrevised: The plan when nobody could come in time for the first time.
+        unrevised: The plan when nobody could come in time for the first time, and those before it.
     """
 
     plans: list[PlanSoFar]
     most_others: int
     others: int = 0
-    unrevised: PlanSoFar | None = None
+    unrevised: tuple[PlanSoFar, list[PlanSoFar]] | None = None
 
     def may_try(self, service: Service) -> bool:
         """Whether there may be more: what comes late is revised as what comes early is."""
@@ -141,9 +141,11 @@ def serve_combines(
             # It would be the same plan.
             continue
         service = Service(ground, world, retime, strategy, threshold)
+        before: list[PlanSoFar] = []
         if past.unrevised is not None:
-            service.restore(past.unrevised)
-        past = _Past([], most_others)
+            plan, before = past.unrevised
+            service.restore(plan)
+        past = _Past(before, most_others)
         longest = np.inf if best is None else best[0].trouble
         try:
             _serve_all(service, past, progress, longest)
@@ -189,7 +191,7 @@ def _serve_all(
             continue
         full = service.tanks[missed].full_at()
         if full < np.inf:
-            past.unrevised = past.unrevised or service.kept()
+            past.unrevised = past.unrevised or (service.kept(), past.plans[:-1])
             _revise(service, past, missed, full)
             if service.trouble >= longest:
                 return

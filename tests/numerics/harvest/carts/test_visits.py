@@ -6,6 +6,7 @@ import weakref
 import numpy as np
 import pytest
 
+from sightfield.systems.numerics.errors import NoPlan
 from sightfield.systems.numerics.harvest.carts import service, visits
 from sightfield.systems.numerics.harvest.carts.cart_plan import Supply
 from sightfield.systems.numerics.harvest.carts.cut_times import CELL, cut_times
@@ -181,3 +182,21 @@ def test_more_is_tried_where_there_are_more_visits(hand_made, monkeypatch):
         monkeypatch.setattr(visits, "OTHERS_A_VISIT", others)
         stops.append(len(served_both_ways(made, 1.7, "on-demand", ("revised",))[0].stops))
     assert stops == [1, 0]
+
+
+def test_fewer_trials_may_give_up_the_same_visits(hand_made, monkeypatch):
+    """They begin where nobody could come in time, with all that was planned before."""
+    serve_all, tried = visits._serve_all, []
+
+    def fail_first(service, past, *others):
+        serve_all(service, past, *others)
+        tried.append(past.most_others)
+        if len(tried) == 1:
+            past.others = visits.MOST_OTHERS
+            raise NoPlan("`carts` must do better")
+
+    monkeypatch.setattr(visits, "_serve_all", fail_first)
+    made = hand_made(162.0, 120.0, 2)
+    plan = served_both_ways(made, 1.7, "on-demand", ("revised",))[0]
+    assert tried == [visits.MOST_OTHERS, visits.FEWEST_OTHERS]
+    assert plan.stops == []
