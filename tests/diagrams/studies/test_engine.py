@@ -218,6 +218,19 @@ def test_an_interrupted_study_keeps_what_was_played_and_says_how_to_go_on(tmp_pa
     assert not (tmp_path / "table.parquet").exists()
 
 
+def run_program(text: str, folder: Path) -> subprocess.CompletedProcess:
+    """Run a program that plays a study into `study`, in a group of its own."""
+    (folder / "program.py").write_text(text)
+    return subprocess.run(
+        [sys.executable, folder / "program.py", folder / "study"],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=100,
+        process_group=0,
+    )
+
+
 # A program that is interrupted whenever a worker is being started.
 INTERRUPTED = """
 import os, signal, sys
@@ -244,15 +257,7 @@ if __name__ == "__main__":
 
 
 def test_a_study_that_is_interrupted_as_it_begins_leaves_nobody_who_complains(tmp_path):
-    (tmp_path / "program.py").write_text(INTERRUPTED)
-    done = subprocess.run(
-        [sys.executable, tmp_path / "program.py", tmp_path / "study"],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=100,
-        process_group=0,
-    )
+    done = run_program(INTERRUPTED, tmp_path)
     assert done.stdout == "interrupted\n", done.stderr
     assert done.stderr == ""
     # What had been given to the worker was played and kept.
@@ -284,14 +289,6 @@ if __name__ == "__main__":
 
 
 def test_a_second_interruption_drops_what_is_being_played(tmp_path):
-    (tmp_path / "program.py").write_text(INTERRUPTED_TWICE)
-    done = subprocess.run(
-        [sys.executable, tmp_path / "program.py", tmp_path / "study"],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=100,
-        process_group=0,
-    )
+    done = run_program(INTERRUPTED_TWICE, tmp_path)
     assert (done.stdout, done.stderr) == ("interrupted\n", "")
     assert list(tmp_path.glob("study/blocks/*.parquet")) == []
