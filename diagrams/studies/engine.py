@@ -55,7 +55,7 @@ class Player:
         """End the process, whatever it is playing."""
         if self._workers is not None:
             self._workers.drop()
-        self._workers, self._games = None, 0
+        self.close()
 
 
 _own = threading.local()

@@ -6,7 +6,7 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import forkserver, resource_tracker
@@ -28,7 +28,6 @@ class WorkerPool(ProcessPoolExecutor):
     def drop(self) -> None:
         """End the processes, whatever they are doing."""
         self._leash.close()
-        self.shutdown(wait=False, cancel_futures=True)
 
 
 def worker_pool(workers: int, preload: Sequence[str] = ()) -> WorkerPool:
@@ -67,18 +66,18 @@ def uninterrupted() -> Iterator[None]:
         # Signals are handled in the main thread, whoever they come to.
         yield
         return
-    came = list[Callable[[], object]]()
+    came = list[int]()
     before = {number: signal.getsignal(number) for number in _SENT_TO_ALL}
     for number, handler in before.items():
         if callable(handler):
-            signal.signal(number, lambda *of, handler=handler: came.append(lambda: handler(*of)))
+            signal.signal(number, lambda number, frame: came.append(number))
     try:
         yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-        for answer in came:
-            answer()
+        for number in came:
+            signal.raise_signal(number)
 
 
 # Any: the ends of a pipe are of another class on Windows.

@@ -168,9 +168,9 @@ def load_world(
             outline.unreachable_area,
             None,
         )
-    for name, usual in asdict(OutlineOptions()).items():
-        asked = usual if options is None else getattr(options, name)
-        require(asked == usual, name, "be left out for what is no ROS map", asked)
+    usual = asdict(OutlineOptions())
+    for name, asked in (usual if options is None else asdict(options)).items():
+        require(asked == usual[name], name, "be left out for what is no ROS map", asked)
     polygons = polygons_of(read_geometry(path, source))
     rim = _outermost(polygons)
     origin = None
