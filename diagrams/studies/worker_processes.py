@@ -19,7 +19,12 @@ _SENT_TO_ALL = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class WorkerPool(ProcessPoolExecutor):
-    """Processes that take tasks, and can be dropped with what they have in hand."""
+    """Processes that take tasks, and can be dropped with what they have in hand.
+
+    Args:
+        workers: How many.
+        context: What starts them: a server that has imported what they need.
+    """
 
     def __init__(self, workers: int, context: ForkServerContext) -> None:
         held, self._leash = Pipe(duplex=False)
