@@ -6,7 +6,7 @@ being its number, and counts as answered when the link's thread has the report i
 link is in a process of its own, as in the station, or in that of the controller, which is a thread
 that never waits. Times are by time.monotonic, which is the same for both processes. Robots are
 other computers: they, as the link's process, go before whatever else this one does, where the
-system lets them.
+system lets them. How late a controller wakes that only sleeps is what the machine itself is late.
 """
 
 import os
@@ -157,15 +157,16 @@ def linked(kind, own_process, notes):
 
 
 def command(link, rate, first):
-    """Commands of so many numbers from the first on, at a rate [1/s]; when each went [s]."""
-    told, due = {}, time.monotonic()
+    """Commands from a number on, at a rate [1/s]: when each went, and how late that was [s]."""
+    told, late, due = {}, [], time.monotonic()
     for number in range(first, first + COMMANDS):
         due += 1.0 / rate
         time.sleep(max(due - time.monotonic(), 0.0))
         told[number] = time.monotonic()
+        late.append(told[number] - due)
         link.send_commands(np.tile([number / 1000, 0.0], (len(ROBOTS), 1)))
     time.sleep(0.1)
-    return told
+    return told, late
 
 
 @contextmanager
@@ -205,12 +206,13 @@ def test_round_trips(kind, own_process, tmp_path, monkeypatch):
         came[int(robot), int(number)] = float(at)
     where = "a process of its own" if own_process else "the controller's process"
     print()
-    for (rate, busy), told in phases.items():
+    for (rate, busy), (told, late) in phases.items():
         pairs = [(robot, number) for number in told for robot in ROBOTS]
         took = np.array([1000 * (came[each] - told[each[1]]) for each in pairs if each in came])
         print(
             f"{kind} {rate} Hz, link in {where}, controller {'busy' if busy else 'idle'}: "
             f"median {np.median(took):.2f} ms, p99 {np.quantile(took, 0.99):.2f} ms, most "
-            f"{took.max():.1f} ms, not answered {len(pairs) - len(took)}; "
+            f"{took.max():.1f} ms, not answered {len(pairs) - len(took)}; the controller itself "
+            f"woke late by {1000 * np.quantile(late, 0.99):.2f} ms (p99); "
             f"load {os.getloadavg()[0]:.1f}"
         )

@@ -324,7 +324,7 @@ class CrtpLink(ReportingLink):
             RobotReport(
                 time=now - vehicle.clock.late(now, vehicle.elapsed),
                 state=state if info & IS_ARMED else RobotState.DISARMED,
-                counts=vehicle.counts.after(np.array([x, y, math.radians(yaw)])),
+                counts=vehicle.counts.after(x, y, math.radians(yaw)),
                 battery=battery,
             ),
         )

@@ -1,12 +1,11 @@
 """The work station's end of ROS 2: twists to robots, and their odometry."""
 
+import math
 import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
-
-import numpy as np
 
 from ...systems.numerics.errors import require
 from ...systems.numerics.station.motion_checks import Chassis
@@ -48,7 +47,7 @@ class _Driven:
     last: What | None = None
     source: int | None = None
     stamp: tuple[int, int] = (-1, 0)
-    pose: np.ndarray | None = None
+    pose: tuple[float, float, float] | None = None
     clock: RobotClock = field(default_factory=lambda: RobotClock(settable=True))
 
 
@@ -166,10 +165,10 @@ class DdsLink(ReportingLink):
         twist = odometry.twist.twist
         speed, rate = twist.linear.x, twist.angular.z
         at = odometry.pose.pose
-        pose = np.array(planar(at.position, at.orientation))
+        pose = planar(at.position, at.orientation)
         known = source == driven.source
         stale = known and stamp <= driven.stamp
-        if stale or not np.isfinite([*pose, speed, rate]).all():
+        if stale or not all(map(math.isfinite, (*pose, speed, rate))):
             self.heard_nothing_of_use()
             return
         if driven.pose is not None and (not known or self._jumps(driven, stamp, pose)):
@@ -180,18 +179,18 @@ class DdsLink(ReportingLink):
         driven.source, driven.stamp, driven.pose = source, stamp, pose
         now = time.monotonic()
         late = driven.clock.late(now, stamp[0] + 1e-9 * stamp[1])
-        counts = driven.counts.after(pose)
+        counts = driven.counts.after(*pose)
         moves = max(abs(speed), abs(rate)) > _STANDS
         self.heard(
             robot,
             RobotReport(time=now - late, state=_state(driven.last, moves), counts=counts),
         )
 
-    def _jumps(self, driven: _Driven, stamp: tuple[int, int], pose: np.ndarray) -> bool:
+    def _jumps(self, driven: _Driven, stamp: tuple[int, int], pose: tuple[float, ...]) -> bool:
         """Whether a pose is none that wheels can have driven to since the one before."""
         assert driven.pose is not None
         elapsed = stamp[0] - driven.stamp[0] + 1e-9 * (stamp[1] - driven.stamp[1])
-        gone = float(np.hypot(*(pose - driven.pose)[:2]))
+        gone = math.dist(pose[:2], driven.pose[:2])
         return gone > 2 * self._chassis.top_speed * elapsed + _JUMP
 
 

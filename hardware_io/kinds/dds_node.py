@@ -30,6 +30,7 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 from ..links.robot_link import LinkError
+from .plain_cdr import PlainMessage
 
 
 def _zeros() -> list[float]:
@@ -87,7 +88,7 @@ class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
 
 @dataclass
 @final
-class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
+class Twist(PlainMessage, typename="geometry_msgs::msg::dds_::Twist_"):
     """Speeds and turn rates: `linear.x` forward, `angular.z` to the left."""
 
     linear: Vector3 = field(default_factory=Vector3)
@@ -96,7 +97,7 @@ class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
 
 @dataclass
 @final
-class TwistStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TwistStamped_"):
+class TwistStamped(PlainMessage, typename="geometry_msgs::msg::dds_::TwistStamped_"):
     """A twist, and when it was told; newer robots want it."""
 
     header: Header = field(default_factory=Header)
@@ -134,7 +135,7 @@ class TwistWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::TwistWi
 
 @dataclass
 @final
-class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
+class Odometry(PlainMessage, typename="nav_msgs::msg::dds_::Odometry_"):
     """Where a robot, `child_frame_id`, is by its wheels, and how it moves."""
 
     header: Header = field(default_factory=Header)
@@ -145,7 +146,7 @@ class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
 
 @dataclass
 @final
-class PoseStamped(IdlStruct, typename="geometry_msgs::msg::dds_::PoseStamped_"):
+class PoseStamped(PlainMessage, typename="geometry_msgs::msg::dds_::PoseStamped_"):
     """A pose, when it was, and in which frame."""
 
     header: Header = field(default_factory=Header)
@@ -208,6 +209,8 @@ def planar(place: Point | Vector3, turn: Quaternion) -> tuple[float, float, floa
 
 # How long a reader may hold up a writer [ms].
 _BLOCKED = 5
+# So many messages are taken at once at most, which are kept until then.
+_TAKEN = 50
 # Where everything stays on this machine; Cyclone takes its networks otherwise.
 LOOPBACK = (
     '<CycloneDDS><Domain id="any"><General><Interfaces><NetworkInterface name="lo"/></Interfaces>'
@@ -228,7 +231,7 @@ _WRITER = Qos(
 _READER = Qos(
     Policy.Reliability.BestEffort,
     Policy.Durability.Volatile,
-    Policy.History.KeepLast(50),
+    Policy.History.KeepLast(_TAKEN),
     _PLAIN_CDR,
 )
 _ANY = SampleState.Any | ViewState.Any | InstanceState.Any
@@ -309,12 +312,23 @@ class Node:
         self._waiting.wait(duration(milliseconds=round(1000 * patience)))
 
     def take(self, reader: Any) -> list[Any]:
-        """Messages that have come, at once; what only tells of a writer's end is left out.
+        """Messages that have come, at once.
+
+        What only tells of a writer's end is left out, and a message whose texts are none.
 
         Args:
             reader: Which has them.
         """
-        return [each for each in reader.take(50) if isinstance(each, IdlStruct)]
+        found = []
+        for _ in range(_TAKEN):
+            try:
+                taken = reader.take(1)
+            except UnicodeDecodeError:
+                continue
+            if not taken:
+                break
+            found += [each for each in taken if isinstance(each, IdlStruct)]
+        return found
 
     @staticmethod
     def source(message: Any) -> int:

@@ -10,9 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median
 
-import numpy as np
-
-from ...systems.numerics.station.motion_checks import Chassis, wheel_ways
+from ...systems.numerics.station.motion_checks import Chassis
 from .robot_link import LinkHealth
 
 # Counts of robots go round.
@@ -152,13 +150,14 @@ class RobotClock:
 
     def __init__(self, *, settable: bool = False) -> None:
         self._settable = settable
-        # When reports came, and their time on the way plus what the clock is behind [s].
+        # When reports came, and their time on the way plus what the clock is behind [s]; without
+        # those that a later one was faster than, so that the first is the fastest.
         self._behind: deque[tuple[float, float]] = deque()
 
     @property
     def behind(self) -> float:
         """What the clock is behind ours, and the way of the fastest report [s]."""
-        return min(each for _, each in self._behind)
+        return self._behind[0][1]
 
     def late(self, came: float, stamp: float) -> float:
         """By how much a report is later than the fastest [s].
@@ -171,6 +170,8 @@ class RobotClock:
             return 0.0
         if self._behind and self._settable and came - stamp - self.behind > _SET:
             self._behind.clear()
+        while self._behind and self._behind[-1][1] >= came - stamp:
+            self._behind.pop()
         self._behind.append((came, came - stamp))
         while self._behind[0][0] < came - _CLOCK_WINDOW:
             self._behind.popleft()
@@ -189,22 +190,30 @@ class OdometryCounts:
     """
 
     def __init__(self, chassis: Chassis) -> None:
-        self._chassis, self._ways = chassis, np.zeros(2)
-        self._pose: np.ndarray | None = None
+        self._chassis, self._ways = chassis, [0.0, 0.0]
+        self._pose: tuple[float, float, float] | None = None
 
     def begin_anew(self) -> None:
         """Count nothing between the last pose and the next."""
         self._pose = None
 
-    def after(self, pose: np.ndarray) -> tuple[int, int]:
+    def after(self, x: float, y: float, heading: float) -> tuple[int, int]:
         """Counts of the left and the right wheel when the robot has come to a pose.
 
         Args:
-            pose: x, y [m] and heading [rad], shape (3,).
+            x, y: Of it [m].
+            heading: Of it [rad].
         """
         if self._pose is not None:
-            step = wheel_ways(self._chassis, self._pose[np.newaxis], pose[np.newaxis])[0]
-            self._ways += np.where(np.abs(step) < _FURTHEST, step, 0.0)
-        self._pose = pose
-        left, right = np.rint(self._chassis.counts_per_metre * self._ways).astype(int).tolist()
+            last_x, last_y, last_heading = self._pose
+            # On the arc from one pose to the next, as `wheel_ways` has it for many.
+            turn = math.remainder(heading - last_heading, math.tau)
+            middle = last_heading + 0.5 * turn
+            ahead = (x - last_x) * math.cos(middle) + (y - last_y) * math.sin(middle)
+            across = 0.5 * self._chassis.track_width * turn
+            for wheel, step in enumerate((ahead - across, ahead + across)):
+                if abs(step) < _FURTHEST:
+                    self._ways[wheel] += step
+        self._pose = (x, y, heading)
+        left, right = (round(self._chassis.counts_per_metre * way) for way in self._ways)
         return left, right

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication
 from cyclonedds.domain import DomainParticipant
+from cyclonedds.idl import IdlStruct
+from cyclonedds.idl._support import Endianness
 from cyclonedds.pub import DataWriter
 from cyclonedds.qos import Policy, Qos
 from cyclonedds.sub import DataReader
@@ -28,6 +30,7 @@ from sightfield.hardware_io.kinds.dds_node import (
     Vector3,
     open_domain,
 )
+from sightfield.hardware_io.kinds.plain_cdr import PlainMessage
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 # Not the dataclasses of the library itself.
@@ -84,6 +87,24 @@ def test_bytes_are_those_of_rosbags(kind):
         theirs = bytes(STORE.serialize_cdr(as_rosbags(message), ros_name(kind)))
         assert message.serialize() == theirs
         assert kind.deserialize(theirs) == message
+
+
+QUICK = [each for each in TYPES if issubclass(each, PlainMessage)]
+
+
+@pytest.mark.parametrize("kind", QUICK, ids=lambda kind: kind.__name__)
+def test_what_is_packed_at_once_is_read_in_any_order_of_bytes(kind):
+    rng = np.random.default_rng(5)
+    for order in Endianness.Big, Endianness.Little:
+        message = drawn(kind(), rng)
+        slowly = IdlStruct.serialize(message, endianness=order)
+        assert message.serialize(endianness=order) == slowly
+        assert kind.deserialize(slowly) == message
+        # Readers may get what is behind the message along with it.
+        assert kind.deserialize(slowly + b"\x00\x00\x00") == message
+    newer = message.serialize(use_version_2=True)
+    assert newer != message.serialize()
+    assert kind.deserialize(newer) == message
 
 
 @pytest.mark.parametrize("kind", dds_node.TYPE_HASHES, ids=lambda kind: kind.__name__)
@@ -197,3 +218,27 @@ def test_hashes_of_types_are_told_as_ros_tells_them(node, participant):
 
     assert heard(lambda: None, told, 10) == f"typehash={TYPE_HASHES[TwistStamped]};".encode()
     del kept
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        TwistStamped(dds_node.Header(frame_id="scram")),
+        dds_node.Odometry(child_frame_id="scram"),
+        dds_node.TFMessage([dds_node.TransformStamped(child_frame_id="scram")]),
+    ],
+    ids=lambda message: type(message).__name__,
+)
+def test_a_message_whose_texts_are_none_is_left_out(node, message):
+    kind = type(message)
+
+    class Scrambled(kind):
+        def serialize(self, *args, **named):
+            return message.serialize(*args, **named).replace(b"scram", b"s\xff\xfe\xfdm")
+
+    reader, writer = node.reader("scrambled", kind), node.writer("scrambled", kind)
+    for each in message, Scrambled(), message:
+        writer.write(each)
+        time.sleep(0.05)
+    assert node.take(reader) == [message, message]
+    assert node.take(reader) == []

@@ -5,9 +5,16 @@ What is late is known by the robot's clock, whatever that shows and whenever it 
 
 import math
 
+import numpy as np
 import pytest
 
-from sightfield.hardware_io.links.link_record import LinkRecord, Progress, RobotClock
+from sightfield.hardware_io.links.link_record import (
+    LinkRecord,
+    OdometryCounts,
+    Progress,
+    RobotClock,
+)
+from sightfield.systems.numerics.station.motion_checks import Chassis, wheel_ways
 
 
 def report(robot: int, sequence: int, taken: int, hold: int = 0, session: int = 1) -> Progress:
@@ -102,6 +109,30 @@ def test_a_report_is_late_by_what_it_took_longer_than_the_fastest():
     # Over the window of 10 s the crystal gains 0.2 ms.
     assert late == pytest.approx([0.15 if k % 7 == 3 else 0.0 for k in range(400)], abs=3e-4)
     assert clock.behind == pytest.approx(-999.98, abs=2e-3)
+
+
+def test_the_fastest_of_the_last_ten_seconds_counts_and_no_older_one():
+    clock, rng = RobotClock(), np.random.default_rng(7)
+    came = np.cumsum(rng.exponential(0.4, 300))
+    behind = rng.exponential(0.1, 300) + 1e-3 * came
+    for k in range(300):
+        recent = behind[: k + 1][came[: k + 1] >= came[k] - 10.0]
+        late = clock.late(came[k], came[k] - behind[k])
+        assert late == pytest.approx(behind[k] - recent.min(), abs=1e-9)
+
+
+def test_counts_are_those_of_the_wheels_ways():
+    rng, chassis = np.random.default_rng(8), Chassis()
+    steps = rng.normal(0.0, [0.03, 0.03, 0.4], (200, 3))
+    # One that no wheels can have gone counts nothing, and neither does what is around the world.
+    steps[50], steps[120] = (3.0, 0.0, 0.0), (0.01, 0.0, 2 * np.pi - 0.1)
+    poses = np.cumsum(steps, axis=0)
+    ways = wheel_ways(chassis, poses[:-1], poses[1:])
+    ways = np.vstack([np.zeros(2), np.cumsum(np.where(np.abs(ways) < 0.5, ways, 0.0), axis=0)])
+    counts = OdometryCounts(chassis)
+    found = [counts.after(*pose) for pose in poses.tolist()]
+    assert np.abs(np.array(found) - chassis.counts_per_metre * ways).max() <= 0.5 + 1e-6
+    assert np.abs(ways).max() > 0.3
 
 
 @pytest.mark.parametrize("step", [-3600.0, -2.0, 5.0])
