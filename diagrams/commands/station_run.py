@@ -18,7 +18,12 @@ from typing import Annotated, Any, Self
 import typer
 from rich.console import Console, RenderableType
 
-from ...systems.numerics.errors import InvalidInput, require, require_non_negative
+from ...systems.numerics.errors import (
+    InvalidInput,
+    SightfieldError,
+    require,
+    require_non_negative,
+)
 from ..outputs import optional_folder, refuse
 from ..rosbag.bag import require_mcap
 from ..scenario_files import builtin_scenarios, find_scenario
@@ -138,8 +143,8 @@ def run(
 ) -> None:
     """Pursuers keep evaders in sight, in the laboratory, until one is lost or time is up.
 
-    Exit code 1 if the supervisor held a robot, or lost one or the operator's view; 128 and the
-    signal's number if one stopped the run: 130 after Ctrl-C.
+    Exit code 1 if the supervisor held a robot, or lost one or the operator's view; 2 if a device
+    failed; 128 and the signal's number if one stopped the run: 130 after Ctrl-C.
 
     Keys in the terminal: Space stops the robots for good, P pauses and goes on, S starts.
     """
@@ -212,6 +217,8 @@ def run(
             if folder is not None:
                 written = [log.name, *write_station_report(done, record, game, summary, folder)]
     tell(summary, *_shown(summary, done), as_json=as_json, written=written, out=out)
+    if done.failure:
+        raise SightfieldError(done.failure)
     if ending.first is not None:
         # As a shell says it of a program that a signal has ended.
         raise typer.Exit(128 + ending.first)

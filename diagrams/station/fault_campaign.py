@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...systems.numerics.errors import require
+from ...systems.numerics.errors import SightfieldError, require
 from ...systems.numerics.station.supervision import Reason
 from ..tracking.game import TrackingGame
 from .hardware import (
@@ -177,7 +177,7 @@ def run_faults(
         poses = FaultyPoses(devices.poses)
         campaign = _Campaign(game, poses, devices.laboratory, operator, names, seed)
         with contextlib.suppress(_Over):
-            run_station(
+            done = run_station(
                 scenario,
                 game,
                 replace(devices, poses=poses),
@@ -187,6 +187,8 @@ def run_faults(
                 ticks=math.ceil(scenario.seconds / scenario.period),
                 at_tick=campaign.at_tick,
             )
+            if done.failure:
+                raise SightfieldError(done.failure)
     return _told(campaign.moments, log, scenario)
 
 

@@ -79,6 +79,8 @@ def _numbers(
     quality = log.samples["radio.quality"].mean(axis=0)
     speeds = np.abs(log.samples[SENT][:, ::2])
     events = events_of(log, game)
+    if run.failure:
+        events.append(RunEvent(float(log.times[-1]), "", run.failure, True))
     return {
         **summarise_tracking(tracking_run(run, log, game), scenario),
         "seconds": seconds,

@@ -11,6 +11,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, System
 
+from ...systems.numerics.errors import InvalidInput, SightfieldError
 from ...systems.station.gates import STOPPED
 from ..tracking.game import TrackingGame
 from ..tracking.make_tracking import OwnAssignment
@@ -45,6 +46,7 @@ from .scenario import StationScenario
 
 # How a run may end.
 HORIZON, LOSS, STOP = "the horizon", "an evader was lost", "the operator stopped it"
+FAILURE = "a device failed"
 
 
 @dataclass(frozen=True)
@@ -52,12 +54,13 @@ class StationRun:
     """How a run went; what happened in it is in its log.
 
     Attributes:
-        how: HORIZON, LOSS or STOP.
+        how: HORIZON, LOSS, STOP or FAILURE.
         tracking_time: For which robots ran until some evader was seen by nobody, or the run's end:
             every tick at which one ran counts a period [s].
         lost_evader: Its number, or None.
         wall_time: How long it took [s].
         realtime_factor: Simulated seconds per second.
+        failure: What failed, or empty.
     """
 
     how: str
@@ -65,6 +68,7 @@ class StationRun:
     lost_evader: int | None
     wall_time: float
     realtime_factor: float
+    failure: str = ""
 
 
 def logged_ports(scenario: StationScenario) -> dict[str, int]:
@@ -97,6 +101,8 @@ def run_station(
 ) -> StationRun:
     """Run a game on a station, and write down everything that its ports say.
 
+    A device that fails while robots are driven ends the run, and what was until then is kept.
+
     Args:
         scenario: The laboratory.
         game: Its game, set up.
@@ -111,8 +117,8 @@ def run_station(
         at_tick: Told the time after each tick [s].
 
     Raises:
-        SightfieldError: The log cannot be written, a device fails, or what is of your own does
-            not fit.
+        SightfieldError: The log cannot be written, a device fails at the first tick, or what is of
+            your own does not fit.
     """
     own = {"assignment": assignment, "evasion": evasion}
     about = {
@@ -261,10 +267,18 @@ def _play(
     period = scenario.period
     count = ticks or math.floor(scenario.seconds / period + 1e-9) + 1
     how, lost, began = HORIZON, np.array([math.inf, -1.0]), time.perf_counter()
-    running = before = 0.0
+    running, before, failure = 0.0, 0.0, ""
     for tick in range(count):
         stopped = operator is not None and operator.mode == STOPPED
-        advance(tick)
+        try:
+            advance(tick)
+        except InvalidInput:
+            raise
+        except SightfieldError as error:
+            if tick == 0:
+                raise
+            how, failure = FAILURE, str(error)
+            break
         lost = np.asarray(loss_port.Eval(loss_context))
         before, running = running, float(np.asarray(clock_port.Eval(clock_context))[0])
         if ticks is None and stopped:
@@ -281,4 +295,5 @@ def _play(
         lost_evader=int(lost[1]) if lost[1] >= 0 else None,
         wall_time=wall_time,
         realtime_factor=end / wall_time if wall_time > 0 else math.inf,
+        failure=failure,
     )

@@ -12,7 +12,8 @@ from sightfield.diagrams.station.report import (
     summarise_station,
     write_station_report,
 )
-from sightfield.diagrams.station.run import run_station
+from sightfield.diagrams.station.run import FAILURE, run_station
+from sightfield.hardware_io.links.robot_link import LinkError
 from sightfield.systems.numerics.station.supervision import Reason, Standing
 
 
@@ -63,6 +64,39 @@ def test_the_summary_of_a_run_with_holds_is_written(unheard, tmp_path):
     written = json.loads((tmp_path / "summary.json").read_text())
     assert written == json.loads(json.dumps(summary))
     assert written["faults"] == sum(event["fault"] for event in written["events"]) > 0
+
+
+def test_a_device_that_fails_ends_the_run_and_what_was_until_then_is_told(
+    load_laboratory, tmp_path
+):
+    scenario, game = load_laboratory("seconds=3.0")
+
+    def fail(now):
+        if now > 0.97:
+            raise LinkError("the radio takes nothing any more")
+
+    done = run_station(scenario, game, log=tmp_path / "run.log", realtime_rate=0, at_tick=fail)
+    assert (done.how, done.failure) == (FAILURE, "the radio takes nothing any more")
+    log = read_run_log(tmp_path / "run.log")
+    running = (log.samples["supervisor.standing"] == Standing.RUNNING).any(axis=1)
+    assert 0.9 < log.times[-1] < 1.1
+    # A tick in which something fails does not count, though it was written down before it did.
+    assert done.tracking_time == pytest.approx(0.05 * (running.sum() - 1))
+    summary = summarise_station(done, log, game, "broken", 3.0, "hardware")
+    event = summary["events"][-1]
+    assert (event["text"], event["fault"], summary["faults"]) == (done.failure, True, 1)
+    assert write_station_report(done, log, game, summary, tmp_path)
+    assert json.loads((tmp_path / "summary.json").read_text())["ended"] == FAILURE
+
+
+def test_one_that_fails_at_once_is_no_run(load_laboratory, tmp_path):
+    scenario, game = load_laboratory()
+
+    def fail(now):
+        raise LinkError("the radio takes nothing at all")
+
+    with pytest.raises(LinkError, match="nothing at all"):
+        run_station(scenario, game, log=tmp_path / "run.log", realtime_rate=0, at_tick=fail)
 
 
 def test_who_is_held_is_sent_nothing(unheard):
