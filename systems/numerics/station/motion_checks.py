@@ -204,6 +204,7 @@ def check_motion(
         ways=np.where(newer[:, np.newaxis], latest, memory.ways),
         stamps=np.where(newer, moments, memory.stamps),
     )
+    memory = _note_speeds(chassis, memory, newer)
     with np.errstate(invalid="ignore"):
         now = stamps + pose_ages
         late = now - memory.looked > _LAPSE
@@ -314,6 +315,21 @@ def _compare(
         differences=np.where(whole[:, np.newaxis], sums, memory.differences),
         fastest=np.where(whole[:, np.newaxis], np.maximum(speed, slower), memory.fastest),
     )
+
+
+def _note_speeds(chassis: Chassis, memory: MotionMemory, newer: np.ndarray) -> MotionMemory:
+    """How fast wheels turned before the newest poses: one that reverses between two reports may
+    have gone nowhere.
+
+    Args:
+        chassis: Wheels.
+        memory: With the newest poses.
+        newer: Whether there is one, shape (N,).
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        between = np.where(newer, memory.stamps[0] - memory.stamps[1], np.inf)[:, np.newaxis]
+        speeds = np.minimum(np.abs(memory.ways[0] - memory.ways[1]) / between, chassis.top_speed)
+    return memory._replace(fastest=np.maximum(memory.fastest, speeds))
 
 
 def _spacing(stamps: np.ndarray) -> np.ndarray:

@@ -340,6 +340,39 @@ def test_encoders_of_robots_that_a_busy_machine_sees_rarely_are_compared_with_ca
     assert check_rarely(dead=True, seconds=3)[-1] == Reason.ODOMETRY
 
 
+@pytest.mark.parametrize("turns_after", np.arange(0.15, 0.35, 0.02))
+def test_a_wheel_that_reverses_between_two_reports_was_fast_though_it_has_gone_nowhere(turns_after):
+    """A robot at rest turns at once at full rate, and back; frames take 0.05 s in the air."""
+    airtime, rest, speed = 0.05, 0.8, -0.08
+
+    def pose(time):
+        since = max(time - rest, 0.0)
+        return np.array([speed * since, 0.0, 3.0 * (abs(since - turns_after) - turns_after)])
+
+    for phase in np.arange(0.0, 0.2, 0.01):
+        memory = no_motion(1)
+        for moment in np.arange(0.0, rest + 0.6, PERIOD):
+            # Reports are told every 0.2 s; it is known when they come.
+            known = moment - airtime - CHASSIS.report_delay
+            told = 0.2 * np.floor((known - phase) / 0.2) + phase
+            forward, _, heading = pose(told)
+            ways = forward + 0.5 * CHASSIS.track_width * heading * np.array([-1, 1])
+            memory, faults = check_motion(
+                CHASSIS,
+                memory,
+                time=moment,
+                period=PERIOD,
+                poses=pose(moment - 0.01)[None],
+                good=np.ones(1, bool),
+                stamps=np.array([moment - 0.01]),
+                pose_ages=np.array([0.01]),
+                counts=np.rint(ways * CHASSIS.counts_per_metre)[None],
+                ages=np.array([known - told]),
+            )
+            memory = with_sent(CHASSIS, memory, np.array([[speed, 0.0]]))
+            assert faults[0] != Reason.ODOMETRY
+
+
 @pytest.mark.parametrize("fault", ["dead encoder", "reversed encoder"])
 @pytest.mark.parametrize("speed", [0.02, 0.05, 0.09, 0.2, 0.3])
 def test_encoders_that_tell_another_motion_are_noticed_however_slow_the_robot_is(fault, speed):
