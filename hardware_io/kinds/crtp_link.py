@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
 from cflib import crtp
 from cflib.crazyflie.commander import Commander
 from cflib.crtp.crtpstack import CRTPPacket
@@ -117,7 +116,7 @@ class _Vehicle:
     asked: float = -math.inf
     came: float = -math.inf
     stamp: int = -1
-    place: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    place: tuple[float, float] = (0.0, 0.0)
     elapsed: float = 0.0
     clock: RobotClock = field(default_factory=RobotClock)
 
@@ -312,8 +311,8 @@ class CrtpLink(ReportingLink):
         newer = came_anew or 0 < (stamp - vehicle.stamp) % (1 << 24) < 1 << 23
         if not (newer and all(map(math.isfinite, (x, y, yaw, battery)))):
             return False
-        place, since = np.array([x, y]), ((stamp - vehicle.stamp) % (1 << 24)) / 1000
-        drives = float(np.hypot(*(place - vehicle.place))) > _STANDS * since
+        place, since = (x, y), ((stamp - vehicle.stamp) % (1 << 24)) / 1000
+        drives = math.dist(place, vehicle.place) > _STANDS * since
         vehicle.stamp, vehicle.came, vehicle.place = stamp, now, place
         state = RobotState.DRIVING if drives else RobotState.IDLE
         if came_anew:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Self, TypeGuard
 
 from cyclonedds.idl import IdlStruct
 
-# Of plain CDR, little-endian.
+# Of plain CDR, little-endian: two bytes that say so, and two of no account.
 _HEAD = b"\x00\x01\x00\x00"
 _LENGTH = Struct("<I")
 # By the names of the library's types.
@@ -46,7 +46,7 @@ class PlainMessage(IdlStruct):
         """The bytes of a message.
 
         Args:
-            buffer, endianness, use_version_2: As of `IdlStruct`, which does it if they are given.
+            buffer, endianness, use_version_2: As of `IdlStruct`, which packs it if one is given.
         """
         if use_version_2 or buffer is not None or endianness is not None:
             return super().serialize(buffer, endianness, use_version_2)
@@ -69,9 +69,9 @@ class PlainMessage(IdlStruct):
 
         Args:
             data: They.
-            has_header, use_version_2: As of `IdlStruct`, which reads them where they are given.
+            has_header, use_version_2: As of `IdlStruct`, which reads those that differ.
         """
-        if use_version_2 or not has_header or data[: len(_HEAD) - 2] != _HEAD[:-2]:
+        if use_version_2 or not has_header or data[:2] != _HEAD[:2]:
             return super().deserialize(data, has_header, use_version_2)
         at, values = len(_HEAD), list[Any]()
         for numbers, size, _, _, is_array in _layout(cls)[0]:
