@@ -35,7 +35,7 @@ ROBOTS, DOMAIN = (1, 2, 3, 4, 5, 6), 224
 COMMANDS = int(os.environ.get("COMMANDS", "400"))
 
 DDS_ECHO = f"""
-from sightfield.hardware_io.device_process.link_host import go_first
+from sightfield.hardware_io.device_process.urgency import go_first
 go_first()
 from sightfield.hardware_io.kinds.dds_node import *
 from sightfield.hardware_io.kinds.dds_node import LOOPBACK, Node, open_domain
@@ -54,7 +54,7 @@ while True:
 """
 MAVLINK_ECHO = f"""
 import selectors, socket
-from sightfield.hardware_io.device_process.link_host import go_first
+from sightfield.hardware_io.device_process.urgency import go_first
 go_first()
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from sightfield.hardware_io.kinds.mavlink_link import AUTOPILOT, GUIDED, Packer

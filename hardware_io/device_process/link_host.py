@@ -1,8 +1,7 @@
 """The process that drives robots for a controller, and stops them when that has gone.
 
 Run by `ProcessLink` as a module, with the numbers of two open files, its socket and its board. It
-goes before other programs where the system lets it: real-time scheduling, which an account gets by
-a limit `rtprio` of 1.
+goes before other programs, and keeps CPUs awake, where the system lets it.
 """
 
 import contextlib
@@ -33,6 +32,7 @@ from .channel import (
     NoticeBoard,
     Open,
 )
+from .urgency import keep_awake
 
 # Robots whose controller has said nothing for so long stand [s], before any of them stops by itself
 # and says that it is deaf; until it speaks again that is repeated [s].
@@ -152,24 +152,10 @@ def main() -> None:
     sys.setswitchinterval(1e-4)
     channel = Channel(socket.socket(fileno=int(sys.argv[1])))
     board = NoticeBoard(int(sys.argv[2]))
-    with contextlib.suppress(Ended):
+    with contextlib.suppress(Ended), keep_awake():
         _serve(channel, board)
     # Threads of drivers may hang.
     os._exit(0)
-
-
-def go_first(process: int = 0) -> bool:
-    """Let a process, and the threads that it begins, run before others; whether it may.
-
-    Args:
-        process: Its number; 0: this one.
-    """
-    try:
-        os.sched_setscheduler(process, os.SCHED_RR, os.sched_param(1))
-    except (OSError, AttributeError):
-        # No permission, or another system than Linux.
-        return False
-    return True
 
 
 def _serve(channel: Channel, board: NoticeBoard) -> None:

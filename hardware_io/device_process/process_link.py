@@ -28,7 +28,7 @@ from .channel import (
     NoticeBoard,
     Open,
 )
-from .link_host import go_first
+from .urgency import go_first
 
 # How long the process may take to open the devices, and to close them [s].
 _OPENING, _CLOSING = 20.0, 1.6

@@ -7,11 +7,13 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from sightfield.hardware_io.device_process.process_link import ProcessLink
+from sightfield.hardware_io.device_process.urgency import LATENCY_FILE
 from sightfield.hardware_io.kinds.known_kinds import find_kind
 from sightfield.hardware_io.kinds.robot_kind import RobotFleet, Surroundings
 from sightfield.hardware_io.links.robot_link import LinkError, RobotState
@@ -65,6 +67,13 @@ def drive(link, laboratory):
         return drives(laboratory)
 
     wait_until(told)
+
+
+def test_its_process_keeps_cpus_awake_where_it_may():
+    with standing_in() as (_, fleet), ProcessLink("udp", fleet) as link:
+        files = Path(f"/proc/{host_of(link)}/fd").iterdir()
+        has_it_open = LATENCY_FILE in [os.readlink(each) for each in files]
+        assert has_it_open == os.access(LATENCY_FILE, os.W_OK)
 
 
 def test_robots_are_armed_driven_heard_and_stopped_from_another_process():
