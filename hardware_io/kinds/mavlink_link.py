@@ -96,7 +96,7 @@ _HEARTBEAT = 0.5
 # What it is to report, and how often [us].
 _INTERVALS = {
     dialect.MAVLINK_MSG_ID_HEARTBEAT: 200_000,
-    dialect.MAVLINK_MSG_ID_WHEEL_DISTANCE: 100_000,
+    dialect.MAVLINK_MSG_ID_WHEEL_DISTANCE: 50_000,
     dialect.MAVLINK_MSG_ID_SYS_STATUS: 1_000_000,
 }
 # Packets of numbers not newer than the last count again once none came for so long: the vehicle

@@ -17,7 +17,7 @@ from .udp_link import (
 )
 
 # Between two reports [s].
-_REPORT_PERIOD = 0.1
+_REPORT_PERIOD = 0.05
 # A deadline that lies further ahead is by another clock than this [ms].
 _FURTHEST = 1000
 _LOW_BATTERY = 6.6
@@ -103,7 +103,7 @@ class UdpBoard:
         return self._targets if self.state == RobotState.DRIVING else None
 
     def reports(self, now: float, sensed: Sensed) -> list[bytes]:
-        """Reports that are due: ten times a second, and at once to whoever asks.
+        """Reports that are due: twenty times a second, and at once to whoever asks.
 
         Args:
             now: Since the laboratory began [s].

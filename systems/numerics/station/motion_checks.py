@@ -7,8 +7,9 @@ themselves where they are told nothing. The ways by encoders and by motion captu
 reports are compared, at the moments at which both were measured, however late ticks are. What the
 one has gone beyond the other and beyond slip is added up, for either sense (a two-sided CUSUM test,
 Page, Biometrika 41, 1954). Slip grows with the way, and what delay explains does not: a moment that
-is off adds to one difference what it takes from the next, up to what the wheel turns meanwhile at
-its fastest. So a dead encoder is noticed after some centimetres of way, however slow the robot is.
+is off adds to one difference what it takes from the next, so that only the first and the last
+moment count, each with what the wheel turns there meanwhile. So a dead encoder is noticed after
+some centimetres of way, however slow the robot is.
 """
 
 from dataclasses import dataclass
@@ -34,9 +35,9 @@ _LAPSE = 0.14
 _PAUSE, _TRIES = 0.5, 3
 # Part of a way that slip and wrong dimensions explain [-].
 _SLIP = 0.25
-# What the rest adds up to when encoders and motion capture disagree: a length [m], and what a wheel
-# that reverses turns in the time by which moments are off [s] at the fastest of the last seconds.
-_DISAGREEMENT, _MOMENTS_OFF, _LATELY = 0.012, 0.04, 2.0
+# What the rest adds up to when encoders and motion capture disagree: a length [m], and what the
+# wheel turns in the time by which the first and the last moment are off [s].
+_DISAGREEMENT, _MOMENTS_OFF = 0.012, 0.04
 # Between two poses a wheel may have turned at any speed: part of the time between them by which a
 # moment there is off [-].
 _BETWEEN_POSES = 0.25
@@ -88,7 +89,10 @@ class MotionMemory(NamedTuple):
         counts: Of their encoders, shape (N, 2).
         report_ways: Of the wheels by motion capture then, shape (N, 2) [m].
         differences: By which encoders are ahead, and are behind, added up, shape (2, N, 2) [m].
-        fastest: Of each wheel lately, by encoder or motion capture, shape (N, 2) [m/s].
+        turning: How fast each wheel turned at most from the report before the last on, by encoder
+            or motion capture, shape (N, 2) [m/s].
+        since_report: The same of motion capture, from the last report on [m/s].
+        at_first: As `turning`, where the differences began to add up, shape (2, N, 2) [m/s].
     """
 
     poses: np.ndarray
@@ -106,7 +110,9 @@ class MotionMemory(NamedTuple):
     counts: np.ndarray
     report_ways: np.ndarray
     differences: np.ndarray
-    fastest: np.ndarray
+    turning: np.ndarray
+    since_report: np.ndarray
+    at_first: np.ndarray
 
 
 def no_motion(count: int) -> MotionMemory:
@@ -133,7 +139,9 @@ def no_motion(count: int) -> MotionMemory:
         counts=pairs,
         report_ways=pairs,
         differences=np.zeros((2, count, 2)),
-        fastest=pairs,
+        turning=pairs,
+        since_report=pairs,
+        at_first=np.zeros((2, count, 2)),
     )
 
 
@@ -216,7 +224,8 @@ def check_motion(
     memory = _follow(chassis, memory, time, period, good)
     memory = _compare(chassis, memory, now, counts, ages)
     off = np.maximum(_MOMENTS_OFF, _BETWEEN_POSES * _spacing(memory.stamps))
-    explained = _DISAGREEMENT + 2 * off[:, np.newaxis] * memory.fastest
+    at_last = np.maximum(memory.turning, memory.since_report)
+    explained = _DISAGREEMENT + off[:, np.newaxis] * (memory.at_first + at_last)
     disagree = (memory.differences > explained).any(axis=(0, 2))
     faults = np.where(
         disagree, Reason.ODOMETRY, np.where(time < memory.until, Reason.NOT_FOLLOWING, Reason.NONE)
@@ -304,7 +313,8 @@ def _compare(
     gone = np.maximum(np.abs(counted), np.abs(driven))
     explained = _SLIP * gone
     speed = np.minimum(gone / between[:, np.newaxis], chassis.top_speed)
-    slower = memory.fastest * np.exp(-between / _LATELY)[:, np.newaxis]
+    turning = np.maximum(speed, memory.since_report)
+    begins = whole[:, np.newaxis] & (memory.differences == 0.0)
     ahead = np.stack([counted - driven, driven - counted])
     sums = np.maximum(memory.differences + ahead - explained, 0.0)
     # One that is older than what is remembered is nothing to count from.
@@ -313,7 +323,9 @@ def _compare(
         counts=np.where(new[:, np.newaxis], counts, memory.counts),
         report_ways=np.where(new[:, np.newaxis], seen, memory.report_ways),
         differences=np.where(whole[:, np.newaxis], sums, memory.differences),
-        fastest=np.where(whole[:, np.newaxis], np.maximum(speed, slower), memory.fastest),
+        turning=np.where(whole[:, np.newaxis], turning, memory.turning),
+        since_report=np.where(new[:, np.newaxis], 0.0, memory.since_report),
+        at_first=np.where(begins, np.maximum(turning, memory.turning), memory.at_first),
     )
 
 
@@ -329,7 +341,7 @@ def _note_speeds(chassis: Chassis, memory: MotionMemory, newer: np.ndarray) -> M
     with np.errstate(invalid="ignore", divide="ignore"):
         between = np.where(newer, memory.stamps[0] - memory.stamps[1], np.inf)[:, np.newaxis]
         speeds = np.minimum(np.abs(memory.ways[0] - memory.ways[1]) / between, chassis.top_speed)
-    return memory._replace(fastest=np.maximum(memory.fastest, speeds))
+    return memory._replace(since_report=np.maximum(memory.since_report, speeds))
 
 
 def _spacing(stamps: np.ndarray) -> np.ndarray:
