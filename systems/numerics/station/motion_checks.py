@@ -91,7 +91,7 @@ class MotionMemory(NamedTuple):
         differences: By which encoders are ahead, and are behind, added up, shape (2, N, 2) [m].
         turning: How fast each wheel turned at most from the report before the last on, by encoder
             or motion capture, shape (N, 2) [m/s].
-        since_report: The same of motion capture, from the last report on [m/s].
+        since_report: The same of motion capture, from the last report on, shape (N, 2) [m/s].
         at_first: As `turning`, where the differences began to add up, shape (2, N, 2) [m/s].
     """
 

@@ -31,9 +31,11 @@ from ..value_function.solve import open_field_table
 from ..value_function.value_function import ValueFunction, word_known
 
 METHOD = "polished"
-# Ways down the table, words, paths of a car and words that end anywhere from which the programme is
-# solved at most.
-WAYS, WORDS, CAR_PATHS, SCATTERED = 2, 4, 8, 40
+# Ways down the table, words and paths of a car from which the programme is solved at most.
+WAYS, WORDS, CAR_PATHS = 2, 4, 8
+# Words that end anywhere, at most and in a lot: there is another as long as fewer of them than this
+# have led to the quickest path that is known, to within a part of its time.
+SCATTERED, LOT, OFTEN, _SAME = 160, 20, 3, 1e-3
 # Ways that are made into words, whose durations take the least time exactly.
 WORD_WAYS = 4
 # Fewer where the extremal solver has found a path, or a table tells the quickest way.
@@ -71,8 +73,9 @@ def plan_polished(
     Seeds are the best ways down the table, the quickest words of held controls near these, exact
     for any cart and distance, and shortest words of a car. With reverse, a long trailer or one that
     starts beyond a right angle, and where no table tells the way, words are drawn at random as
-    well, the same every time: some that lead into the box, and others that end anywhere. A small
-    programme tells which lead to the quickest paths; the switches of these are then placed exactly.
+    well, the same every time: some that lead into the box, and others that end anywhere, until
+    several of these have led to the quickest path. A small programme tells which lead to the
+    quickest paths; the switches of these are then placed exactly.
     To a point, or a point with a tolerance in beta alone, the extremal solver is asked too. There
     may be more optima than seeds, and the best may be missed.
 
@@ -112,9 +115,11 @@ def plan_polished(
             else "the table promises no way: other seeds only"
         )
     extremal = _extremal(problem)
-    seeds, arcs = _seeds(problem, ways, value, extremal)
-    ends = _ENDS / trailer.turn_rate
-    coarse = [(name, quick.solve(resampled(path, _COARSE_INTERVALS, ends))) for name, path in seeds]
+    many = extremal is None and _has_many_optima(problem, ways)
+    seeds, arcs = _seeds(problem, ways, value, extremal, many)
+    coarse = [(name, _coarse(quick, path)) for name, path in seeds]
+    if many:
+        coarse += [("drawn word", each) for each in _by_chance(quick, coarse)]
     found = [each for each in coarse if each[1].is_path]
     notes: dict[str, object] = {
         "table": None if value is None else value.grid.shape,
@@ -147,6 +152,31 @@ def plan_polished(
     )
 
 
+def _coarse(problem: Problem, path: TrailerPath) -> Attempt:
+    """The programme of few intervals, solved from a path."""
+    ends = _ENDS / problem.trailer.turn_rate
+    return problem.solve(resampled(path, _COARSE_INTERVALS, ends))
+
+
+def _by_chance(problem: Problem, known: list[tuple[str, Attempt]]) -> list[Attempt]:
+    """Attempts from words that end anywhere, until the quickest path has been met some times.
+
+    What was met once or never is likely to be one of several that are as hard to meet (Good,
+    Biometrika 40, 1953).
+    """
+    trailer, found = problem.trailer, list[Attempt]()
+    words = scattered_words(trailer, problem.start, problem.goal, SCATTERED)
+    quickest = min((each.time for _, each in known if each.is_path), default=math.inf)
+    for first in range(0, len(words), LOT):
+        paths = [word_path(trailer, problem.start, word) for word in words[first : first + LOT]]
+        found += [_coarse(problem, path) for path in paths]
+        times = [each.time for each in found if each.is_path]
+        quickest = min([quickest, *times])
+        if sum(time <= quickest * (1 + _SAME) for time in times) >= OFTEN:
+            break
+    return found
+
+
 def _extremal(problem: Problem) -> Plan | None:
     """The optimum of a cart that meets x, y and theta exactly, if the extremal solver finds it."""
     goal = problem.goal
@@ -159,7 +189,11 @@ def _extremal(problem: Problem) -> Plan | None:
 
 
 def _seeds(
-    problem: Problem, ways: list[Descent], value: ValueFunction | None, extremal: Plan | None
+    problem: Problem,
+    ways: list[Descent],
+    value: ValueFunction | None,
+    extremal: Plan | None,
+    many: bool,
 ) -> tuple[list[tuple[str, TrailerPath]], list[ArcWord]]:
     """What the programme is solved from, each with its name, and the quickest words among it."""
     trailer, start, goal = problem.trailer, problem.start, problem.goal
@@ -167,14 +201,12 @@ def _seeds(
     if extremal is not None:
         cars = _car_paths(problem, extremal.time, _CAR_PATHS_BESIDE)
         return named[:_WAYS_BESIDE] + [("car path", path) for path in cars], []
-    many = _has_many_optima(problem, ways)
     drawn = drawn_words(trailer, start, goal) if many else []
     arcs = _quickest(problem, [way.path for way in ways], value, drawn)[: WORDS if many else 1]
     longest = math.inf
     if ways and any(goal.tolerance[:3]):
         longest = ways[0].time + _LONGER / trailer.turn_rate
     cars = _car_paths(problem, longest, CAR_PATHS if many else _CAR_PATHS_BESIDE)
-    drawn += scattered_words(trailer, start, goal, SCATTERED) if many else []
     named += [("quickest word", word_path(trailer, start, word)) for word in arcs]
     named += [("car path", path) for path in cars]
     return named + [("drawn word", word_path(trailer, start, word)) for word in drawn], arcs

@@ -105,8 +105,9 @@ def test_backwards_too():
 
 
 # A trailer that all but folds over and swings back; one that is backed up for fifty turning radii;
-# and a long one, seventeen times as far away as a table reaches. Where from, where to, the box's
-# half width [m], and the best of the minimum-time programme from 60 seeds drawn at random [s].
+# a long one, seventeen times as far away as a table reaches; one that swings in where no car does;
+# and one whose way is met by one word in seventy. Where from, where to, the box's half width [m],
+# and the best of the minimum-time programme from 60 seeds drawn at random, or from 240 [s].
 HARD = [
     (
         Trailer(speed=0.432, turn_rate=0.199, length=1.6, hitch_offset=0.419),
@@ -122,6 +123,18 @@ HARD = [
         Trailer(speed=0.331, turn_rate=0.47, length=2.44, hitch_offset=0.365),
         ((93.8, 18.4, 0.883, -1.39), (6.58, -8.43, 0.319, 0.0), 0.141),
         310.576,
+    ),
+    (
+        Trailer(speed=0.62532, turn_rate=0.56967, length=2.2549, hitch_offset=0.50804),
+        ((-18.978, -10.193, -2.4343, -0.99893), (-0.43168, 5.8289, 2.5823, 0.0), 0.21954),
+        47.5955,
+    ),
+    (
+        Trailer(
+            speed=0.52555, turn_rate=0.66051, length=5.7984, hitch_offset=-0.4087, reverse=True
+        ),
+        ((4.6785, 0.68993, -2.6166, -0.27591), (0.9766, 2.3327, -1.6919, 0.0), 0.15914),
+        30.1183,
     ),
 ]
 
