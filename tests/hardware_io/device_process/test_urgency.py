@@ -10,9 +10,9 @@ import pytest
 from sightfield.hardware_io.device_process.urgency import go_first, keep_awake
 
 
-def has_open(file, process="self"):
-    """Whether a process has a file open."""
-    files = Path(f"/proc/{process}/fd").iterdir()
+def has_open(file):
+    """Whether this process has a file open."""
+    files = Path("/proc/self/fd").iterdir()
     return str(file) in [os.readlink(each) for each in files if each.exists()]
 
 

@@ -117,7 +117,7 @@ def plan_polished(
     extremal = _extremal(problem)
     many = extremal is None and _has_many_optima(problem, ways)
     seeds, arcs = _seeds(problem, ways, value, extremal, many)
-    coarse = [(name, _coarse(quick, path)) for name, path in seeds]
+    coarse = [(name, _solved(quick, path, _COARSE_INTERVALS)) for name, path in seeds]
     if many:
         coarse += [("drawn word", each) for each in _by_chance(quick, coarse)]
     found = [each for each in coarse if each[1].is_path]
@@ -152,10 +152,10 @@ def plan_polished(
     )
 
 
-def _coarse(problem: Problem, path: TrailerPath) -> Attempt:
-    """The programme of few intervals, solved from a path."""
+def _solved(problem: Problem, path: TrailerPath, intervals: int) -> Attempt:
+    """The programme of three arcs of so many intervals each, solved from a path."""
     ends = _ENDS / problem.trailer.turn_rate
-    return problem.solve(resampled(path, _COARSE_INTERVALS, ends))
+    return problem.solve(resampled(path, intervals, ends))
 
 
 def _by_chance(problem: Problem, known: list[tuple[str, Attempt]]) -> list[Attempt]:
@@ -169,7 +169,7 @@ def _by_chance(problem: Problem, known: list[tuple[str, Attempt]]) -> list[Attem
     quickest = min((each.time for _, each in known if each.is_path), default=math.inf)
     for first in range(0, len(words), LOT):
         paths = [word_path(trailer, problem.start, word) for word in words[first : first + LOT]]
-        found += [_coarse(problem, path) for path in paths]
+        found += [_solved(problem, path, _COARSE_INTERVALS) for path in paths]
         times = [each.time for each in found if each.is_path]
         quickest = min([quickest, *times])
         if sum(time <= quickest * (1 + _SAME) for time in times) >= OFTEN:
@@ -287,8 +287,7 @@ def _refined(problem: Problem, found: list[Attempt], fell_back: list[str]) -> At
         longest = coarse.time * (1 + _WORTH)
         if not any(each.status == "optimal" and each.time <= longest for each in placed):
             unplaced = True
-            ends = _ENDS / problem.trailer.turn_rate
-            fine = problem.solve(resampled(coarse.path, _INTERVALS, ends))
+            fine = _solved(problem, coarse.path, _INTERVALS)
             placed += [fine, *with_placed_switches(problem, [fine])]
         refined += placed
     if unplaced:
