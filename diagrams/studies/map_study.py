@@ -22,7 +22,8 @@ from ...systems.numerics.checked import Checked, Count, Positive, one_of
 from ...systems.numerics.errors import InvalidInput, require, require_one_of, require_type
 from ...systems.numerics.geometry.random_arena import Arena, draw_arena
 from ...systems.numerics.geometry.world import World
-from ...systems.numerics.statistics import Estimate, paired_difference, run_seed
+from ...systems.numerics.run_seeds import run_seed
+from ...systems.numerics.statistics import Estimate, paired_difference
 from ...systems.numerics.tracking.visibility_game.bounds import BOUNDS
 from ...systems.numerics.tracking.visibility_game.guaranteed_times import solve_visibility_game
 from ..outputs import write_json

@@ -19,7 +19,7 @@ from ...systems.numerics.errors import InvalidInput
 from ...systems.numerics.geometry.edge_index import build_edge_index
 from ...systems.numerics.geometry.team_sight import sight_matrix
 from ...systems.numerics.geometry.world import World
-from ...systems.numerics.statistics import run_seed
+from ...systems.numerics.run_seeds import run_seed
 from ...systems.numerics.tracking.visibility_game.board import make_board
 from ...systems.numerics.tracking.visibility_game.bottleneck import bottleneck, certificate
 from ...systems.numerics.tracking.visibility_game.pursuit import pair_worths

@@ -10,7 +10,7 @@ from ...systems.numerics.checked import Checked, Count
 from ...systems.numerics.errors import InvalidInput, require, require_positive
 from ...systems.numerics.geometry.random_arena import Arena, draw_arena
 from ...systems.numerics.geometry.world import World
-from ...systems.numerics.statistics import run_seed
+from ...systems.numerics.run_seeds import run_seed
 from ..scenario_files import build, with_settings
 from ..tracking.game import with_random_starts
 from ..tracking.scenario import TrackingScenario

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...systems.numerics.errors import InvalidInput, require, require_one_of
 from ...systems.numerics.geometry.world import World
-from ...systems.numerics.statistics import run_seed
+from ...systems.numerics.run_seeds import run_seed
 from .game import set_up_game, with_random_starts
 from .promises import Promises, audit_promises
 from .run import run_tracking

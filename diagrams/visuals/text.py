@@ -1,16 +1,14 @@
 """Text as flat meshes, since Meshcat has none, and numbers of which each place shows one digit.
 
-Outlines of DejaVu Sans are filled with triangles.
+Outlines of DejaVu Sans are filled with triangles. Matplotlib, which has them, is imported with the
+first text: games that nobody looks at need none of it.
 """
 
 from functools import cache
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 import shapely
-from matplotlib.font_manager import FontProperties
-from matplotlib.textpath import TextPath
 from pydrake.geometry import Rgba
 from shapely.geometry.base import BaseGeometry
 
@@ -24,15 +22,15 @@ _CAPITAL = 0.729
 
 
 @cache
-def _font(bold: bool) -> FontProperties:
-    folder = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
-    return FontProperties(fname=str(folder / f"DejaVuSans{'-Bold' if bold else ''}.ttf"))
-
-
-@cache
 def _outline(text: str, bold: bool) -> BaseGeometry:
     """The filled area of a line of text, its baseline from the origin, capitals 1 high."""
-    path = TextPath((0.0, 0.0), text, size=_FONT_SIZE, prop=_font(bold))
+    import matplotlib
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import TextPath
+
+    fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
+    font = FontProperties(fname=str(fonts / f"DejaVuSans{'-Bold' if bold else ''}.ttf"))
+    path = TextPath((0.0, 0.0), text, size=_FONT_SIZE, prop=font)
     shape: BaseGeometry = shapely.MultiPolygon()
     for ring in path.to_polygons(closed_only=True):
         # Even-odd filling: the ring inside a letter takes away what the outer one filled.

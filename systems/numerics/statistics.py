@@ -1,4 +1,4 @@
-"""Statistics of runs that a horizon may cut off: estimates, comparisons, trends, and their seeds.
+"""Statistics of runs that a horizon may cut off: estimates, comparisons and trends.
 
 A run that ends at the horizon without a loss says that its time is at least that long, not that it
 is that long (right-censored). Plain averages of such times measure the horizon; survival curves and
@@ -17,25 +17,6 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 from .errors import require, require_positive
-
-
-def run_seed(root: int, run: int) -> int:
-    """Seed of one run: the run-th child that `SeedSequence(root)` would spawn.
-
-    Args:
-        root: Seed of the study.
-        run: Number of the run, from 0.
-
-    Returns:
-        In [0, 2^53), so that JSON holds it exactly.
-
-    Raises:
-        InvalidInput: A number is negative.
-    """
-    require(root >= 0, "seed", "be zero or positive", root)
-    require(run >= 0, "run", "be zero or positive", run)
-    child = np.random.SeedSequence(root, spawn_key=(run,))
-    return int(child.generate_state(1, np.uint64)[0] >> np.uint64(11))
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from sightfield.diagrams.commands.app import make_app
 from sightfield.diagrams.studies.map_study import MapStudy, draw_maps, mean_share, run_map_study
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.random_arena import Arena, draw_arena
-from sightfield.systems.numerics.statistics import run_seed
+from sightfield.systems.numerics.run_seeds import run_seed
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )

@@ -73,11 +73,9 @@ class Moves(NamedTuple):
     Attributes:
         halves: Half-width of the row of offsets at each row offset from -reach to reach, shape
             (2 reach + 1,) [cells].
-        pace: How far a player may go that is followed on nodes with these moves [cells].
     """
 
     halves: np.ndarray
-    pace: float
 
     @property
     def reach(self) -> int:
@@ -100,6 +98,23 @@ class Moves(NamedTuple):
         """Length of the longest offset [cells]."""
         return float(np.hypot(*self.offsets.T).max())
 
+    @property
+    def pace(self) -> float:
+        """How far a player may go that is followed on nodes with these moves [cells].
+
+        It is the largest r such that discs of radius SLACK round the offsets cover that of
+        r + SLACK.
+        """
+        offsets = self.offsets
+        angles = np.linspace(0.0, 2.0 * np.pi, 14401)
+        directions = np.column_stack([np.sin(angles), np.cos(angles)])
+        along = offsets @ directions.T
+        across = offsets[:, :1] * directions[:, 1] - offsets[:, 1:] * directions[:, 0]
+        inside = SLACK * SLACK - across * across
+        ends = np.where(inside < 0.0, -np.inf, along + np.sqrt(np.maximum(inside, 0.0)))
+        # The union's rim is the farthest arc in each direction, and hardly nearer between two.
+        return float(ends.max(axis=0).min() - SLACK - 1e-3)
+
 
 @lru_cache
 def moves_within(square: int) -> Moves:
@@ -110,20 +125,7 @@ def moves_within(square: int) -> Moves:
     """
     reach = math.isqrt(square)
     halves = np.array([math.isqrt(square - row * row) for row in range(-reach, reach + 1)])
-    moves = Moves(halves, 0.0)
-    return moves._replace(pace=_pace(moves.offsets))
-
-
-def _pace(offsets: np.ndarray) -> float:
-    """Largest r such that discs of radius SLACK round the offsets cover that of r + SLACK."""
-    angles = np.linspace(0.0, 2.0 * np.pi, 14401)
-    directions = np.column_stack([np.sin(angles), np.cos(angles)])
-    along = offsets @ directions.T
-    across = offsets[:, :1] * directions[:, 1] - offsets[:, 1:] * directions[:, 0]
-    inside = SLACK * SLACK - across * across
-    ends = np.where(inside < 0.0, -np.inf, along + np.sqrt(np.maximum(inside, 0.0)))
-    # The union's rim is the farthest arc in each direction, and hardly nearer between two of them.
-    return float(ends.max(axis=0).min() - SLACK - 1e-3)
+    return Moves(halves)
 
 
 def cover(bounds: np.ndarray, spacing: float, margin: float = 0.0) -> Lattice:
