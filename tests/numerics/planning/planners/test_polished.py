@@ -14,6 +14,7 @@ from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.lower_bound import lower_bound
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from sightfield.systems.numerics.planning.plan import driven_path
+from sightfield.systems.numerics.planning.planners import polished
 from sightfield.systems.numerics.planning.planners.polished import plan_polished
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
@@ -146,6 +147,26 @@ def test_no_seed_drawn_at_random_leads_to_a_quicker_path(cart, question, best):
     plan = plan_polished(cart, start, goal)
     assert plan.converged
     assert plan.time <= best * (1 + 1e-4)
+    end = end_of(cart, start, ArcWord(plan.path.controls, np.diff(plan.path.times)))
+    assert max(goal.miss(end)) < 1e-6
+
+
+def test_a_cusp_too_short_for_few_intervals_is_found_by_more(monkeypatch):
+    """A word leads to a way of 70.869 s; with one more cusp, at the start, it is quicker."""
+    cart = Trailer(
+        speed=0.4452, turn_rate=0.29213, length=8.4338, hitch_offset=-1.6729, reverse=True
+    )
+    start, width = (6.2471, 4.4437, -0.64702, -1.2804), 0.30479
+    goal = Goal(state=(7.3388, 5.1989, -2.0315, 0.0), tolerance=(width, width, 0.251, 0.251))
+    controls = [(-1, 0), (-1, -1), (1, 0), (1, -1), (-1, -1)]
+    word = ArcWord(
+        np.array(controls) * [cart.speed, cart.turn_rate],
+        np.array([2.51435, 9.65460, 12.91216, 0.89801, 5.23347]),
+    )
+    monkeypatch.setattr(polished, "scattered_words", lambda *question: [word])
+    plan = plan_polished(cart, start, goal)
+    assert plan.converged
+    assert plan.time <= 70.7606
     end = end_of(cart, start, ArcWord(plan.path.controls, np.diff(plan.path.times)))
     assert max(goal.miss(end)) < 1e-6
 
