@@ -1,6 +1,6 @@
-"""What lies between what is measured and what is sent.
+"""Systems between what is measured and what is sent.
 
-Ages are judged, poses taken apart, and commands let through to robots that may drive.
+They judge ages, take poses apart, and let commands through to robots that may drive.
 """
 
 import numpy as np
@@ -157,7 +157,7 @@ class CommandGate(LeafSystem):
 
 # Sensors of a robot, from left to right; the two in the middle look ahead.
 _SENSORS, _AHEAD = 4, slice(1, 3)
-# By how much farther something has to be before a robot drives on [m].
+# By how much farther an obstacle has to be before a held robot drives on [m].
 _RELEASED = 0.02
 
 

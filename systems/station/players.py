@@ -13,10 +13,10 @@ from ..numerics.errors import require, require_positive
 
 
 class SamplePlayer(LeafSystem):
-    """Shows one sample after another, a tick each, and the last one ever after.
+    """Shows one sample after another, one per tick, and the last one ever after.
 
-    As the receivers do, it changes in the update at the tick: what looks at the moment of the
-    tick itself still sees the sample before, as it did when the samples were recorded.
+    Like the receivers, it changes in the update at the tick: whoever reads it at the moment of
+    the tick itself still sees the sample before, as when the samples were recorded.
 
     .. pydrake_system::
 

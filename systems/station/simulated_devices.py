@@ -15,11 +15,11 @@ from ..numerics.station.motion_checks import Chassis, wheel_ways
 
 
 class ImperfectChannel(LeafSystem):
-    """Delays, loses and rounds samples of what comes in, each member's on their own.
+    """Delays, loses and rounds samples of what comes in, separately for each member.
 
-    Samples are taken at the channel's period. `received` is the newest that has arrived of each
-    member, `stamp` when it was taken: minus infinity before the first. A sample that arrives at
-    once is received from the moment after its tick on.
+    Samples are taken at the channel's period. `received` is the newest sample of each member that
+    has arrived, `stamp` when it was taken: minus infinity before the first. A sample that arrives
+    at once is received from just after its tick on.
 
     .. pydrake_system::
 

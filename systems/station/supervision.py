@@ -1,7 +1,7 @@
-"""What watches robots, and decides which of them may run.
+"""Systems that watch robots, and decide which of them may run.
 
-Poses are believed or not, motion is compared with commands and encoders, and robots that leave the
-floor or overlap are told from those that do not.
+They check whether poses can be believed, compare motion with commands and encoders, and find robots
+that leave the floor or overlap.
 """
 
 from typing import Any, Generic, NamedTuple, TypeVar
@@ -73,7 +73,7 @@ class KeptRecord(Generic[Record]):
 
 
 class PoseGate(LeafSystem):
-    """Passes on poses that robots can have driven to, and of the others the last that was believed.
+    """Passes on poses that robots can have driven to; in place of others, the last one believed.
 
     .. pydrake_system::
 
@@ -99,8 +99,8 @@ class PoseGate(LeafSystem):
     =============  ====  =========  =====  ===========
 
     `fault` is a number of Reason: why the last pose is not believed, or 0. `starts_said` is how
-    often the operator has said start: with each time any pose within the world is believed. Inputs
-    are held from tick to tick.
+    often the operator has said start: after each start, any pose within the world is believed.
+    Inputs are held from tick to tick.
 
     Source: ours.
 
@@ -190,8 +190,8 @@ class MotionCheck(LeafSystem):
     `stamp` is when a pose was seen, by the clock of the motion capture, and `pose_age` how long ago
     that is. `counts` and their `age` are of the last report of each robot. `fault` is a number of
     Reason: ODOMETRY, NOT_FOLLOWING, or 0; it does not depend on what is sent at the same tick,
-    which depends on it. Each time the operator says start, of which `starts_said` is the number,
-    all is forgiven.
+    which depends on it. Each time the operator says start, which `starts_said` counts, all faults
+    are forgiven.
 
     Source: ours; see `check_motion`.
 
@@ -266,7 +266,7 @@ class MotionCheck(LeafSystem):
 
 
 class FloorGuard(LeafSystem):
-    """Says which robots are off the floor or within one another, beyond what control costs.
+    """Says which robots are off the floor or overlap, by more than a slack for control errors.
 
     .. pydrake_system::
 
@@ -331,7 +331,7 @@ _NOTHING = _Now(Decision(np.zeros(0), np.zeros(0), np.zeros(0)), 0.0)
 
 
 class RobotSupervisor(LeafSystem):
-    """Makes of each robot that it is armed, running, held or lost, and counts the running ticks.
+    """Decides whether each robot is armed, running, held or lost, and counts the running ticks.
 
     .. pydrake_system::
 
@@ -405,7 +405,7 @@ class RobotSupervisor(LeafSystem):
         self._ticks = self.DeclareDiscreteState(state_vector(np.zeros(1)))
         self._number = self.DeclareDiscreteState(state_vector(np.array([-1.0])))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
-        # Every port tells a part of it.
+        # Every output port shows a part of this.
         now = ValueProducer(lambda: AbstractValue.Make(_NOTHING), self._calc_now)
         self._now = self.DeclareCacheEntry("now", now)
         self.DeclareVectorOutputPort("standing", count, self._calc_standing)
@@ -438,7 +438,7 @@ class RobotSupervisor(LeafSystem):
         return supervise(self._rules, memory, signs)
 
     def _ran(self, decision: Decision, tick: int) -> bool:
-        """Whether a tick counts."""
+        """Whether a tick counts as one at which robots ran."""
         return tick > 0 and bool((decision.standings == Standing.RUNNING).any())
 
     def _keep(self, context, discrete_state):

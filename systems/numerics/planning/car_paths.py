@@ -218,8 +218,8 @@ def _dubins_words(poses: np.ndarray) -> Words:
 def _lsl(x, y, theta):
     dx, dy = x - np.sin(theta), y - 1 + np.cos(theta)
     course, straight = np.arctan2(dy, dx), np.hypot(dx, dy)
-    # The shorter the straight, the less its course is known: an arc that may be none is none, and
-    # the other one is all of the turn.
+    # The shorter the straight, the less exactly its course is known: an arc that may be zero is set
+    # to zero, and the other one makes the whole turn.
     unknown = ROUNDING + 1e-14 / np.maximum(straight, 1e-300)
     whole, last = _turn(theta), _turn(theta - course, unknown)
     first = np.where(last == 0, whole, _turn(course, unknown))
@@ -247,7 +247,7 @@ def _lrl(x, y, theta):
 
 
 def _turn(angle, unknown=ROUNDING):
-    """An angle in [0, 2 pi), where a whole turn but for rounding is none."""
+    """An angle in [0, 2 pi); a whole turn, up to rounding, counts as zero."""
     turn = np.mod(angle, math.tau)
     return np.where(turn > math.tau - unknown, 0.0, turn)
 

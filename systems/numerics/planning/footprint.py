@@ -172,7 +172,7 @@ def require_clear_ends(world: World, discs: Discs, start: Sequence[float], goal:
 def walls_part(world: World, discs: Discs, start: Sequence[float], goal: Goal) -> bool:
     """Whether not even the disc around the tractor's axle can get from a start to a goal.
 
-    Then there is no path at all. The other way about it is no promise: the cart is longer than
+    Then there is no path at all. That it can get there promises nothing: the cart is longer than
     that disc, and cannot turn on the spot.
     """
     radii = [

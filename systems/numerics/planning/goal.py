@@ -1,7 +1,7 @@
 """What a plan is to reach and from where, and which carts and distances planners can compute with.
 
-Beyond their ranges a time step that follows the trailer is lost in rounding, or there are more of
-them than fit into memory.
+Outside these ranges, a time step short enough for the trailer is lost in rounding, or there are
+more of them than fit into memory.
 """
 
 import math
@@ -15,7 +15,7 @@ from .trailer import Trailer
 
 # Half-widths of one cell of the thesis's grid, in the normalised model (3.5.1).
 THESIS_TOLERANCE = (0.2, 0.2, 0.251, 0.251)
-# A cart this near to its goal is there, for all planners: [m], [rad].
+# All planners count a cart this near to its goal as arrived [m], [rad].
 ROUNDING = 1e-9
 
 
@@ -107,17 +107,18 @@ class Goal:
         return x, y, theta, beta
 
     def corners(self) -> np.ndarray:
-        """Of the box on the ground, counterclockwise, shape (4, 2) [m]; its widths are finite."""
+        """Corners of a box of finite widths on the ground, counterclockwise, shape (4, 2) [m]."""
         wide, high = self.tolerance[:2]
         local = np.zeros((4, 4))
         local[:, 0], local[:, 1] = [wide, wide, -wide, -wide], [-high, high, high, -high]
         return self.from_frame(local)[:, :2]
 
 
-# Of the length of the trailer in turning radii, and of the hitch offset in lengths.
+# Range of the trailer's length in turning radii, and largest hitch offset in trailer lengths.
 SHORTEST, LONGEST = 1e-3, 1e3
 MOST_OFFSET = 100.0
-# Turning radii from start to goal, and from either to the origin; turns of a heading [rad].
+# Longest way from start to goal, and from either to the origin, in turning radii; largest angle
+# of either [rad].
 FARTHEST, FARTHEST_OUT = 1e4, 1e7
 MOST_TURNED = 1e6
 
@@ -142,7 +143,7 @@ def require_plannable_cart(trailer: Trailer) -> None:
 
 
 def require_plannable(trailer: Trailer, start: Sequence[float], goal: Goal) -> None:
-    """Refuse a question that is too far, or too far out, for rounding to leave an answer.
+    """Refuse a start and goal so far apart, or so far out, that rounding would spoil the answer.
 
     Args:
         trailer: The cart.
@@ -165,7 +166,7 @@ def require_plannable(trailer: Trailer, start: Sequence[float], goal: Goal) -> N
 
 
 def checked_start(trailer: Trailer, start: Sequence[float], goal: Goal) -> np.ndarray:
-    """The start as an array, shape (4,), after refusing what cannot be one, or is no cart or goal.
+    """Return the start as an array, shape (4,), after checking it, the cart and the goal.
 
     Raises:
         InvalidInput: It is not x, y, theta and beta, finite, with beta within the jackknife limit,

@@ -1,4 +1,4 @@
-"""A time that no path of the cart can beat: that of the car without its trailer's angle.
+"""A lower bound of the cart's travel time: that of a car, with the trailer's angle left free.
 
 To a point it is the Dubins length, or the Reeds-Shepp length for a cart that may reverse. Into a
 box it is the least such length to any pose of the box, by branch and bound: certain, and below the
@@ -125,7 +125,7 @@ def lower_bound(
 
 
 def _searched_length(start, centre, widths, reverse: bool) -> float:
-    """Least length over a grid of the box, which is drawn in round the best pose four times."""
+    """Least length over a grid of poses in the box, refined four times round the best pose."""
     lengths = reeds_shepp_lengths if reverse else dubins_lengths
     # Free entries: as far as the start and a loop round it.
     reach = np.abs(centre - start) + math.tau
@@ -148,7 +148,7 @@ def _searched_length(start, centre, widths, reverse: bool) -> float:
 
 
 def _certain_length(start, centre, widths, reverse, best: float, tolerance: float) -> float:
-    """A length below the least one into the box by at most the tolerance, but for MOST_CELLS.
+    """Lower bound of the least length into the box, within the tolerance but for MOST_CELLS.
 
     `best` is the length of some path into the box.
     """

@@ -1,7 +1,7 @@
-"""A channel that delays, loses and rounds what goes through it, and how old what came is.
+"""A channel that delays, loses and rounds what goes through it, and the age of what arrives.
 
-Samples of every member are taken together and travel apart: each is lost or late on its own, and
-one that overtakes an older one makes that worthless.
+Samples of all members are taken together but travel separately: each is lost or late on its own,
+and an older one that is overtaken is ignored.
 """
 
 import math
@@ -23,7 +23,7 @@ class Channel(Checked):
         delay: From sampling to arrival, at least; with the jitter up to a minute [s].
         jitter: Added to the delay, uniform from zero to this [s].
         dropout: Probability that a member's sample is lost, in [0, 1].
-        quantum: To multiples of which values are rounded, in each value's unit; [-]; 0: not at all.
+        quantum: Values are rounded to multiples of it, in each value's unit; [-]; 0: not at all.
         seed: Of losses and jitter.
 
     Raises:

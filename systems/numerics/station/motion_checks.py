@@ -2,14 +2,14 @@
 
 Both are compared as ways of the wheels. The motion that a command leads to is predicted by a delay
 of two ticks and a first-order lag; a robot whose pose stands still while it should have gone some
-centimetres does not follow. After a tick that comes late robots begin at rest: they stop by
-themselves where they are told nothing. The ways by encoders and by motion capture between two
-reports are compared, at the moments at which both were measured, however late ticks are. What the
-one has gone beyond the other and beyond slip is added up, for either sense (a two-sided CUSUM test,
-Page, Biometrika 41, 1954). Slip grows with the way, and what delay explains does not: a moment that
-is off adds to one difference what it takes from the next, so that only the first and the last
-moment count, each with what the wheel turns there meanwhile. So a dead encoder is noticed after
-some centimetres of way, however slow the robot is.
+centimetres does not follow. After a late tick the prediction starts from rest, as robots stop by
+themselves when they are told nothing. Encoders and motion capture are compared by their ways
+between two reports, at the moments of measurement, however late ticks are. What one has gone beyond
+the other and beyond slip is added up, in either sense (a two-sided CUSUM test, Page, Biometrika 41,
+1954). Slip grows with the way, but errors by delay do not: a moment that is off adds to one
+difference what it takes from the next, so that only the first and the last moment count, each with
+what the wheel turns in the time by which it is off. So a dead encoder is noticed after some
+centimetres of way, however slow the robot is.
 """
 
 from dataclasses import dataclass
@@ -21,28 +21,29 @@ from ..checked import Checked, NonNegative, Positive
 from .pose_checks import angle_between
 from .supervision import Reason
 
-# Of the predicted motion: lag [s].
+# Lag of the predicted motion [s].
 _LAG = 0.1
-# A wheel that is to go more slowly may stand for friction [m/s].
+# A wheel that is told to go more slowly may be held by friction [m/s].
 _SLOWEST = 0.03
-# What a pose has to change for the robot to have moved [m].
+# Change of a pose above which the robot has moved [m].
 _MOVED = 0.005
-# Way that may be blind [m], and time at the present speed on top of it [s].
+# Way that a robot may be told to go without moving: a length [m], and time at that speed [s].
 _BLIND_WAY, _BLIND_TIME = 0.012, 0.12
 # Where ticks are further apart robots have stopped by themselves meanwhile [s].
 _LAPSE = 0.14
-# A robot that does not follow stands for so long before it is tried again [s], so often.
+# How long a robot that does not follow stands before it is tried again [s], and after how many
+# failures in a row it is not.
 _PAUSE, _TRIES = 0.5, 3
 # Part of a way that slip and wrong dimensions explain [-].
 _SLIP = 0.25
-# What the rest adds up to when encoders and motion capture disagree: a length [m], and what the
-# wheel turns in the time by which the first and the last moment are off [s].
+# Sum of the rest above which encoders and motion capture disagree: a length [m], and what the wheel
+# turns in the time by which the first and the last moment may be off [s].
 _DISAGREEMENT, _MOMENTS_OFF = 0.012, 0.04
-# Between two poses a wheel may have turned at any speed: part of the time between them by which a
-# moment there is off [-].
+# Between two poses a wheel's speed is not known: time by which a moment there may be off, as a
+# share of the time between them [-].
 _BETWEEN_POSES = 0.25
-# Poses that are remembered: a report tells how things stood some ticks ago. The newest may be older
-# than the report, by so much at most [s].
+# Number of poses remembered, as a report tells how things stood some ticks ago; and by how much a
+# report may be newer than the newest pose [s].
 _KEPT, _AHEAD = 4, 0.06
 # Two reports are not nearer in time [s].
 _BETWEEN_REPORTS = 0.03
@@ -88,11 +89,11 @@ class MotionMemory(NamedTuple):
         reports: Stamps of the last reports, shape (N,) [s]; minus infinity before the first.
         counts: Of their encoders, shape (N, 2).
         report_ways: Of the wheels by motion capture then, shape (N, 2) [m].
-        differences: By which encoders are ahead, and are behind, added up, shape (2, N, 2) [m].
-        turning: How fast each wheel turned at most from the report before the last on, by encoder
-            or motion capture, shape (N, 2) [m/s].
-        since_report: The same of motion capture, from the last report on, shape (N, 2) [m/s].
-        at_first: As `turning`, where the differences began to add up, shape (2, N, 2) [m/s].
+        differences: Sums by which encoders are ahead, and behind, shape (2, N, 2) [m].
+        turning: Top speed of each wheel since the report before the last, by encoder or motion
+            capture, shape (N, 2) [m/s].
+        since_report: The same by motion capture since the last report, shape (N, 2) [m/s].
+        at_first: As `turning`, when the differences began to add up, shape (2, N, 2) [m/s].
     """
 
     poses: np.ndarray
@@ -216,7 +217,7 @@ def check_motion(
     with np.errstate(invalid="ignore"):
         now = stamps + pose_ages
         late = now - memory.looked > _LAPSE
-    # What a robot was told before a tick that came late it has not gone on with: it begins again.
+    # Before a late tick a robot has stopped by itself: its prediction starts from rest.
     rested = np.where(late[:, np.newaxis], 0.0, memory.predicted)
     memory = memory._replace(
         predicted=rested, looked=np.where(np.isfinite(now), now, memory.looked)
@@ -287,7 +288,7 @@ def _compare(
     counts: np.ndarray,
     ages: np.ndarray,
 ) -> MotionMemory:
-    """Ways by encoders and by motion capture since the report before, where one has come.
+    """Compare ways by encoders and motion capture since the last report, where a new one came.
 
     Args:
         chassis: Wheels.
@@ -317,7 +318,7 @@ def _compare(
     begins = whole[:, np.newaxis] & (memory.differences == 0.0)
     ahead = np.stack([counted - driven, driven - counted])
     sums = np.maximum(memory.differences + ahead - explained, 0.0)
-    # One that is older than what is remembered is nothing to count from.
+    # A report that is older than all remembered poses is not counted from.
     return memory._replace(
         reports=np.where(new, np.where(surely, stamps, -np.inf), memory.reports),
         counts=np.where(new[:, np.newaxis], counts, memory.counts),
@@ -330,8 +331,9 @@ def _compare(
 
 
 def _note_speeds(chassis: Chassis, memory: MotionMemory, newer: np.ndarray) -> MotionMemory:
-    """How fast wheels turned before the newest poses: one that reverses between two reports may
-    have gone nowhere.
+    """Note how fast wheels turned before the newest poses.
+
+    The ways at reports do not tell: a wheel that reverses between two may have gone nowhere.
 
     Args:
         chassis: Wheels.

@@ -1,8 +1,8 @@
-"""Whether poses are such as a robot can have had, and lie where robots may be.
+"""Whether robots can have driven to their measured poses, and whether robots may be there.
 
-A robot is where it was last believed to be until a pose comes that it can have driven to. What it
-can have driven grows with the time since then for half a second only: a robot that is not believed
-stands.
+A robot is taken to be at its last believed pose until a pose comes that it can have driven to from
+there. The way that it can have driven grows with time for half a second only: a robot whose pose is
+not believed is stopped.
 """
 
 from dataclasses import dataclass
@@ -15,9 +15,9 @@ from ..checked import Checked, NonNegative, Positive
 from ..geometry.world import World
 from .supervision import Reason
 
-# By how much a robot may be faster than it is told, as a part of its top speed.
+# How fast a robot may really be, as a multiple of its top speed.
 _OVERSHOOT = 1.2
-# For how long a robot may have driven that was not believed [s].
+# For how long a robot whose pose is not believed may have driven on [s].
 _BRAKED_AFTER = 0.5
 
 
@@ -30,8 +30,8 @@ class PoseLimits(Checked):
         top_turn_rate: Of the fastest robot [rad/s].
         bounds: Of the world, x_min, y_min, x_max, y_max [m].
         margin: By which a pose may lie beyond them [m].
-        jump: Distance that is no driving, beyond what speed allows [m].
-        flip: Turn that is no driving, beyond what the turn rate allows [rad].
+        jump: Distance beyond what speed allows that counts as a jump [m].
+        flip: Turn beyond what the turn rate allows that counts as a flip [rad].
 
     Raises:
         InvalidInput: A number is out of its range.
@@ -50,7 +50,7 @@ class PoseMemory(NamedTuple):
 
     Attributes:
         poses: Last believed, shape (N, 3) [m], [m], [rad].
-        stamps: When those were seen, shape (N,) [s]; minus infinity for any pose being believed.
+        stamps: When those were seen, shape (N,) [s]; minus infinity: any pose is believed next.
         looked: When the last pose was seen, believed or not, shape (N,) [s].
         excess: Way beyond what top speed allows, added up, shape (N,) [m].
         verdicts: Of the last pose, numbers of Reason, shape (N,).
@@ -98,11 +98,11 @@ def check_poses(
         memory: What was known.
         poses: As measured, shape (N, 3) [m], [m], [rad].
         stamps: When, shape (N,) [s].
-        valid: Which of them are, shape (N,).
+        valid: Which of them are valid, shape (N,).
     """
     new = valid & (stamps > memory.looked)
     first = np.isneginf(memory.stamps)
-    # A pose is of any size, or not a number: it fails then.
+    # A pose may hold any numbers, or NaN; it is not believed then.
     with np.errstate(invalid="ignore", over="ignore"):
         since = np.where(first, 0.0, stamps - memory.stamps)
         driven = np.minimum(since, _BRAKED_AFTER)

@@ -1,8 +1,8 @@
-"""On which topics of ROS 2 poses of robots come."""
+"""The ROS 2 topics on which poses of robots arrive."""
 
 from ..errors import require, require_one_of
 
-# Of each message, the topic where none is named.
+# Default topic of each message.
 USUAL_TOPICS = {"PoseStamped": "{body}/pose", "Odometry": "{body}/odom", "tf": "tf"}
 
 
@@ -11,12 +11,12 @@ def pose_topic(message: str, topic: str, domain: int) -> str:
 
     Args:
         message: One of USUAL_TOPICS.
-        topic: As it is named; empty: the usual one.
+        topic: Its name; empty: the usual one.
         domain: Number of the domain (ROS_DOMAIN_ID).
 
     Raises:
-        InvalidInput: The message is another, the topic lacks {body} or has it in vain, or the
-            domain is none.
+        InvalidInput: The message is another, the topic lacks {body} or must not have it, or the
+            domain is out of its range.
     """
     require_one_of("message", message, USUAL_TOPICS)
     require(0 <= domain <= 232, "domain", "be 0 to 232", domain)

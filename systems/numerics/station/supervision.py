@@ -173,7 +173,7 @@ class SupervisorMemory(NamedTuple):
 
 
 class Decision(NamedTuple):
-    """What is made of N robots.
+    """What is decided about N robots.
 
     Attributes:
         standings: Numbers of Standing, shape (N,).
@@ -214,8 +214,8 @@ def supervise(
     stays = rules.staying
     answered = np.zeros(len(Reason), dtype=bool)
     answered[[Reason.FOREIGN_STOP, Reason.RESET, Reason.MOTOR]] = True
-    # What a robot that is asked to arm again still reports is answered, not kept; once it has
-    # reported since that it is armed, a reset is another one.
+    # What a robot still reports while it is asked to arm again is being answered, and not kept.
+    # Once it has reported without any of that since, a reset is a new one.
     since = signs.time - signs.ages > asked_until - _ASKED_FOR + _OF_BEFORE
     well = since & (signs.robot_states >= 0) & ~(present & answered).any(axis=1)
     asked_until = np.where(well, -np.inf, asked_until)
@@ -270,7 +270,7 @@ def _present(rules: SupervisionRules, signs: Signs, seen: np.ndarray) -> np.ndar
 
 
 class Transition(NamedTuple):
-    """A robot, or all of them, came to stand otherwise.
+    """A change of the standing or reason of one robot, or of all of them.
 
     Attributes:
         robot: Its name, "" for all.
@@ -284,7 +284,7 @@ class Transition(NamedTuple):
 
 
 def standing_name(standing: float) -> str:
-    """armed, running, held or lost; unknown for a number that is none of theirs, as a log may hold.
+    """Name of a standing; "unknown" for a number that is none, as a log may hold.
 
     Args:
         standing: Number of Standing [-].
@@ -294,7 +294,7 @@ def standing_name(standing: float) -> str:
 
 
 def reason_words(reason: float) -> str:
-    """A reason in words, "" for none or a number that is none of theirs.
+    """A reason in words, "" for none or an unknown number.
 
     Args:
         reason: Number of Reason [-].
@@ -307,7 +307,7 @@ def transitions(
     before: tuple[np.ndarray, np.ndarray] | None,
     now: tuple[np.ndarray, np.ndarray],
 ) -> list[Transition]:
-    """What has changed from one tick to the next; what is the same of all robots is told once.
+    """What has changed from one tick to the next; a change to the same of all robots is told once.
 
     Args:
         names: Of the robots.

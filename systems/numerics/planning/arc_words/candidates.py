@@ -43,12 +43,12 @@ def quickest_words(
     allowed: Callable[[ArcWord], bool],
     clearance: Clearance | None = None,
 ) -> list[ArcWord]:
-    """The words near others that take the least time into a box, the quickest first.
+    """Optimise the durations of words so that they take the least time into a box; quickest first.
 
     Args:
         trailer: Which drives.
         start: x, y, theta, beta [m], [m], [rad], [rad].
-        words: Near which to look; they need not lead into the box.
+        words: From which to start; they need not lead into the box.
         goal: The box, or point.
         allowed: Says of a word whether it may be driven.
         clearance: See `shortened`.
@@ -110,18 +110,18 @@ def keeps_limit(trailer: Trailer, start, word: ArcWord) -> bool:
     return word_path(trailer, start, word).widest_angle <= limit + 1e-9
 
 
-# How many are drawn, of how many arcs, and how many orders of controls are kept, of those whose
-# angles wind alike and in all.
+# Number of words drawn, their fewest and most arcs, and how many orders of controls are kept: with
+# the same winding of the angles, and in all.
 DRAWN, FEWEST_ARCS, MOST_ARCS, KEPT_ALIKE, KEPT = 4000, 3, 6, 10, 40
-# Of a cart that may reverse, the part that drives forwards only: all else are ways with cusps.
+# For a cart that may reverse, the share of words that only drive forwards: the others have cusps.
 FORWARDS = 0.3
-# Straights are as long as the way to the goal times up to this.
+# One straight of a word is made longer by up to this many times the distance to the goal.
 FARTHER = 1.2
-# Corrections of a word at most, the longest change of a turn in one [1 / turn rate], and what
-# keeps corrections small that would move the end by little.
+# Most corrections of a word, the longest change of a turn in one [1 / turn rate], and the damping
+# that limits corrections which would hardly move the end.
 CORRECTIONS, LONGEST_CHANGE, DAMPING = 12, 1.0, 1e-4
-# How far outside the box the end may stay for the search for durations that follows, in turning
-# radii and radians, and when there is nothing more to correct.
+# How far outside the box the end of a word that is kept may be, for the search for durations that
+# follows, and the miss at which corrections stop, in turning radii and radians.
 NEAR, ENOUGH = 1e-3, 1e-4
 _TURN = 2.0 * math.pi
 
@@ -129,9 +129,9 @@ _TURN = 2.0 * math.pi
 def drawn_words(trailer: Trailer, start, goal: Goal, count: int = DRAWN) -> list[ArcWord]:
     """Words into a box, the quickest first, one for each order of controls; the same every time.
 
-    Words whose theta or beta winds otherwise are kept beside quicker ones: near each there may be
-    an optimum, such as that of a trailer which swings over to its other side. Ends may be outside
-    the box by a hair, and the jackknife limit is not looked at: words are to be shortened.
+    Words whose theta or beta winds differently are kept beside quicker ones: near each there may be
+    an optimum, such as that of a trailer which swings over to its other side. Ends may be slightly
+    outside the box, and the jackknife limit is ignored: the words are to be optimised afterwards.
 
     Args:
         trailer: Which drives, in the open field.
@@ -221,8 +221,8 @@ def _bring_in(start, controls, durations, arcs, cart, beta, widths, bound, misse
         beta: Of the goal.
         widths: Half-widths of the box, those of free entries zero.
         bound: Which entries are not free.
-        misses, windings: How far outside each word ends at last, and how often theta and beta have
-            turned there, none if they are free; to be filled.
+        misses, windings: How far outside the box each word ends, and the whole turns of theta and
+            beta there, zero if they are free; to be filled.
     """
     gaps, excess, square = np.empty(4), np.empty(4), np.empty((4, 4))
     far = max(1.0, math.hypot(start[0], start[1]))
@@ -253,7 +253,7 @@ def _bring_in(start, controls, durations, arcs, cart, beta, widths, bound, misse
 
 @kernel
 def _outside(gaps, widths, bound, excess):
-    """What of gaps is outside a box, into `excess`; returns the most."""
+    """Write the part of each gap that is outside a box into `excess`; returns the largest."""
     most = 0.0
     for n in range(4):
         excess[n] = 0.0
@@ -265,7 +265,7 @@ def _outside(gaps, widths, bound, excess):
 
 @kernel
 def _normal_matrix(slopes, excess, square):
-    """Products of the slopes of what is outside, and the damping, into `square`."""
+    """Fill `square` with the products of the slopes of entries outside the box, plus damping."""
     for n in range(4):
         for m in range(4):
             square[n, m] = DAMPING if n == m else 0.0

@@ -1,10 +1,10 @@
 """Durations of words into a goal box by linear programmes: thousands of words in a blink.
 
-The duration is linear in the arcs, and where the word ends nearly so. So the best small change of
-durations is a linear programme of four rows, the faces of the box: a dual simplex begins at the
-shortest arcs and takes a few pivots. A step that leaves the box is brought back by least changes.
-How much it then keeps of what it promised says how long the next may be. That takes microseconds,
-where the general solver of `shortened` takes milliseconds.
+The total time is linear in the durations, and the end of the word nearly so. So the best small
+change of durations is a linear programme of four rows, the faces of the box: a dual simplex begins
+at the shortest arcs and takes a few pivots. A step that leaves the box is brought back by least
+changes. The share of the promised saving that is then left decides how long the next step may be.
+That takes microseconds, where the general solver of `shortened` takes milliseconds.
 
 Source: the steps are those of Griffith and Stewart 1961; the pivots, with bounds, of Lemke 1954.
 """
@@ -18,25 +18,25 @@ from ...compiled import compiled, kernel
 from .shortened import Cart, advance
 
 TURN = 2.0 * math.pi
-# Arcs that there is room for, and arcs of a word that is given more switches: these have that room.
+# Most arcs that arrays hold, and most arcs of a word that is given more switches: all of them fit.
 ROOM, FEW_ARCS = 128, 8
 # Pivots of a linear programme, and corrections of a word.
 MOST_PIVOTS, CORRECTIONS, FIRST_CORRECTIONS = 40, 4, 8
 # Largest miss of an end that counts as none, and what stops corrections, in turning radii and
 # radians.
 KEPT, ENOUGH = 1e-5, 2e-6
-# First and longest change of a duration in a step, the one at which steps end, the part of what a
-# step promises that it has to keep, by how much less and more the next may change, as parts of a
-# step, and the longest change in a correction [1 / turn rate].
+# First and longest change of a duration in a step, and the one below which steps end; the share of
+# its promised saving that a step has to keep; least and most growth of the change from one step to
+# the next; and the longest change in a correction [1 / turn rate].
 FIRST_CHANGE, LONGEST_CHANGE, LEAST_CHANGE, KEEPS = 0.5, 1.0, 1e-3, 0.1
 LEAST_GROWTH, MOST_GROWTH = 0.25, 2.0
 LONGEST_CORRECTION = 0.5
-# Distance of looks along a word for the edge of the grid and the jackknife limit [1 / turn rate].
+# Time between checks along a word for the edge of the grid and the jackknife limit [1 / turn rate].
 LOOK = 0.1
 # Arcs held for less are none [1 / turn rate].
 _SHORTEST = 1e-9
 _TINY = 1e-9
-# Of pivots alike to that the first counts, and not rounding.
+# Of pivots that differ by less, the first is taken, so that rounding does not decide.
 _ALIKE = 1e-7
 
 
@@ -280,7 +280,7 @@ def shorten(start, controls, times, count, aim):
             start, controls, tried, count, aim, most, state, others, other_slopes, square
         )
         kept = (total - tried.sum()) / promised if miss <= KEPT else -math.inf
-        # As far as saves the most, if what a step fails to keep grows with its square.
+        # The change that saves the most, if the saving that is lost grows with its square.
         growth = 0.5 / max(1.0 - kept, _TINY)
         longest = min(largest * min(max(growth, LEAST_GROWTH), MOST_GROWTH), LONGEST_CHANGE)
         if kept > KEEPS:
@@ -345,7 +345,7 @@ def refine(start, controls, times, count, total, aim, rounds, most):
         start, controls, times, count, aim: See `shorten`; the word is to be shortened already.
         total: Its duration.
         rounds: How often, at most.
-        most: Arcs that the word may have then.
+        most: Most arcs that the word may have afterwards.
 
     Returns:
         The duration and the number of arcs.

@@ -1,7 +1,7 @@
 """The quickest word of three arcs from one state into a goal box.
 
-Ways into a small box can be a channel that no Dubins path to its middle is near. All words on a
-fine lattice find it, if it is not narrower than that.
+The ways into a small box can form a narrow channel, far from any Dubins path to its middle. Trying
+all words on a fine lattice finds it, unless it is narrower than the lattice.
 """
 
 import math
@@ -28,7 +28,8 @@ from .words import (
 )
 
 TURN = 2.0 * math.pi
-# Of words whose times differ by less, the first counts, and not rounding [1 / turn rate].
+# Of words whose times differ by less, the first is taken, so that rounding does not decide
+# [1 / turn rate].
 ALIKE = np.float32(1e-5)
 
 
@@ -100,8 +101,8 @@ def enter_box(
 ):
     """Lower a table by the words that end with one control. Places are in cells.
 
-    A word is displaced alike from every node of one theta: so the nodes from which it ends in the
-    box are those in a rectangle, and their beta is tested through one matrix. The rectangle is
+    A word has the same displacement from every node of one theta: so the nodes from which it ends
+    in the box form a rectangle, and their beta is tested through one matrix. The rectangle is
     turned by the heading of the box.
 
     Args:
@@ -137,7 +138,7 @@ def enter_box(
             first = _first_sample(theta - box[2], turn, widths[2])
             if first < 0:
                 continue
-            # Of the box, back along the word.
+            # The middle of the box, carried back along the word.
             x0 = box[0] - (cos * ends[w, 0] - sin * ends[w, 1])
             y0 = box[1] - (sin * ends[w, 0] + cos * ends[w, 1])
             longest = min(lengths[w], len(lasts) - 1)
@@ -210,10 +211,10 @@ def enter_box(
 BEFORE_LAST = 2
 LATTICE = 1 / 32
 LONGEST = 5.0
-# Longest straight alone, and samples of the last arc [1 / turn rate].
+# Longest single straight, and time between samples of the last arc [1 / turn rate].
 REACH = 20.0
 SAMPLE = 0.05
-# Samples of a path in one of 1 / turn rate.
+# Samples of a path per 1 / turn rate.
 _DENSITY = 20
 _NOWHERE = np.float32(np.inf)
 

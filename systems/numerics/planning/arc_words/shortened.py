@@ -29,8 +29,8 @@ MOST_STEPS = 60
 PRECISION = 1e-7
 # Steps by which a word that ends a little outside the box is brought into it.
 CORRECTIONS = 5
-# Largest miss of an end that counts as none, by which a box is drawn in, in turning radii and
-# radians.
+# Largest miss of an end that counts as none, by which the box is made smaller for the search, in
+# turning radii and radians.
 KEPT = 1e-6
 # Arcs that are held for less are left out [1 / turn rate].
 SHORTEST = 1e-9
@@ -39,17 +39,17 @@ SHORTEST = 1e-9
 ROUNDS = 4
 MOST_ARCS = 14
 WORTH = 2e-5
-# Beyond this phase a trailer has settled to rounding. Its map keeps its rank, so that one that is
-# backed up along a straight, exactly behind its tractor, still has an angle; so it does where it
-# settles ever more slowly, on the circle of its own length, after so long [1 / turn rate].
+# Beyond this phase a trailer has settled up to rounding. Limiting the phase keeps its map of full
+# rank, so that a trailer backed up exactly straight behind its tractor still has an angle. Where it
+# settles ever more slowly, on the circle of its own length, time is limited so [1 / turn rate].
 SETTLED, SETTLED_SLOWLY = 15.0, 1e7
 # A start's beta is disturbed by so much [rad], and a steady word then misses by so much at most, in
 # the units of the state.
 DISTURBANCE, DISTURBED = 1e-10, 1e-5
-# Times that a word is shortened anew, looked at more finely, where it comes nearer to walls than so
-# much [trailer lengths].
+# How often a word is shortened again, with finer checks, if it is in a wall by more than this
+# [trailer lengths].
 LOOKS_AGAIN, OVERLAP = 2, 5e-4
-# Difference of durations for slopes [1 / turn rate].
+# Change of a duration for finite-difference slopes [1 / turn rate].
 _NUDGE = 1e-6
 
 
@@ -125,7 +125,7 @@ def _shortened(
     # An end on a face of the box must not be outside by rounding.
     widths = np.where(widths > 2 * KEPT, widths - KEPT, 0.0)
     exact, loose = bound & (widths == 0), bound & (widths > 0)
-    # Which of the turns of the goal the word is for: then gaps do not jump.
+    # Whole turns of the heading at the end of this word: held fixed, so that gaps do not jump.
     end = np.empty(4)
     _end(local, controls, durations, cart, end)
     turns = math.tau * round(end[2] / math.tau)
@@ -174,7 +174,7 @@ def _shortened(
             }
         )
     ones = np.ones(len(durations))
-    # Threads of BLAS take ten times as long for so little, and round as their number has it.
+    # With several threads BLAS is ten times slower on such small problems, and rounds differently.
     with _blas().limit(limits=1, user_api="blas"):
         answer = minimize(
             lambda held: float(held.sum()),
@@ -206,10 +206,10 @@ def _blas() -> ThreadpoolController:
 
 
 def is_steady(trailer: Trailer, start, word: ArcWord, goal: Goal) -> bool:
-    """Whether a word leads into a box from beside its start, too.
+    """Whether a word still leads into a box when the start's beta is slightly disturbed.
 
-    Backed up for long, a short trailer stays where it is only for controls without any rounding:
-    nobody can drive that.
+    A short trailer that is backed up for long stays in line only without any rounding: no real
+    cart can drive that.
 
     Args:
         trailer: Which drives.

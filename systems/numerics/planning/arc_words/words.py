@@ -61,8 +61,8 @@ def half_angle_map(trailer: Trailer, v, omega, durations) -> np.ndarray:
     hitch = trailer.hitch_offset / trailer.length
     pull = -v / (2 * trailer.length)
     rise, fall = omega * (1 + hitch) / 2, omega * (hitch - 1) / 2
-    # The square of the matrix of rates is a multiple of one: its exponential has two terms. Where
-    # they grow, both are divided by the first, for a short trailer would let them overflow.
+    # The square of the matrix of rates is a multiple of the identity: its exponential has two
+    # terms. Where they grow, both are divided by the first, or a short trailer would overflow them.
     square = pull * pull + rise * fall
     root = np.sqrt(np.abs(square))
     phase = root * durations
@@ -172,9 +172,9 @@ def _joined(parts: list[Words]) -> Words:
 
 
 def within_jackknife(words: Words, betas, limit: float) -> np.ndarray:
-    """Whether beta keeps within a limit, or within what it was, all along each word.
+    """Whether beta keeps within a limit, or within its value at the start, all along each word.
 
-    It is looked at on the lattice.
+    It is checked at the points of the lattice.
 
     Args:
         words: From `words_of`.
@@ -197,7 +197,7 @@ class Endings(NamedTuple):
     Attributes:
         control: Its number.
         words: Those whose last control is another.
-        numbers: Theirs among all words, shape (n,).
+        numbers: Index of each of them among all words, shape (n,).
         lengths: Largest number of a sample after each word, shape (n,).
         shifts: dx, dy, dtheta until each sample, shape (n_samples, 3).
         maps: What they do to the half angle of the trailer, shape (n_samples, 2, 2).

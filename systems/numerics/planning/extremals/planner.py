@@ -133,7 +133,7 @@ def _costate_of_singular_arc(state, omega, growth, start) -> np.ndarray:
 
 
 def _costate_of_switches(rows: np.ndarray, beta_is_free: bool) -> np.ndarray:
-    # What the switching function's zeros leave; of several, one.
+    # A costate for which the switching function vanishes at the switches; one of them, if several.
     if beta_is_free:
         rows = np.vstack([rows, [0.0, 0.0, 0.0, 1.0]])
     if rows.shape[0] == 0:
@@ -145,7 +145,7 @@ _METHOD = "extremal"
 # Largest miss of an answer, of the goal or of a switch.
 PRECISION = 1e-9
 _ITERATIONS = 20
-# Answers as quick as each other, of which one that meets the conditions is preferred.
+# Answers closer in time than this count as equally quick: one that meets the conditions is taken.
 _SAME_TIME = 1e-6
 
 

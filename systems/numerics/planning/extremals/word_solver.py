@@ -192,7 +192,8 @@ _DIFFERENCE = 1e-7
 # A seed is given up after so many iterations, if its squared miss is still as large as this.
 _PATIENCE = 7
 _HOPELESS = 0.02
-# Squared misses below which a step more is the last, and below which there is none better.
+# Squared misses below which one more step is the last, and below which a step that does not help
+# ends the search.
 _SETTLED = 1e-24
 _ROUNDING = 1e-22
 _WEAKEST, _STRONGEST = 1e-14, 1e8

@@ -124,7 +124,7 @@ def plan_by_casadi(
 
 
 def _from_words(problem: Problem) -> list[Attempt]:
-    """From the words of a car with the trailer on: exact on far and stiff ways, arc by arc."""
+    """Attempts from words of a car, fitted to the trailer: exact arc by arc on far, stiff ways."""
     trailer, start, goal = problem.trailer, problem.start, problem.goal
     words = quickest_words(
         trailer,
@@ -152,6 +152,6 @@ def _no_way_to_go(problem: Problem, wall_time: float) -> Plan:
 
 
 def _commonest(statuses: list[str]) -> str:
-    """The word that most failures have in common."""
+    """The most frequent status among the failures."""
     failures = [each for each in statuses if each != "optimal"]
     return max(failures, key=failures.count) if failures else "no path found"

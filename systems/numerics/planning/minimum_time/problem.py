@@ -47,8 +47,8 @@ def resampled(path: TrailerPath, intervals: int, near: float | None = None) -> G
     Args:
         path: The path.
         intervals: Of each arc.
-        near: With it three arcs, the first and the last so long at most [s]: where a cart turns at
-            both ends of a long trip, the switches lie there.
+        near: If given, there are three arcs, the first and the last at most this long [s]: on a
+            long trip the switches lie near its ends, where the cart turns.
     """
     total = float(path.times[-1] - path.times[0])
     ends = 0.0 if near is None else min(near, total / 3)
@@ -72,7 +72,7 @@ def columns_at(times: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.n
 
 
 def nearest_goal_state(goal: Goal, state: np.ndarray) -> np.ndarray:
-    """The goal's state, its angles turned fully until they are nearest to a state's, shape (4,)."""
+    """The goal's state, with whole turns added so that its angles are nearest a state's, (4,)."""
     target = np.array(goal.state, dtype=float)
     target[2:] += 2 * np.pi * np.round((state[2:] - target[2:]) / (2 * np.pi))
     return target
@@ -85,8 +85,8 @@ _STATUSES = {
     "Infeasible_Problem_Detected": "no path found",
     "Maximum_Iterations_Exceeded": "iteration limit",
 }
-# Largest violation of a constraint that still counts as none, in the units of the state, and
-# relative to how far the start is from the goal: beside it, to stay would be no path.
+# Largest violation of a constraint that still counts as none: in the units of the state, and
+# relative to how far the start is from the goal, so that near it standing still is not a path.
 ACCEPTED_VIOLATION = 1e-6
 ACCEPTED_SHARE = 1e-3
 
@@ -101,7 +101,7 @@ class Attempt:
             driven, in the units of the state.
         status: In words.
         iterations: Of the solver.
-        accepted: Violation up to which it is a path, in the units of the state.
+        accepted: Largest violation with which it counts as a path, in the units of the state.
     """
 
     path: TrailerPath
@@ -180,8 +180,8 @@ class Problem:
 
         lbx = joined(low, slowest, np.zeros(arcs))
         ubx = joined(high, fastest, np.full(arcs, np.inf))
-        # Of long trips the time weighs less: else the solver's first step shortens a guess that all
-        # but arrives until it ends far from the goal.
+        # On long trips the time weighs less: else the solver's first step shortens a guess that
+        # almost arrives until it ends far from the goal.
         weight = 1.0 / max(1.0, float(guess.durations.sum()) * rate)
         defects, clearances = 4 * n, programme.discs * (n + 1)
         first = joined(guess.states, guess.controls, guess.durations)
@@ -211,7 +211,7 @@ class Problem:
             self.goal.from_frame(states.reshape(-1, 4) * units),
             controls,
         )
-        # Not but for rounding where it was told to start.
+        # Exactly where it was told to start, without rounding.
         path.states[0] = self.start
         stats = programme.solver.stats()
         words = str(stats["return_status"])
@@ -271,7 +271,7 @@ def split_into_arcs(path: TrailerPath, trailer: Trailer, intervals_per_arc: int)
             kept[k] = False
             switches[k + 1] = path.times[starts[k] : ends[k] + 1].mean()
     kinds, switches = signs[starts[kept]], np.append(switches[kept], path.times[-1])
-    # Two arcs of one kind on both sides of a switch that was none are one.
+    # Two arcs of one kind on either side of an interval that was no switch are one.
     same = np.concatenate([[False], (kinds[1:] == kinds[:-1]).all(axis=1)])
     kinds, switches = kinds[~same], switches[np.append(~same, True)]
     durations = np.diff(switches)
@@ -286,20 +286,20 @@ def split_into_arcs(path: TrailerPath, trailer: Trailer, intervals_per_arc: int)
     return Guess(columns_at(times, path.times, path.states), controls, durations, signs)
 
 
-# Of each arc, when switches are put in their places; paths of more arcs are left as they are.
+# Intervals of each arc when switches are placed; paths of more arcs than this are left as they are.
 INTERVALS_PER_ARC = 15
 MOST_ARCS = 10
 # Solutions that take at most this many times the least time get their switches placed: equal
 # intervals cost up to a hundredth of the time, so that the second best may be the best.
 NEAR_BEST = 1.01
-# Overlap with a wall above which a path is pushed away, and how often; the deepest that counts as
-# none where that does not help [m], relative to the trailer's length.
+# Overlap with a wall above which a path is pushed away, and how often; and the deepest overlap that
+# counts as none where that does not help. Overlaps are relative to the trailer's length.
 _CLEAR, _MOST_PUSHES = 1e-5, 4
 ACCEPTED_OVERLAP = 1e-3
 
 
 def near_best(found: list[Attempt]) -> list[Attempt]:
-    """The quickest of each path among attempts that take all but the least time, by their times."""
+    """Attempts within NEAR_BEST of the least time, one of each path, the quickest first."""
     least = min(each.time for each in found)
     # The same time to five decimals means the same path.
     unlike: dict[float, Attempt] = {}

@@ -101,7 +101,7 @@ def _chain(before: list[int], node: int) -> list[int]:
 
 # Number of samples of a seed.
 _SAMPLES = 80
-# Most Reeds-Shepp words, of which there can be over forty, ways round obstacles, and words at the
+# Most Reeds-Shepp words (there can be over forty), most ways round obstacles, and most words at the
 # end of each way.
 _REEDS_SHEPP_WORDS = 12
 _DETOURS = 2
@@ -109,7 +109,7 @@ _LOOPS = 3
 
 
 def default_seeds(problem: Problem) -> list[list[TrailerPath]]:
-    """Groups of seeds from a start to the centre of a goal, each for when those before it fail.
+    """Groups of seeds from a start to the centre of a goal; each is tried if those before it fail.
 
     In the open: the words of Dubins, and with reverse the shortest words of Reeds and Shepp; into a
     box also the quickest word of three arcs, which may only just enter it. With
@@ -150,8 +150,8 @@ def seed_along(
 ) -> TrailerPath:
     """Drive along paths of a car, one after the other.
 
-    Driven forwards, the trailer follows as it does; backwards it would fold, so there its angle is
-    let run evenly from the first to the last of two values.
+    If all pieces are driven forwards, the trailer's angle is integrated. Backwards it would fold,
+    so its angle is then interpolated linearly between the two values of `betas`.
 
     Args:
         pieces: The paths.

@@ -24,18 +24,18 @@ from ..value_function.policy import is_late, roll_out
 from ..value_function.solve import Progress, solve_value_function, widened
 from ..value_function.value_function import ValueFunction, look_up_in_reach
 
-# Of the room, what routes keep off the edge of where there is enough.
+# Share of the room by which routes keep off the edge of the region that has enough room.
 _LITTLE = 1e-3
 
 
 def saved_by_narrow_passages(
     world: World, discs: Discs, step: float, start: Sequence[float], end: Sequence[float]
 ) -> float:
-    """How much shorter the shortest route is that leads through passages less than a cell wider.
+    """How much passages that are too narrow for the grid would shorten the shortest route.
 
-    Routes are those of a point that keeps the largest disc's radius off walls, and half a step of
-    the grid more: so much room a passage needs for a line of nodes to lie in it. The cart itself
-    may be too long for a passage that its discs fit through one by one.
+    Routes are those of a point that keeps the largest disc's radius off walls, with and without
+    half a step of the grid more: that is the room a passage needs for a line of nodes to lie in it.
+    The cart itself may be too long for a passage that its discs fit through one by one.
 
     Args:
         world: The walls.
@@ -53,12 +53,12 @@ def saved_by_narrow_passages(
 
 
 def _length(world: World, room: float, start: Sequence[float], end: Sequence[float]) -> float:
-    """Of the shortest route that keeps so much room, but for ends that have less; or infinite."""
+    """Length of the shortest route that keeps so much room, except at its ends; or infinite."""
     parts = shapely.get_parts(world.polygon.buffer(-room, join_style="mitre"))
     if not len(parts):
         return math.inf
     places = shapely.points([start, end])
-    # An end that has less room begins where there is.
+    # An end that has less room is moved to the nearest place that has enough.
     first, last = (int(shapely.distance(parts, place).argmin()) for place in places)
     if first != last:
         return math.inf
@@ -73,13 +73,13 @@ def _length(world: World, room: float, start: Sequence[float], end: Sequence[flo
 
 
 METHOD = "value-function"
-# A shorter way through a passage that the grid may not see is worth a word if it saves so much, in
-# turning radii.
+# A shorter way through a passage that the grid may not see is mentioned if it saves more than this,
+# in turning radii.
 WORTH = 1.0
-# How much less time counts as less.
+# Least saving of time that counts, relative to it.
 _LESS = 1e-6
 # Words that are drawn for a cart that may reverse, intervals and iterations of the small programme
-# among walls, and which part of the time is worth to be solved again for.
+# among walls, and the share of the time that a way must save to be solved again.
 SCATTERED, _INTERVALS, _ITERATIONS, _SAVED = 20, 30, 100, 1e-3
 
 

@@ -31,28 +31,29 @@ from ..value_function.solve import open_field_table
 from ..value_function.value_function import ValueFunction, word_known
 
 METHOD = "polished"
-# Ways down the table, words and paths of a car from which the programme is solved at most.
+# Most ways down the table, words, and paths of a car from which the programme is solved.
 WAYS, WORDS, CAR_PATHS = 2, 4, 8
-# Words that end anywhere, at most and in a lot: there is another as long as fewer of them than this
-# have led to the quickest path that is known, to within a part of its time.
+# Random words that end anywhere: at most, and per lot. Lots are added until this many words have
+# led to the quickest known path, to within this share of its time.
 SCATTERED, LOT, OFTEN, _SAME = 160, 20, 3, 1e-3
-# Ways that are made into words, whose durations take the least time exactly.
+# Ways down the table that are made into words, with durations that take exactly the least time.
 WORD_WAYS = 4
 # Fewer where the extremal solver has found a path, or a table tells the quickest way.
 _WAYS_BESIDE, _CAR_PATHS_BESIDE = 1, 3
 # A trailer of more turning radii is long.
 _LONG_TRAILER = 1.5
-# A box is reached sooner than its middle, where car paths end: those that are so many turning radii
-# longer than the quickest way down the table are not tried.
+# Car paths end in the middle of the box, which is reached later than the box: those longer than the
+# quickest way down the table by more than this many turning radii are not tried.
 _LONGER = 2.0
 # Of the programme that is solved from every seed: intervals of each of its three arcs, how long the
 # first and the last are [1 / turn rate], and iterations. Few are enough to tell which is best.
 _COARSE_INTERVALS, _ENDS, _QUICK_ITERATIONS = 8, 8.0, 100
-# Paths of the small programme that are refined at most: few intervals may tell them apart wrongly.
+# Most paths of the small programme that are refined: its few intervals may rank them wrongly.
 REFINED = 4
-# Of the one in which a path is solved again, when its switches cannot be placed.
+# Intervals of each arc and iterations of the programme that solves a path again, if its switches
+# cannot be placed.
 _INTERVALS, _MAX_ITERATIONS = 24, 200
-# How much less time counts as less.
+# Least saving of time that counts, relative to it.
 _LESS = 1e-9
 # Words whose times differ by less, relative to them, are taken for one.
 _ALIKE = 1e-5
@@ -138,7 +139,7 @@ def plan_polished(
         if fine.is_path and (best is None or fine.time < best.time * (1 - _LESS)):
             best = _plan(goal, fine.path, fine.time, fine.status, fine.violation, way)
     if arcs and (best is None or arcs[0].time < best.time * (1 - _WORTH)):
-        # Exact as it is, where the programme finds nothing as quick beside it.
+        # The word itself, which is exact, where the programme finds nothing as quick near it.
         path = word_path(trailer, state, arcs[0])
         best = _plan(goal, path, arcs[0].time, "optimal", 0.0, "quickest word")
     if best is None:
@@ -161,9 +162,9 @@ def _solved(problem: Problem, path: TrailerPath, intervals: int) -> Attempt:
 
 
 def _by_chance(problem: Problem, known: list[tuple[str, Attempt]]) -> list[Attempt]:
-    """Attempts from words that end anywhere, until the quickest path has been met some times.
+    """Attempts from words that end anywhere, until the quickest path has been found often enough.
 
-    What was met once or never is likely to be one of several that are as hard to meet (Good,
+    If it was found only once, others that are as hard to find are likely still missing (Good,
     Biometrika 40, 1953).
     """
     trailer, found = problem.trailer, list[Attempt]()
@@ -197,7 +198,7 @@ def _seeds(
     extremal: Plan | None,
     many: bool,
 ) -> tuple[list[tuple[str, TrailerPath]], list[ArcWord]]:
-    """What the programme is solved from, each with its name, and the quickest words among it."""
+    """Named paths from which the programme is solved, and the quickest words among them."""
     trailer, start, goal = problem.trailer, problem.start, problem.goal
     named = [(f"way {k} down the table", way.path) for k, way in enumerate(ways[:WAYS], 1)]
     if extremal is not None:
@@ -215,10 +216,10 @@ def _seeds(
 
 
 def _has_many_optima(problem: Problem, ways: list[Descent]) -> bool:
-    """Whether no table tells the quickest way, or there are more ways than it has nodes for.
+    """Whether no table tells the quickest way, or there are more ways than its nodes can resolve.
 
-    There are with cusps, with long trailers, which swing in like no car, and with trailers that
-    start beyond a right angle, of which a hair decides to which side they unfold.
+    That is so with cusps, with long trailers, whose paths resemble no car's, and with trailers that
+    start beyond a right angle, where a tiny change decides to which side they unfold.
     """
     trailer = problem.trailer
     long = trailer.length * trailer.turn_rate > _LONG_TRAILER * trailer.speed
@@ -239,7 +240,7 @@ def _quickest(
         # The table's word is what it promises; without one it interpolates.
         promised = float(value.interpolated(start)) if known is None else known.time
     longest = min((word.time for word in words), default=math.inf) * trailer.turn_rate
-    # Where ways down the table miss a channel, its promise knows of it.
+    # Where ways down the table miss a channel, the promised time still accounts for it.
     near = min(longest, promised * trailer.turn_rate) < LONGEST
     if near and all(0 < width < math.inf for width in goal.tolerance[:2]):
         entry = quickest_word(trailer, start, goal)

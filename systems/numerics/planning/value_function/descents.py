@@ -1,8 +1,8 @@
 """Paths from the table by looking far ahead: the best of many ways down the time to go.
 
-A choice made step by step follows every error of the table, and can loop. Here many ways are driven
-at once, one angle between theta nodes at a time, and those stay that promise the least time in all:
-what was driven and what is to go. Steps end on theta nodes, where the table is best.
+A choice made step by step follows every error of the table, and can loop. This is a beam search:
+many ways are driven at once, one angle between theta nodes at a time, and those are kept for which
+time driven plus time to go is least. Steps end on theta nodes, where the table is best.
 """
 
 import math
@@ -20,19 +20,19 @@ from ..goal import Goal
 from ..plan import TrailerPath
 from .value_function import ValueFunction
 
-# Ways that stay after each step, half of them at most with the same first turn.
+# Width of the beam: for each first turn, half as many ways are kept after each step.
 WIDTH = 16
-# Where on a step the goal box is looked for, in parts of it.
+# How often each step is checked for the goal box.
 LOOKS = 4
-# Ways that have driven this much longer than the first to arrive are given up, and ways that
-# promise to.
+# Ways are given up when they have driven for LATE times the quickest arrival, or promise to take
+# HOPELESS times as long in all.
 LATE = 1.15
 HOPELESS = 1.3
-# No way is driven for longer than so many times the promise at the start and two turns.
+# Ways are driven for at most this many times the promise at the start, plus two whole turns.
 _PATIENCE = 2.0
-# A turn that ends on a theta node almost at once goes on to the next, in angles between nodes.
+# A turn that would be shorter than this, in angles between nodes, goes on to the next theta node.
 _TOO_SHORT = 1e-3
-# The places of x, y, theta and beta in a number, in half cells; the last digit is left for a turn.
+# Weights that pack x, y, theta and beta, in half cells, into one number with room for a turn.
 _DIGITS = 4 * np.array([1, 1 << 14, 1 << 28, 1 << 42])
 
 
@@ -81,13 +81,13 @@ def descents(
 ) -> list[Descent]:
     """Ways into the goal box, the quickest first; empty where the table promises none.
 
-    One for each first turn and each number of whole turns, as far as they arrive in time: they are
-    on different sides of a barrier, where a table that is a little wrong prefers the wrong one.
+    One for each first turn and each number of whole turns that arrives in time: these are on
+    different sides of a barrier, where a slightly wrong table may prefer the wrong side.
 
     Args:
         value: The table.
         start: x, y, theta, beta, shape (4,) [m], [m], [rad], [rad].
-        width: How many ways are followed at once.
+        width: Twice the number of ways that are kept for each first turn.
         aim: A box within that of the table, in the table's frame, to enter; by default all of it.
     """
     start = np.array(start, dtype=float)
@@ -130,7 +130,7 @@ def descents(
         first_turns = turned.ravel()[kept]
         front = _Front(ends[kept], ahead[kept], first_turns, kept // count, kept % count)
     found: dict[tuple[int, int], Descent] = {}
-    # Straight on, where that is as quick.
+    # Of equally quick ones, those that never turn come first.
     for arrival in sorted(arrivals, key=lambda each: (round(each.time, 9), abs(each.first_turn))):
         kind = arrival.first_turn, arrival.winding
         if kind not in found:
@@ -139,7 +139,7 @@ def descents(
 
 
 def _durations(value: ValueFunction, states: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """How long each control is held from each state, so that turns end on theta nodes (n, c)."""
+    """How long to hold each control from each state, so that turns end on theta nodes, (n, c)."""
     step = value.grid.theta_step
     cells = value.to_table(states)[:, 2] / step
     part = cells - np.floor(cells)
@@ -162,7 +162,7 @@ def _driven(value: ValueFunction, states: np.ndarray, pairs: np.ndarray, duratio
 
 
 def _best(value: ValueFunction, states, totals, turned, going, width: int) -> np.ndarray:
-    """Indices of the ways to go on with: of each first turn the best, no two of them alike."""
+    """Indices of the ways to keep: the best of each first turn, one at most per half cell."""
     order = np.flatnonzero(going)
     order = order[np.argsort(totals[order], kind="stable")]
     cell = np.array([value.grid.step, value.grid.step, value.grid.theta_step, value.grid.beta_step])
@@ -175,7 +175,7 @@ def _best(value: ValueFunction, states, totals, turned, going, width: int) -> np
 
 
 def _path(fronts: list[_Front], arrival: _Arrival, pairs: np.ndarray) -> TrailerPath:
-    """Back from an arrival to the start."""
+    """The path to an arrival, traced back to the start."""
     times, states, controls = [arrival.time], [arrival.state], [pairs[arrival.control]]
     at = arrival.parent
     for k in range(arrival.front, -1, -1):

@@ -133,20 +133,20 @@ def load_value_function(path: str | os.PathLike[str]) -> ValueFunction:
 
 
 def _walls_about(walls: Walls) -> dict[str, object]:
-    """What is known of walls besides the free distances."""
+    """Fields of the walls besides the free distances."""
     about = walls._asdict()
     del about["distance"]
     return about | {"origin": walls.origin.tolist(), "discs": walls.discs.tolist()}
 
 
 def _walls(about: dict[str, Any], distance: np.ndarray) -> Walls:
-    """Walls from what is known of them."""
+    """Walls from their other fields and the free distances."""
     arrays = {key: np.array(about[key], dtype=float) for key in ("origin", "discs")}
     return Walls(**{**about, **arrays, "distance": distance})
 
 
 def _checksum(arrays: Iterable[np.ndarray], about: dict[str, object]) -> int:
-    """Of the numbers, and of what is said of them but for the checksum."""
+    """Checksum of the arrays and of their description, which has no checksum yet."""
     checksum = 0
     for array in arrays:
         checksum = zlib.crc32(array.tobytes(), checksum)

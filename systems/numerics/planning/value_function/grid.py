@@ -128,7 +128,7 @@ class StateGrid(Checked):
 
     @property
     def shape(self) -> tuple[int, int, int, int]:
-        """Of a table: theta, beta, y, x."""
+        """Shape of a table: theta, beta, y, x."""
         return self.theta_count, self.beta_count, self.y_count, self.x_count
 
     @property

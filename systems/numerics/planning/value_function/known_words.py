@@ -21,25 +21,26 @@ from ..trailer import Trailer
 from .grid import StateGrid
 
 TURN = 2.0 * math.pi
-# Nodes from which the goal is no farther know their words, and their times are held: carried over
-# from other nodes, they would be too short beside the faces of the box [1 / turn rate].
+# Nodes within this time of the goal know their words, and their times are held fixed: updated from
+# other nodes, they would be too short beside the faces of the box [1 / turn rate].
 HELD = 2.0
 # Arcs of such a word at most.
 MOST_ARCS = 12
-# A descent is over where it is nearer than this, so that nodes around know their words.
+# A descent ends when it is nearer than this, so that nodes around know their words.
 CLOSE = 1.7
-# Spread of the nodes of a cell that is a jump, and how much more than the least of its nodes a
-# state there may take [1 / turn rate].
+# Spread of a cell's nodes above which it holds a jump, and how much longer than from its quickest
+# node a state in it is guessed to take [1 / turn rate].
 JUMP, LATER = 1.5, 0.3
-# How far ahead feet are looked for, and how long a descent may take in all [1 / turn rate].
+# Longest step of a descent, and its longest duration in all [1 / turn rate].
 AHEAD, LONGEST = 3.2, 60.0
-# Steps of a descent, nodes around its end whose words are tried, and words that are told apart.
+# Most steps of a descent, nodes around its end whose words are tried, and sequences of controls
+# that are remembered as tried.
 STEPS, NODES, TOLD_APART = 60, 6, 128
-# Of the search for durations: what a step has to save [1 / turn rate], how many there are, and how
+# Of the search for durations: least saving of a step [1 / turn rate], number of steps, and how
 # often more switches are tried.
 GAIN, SEARCH, ROUNDS = 1e-5, 30, 4
-# Beside jumps, and where a promise by interpolation is so much shorter, relative to it, descents
-# may have missed a narrow way, which words of three arcs find.
+# Beside jumps, and where the interpolated time is shorter by this share, descents may have missed
+# a narrow way, which words of three arcs find.
 SHORTER = 0.02
 _ON_NODE = 1e-6
 
@@ -72,7 +73,7 @@ def aim_of(trailer: Trailer, goal: Goal, *, gain: float = GAIN, steps: int = SEA
     radius = trailer.speed / trailer.turn_rate
     widths = np.array(goal.tolerance) / [radius, radius, 1.0, 1.0]
     widths[2:][widths[2:] >= math.pi] = math.inf
-    # What counts as no miss must not be outside.
+    # An end that misses the narrower box by KEPT must still be inside the box.
     widths -= KEPT
     cart = Cart(trailer.length / radius, trailer.hitch_offset / radius)
     pairs = word_controls(trailer)
@@ -82,8 +83,8 @@ def aim_of(trailer: Trailer, goal: Goal, *, gain: float = GAIN, steps: int = SEA
 def word_controls(trailer: Trailer) -> np.ndarray:
     """Controls of words, v and omega, normalised, shape (C, 2).
 
-    They are those of the table, and those that hold beta at the jackknife limit, where they can:
-    along it the quickest way is neither a turn nor straight.
+    They are those of the table and, where such exist, those that hold beta at the jackknife limit:
+    along the limit the quickest way is neither a turn nor straight.
 
     Args:
         trailer: Which drives.
@@ -188,7 +189,7 @@ def _searched(table, grid, trailer, goal, words, states, thorough):
 def word_of_three_arcs(
     grid: StateGrid, trailer: Trailer, goal: Goal, state: np.ndarray
 ) -> ArcWord | None:
-    """The quickest word of three arcs, and more near it, that ends in the box.
+    """The quickest word of three arcs into the box, given more arcs where they save time.
 
     It costs some milliseconds.
 
@@ -232,7 +233,7 @@ def _search(
         bounds: Of the grid, in turning radii.
         jackknife: Largest |beta|.
         aim: The box.
-        feet: How many first steps of each control are to be begun with.
+        feet: How many first steps of each control to begin with; 0: only the best of each.
         out, counts, controls, spent: To be filled with durations of words, numbers of their arcs,
             their controls and durations, shapes (n,), (n,), (n, ROOM, 2) and (n, ROOM).
     """
@@ -323,14 +324,14 @@ def _cell(count, coordinate):
 
 @kernel
 def _nodes_around(table, nodes, place, state, rows, weights):
-    """Nodes of the cell around a state that know their words, and their weights; their number.
+    """Find nodes of the cell around a state that know their words; returns how many there are.
 
     Args:
         table: For its shape.
-        nodes: Numbers of those that do.
+        nodes: Numbers of all nodes that know their words.
         place: Of the nodes.
         state: x, y, theta and the sine and cosine of beta / 2.
-        rows, weights: To be filled, shape (16,).
+        rows, weights: Place in `nodes` and linear weight of each; to be filled, shape (16,).
     """
     theta_count, beta_count, y_count, x_count = table.shape
     x, y = (state[0] - place.x_min) / place.step, (state[1] - place.y_min) / place.step
@@ -352,13 +353,13 @@ def _nodes_around(table, nodes, place, state, rows, weights):
 
 @kernel
 def _guess(table, place, state, over_jumps):
-    """Linear interpolation of the table; in a jump infinite, or little more than its least node.
+    """Linear interpolation of the table; at a jump infinite, or the least node plus LATER.
 
     Args:
         table: Times to go [s].
         place: Of its nodes.
         state: x, y, theta and the sine and cosine of beta / 2.
-        over_jumps: What to say of jumps: whether to hope for the best.
+        over_jumps: Whether to hope for the least node at a jump.
     """
     theta_count, beta_count, y_count, x_count = table.shape
     x, y = (state[0] - place.x_min) / place.step, (state[1] - place.y_min) / place.step
@@ -398,7 +399,7 @@ def _descend(table, place, start, first, only, over_jumps, aim, way, times, work
         table, place, over_jumps: See `_guess`.
         start: x, y, theta, beta.
         first: Number of the first control; -1: any.
-        only: Number of the only foot of it to begin with; -1: any.
+        only: Number of the only step of that control to begin with; -1: any.
         aim: With the controls and the cart.
         way, times: To be filled with the arcs.
         work: To be filled, shape (3, 5); the first row is where it ends.
@@ -413,7 +414,7 @@ def _descend(table, place, start, first, only, over_jumps, aim, way, times, work
     widest = max(aim.jackknife, abs(start[3])) + _ON_NODE
     count, spent = 0, 0.0
     if _guess(table, place, state, over_jumps) < CLOSE:
-        # As often as it is asked for, the nodes around are the same.
+        # Whatever the first control, the nodes around are the same: they count once.
         if first < 0:
             return 0
         if only < 0:

@@ -1,9 +1,9 @@
 """Times near the goal without interpolation: words of arcs that enter the goal box.
 
-There the time to go jumps, where a cart that just misses the box has to come round again. To mix
-values across the jump, next to the goal, would spoil all that is behind. Words of up to three arcs
-on a lattice show which controls lead into the box; in the open their durations are then chosen anew
-from every node, with more switches where these save time, so that they are not only on the lattice.
+There the time to go jumps: a cart that just misses the box has to come round again. Interpolating
+across this jump, next to the goal, would spoil all times that build on it. Words of up to three
+arcs on a lattice show which controls lead into the box. In the open, their durations are then
+optimised from every node, off the lattice, with more switches where these save time.
 """
 
 import math
@@ -23,12 +23,12 @@ from .known_words import HELD, MOST_ARCS, KnownWords, aim_of, word_controls
 from .obstacles import Walls, overlaps
 from .sweeps import FAR
 
-# Samples of a last arc from one look for walls to the next.
+# Samples of a last arc from one check for walls to the next.
 LOOK = 2
 
 
 def alike(words: Words, last: Endings) -> list[Endings]:
-    """The same, parted by the controls of the words in order."""
+    """Split endings into groups whose words have the same sequence of controls."""
     kinds = np.zeros(len(words.last), dtype=int)
     base = int(words.last.max()) + 2
     for number in range(1, len(kinds)):
@@ -60,8 +60,8 @@ def drop_walled(
     Args:
         hits, found: From `enter_box`, shape of the grid.
         nodes: Thetas, and half angles of the betas, of the nodes, shapes (t,), (b, 2).
-        words: All words; they are looked at on their lattice.
-        last: What `found` counts in; looked at every LOOK samples.
+        words: All words; they are checked at their lattice points.
+        last: The endings that `found` indexes; their arcs are checked every LOOK samples.
         walls: What is in the way.
         corner: x and y of the first node, and the step of the grid, shape (3,) [m].
         scale: Length of a turning radius [m].
@@ -145,7 +145,7 @@ SAMPLE = 0.05
 # Words that are no longer than this have their durations chosen anew; longer ones only bound the
 # passes from above, and many of them more than they can tell [1 / turn rate].
 SHORTENED = 3.0
-# What a step of that has to save [1 / turn rate], and how many steps there are.
+# Least saving of a step of that search [1 / turn rate], and the number of steps.
 HELD_GAIN, HELD_SEARCH = 1e-3, 6
 # By how much a word whose end is in the box may be longer than one whose entry was interpolated
 # [1 / turn rate].
@@ -159,11 +159,11 @@ def first_hits(
     scale: float,
     walls: Walls,
 ) -> np.ndarray:
-    """When the best word from each node first enters the box among walls; zero inside it.
+    """Time in which the best word from each node enters the box among walls; zero inside it.
 
-    Words have up to three arcs: the last is left at the moment of entry. An arc alone may go on for
-    a turn, or straight across the grid. The best of the words with the same controls counts, if it
-    is clear.
+    Words have up to three arcs; the last ends at the moment of entry. A single arc may be a whole
+    turn, or a straight across the grid. Of words with the same controls only the best is used, and
+    only if it is clear of walls.
 
     Args:
         grid: Where the nodes are [m].
@@ -180,11 +180,11 @@ def first_hits(
 
 
 class _Lattice(NamedTuple):
-    """What the numbers of words that a node was found by stand for.
+    """What the word numbers stored for the nodes stand for.
 
     Attributes:
         firsts: First number of the words that end with each control, shape (C + 1,).
-        numbers: Of their other arcs among all words, shape (n,).
+        numbers: Index, among all words, of the arcs before the last one, shape (n,).
         last, roots, spent: Of all words: their last control, the word a lattice step shorter, and
             their duration [1 / turn rate].
         step: Of the lattice [1 / turn rate].
@@ -201,7 +201,7 @@ class _Lattice(NamedTuple):
 def near_words(
     grid: StateGrid, trailer: Trailer, goal: Goal, scale: float, *, mirrored: bool = False
 ) -> tuple[np.ndarray, KnownWords]:
-    """The same in the open, with durations chosen for each node, and the words of the nearest.
+    """As `first_hits`, in the open, with durations chosen for each node; and words of near nodes.
 
     Args:
         grid, trailer, goal, scale: See `first_hits`.
@@ -213,7 +213,7 @@ def near_words(
     table, found, lattice = _lattice_words(grid, trailer, goal, scale, None, mirrored=mirrored)
     words = _with_durations(grid, trailer, goal, scale, table, found, lattice)
     if trailer.reverse:
-        # Of words alike on the lattice one with cusps may be the first, and the worse one.
+        # Of words as quick on the lattice, the first may have cusps and be the worse one.
         alone, forwards = near_words(grid, replace(trailer, reverse=False), goal, scale)
         words = _quicker(trailer, words, table, forwards, alone)
         np.minimum(table, alone, out=table)
@@ -235,7 +235,7 @@ def _with_durations(
     found: np.ndarray,
     lattice: _Lattice,
 ) -> KnownWords:
-    """Choose the durations of nodes' words on the lattice, and put their times into the table."""
+    """Optimise the durations of near nodes' lattice words, and put their times into the table."""
     at = np.flatnonzero(table[: len(found)].ravel() < SHORTENED)
     t, b, j, i = np.unravel_index(at, table.shape)
     x_nodes, y_nodes, thetas, betas = grid.axes()
@@ -274,7 +274,7 @@ def _quicker(
     forwards: KnownWords,
     alone: np.ndarray,
 ) -> KnownWords:
-    """Words with cusps and their times; where they are quicker, those that only drive forwards."""
+    """Words with cusps, replaced by those that only drive forwards where these are quicker."""
     times = np.take(alone, words.nodes)
     better = np.flatnonzero((times < np.take(table, words.nodes)) & (times <= HELD))
     places = np.searchsorted(forwards.nodes, words.nodes[better])
@@ -288,7 +288,7 @@ def _quicker(
 def _with_images(
     grid: StateGrid, trailer: Trailer, words: KnownWords, times: np.ndarray
 ) -> KnownWords:
-    """Words of nodes and what they take, (W,), with mirror images of both: the quicker of two."""
+    """Add the mirror images of words whose times are (W,); of two for a node, the quicker stays."""
     nodes, counts, controls, durations = words
     t, b, j, i = np.unravel_index(nodes, grid.shape)
     images = -t % grid.theta_count, -b % grid.beta_count, grid.y_count - 1 - j, i
@@ -308,7 +308,7 @@ def _with_images(
 
 
 def _numbers(controls: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """Which of the pairs v, omega each of some controls is, int8."""
+    """Index of each control in `pairs` of v, omega, int8."""
     return (controls[:, None] == pairs).all(axis=-1).argmax(axis=1).astype(np.int8)
 
 
@@ -364,7 +364,7 @@ def _lattice_words(
 def _choose_durations(
     starts, local, found, times, lattice, bounds, jackknife, aim, counts, controls, durations
 ):
-    """Words of nodes with the durations, and more switches, that take the least time.
+    """Choose durations, and more switches, with which the words of nodes take the least time.
 
     Args:
         starts, local: Nodes in the table's frame and the box's, in turning radii, shape (n, 4).
@@ -391,7 +391,7 @@ def _choose_durations(
             total <= times[s] + KEPT_LATER
             and stays(starts[s], word, spent, count, aim.cart, bounds, jackknife)
         ):
-            # The word of the lattice stands.
+            # Keep the word of the lattice.
             count = _on_lattice(control, number, times[s], lattice, aim.pairs, word, spent)
             total = float(times[s])
         times[s] = total
@@ -437,7 +437,7 @@ def _on_lattice(control, number, time, lattice, pairs, word, spent):
 
 
 def _reflect(table: np.ndarray) -> None:
-    """Fill the rows of negative theta from those of positive theta; mirror zero and pi alike."""
+    """Fill the rows of negative theta from positive theta; make those of zero and pi symmetric."""
     theta_count, beta_count = table.shape[:2]
     betas = -np.arange(beta_count) % beta_count
     for t in range(theta_count):

@@ -1,4 +1,4 @@
-"""Which steps a cart among walls must not take, and how much free room a word leaves it."""
+"""Steps that lead a cart into a wall, and the free room that a word leaves it."""
 
 import math
 from collections.abc import Callable
@@ -16,13 +16,13 @@ from ..trailer import Trailer
 from .grid import StateGrid
 from .sweeps import step_multiples
 
-# Places that are looked at in one angle between theta nodes.
+# Checks for walls along a step, per angle between theta nodes.
 LOOKS = 2
-# Headings of a body whose free room is tabulated, in one angle between theta nodes.
+# Headings at which a body's free room is tabulated, per angle between theta nodes.
 HEADINGS = 8
-# Nodes of the raster of free distances, in one step of the grid.
+# Nodes of the raster of free distances, per step of the grid.
 FINENESS = 2
-# The same of the raster that a table keeps, for what is driven.
+# The same for the raster that a table keeps, against which driven paths are checked.
 FINER = 4
 
 
@@ -51,8 +51,8 @@ def make_walls(world: World, discs: Discs, grid: StateGrid, fineness: int = FINE
     Args:
         world: With the walls.
         discs: What the cart covers.
-        grid: Over which.
-        fineness: Samples in a step of the grid.
+        grid: Where to sample.
+        fineness: Samples per step of the grid.
     """
     x_min, y_min, _, _ = grid.bounds
     step = grid.step / fineness
@@ -69,7 +69,7 @@ def with_spare(walls: Walls, spare: float) -> Walls:
 
     Args:
         walls: What is in the way.
-        spare: By how much they are larger all around [m].
+        spare: What is added to every radius [m].
     """
     discs = walls.discs.copy()
     discs[:, 1] += spare
@@ -89,7 +89,7 @@ def overlaps(walls, x, y, theta, beta):
 
 @compiled
 def room_at(walls, x, y, theta, beta):
-    """Least free room around the discs; beyond the raster it falls on [m].
+    """Least free room around the discs; it keeps falling with distance beyond the raster [m].
 
     Args:
         walls, x, y, theta, beta: As for `overlaps`.
@@ -99,11 +99,11 @@ def room_at(walls, x, y, theta, beta):
 
 @kernel
 def least_room(walls, x, y, theta, beta, enough):
-    """Of the discs the least room, or the first that is less than enough [m].
+    """Least room over all discs, or the first one found that is below `enough` [m].
 
     Args:
         walls, x, y, theta, beta: As for `overlaps`.
-        enough: Where no more need be known [m].
+        enough: Room below which the other discs are not looked at [m].
     """
     c, s = math.cos(theta), math.sin(theta)
     heading = theta - beta
@@ -137,8 +137,8 @@ def least_room(walls, x, y, theta, beta, enough):
 def shut_ways(grid: StateGrid, trailer: Trailer, walls: Walls, scale: float) -> np.ndarray:
     """Which steps lead through a wall, one bit for each control of `make_motions`.
 
-    The room around a body depends on where it is and on its heading alone: it is tabulated once,
-    and every look at the whole plane of a pair of angles is the table shifted by a constant.
+    The room around a body depends on its position and heading alone, so it is tabulated once. For
+    each pair of angles, a check of the whole plane is then this table shifted by a constant.
 
     Args:
         grid: Where the nodes are [m].
@@ -160,7 +160,7 @@ def shut_ways(grid: StateGrid, trailer: Trailer, walls: Walls, scale: float) -> 
     for group, (v, omega) in enumerate(control_set(trailer)):
         path = hold_beta(betas, v, omega, longest * grid.theta_step, 8 * longest, trailer)
         path = path[:: 8 // LOOKS]
-        # Which bits are lost when the first overlap is at each look.
+        # Bits of the steps that an overlap at each check blocks: all that are at least so long.
         looks = LOOKS * np.array(multiples)
         bits = np.uint32(1) << np.arange(len(looks), dtype=np.uint32) + len(looks) * group
         lost = np.array([bits[looks >= k].sum() for k in range(len(path))], dtype=np.uint32)
@@ -171,7 +171,7 @@ def shut_ways(grid: StateGrid, trailer: Trailer, walls: Walls, scale: float) -> 
 
 
 def _rooms(walls: Walls, body: int, headings: np.ndarray) -> np.ndarray:
-    """Free room around the discs of one body, by heading and by where it is hooked.
+    """Free room around the discs of one body, by heading and place of its rear axle or hitch.
 
     Returns:
         Shape (len(headings), n_y, n_x), float32; negative: a disc is in a wall, or beyond the
@@ -199,7 +199,7 @@ def _fill_rooms(rooms, distance, headings, offsets, radii):
 
 @kernel
 def _shifted(raster, dx, dy, stride, out):
-    """Bilinear interpolation of a raster at every so many nodes, all shifted alike; -1 beyond.
+    """Interpolate a raster bilinearly at every `stride`-th node plus a shift; -1 beyond it.
 
     Args:
         raster: Shape (n_y, n_x), float32.
@@ -207,7 +207,7 @@ def _shifted(raster, dx, dy, stride, out):
         stride: Nodes of the raster from one node of the answer to the next.
         out: The answer, float32.
     """
-    # A place on the last node must not need another beyond it.
+    # A point on the last node must not need a neighbour beyond it.
     near_x, near_y = np.rint(dx), np.rint(dy)
     dx = near_x if abs(dx - near_x) < 1e-6 else dx
     dy = near_y if abs(dy - near_y) < 1e-6 else dy
@@ -263,12 +263,12 @@ def _set_bits(room, towed, bits, shut):
             shut[j, i] |= bits if blocked else np.uint32(0)
 
 
-# Room that is kept beside errors of the raster and of samples, in lengths of the trailer.
+# Room kept to allow for errors of the raster and of sampling, in lengths of the trailer.
 SPARE = 2e-3
-# Samples of an arc: one in so much of its duration [1 / turn rate], few and many at most.
+# Time between samples of an arc [1 / turn rate], and the least and largest number of them.
 SAMPLE = 0.15
 FEWEST, MOST = 2, 400
-# Difference of durations for slopes [1 / turn rate].
+# Change of a duration for finite-difference slopes [1 / turn rate].
 _NUDGE = 1e-6
 
 # Durations [s] -> free room at places along a word, shape (m,) [m], and its slopes, shape (m, n).
@@ -276,7 +276,7 @@ RoomOfDurations = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 def room_of(walls: Walls, state) -> float:
-    """Least free room around a cart, negative: how deep it is in a wall [m].
+    """Least free room around a cart; negative: its depth in a wall [m].
 
     Args:
         walls: What is in the way.
@@ -290,19 +290,19 @@ def room_along(
 ) -> RoomOfDurations:
     """The free room along a word as a function of its durations.
 
-    Places are in equal parts of each arc, as many as its duration now asks for: finely, so many
-    that half of `SPARE` is for what a corner of a wall has between two of them.
+    Each arc is divided into equal parts, their number fixed by its duration in `word`. With `fine`,
+    they are so short that a wall's corner between two samples costs at most half of `SPARE`.
 
     Args:
         walls: What is in the way.
         trailer: Which drives.
         start: x, y, theta, beta [m], [m], [rad], [rad].
         word: Its arcs.
-        fine: Or a few, to begin with.
+        fine: Whether to sample so densely; a first search needs few samples.
     """
     rate = trailer.turn_rate
     radius = trailer.speed / rate
-    # At s beside a corner the smallest disc is s^2 / (2 r) farther from it.
+    # At s past a corner the smallest disc, of radius r, is s^2 / (2 r) farther from it.
     beside = math.sqrt(SPARE * trailer.length * walls.discs[:, 1].min()) / radius
     sample = min(2 * beside, SAMPLE) if fine else SAMPLE
     counts = np.ceil(word.durations * rate / sample).clip(FEWEST, MOST).astype(np.int64)
@@ -350,7 +350,7 @@ def _rooms_and_slopes(start, controls, durations, counts, cart, radius, walls, r
                 slopes[n, k] = _room(walls, nudged, radius)
                 n += 1
         first += counts[k]
-    # What was noted for later arcs are rooms; only now are all of those known that they are from.
+    # For later arcs `slopes` still holds rooms after the nudge; the rooms before it are known now.
     first = 0
     for k in range(len(durations)):
         first += counts[k]

@@ -28,20 +28,20 @@ from .obstacles import SPARE, room_along, room_of, with_spare
 from .value_function import ValueFunction, word_known
 from .walled_search import search_path
 
-# Descents that are shortened.
+# Number of descents whose durations are optimised.
 WAYS = 4
-# Words of a car are tried that take at most so much longer than the quickest descent
+# Words of a car are tried if they take at most this much longer than the quickest descent
 # [1 / turn rate].
 LONGER_CAR_PATH = 2.0
-# A word that is kept may take this much longer than it was to take, relative to it, and this much
-# in all [1 / turn rate].
+# How much longer the word that is followed may get when its durations are chosen anew: relative
+# to its time, plus a constant [1 / turn rate].
 LONGER, SLACK = 0.1, 0.2
-# How much more time than into the whole box a way may take that keeps off its edge
+# How much longer a way that keeps off the edge of the box may take than one into the whole box
 # [1 / turn rate].
 DETOUR = 0.5
-# Of the margin, what a way that is kept may lose before it is chosen anew.
+# Share of the margin that the word being followed has to keep, or its durations are chosen anew.
 HALF = 0.5
-# Room that a cart in its place beside a wall may lose at a start, in lengths of the trailer.
+# Room that a cart beside a wall may lose by rounding at its start, in lengths of the trailer.
 _ROUNDING = 1e-9
 # No arcs: the cart is there.
 STANDSTILL = ArcWord(np.zeros((0, 2)), np.zeros(0))
@@ -53,8 +53,8 @@ def best_word(value: ValueFunction, state, margin: float = 0.0) -> ArcWord | Non
     Args:
         value: The table.
         state: x, y, theta, beta [m], [m], [rad], [rad].
-        margin: Part of the half-widths of the box to keep off its edge, in [0, 1), and as far off
-            walls as in x and y; it is given up where it would cost a detour.
+        margin: Share of the half-widths of the box to keep off its edge, in [0, 1); walls are kept
+            off by the same distance as in x and y. It is given up where it would cost a detour.
     """
     local = value.to_table(state)
     whole = _best_into(value, local, value.goal, _spare(value, local, 0.0))
@@ -69,9 +69,9 @@ def best_word(value: ValueFunction, state, margin: float = 0.0) -> ArcWord | Non
 def attained_times(value: ValueFunction, states: ArrayLike) -> np.ndarray:
     """Time in which a cart really gets into the goal box from each state [s].
 
-    That of `best_word`: how long a path takes that ends in the box when it is driven. So it is an
-    upper bound of the least time, whatever the grid, and in the open mostly equal to it. Each state
-    costs about as much as a roll-out, a tenth of a second, among walls half of one.
+    It is that of `best_word`: the duration of a path that ends in the box when it is driven. So it
+    is an upper bound of the least time, whatever the grid, and in the open mostly equal to it. Each
+    state costs about as much as a roll-out: a tenth of a second, among walls half a second.
 
     Args:
         value: The table.
@@ -89,7 +89,7 @@ def attained_times(value: ValueFunction, states: ArrayLike) -> np.ndarray:
 
 
 def way_time(value: ValueFunction, state: np.ndarray) -> float:
-    """The same from one state; infinite in a wall, from where a roll-out still leads away [s].
+    """Attained time of one state; infinite in a wall, though a roll-out leads out of it [s].
 
     Args:
         value: A table among walls.
@@ -112,7 +112,7 @@ def next_word(
         margin: See `best_word`.
 
     Returns:
-        No arcs: the cart is there. None: the table knows no way.
+        A word; without arcs: the cart has arrived; None: the table knows no way.
     """
     local = value.to_table(state)
     if word is None or not len(word.durations):
@@ -130,7 +130,7 @@ def next_word(
             return anew
     best = best_word(value, state, margin)
     if best is None and _is_clear(value, local, word, 0.0):
-        # Beside the grid, what it follows leads back.
+        # Off the grid, the word that it follows leads back.
         return word
     return best
 
@@ -150,11 +150,11 @@ def _best_into(value: ValueFunction, local: np.ndarray, aim: Goal, spare: float)
             path = search.path
             ways.append(merged(ArcWord(path.controls, np.diff(path.times))))
     known = word_known(at_home, local)
-    # Through channels narrower than a cell, too.
+    # The known word may lead through channels narrower than a cell.
     ways += [] if known is None or not aim.contains(end_of(trailer, local, known)) else [known]
     ways.sort(key=lambda word: word.time)
     words = list(ways)
-    # Where descents miss a channel, the promise knows of it.
+    # Where descents miss a channel, the promised time still accounts for it.
     promised = float(at_home.interpolated(local)) if known is None else known.time
     least = min([promised, *(word.time for word in ways)])
     if least * trailer.turn_rate < LONGEST:
@@ -167,7 +167,7 @@ def _best_into(value: ValueFunction, local: np.ndarray, aim: Goal, spare: float)
         return _allowed(value, local, word, spare)
 
     near = quickest_words(trailer, local, words, aim, allowed, _clearance(value, spare))
-    # A descent arrives as it is, should its durations not be for the better.
+    # A descent arrives with its own durations too, should no better ones be found.
     if value.walled:
         ways = [word for word in ways if _is_clear(value, local, word, spare)]
     return min([*near, *ways], key=lambda word: rank(word, trailer), default=None)
@@ -193,14 +193,14 @@ def _spare(value: ValueFunction, local: np.ndarray, margin: float) -> float:
 
 
 def _clearance(value: ValueFunction, spare: float) -> Clearance | None:
-    """What words have to keep off walls, for the search for durations."""
+    """The room that words must keep off walls, as the search for durations wants it."""
     if value.walls is None:
         return None
     return partial(room_along, with_spare(value.walls, spare), value.trailer)
 
 
 def _is_clear(value: ValueFunction, local: np.ndarray, word: ArcWord, spare: float) -> bool:
-    """Whether a word keeps off walls, as nearly as the search for durations does."""
+    """Whether a word keeps off walls, to the tolerance of the search for durations."""
     clearance = _clearance(value, spare)
     if clearance is None or not len(word.durations):
         return True
@@ -293,7 +293,8 @@ class Following(NamedTuple):
     Attributes:
         word: What is left of the word that it follows; None: it follows none.
         given: Controls of the last periods, the newest last, shape (n, 2) [m/s], [rad/s].
-        estimate: Where it was at the last measurement, by all of them, shape (4,); None: not known.
+        estimate: State at the last measurement, estimated from all of them, shape (4,); None: not
+            known.
     """
 
     word: ArcWord | None
@@ -328,11 +329,11 @@ def follow(
         before: What was remembered until now; at first `AT_REST`.
         measured: x, y, theta, beta [m], [m], [rad], [rad].
         period: For how long the control is held [s].
-        delay: From the moment of the measurement until the control acts [s]; the controls given
-            meanwhile carry the state on.
+        delay: From the moment of the measurement until the control acts [s]; the state is
+            predicted over it from the controls given meanwhile.
         margin: See `next_word`.
-        trust: Weight of a measurement against where those before and the controls since say that
-            the cart is, in (0, 1].
+        trust: Weight of a measurement against the state predicted from those before it and the
+            controls since, in (0, 1].
     """
     measured = np.array(measured, dtype=float)
     estimate = _estimate(value.trailer, before, measured, period, delay, trust)
@@ -358,7 +359,7 @@ def _estimate(
     """Where the cart was at a measurement, shape (4,)."""
     if trust == 1.0 or before.estimate is None:
         return measured
-    # What acted from the measurement before until this one began a delay before it was given.
+    # The controls that acted between the last measurement and this one were given a delay earlier.
     count = math.ceil(delay / period - 1e-9) + 1
     held = np.vstack([np.zeros((max(count - len(before.given), 0), 2)), before.given[-count:]])
     durations = np.full(count, period)
@@ -373,8 +374,8 @@ def _estimate(
 
 
 def _mean_control(word: ArcWord, period: float) -> np.ndarray:
-    """Of a word until the end of a period, shape (2,); where it is over, the cart stands."""
-    # Exactly what is held, where there is no switch.
+    """Mean control of a word over a period, shape (2,); after its end the cart stands."""
+    # Without a switch, exactly the control that is held.
     if len(word.durations) and word.durations[0] >= period:
         return word.controls[0]
     begun = np.cumsum(word.durations) - word.durations
@@ -384,7 +385,7 @@ def _mean_control(word: ArcWord, period: float) -> np.ndarray:
 def _carried_on(
     trailer: Trailer, measured, given: np.ndarray, period: float, delay: float
 ) -> np.ndarray:
-    """A state when the controls of the last periods have acted for a delay, shape (4,)."""
+    """Predict a state over a delay, from the controls of the last periods, shape (4,)."""
     if delay == 0.0:
         return np.array(measured, dtype=float)
     count = math.ceil(delay / period - 1e-9)

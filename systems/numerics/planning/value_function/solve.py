@@ -5,9 +5,9 @@ from above, and the passes go up and down in theta: some twenty of them with lin
 then a few with limited cubic interpolation, whose values replace the old ones (their minimum would
 lock undershoot in).
 
-Close to the goal the time to go bends within a cell, with the faces of the box and the ways just
-past it: what is mixed there is too short, and carried over the whole plane. So in the open the
-short words are held, for they are exact.
+Close to the goal the time to go bends sharply within a cell, at the faces of the box and for paths
+that just miss it: interpolated times are too short there, and spread over the whole plane. So in
+the open the times of short words, which are exact, are held fixed.
 
 Source: Zhang 2014, 3.5.1; semi-Lagrangian steps that end on theta nodes are ours.
 """
@@ -91,8 +91,8 @@ def _along(
 
 # Passes with cubic interpolation, in the open.
 POLISH = 4
-# Passes with linear interpolation, at most, and the change below which they end: alone, and before
-# cubic ones [1 / turn rate].
+# Most passes with linear interpolation, and the change below which they end: without cubic passes
+# to follow, and before cubic ones [1 / turn rate].
 LINEAR_LIMIT = 400
 LINEAR_CHANGE = 1e-3
 ROUGH_CHANGE = 0.1
@@ -120,12 +120,13 @@ def solve_value_function(
         polish: Passes with cubic interpolation; 0: linear only. By default a few in the open, and
             none among walls, where cubics take too much from what is beside the way.
         progress: Called after each pass with its number and the largest change [s].
-        obstacles: The world in whose free region tractor and trailer stay. Beside walls the nodes
-            in reach speak for their cell: times there are good to a cell, and values of states
-            within a cell of a wall are infinite; see `among_walls.planner` for paths from there.
+        obstacles: The world in whose free region tractor and trailer stay. Beside walls a cell's
+            value comes from its reachable nodes: times there are good to a cell, and values of
+            states within a cell of a wall are infinite; see `among_walls.planner` for paths from
+            there.
         discs: What the cart covers; by default `covering_discs(trailer)`.
-        warm_start: A table of the same cart and goal on another grid, where the passes start from;
-            then linear ones only reach what it does not, and need `polish` to correct the rest.
+        warm_start: A table of the same cart and goal on another grid, from which the passes start.
+            Linear passes then only fill in what it leaves out; `polish` has to correct the rest.
 
     Raises:
         InvalidInput: The goal is off the grid, or an option is out of its range.
@@ -287,10 +288,10 @@ class _Sweep:
 
 
 # How far a start may be from the goal, along each axis of the goal, in turning radii: a table is
-# as wide as the least of these that is enough, so that neighbouring starts share one.
-# The least makes the thesis's grid.
+# made for the smallest of these that covers the start, so that neighbouring starts share one.
+# The smallest makes the thesis's grid.
 REACHES = (3.0, 4.5, 6.75, 10.0, 15.0)
-# Tables that are kept, the last used ones.
+# Number of tables that are kept: the most recently used ones.
 _KEPT = 8
 
 Solver = Callable[..., ValueFunction]
@@ -306,7 +307,7 @@ def open_field_table(
     progress: Progress | None = None,
     solve: Solver = solve_value_function,
 ) -> ValueFunction | None:
-    """A table around a goal that holds a start, from those of this process if one fits.
+    """A table around a goal that covers a start; one that this process has kept, if it fits.
 
     Args:
         trailer: The cart.
@@ -314,8 +315,8 @@ def open_field_table(
         goal: The box; a tolerance below a cell is widened, with a warning. It turns with its
             heading.
         step: Distance of nodes in turning radii.
-        progress: See `solve_value_function`; not called for a table of before.
-        solve: What solves for a table.
+        progress: See `solve_value_function`; not called for a table that was kept.
+        solve: Function that computes a table.
 
     Returns:
         The table, placed at the goal; None for a start farther away than any of `REACHES`, or a

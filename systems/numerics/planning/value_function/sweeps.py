@@ -10,10 +10,10 @@ then rows, then columns. A plane is one long line, its rows parted by unreachabl
 a shift beyond an edge finds what it should. Inside, times are in 1 / turn rate and unreachable is
 FAR, because infinity times zero is not a number.
 
-In the open a value that is mixed from an unreachable node is unreachable itself. Beside walls, and
-on the narrow way into a goal close behind one, that would shut passages of several cells. Whether
-the way is free is known exactly, so here the nodes in reach speak for the cell, once they have
-half of its weight: that puts the edge of what is in reach between the nodes, to neither side.
+In the open a value interpolated from an unreachable node is unreachable itself. Beside walls, and
+on the narrow way into a goal close behind one, that would shut passages of several cells. There,
+whether a step is free is known exactly, so a cell takes the mean of its reachable nodes if they
+have at least half of its weight: this puts the edge of what is reachable midway between nodes.
 """
 
 import math
@@ -112,7 +112,7 @@ def _split(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return whole.astype(np.int64), (cells - whole).astype(np.float32)
 
 
-# Stands for infinity; a value that is mixed from one exceeds LIMIT.
+# Stands for infinity; a value interpolated from it exceeds LIMIT.
 FAR = np.float32(1e12)
 LIMIT = np.float32(1e3)
 SIXTH = np.float32(1.0 / 6.0)
@@ -265,14 +265,14 @@ def settle_row(table, t, best, near, held, width, x_count, mirrored):
     return change
 
 
-# Weight of the reachable nodes from which on they stand for their cell.
+# Least weight of the reachable nodes of a cell with which they stand for all of it.
 MAJORITY = np.float32(0.5)
 ZERO = np.float32(0.0)
 
 
 @kernel
 def _blend_known(a, b, part, values, known):
-    """Values in reach times their weights, and the weights."""
+    """Values of the reachable nodes times their weights, and these weights."""
     rest = ONE - part
     for i in range(len(values)):
         one, two = a[i] < LIMIT, b[i] < LIMIT
@@ -282,7 +282,7 @@ def _blend_known(a, b, part, values, known):
 
 @kernel
 def _take_linear_known(values, known, part, time, shut, bit, best):
-    """Best so far, or the mean of the nodes in reach plus the time of an open step."""
+    """Best so far, or the mean of the reachable nodes plus the time of a step that is not shut."""
     rest = ONE - part
     for i in range(len(best)):
         weight = rest * known[i] + part * known[i + 1]
@@ -293,7 +293,7 @@ def _take_linear_known(values, known, part, time, shut, bit, best):
 
 @kernel
 def _take_cubic_known(line, values, known, part, time, shut, bit, best):
-    """The same, with the cubic instead where all of its nodes are in reach."""
+    """The same, with the cubic instead of the mean where all of its nodes are reachable."""
     rest = ONE - part
     for i in range(len(best)):
         weight = rest * known[i] + part * known[i + 1]
@@ -307,10 +307,10 @@ def _take_cubic_known(line, values, known, part, time, shut, bit, best):
 
 @compiled
 def sweep_walled_row(table, t, cubic, shut, durations, turns, xc, xp, yc, yp, bc, bp, width, best):
-    """The best update of all nodes of one theta row; otherwise
-    arguments as those of `sweep_row`.
+    """The best update of all nodes of one theta row, among walls.
 
     Args:
+        table, t, cubic, durations, turns, xc, xp, yc, yp, bc, bp, width, best: See `sweep_row`.
         shut: Whether each control's way is shut, by bit, shape of the table.
     """
     theta_count, beta_count, n = table.shape

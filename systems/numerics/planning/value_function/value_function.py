@@ -1,8 +1,8 @@
 """The result: time to go from every state, and what is known of how it was found.
 
-Across a jump any interpolation is between two times neither of which is meant, and the errors of
-nodes go into it. So in the open the time to go is looked up by words: the table says which to try,
-and their durations are chosen for the state itself. Among walls it is the time of a way that is
+Interpolation across a jump mixes two times neither of which applies, and takes over the errors of
+the nodes. So in the open the time to go is looked up by words: the table says which to try, and
+their durations are chosen for the state itself. Among walls it is the time of a path that is
 searched down the table.
 """
 
@@ -29,7 +29,7 @@ from .known_words import (
 from .obstacles import Walls
 from .sweeps import FAR, between
 
-# Mirror images are told apart by numbers that differ by more.
+# A state this near to the mirror axis, or to heading along it, counts as on it.
 _ON_AXIS = 1e-9
 
 
@@ -97,9 +97,9 @@ def _place(cell, count, periodic, nodes):
 
 @kernel
 def _gather(table, nodes, parts, values):
-    """Values at the nodes around; returns the spread of those with weight in a straight line.
+    """Collect values at the nodes around; returns the spread of those that linear weights use.
 
-    Infinite, if one of these is unreachable.
+    The spread is infinite if one of these is unreachable.
     """
     low, high = np.float32(np.inf), np.float32(0.0)
     for a in range(4):
@@ -137,7 +137,7 @@ def _interpolate(parts, values):
 
 @kernel
 def _counts(k, part):
-    """Whether the value of one of four nodes has weight in a straight line."""
+    """Whether node k of the four in a row has weight in linear interpolation."""
     return k == 1 or (k == 2 and part > 0.0)
 
 
@@ -148,7 +148,7 @@ def look_up_by_words(value: "ValueFunction", states: np.ndarray) -> np.ndarray:
     too; that costs some milliseconds for each such state.
 
     Args:
-        value: A table whose nodes close to the goal know their words, or not: then all times are
+        value: A table; if its nodes close to the goal have no known words, all times are
             interpolated.
         states: In the table's frame, shape (n, 4).
 
@@ -176,7 +176,7 @@ def word_known(value: "ValueFunction", state: np.ndarray) -> ArcWord | None:
     """The quickest word into the box that a table of an open field leads to, looked for thoroughly.
 
     Args:
-        value: A table whose nodes close to the goal know their words, or not: then there is none.
+        value: A table; if its nodes close to the goal have no known words, the answer is None.
         state: x, y, theta, beta in the table's frame, shape (4,).
     """
     if value.words is None:
@@ -194,7 +194,7 @@ def word_known(value: "ValueFunction", state: np.ndarray) -> ArcWord | None:
 
 
 def _on_one_side(grid: StateGrid, goal: Goal, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """States, or their mirror images: of the two always the same, so that both take as long.
+    """Replace a state and its mirror image by the same one of the two, so both take as long.
 
     Args:
         grid, goal: Of a table; where they have no mirror images, the states stay.
@@ -205,7 +205,7 @@ def _on_one_side(grid: StateGrid, goal: Goal, states: np.ndarray) -> tuple[np.nd
     """
     local = goal.to_frame(states)
     sides = np.column_stack([local[:, 1] / grid.step, np.sin(local[:, 2:])])
-    # On the axis the heading tells sides apart, and then beta; rounding must not.
+    # On the axis the heading decides the side, or else beta; rounding must not decide it.
     sides[np.abs(sides) < _ON_AXIS] = 0.0
     firsts = np.argmax(sides != 0.0, axis=1)
     mirrored = (sides[np.arange(len(sides)), firsts] < 0.0) & is_mirrored(grid, goal)
@@ -269,10 +269,10 @@ class ValueFunction:
     def time_to_go(self, states) -> np.ndarray:
         """Time from states to the box, shape (..., 4) -> (...,) [s].
 
-        It is that of a way that ends in the box, so that it errs to the long side alone, where a
-        quicker way is missed. In an open field that is a word, which costs about two milliseconds
+        It is the time of a path that ends in the box, so it can only be too long, where a quicker
+        path is missed. In an open field the path is a word, which costs about two milliseconds
         for each state; among walls it is what `attained_times` finds, in half a second.
-        Where no way is found it is interpolated, and may be too short as well.
+        Where no path is found the time is interpolated, and may be too short as well.
         Zero inside the box; infinite off the grid, beyond the jackknife limit, and where the goal
         is out of reach on this grid.
         """
@@ -286,16 +286,16 @@ class ValueFunction:
         return self._settled(flat, times).reshape(local.shape[:-1])
 
     def looked_up(self, states) -> np.ndarray:
-        """The same as far as a table alone tells: by words in an open field, else interpolated.
+        """Time to go from the table alone: by words in an open field, else interpolated [s].
 
-        To be compared with how long a way down the table takes.
+        It is meant for comparison with the time of a path that was driven down the table.
         """
         local = self.to_table(states)
         flat = np.ascontiguousarray(local.reshape(-1, 4))
         return self._settled(flat, look_up_by_words(self, flat)).reshape(local.shape[:-1])
 
     def interpolated(self, states) -> np.ndarray:
-        """The same by interpolation alone: quick, and enough to compare neighbours."""
+        """Time to go by interpolation alone: quick, and enough to compare neighbours [s]."""
         local = self.to_table(states)
         flat = np.ascontiguousarray(local.reshape(-1, 4))
         return self._settled(flat, look_up(self.table, self.grid, flat)[0]).reshape(
@@ -303,7 +303,7 @@ class ValueFunction:
         )
 
     def _settled(self, flat: np.ndarray, out: np.ndarray) -> np.ndarray:
-        """Times with the box and the jackknife limit seen to."""
+        """Set times to zero in the box, and to infinity beyond the jackknife limit."""
         out[self.goal.contains(flat) & np.isfinite(out)] = 0.0
         beta = np.remainder(flat[:, 3] + math.pi, math.tau) - math.pi
         if self.trailer.jackknife < math.pi:
@@ -348,10 +348,10 @@ class ValueFunction:
 
 
 def look_up_in_reach(value: ValueFunction, states) -> np.ndarray:
-    """Time to go by the nodes in reach around each state, shape (..., 4) -> (...,) [s].
+    """Time to go from the reachable nodes around each state, shape (..., 4) -> (...,) [s].
 
-    Linear, and looser than `ValueFunction.time_to_go`, which is infinite beside every wall: to
-    guide a search, not to be promised. Infinite where no node of the cell is in reach.
+    Their linear average, looser than `ValueFunction.interpolated`, which is infinite beside every
+    wall: it guides a search and promises nothing. Infinite where no node of the cell is reachable.
     """
     local = value.to_table(states)
     flat = np.ascontiguousarray(local.reshape(-1, 4))

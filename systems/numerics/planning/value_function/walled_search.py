@@ -1,7 +1,7 @@
-"""Paths among walls from a table: best first, and back again where a way turns out to be shut.
+"""Paths among walls by best-first search with a table; it backtracks where a way is shut.
 
-Steps are long ones, as in the sweeps. Every one is followed with the cart's discs, so that whatever
-the table promises, no path leads through a wall.
+Steps are long ones, as in the sweeps. Each is checked with the cart's discs, so that no path leads
+through a wall, whatever the table promises.
 
 Source: A*, Hart, Nilsson and Raphael (1968), with the table for what is still to go.
 """
@@ -21,17 +21,17 @@ from ..trailer import Trailer
 from .obstacles import Walls, overlaps
 from .value_function import ValueFunction, look_up_in_reach
 
-# Looks for walls and for the goal, in one step.
+# Checks for walls and for the goal in one step.
 LOOKS = 8
 # Length of a step, in angles between theta nodes.
 STEP = 0.5
-# What is to go counts this much more than what was driven, so that errors of the table of this
-# share do not make the search turn back.
+# Weight of the time to go against the time driven: errors of the table by this share do not make
+# the search turn back.
 EAGERNESS = 1.1
-# Steps driven at once, and most of them in all.
+# States from which steps are driven at once, and most steps in all.
 BATCH = 24
 MOST_STEPS = 60_000
-# Two states are alike that are in one box of this size, in cells of the grid.
+# Two states in one box of this size count as the same, in cells of the grid.
 ALIKE = 0.5
 
 
@@ -138,7 +138,7 @@ def _wrapped(angles: np.ndarray) -> np.ndarray:
 
 
 def _first(marks: np.ndarray) -> np.ndarray:
-    """Index of the first mark along the first axis; beyond it without one."""
+    """Index of the first mark along the first axis; the length of the axis if there is none."""
     return np.where(marks.any(axis=0), marks.argmax(axis=0), len(marks))
 
 

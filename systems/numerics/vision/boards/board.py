@@ -91,7 +91,7 @@ def find_corners(picture: np.ndarray, board: Checkerboard) -> np.ndarray | None:
 def copied(corners: np.ndarray, others: Iterable[np.ndarray]) -> bool:
     """Whether corners are those of another picture: of a copy, which tells nothing new.
 
-    Taken for a picture of its own a copy would make a calibration look surer than it is.
+    Counted as a picture of its own, a copy would make a calibration look surer than it is.
 
     Args:
         corners: Of one picture, shape (n, 2), in pixels.
@@ -127,7 +127,7 @@ def board_pose(camera: CameraModel, points: np.ndarray, pixels: np.ndarray) -> P
     if np.sum(rays * (flat @ homography.T)) < 0:
         homography = -homography
     first, second, origin = homography.T
-    # Both axes are as long; the nearest turn to them keeps neither alone.
+    # Both axes have the same length; the nearest rotation favours neither of them.
     length = 0.5 * (np.linalg.norm(first) + np.linalg.norm(second))
     left, _, right = np.linalg.svd(np.column_stack([first, second]), full_matrices=False)
     axes = left @ right

@@ -20,9 +20,9 @@ from ..camera_models.central_cameras import KannalaBrandtCamera, MeiCamera, Scar
 from .board import Checkerboard, board_pose, copied
 from .fit import BoardFit, fit_camera, free_indices
 
-# The centre is looked for on grids: so many each way, each grid this much finer.
+# Search for the centre: number of grids, nodes to either side, and step relative to the last grid.
 _GRIDS, _EACH_WAY, _FINER = 4, 2, 0.5
-# Of the smaller side of the picture, from the middle, on the first grid.
+# How far the first grid reaches from the middle, as a share of the picture's smaller side.
 _SPREAD = 0.12
 
 
@@ -127,7 +127,7 @@ _DECENTRED = {"scaramuzza": ("e",), "mei": ("p1", "p2"), "mei_k3": ("p1", "p2")}
 _DEGREE = 5
 # Where the search for Mei's xi begins: lens, hyperbola, parabola, and beyond.
 _XI = (0.5, 0.8, 1.0, 1.5, 2.2)
-# A pixel that a camera does not show is this far off [px].
+# A point that a camera does not show counts as this far off [px].
 _LOST = 1e3
 
 

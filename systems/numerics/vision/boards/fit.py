@@ -8,11 +8,12 @@ at the minimum, m residuals and p numbers,
 
 which supposes that corners err independently, alike and little. Where few corners leave Mei's xi
 open by some hundredths, the model bends within that range, and v +- t s would be too short for xi,
-focal length and k_1. Intervals therefore are those of the profile likelihood: an end of v's is
-where the best fit with v held there, all other numbers free, leaves t^2 s^2 more than the minimum.
+focal length and k_1. Intervals therefore are those of the profile likelihood: an interval of v
+ends where the best fit with v held there, all other numbers free, leaves t^2 s^2 more than the
+minimum.
 
-What a board cannot tell is its own size: with squares twice as large all boards lie twice as far
-off, and the pictures are the same. Its proportions it tells: see `fit_aspect`.
+Pictures of a board do not tell its size: with squares twice as large all boards lie twice as far
+off, and the pictures are the same. They do tell its proportions: see `fit_aspect`.
 
 Source: Triggs et al., "Bundle adjustment - a modern synthesis", 1999; for the covariance Seber and
 Wild, "Nonlinear Regression", 2.1, and 5.4 for the intervals.
@@ -31,16 +32,16 @@ from ...errors import InvalidInput, require, require_one_of
 from ..camera_models.camera_model import CameraModel
 from .board import Pose, board_pose
 
-# A corner that the model does not show at all is this far off [px].
+# A corner that the model does not show at all counts as this far off [px].
 _LOST = 1e3
 # By how much a step of a difference quotient moves a corner [px].
 _NUDGE = 1e-2
 # Rounds over all numbers; a fit from a fair guess takes ten, one along a flat valley many more.
 _ROUNDS = 300
-# Fits on the way to an end of an interval at most, rounds of each, and how near in deviations the
-# last is to come to the end.
+# Most fits on the way to an end of an interval, most rounds of each, and how near the last has to
+# come to the end, in deviations.
 _POINTS, _POINT_ROUNDS, _NEAR_END = 15, 40, 0.02
-# Least gain of a round on the way that is worth another, in squared deviations.
+# Least gain of a round of these fits that is worth another round, in squared deviations.
 _SETTLED = 0.005
 
 
@@ -206,9 +207,9 @@ def _profile_end(
         problem: What is fitted.
         best: The minimum, shape (p,).
         column: Of the number.
-        valley: By how much the others go with it, near the minimum, shape (p,).
-        reach: Where the end is in the linear problem, from the minimum on.
-        bound: Of the root of the excess.
+        valley: Change of all numbers per change of this one, near the minimum, shape (p,).
+        reach: Way from the minimum to the end in the linear problem.
+        bound: Deviations by which the fit at the end is worse.
         freedom: Residuals less numbers.
     """
     least = float(np.sum(problem.residuals(best) ** 2))
@@ -247,7 +248,7 @@ def _profile_end(
             slope = (path[nearest] - path[others[0]]) / (nearest - others[0])
         worse, numbers = best_from(path[nearest] + slope * (way - nearest), way)
         if others and worse > bound - _NEAR_END:
-            # Before that counts as beyond: not only because it was lost on the way?
+            # Before it counts as beyond the end: a fit from the minimum may be better.
             again = best_from(best + valley * way, way)
             worse, numbers = min((worse, numbers), again, key=lambda each: each[0])
         path[way] = numbers
@@ -273,7 +274,7 @@ def _profile_end(
 
 
 def _inverse(jacobian: np.ndarray) -> np.ndarray:
-    """Of J^T J, with columns of one length first: units differ by many orders."""
+    """Inverse of J^T J, its columns scaled to one length first: units differ by many orders."""
     lengths = np.linalg.norm(jacobian, axis=0)
     lengths[lengths == 0] = 1.0
     inverse = np.linalg.pinv((jacobian / lengths).T @ (jacobian / lengths), hermitian=True)

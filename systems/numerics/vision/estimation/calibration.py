@@ -231,8 +231,8 @@ class Calibration(Checked):
     def optics_covariance(self) -> np.ndarray:
         """Covariance of fitted height [m], log of the focal length, axis [px], shape (4, 4).
 
-        The grid of pixels looks alike from directions that are each other's mirror images, where
-        readings err alike: only different ones count.
+        Readings err alike in directions that are mirror images of each other on the grid of pixels:
+        only directions that differ count.
         """
         distances, where = np.unique(self.readings.distance, return_inverse=True)
 

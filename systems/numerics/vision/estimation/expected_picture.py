@@ -24,8 +24,8 @@ PLACE, SHIFTS, SPREAD = slice(0, 2), slice(2, 6), slice(6, 9)
 TILT, TOP, BEHIND = 12, 13, slice(14, None)
 # Share of the pixels around a blob that are white at which it is taken for saturated.
 _WHITE, _WHITE_SHARE = 254, 0.03
-# What lies behind changes its colour with the distance from the axis, where floor ends and walls
-# begin: between points so far apart [px], so many at most, on the left and on the right.
+# The colour behind the shell changes with the distance from the axis, where floor ends and walls
+# begin. It is interpolated between points: their distance [px], and most of them on each side.
 _APART, _POINTS = 2.5, 9
 # Least noise of a pixel, in colour of the shell: no picture is known better.
 LEAST_NOISE = 0.02

@@ -99,8 +99,8 @@ def simulated_pictures(
             yield LabelledPicture(name, distance, bearing, picture)
 
 
-# Shells are read by their base alone, then by their outline as the optics fitted to that show it,
-# and once more.
+# Shells are read by their base alone first; then so many times by their outline, with the optics
+# fitted to the readings before.
 _PASSES = 2
 # Blobs are as wide as their shells to this share, or to so many pixels.
 _WIDTH_SHARE, _WIDTH_PIXELS = 0.03, 0.7
@@ -118,7 +118,7 @@ def read_pictures(
     """Find the shell in each picture.
 
     A reading is where the fitted outline has its base, by the same fit that will measure ranges
-    with the calibration: what it errs by is in both, and not in ranges.
+    with the calibration: its errors are in both, and cancel in the ranges.
 
     Args:
         pictures: With known places.

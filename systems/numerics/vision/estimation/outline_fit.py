@@ -48,15 +48,15 @@ from .raster_error import raster_covariance
 from .remainders import remainder_covariance
 from .shell_detection import Window
 
-# How alike shifts of base and top are, where the neighbour is dark, and of the sides, where it is
-# bright, but the light is not alike; in saturated pictures that counts less.
+# Correlation of the shifts of base and top, whose neighbour is dark, of the two sides, whose
+# neighbour is bright but which are lit differently, and of both in saturated pictures.
 _ALIKE, _ALIKE_SIDES, _ALIKE_WHITE = 0.97, 0.94, 0.995
-# In those base and top differ the farther edges are shifted, by this times the fourth power of it,
-# as a blurred edge is between shell and floor besides where the dark in between is thin [deviations
-# of the smoothing].
+# In saturated pictures base and top differ the more, the farther edges are shifted: by this times
+# the fourth power of the shift, as a blurred edge is one between shell and floor where the dark in
+# between is thin [deviations of the smoothing].
 _DARK_LOST = 0.19
-# What a pixel on an edge of a saturated picture is off by, as its profile is cut off and no longer
-# that of the smoothing [deviations of the smoothing].
+# Error of an edge's pixels in a saturated picture, where the profile is cut off and no longer that
+# of the smoothing [deviations of the smoothing].
 _PROFILE = 0.9
 # How much shifts change along an edge, as the light on the shell does, as a share of them.
 _UNEVEN = 0.2
@@ -66,9 +66,10 @@ _FLATTENED = 0.4
 # Widths of the shifts' prior, in deviations of the smoothing: the response is close to linear, or
 # parts of the picture are as bright as it can tell.
 _LINEAR, _SATURATED = (0.015, 0.045, 0.135, 0.4), (0.3, 0.6, 1.2)
-# Deviations of light across and along, and of other things' colour, in that of the shell.
+# Expected deviations of the light across and along, and of the colours of other things, in units of
+# the shell's colour.
 _LIGHT_SPREAD, _OTHER_SPREAD = 0.25, 0.1
-# How alike neighbouring points are, and the two sides.
+# Expected correlation of the colours at neighbouring points, and on the two sides.
 _NEXT, _ACROSS = 0.8, 0.8
 # Variance of the smoothing where the search starts, its bounds [px^2], and the weight of the start.
 _START_SPREAD, _SPREAD_BOUNDS, _SPREAD_WEIGHT = 0.45, (0.09, 36.0), 1e-4
@@ -76,8 +77,8 @@ _START_SPREAD, _SPREAD_BOUNDS, _SPREAD_WEIGHT = 0.45, (0.09, 36.0), 1e-4
 _RASTER = 1 / 12
 # Keeps the equations solvable where a blob says nothing of an unknown.
 _RIDGE = 1e-9
-# Steps of the search at most, between which weights are worked out anew; the least gain that is
-# worth another; and how often a step that loses is shortened.
+# Most steps in each round of the search, after which weights are worked out anew; the least gain
+# that is worth another step; and how often a step that loses is shortened.
 _STEPS, _GAIN, _TRIALS = (3, 5), 0.1, 3
 # Noise as far apart as this is independent: the blocks of a JPEG have 8 pixels [px].
 _TOGETHER = 8
@@ -93,16 +94,17 @@ class OutlineFit:
         range: d, from the axis to the shell's near side, by the exact optics [m].
         bearing: Counter-clockwise from the robot's front [rad].
         covariance: Of range and bearing, shape (2, 2).
-        shift: How far the edge that is off most is off, hidden sides left out [px].
+        shift: Largest shift of an edge, hidden sides left out [px].
         lopsided: How much farther out the left side is than the right one [px]; 0 where one is
             hidden, or the picture is saturated and the light alone may do it.
         sharpness: Standard deviation of the smoothing [px].
         saturated: Whether parts of the picture are as bright as it can tell.
-        misfit: What is left over, as the distance by which edges would be off [px].
+        misfit: Size of the remainders, as the shift of edges that would make them [px].
         dent: Greatest remainder after smoothing, as a share of the shell's colour.
         roughness: Root mean square of the smoothed remainders, as a share of it.
-        strange: By how many times it is more than the noise around and the raster make of it.
-        around: How far what lies around is from the floor's colour, at most, as a share of it.
+        strange: How many times larger it is than the noise around and the raster would make it.
+        around: Largest difference of what lies around from the floor's colour, as a share of the
+            shell's.
     """
 
     range: float
@@ -217,7 +219,7 @@ def _normal_equations(
 def _before(
     start: tuple[float, float], hidden: tuple[float, float], scene: Scene
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What is expected of the unknowns, shape (m,), and its precision, shape (m, m)."""
+    """Prior mean of the unknowns, shape (m,), and its precision, shape (m, m)."""
     mean = np.zeros(BEHIND.start + scene.points.shape[1])
     mean[PLACE], mean[6], mean[8], mean[9] = start, _START_SPREAD, _START_SPREAD, 1.0
     mean[4:6] = -np.array(hidden)
@@ -233,7 +235,7 @@ def _before(
 
 
 def _widths(scene: Scene) -> tuple[float, ...]:
-    """Of the shifts' prior, in deviations of the smoothing."""
+    """Widths of the shifts' prior, in deviations of the smoothing."""
     return _SATURATED if scene.saturated else _LINEAR
 
 
@@ -244,7 +246,7 @@ def _know_shifts(
     values: np.ndarray,
     hidden: tuple[float, float],
 ) -> None:
-    """Set the precision of shifts and tilt; nothing is known of a side that is hidden."""
+    """Set the prior precision of shifts and tilt; a side that is hidden gets a wide prior."""
     sharpness = sharpness_of(values)
     spread = np.eye(4)
     spread[0, 1] = spread[1, 0] = _ALIKE
@@ -265,7 +267,7 @@ def _know_shifts(
 
 
 def _bounded(values: np.ndarray) -> np.ndarray:
-    """The unknowns with a range and a spread that can be."""
+    """The unknowns, with range and spread within their bounds."""
     values = values.copy()
     values[0] = min(max(values[0], 0.02), 50.0)
     sizes, ways = np.linalg.eigh([[values[6], values[7]], [values[7], values[8]]])
@@ -277,9 +279,10 @@ def _bounded(values: np.ndarray) -> np.ndarray:
 def _weights(
     scene: Scene, values: np.ndarray, expected: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """One over the variance of each fitted pixel, deviations by the raster, and what is over.
+    """Inverse variances of fitted pixels, their deviations by the raster, and the excess.
 
-    Both of shape (u,); the last is by how much more is left over than all of that.
+    The first two have shape (u,); the excess, at least 1, is how many times larger the squares of
+    remainders are than noise, raster and profile make them.
 
     Pixels that one edge crosses err alike by the raster: their variance is such that all of them
     together tell its place no better than the raster lets them.
@@ -350,7 +353,7 @@ def _judge(
     slopes: np.ndarray,
     hidden: tuple[float, float],
 ) -> OutlineFit | None:
-    """How sure a search's end is, averaged over the widths of the shifts' prior."""
+    """The fit at the end of a search, and its covariance, averaged over the shifts' priors."""
     left, count = scene.left(expected), len(values)
     matrix, pull = _normal_equations(slopes, weights, left)
     off = values - mean
@@ -413,10 +416,11 @@ def _doubt_by_rest(
     slopes: np.ndarray,
     moves: np.ndarray,
 ) -> np.ndarray:
-    """Covariance of range and bearing by what is left over, shape (2, 2).
+    """Covariance of range and bearing from the remainders, shape (2, 2).
 
-    Smoothing that goes one way is motion, whose profile is flatter than a Gaussian's. What that
-    leaves over is alike along all edges, to either side of them: it moves none, and is left out.
+    Smoothing along one direction is motion, whose profile is flatter than a Gaussian's. The
+    remainders of that are alike along all edges, on either side: they move no edge, and are left
+    out.
     """
     (least, most), ways = np.linalg.eigh([[values[6], values[7]], [values[7], values[8]]])
     slopes = np.hstack(
@@ -433,9 +437,9 @@ def _doubt_by_rest(
 
 
 def _profile(expected: np.ndarray, way: np.ndarray, variance: float) -> np.ndarray:
-    """What another profile of the smoothing along a way changes in a picture, shape (n, 2).
+    """Change of a picture with the profile of the smoothing along a direction, shape (n, 2).
 
-    Its fourth and sixth moment, in parts of what a Gaussian's are: by the series of derivatives.
+    With its fourth and sixth moment, relative to a Gaussian's: by the series of derivatives.
     """
     x, y = way
     mixed = 0.5 * x * y

@@ -183,8 +183,8 @@ _GRAZING = 0.02
 def fill_round(outline: Outline, distance: float, edges: np.ndarray) -> None:
     """Find the pixel radii of base, top and far rim of a shell all round it (kernel).
 
-    By sqrt(1 - x^2) from 0 to 1, x the sine of the normal's angle to the line of sight: there they
-    are as good as straight between nodes, even where the line of sight grazes the shell.
+    Nodes are evenly spaced in sqrt(1 - x^2) from 0 to 1, x the sine of the normal's angle to the
+    line of sight: so radii are nearly linear between nodes, even where that line grazes the shell.
 
     Args:
         outline: Of shells of its size.
@@ -248,7 +248,7 @@ def draw_cover(
     edges, beyond = np.empty((ROUND, 3)), np.empty((ROUND, 3))
     fill_round(outline, place[0], edges)
     fill_round(outline, place[0] + farther, beyond)
-    # With the range and with the bearing, of which the second turns the shell and no more.
+    # Slopes with the range; the bearing only turns the shell.
     by_range = (beyond - edges) / farther
     ratio = (place[0] + rho) / rho
     half = math.asin(1 / ratio)

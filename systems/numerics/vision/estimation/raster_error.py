@@ -1,13 +1,14 @@
-"""What the raster of a picture does to a shell's place.
+"""The error of a shell's place that comes from the raster of a picture.
 
-A pixel is shell or not before the smoothing, by the one point that it looks at: an edge's place
-errs by up to half a pixel in each row that it crosses. Rows err apart where an edge crosses the
-grid at an odd angle, and alike where it runs along the grid, or along its diagonal: a whole side
-then is off by as much as one of its pixels. So the error depends on how a shell lies on the grid.
+Before the smoothing a pixel shows the shell or not, by the one point that it looks at: an edge's
+place errs by up to half a pixel in each row that it crosses. Rows err independently where an edge
+crosses the grid at an odd angle, and alike where it runs along the grid, or along its diagonal: a
+whole side then is off by as much as one of its pixels. So the error depends on how a shell lies on
+the grid.
 
-To find how far it goes, the grid is laid over the fitted shell in as many ways as there are parts
-of a pixel. What each way adds to the place is a sum over its points: of how far what they see is
-from what their pixels cover, times what a pixel that sees more does to range and bearing.
+To find its size, the grid is laid over the fitted shell in as many ways as there are parts of a
+pixel. The error of the place in each way is a sum over its points: of the difference between what
+a point sees and what its pixel covers, times the slopes of range and bearing with that pixel.
 
 Source: ours.
 """
@@ -26,12 +27,12 @@ _PARTS = 7
 
 
 def raster_covariance(scene: Scene, values: np.ndarray, gains: np.ndarray) -> np.ndarray:
-    """Covariance of range and bearing by where the pixels' grid happens to lie, shape (2, 2).
+    """Covariance of range and bearing due to where the pixels' grid happens to lie, shape (2, 2).
 
     Args:
         scene: Whose pixels.
         values: The unknowns, shape (m,).
-        gains: What a fitted pixel that shows more does to range and bearing, shape (u, 2).
+        gains: Derivatives of range and bearing by what each fitted pixel shows, shape (u, 2).
     """
     height, width = scene.shape
     size = width * _PARTS, height * _PARTS

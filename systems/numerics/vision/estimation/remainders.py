@@ -1,11 +1,11 @@
-"""What is left over after a fit, and how far it may have moved what was fitted.
+"""The remainders of a fit, and how far the errors that they show may have moved the fit.
 
-Remainders are the pixels' noise, each its own; what the raster does to the pixels of an edge; and
-what else a picture errs by, in which neighbours err alike: the blocks of a compressed picture, or
-edges of another profile than was expected. How much there is of each is read from the remainders:
-from their mean square, and from sums of products of neighbours, near ones and farther ones. What a
-fit could follow is not among its remainders. So each sum is compared with what would be left of
-errors of one kind, of a known size, after the same fit.
+Remainders have three sources: the noise of each pixel by itself; the effect of the raster on the
+pixels of an edge; and other errors of a picture that neighbouring pixels share, as by the blocks of
+a compressed picture, or by edges of another profile than expected. The size of each is estimated
+from the remainders: from their mean square, and from sums of products of near and of farther
+neighbours. Errors that the fit could follow are not among its remainders. So each sum is compared
+with what errors of one kind, of a known size, would leave after the same fit.
 
 Sources: ours; C. R. Rao, Estimation of variance and covariance components, Journal of Multivariate
 Analysis 1, 1971, whose sums of squares and of products of neighbours are compared in this way.
@@ -17,8 +17,8 @@ from scipy.optimize import nnls
 
 from .expected_picture import Scene
 
-# Pixels err alike as far as this, less so the farther apart they are: alone, or within the blocks
-# of a compressed picture, which have 8 pixels [px].
+# Distances up to which errors of pixels are correlated, less so the farther apart they are: from
+# each pixel alone to the blocks of a compressed picture, which have 8 pixels [px].
 _REACHES = (1, 2, 4, 8)
 
 
@@ -31,15 +31,15 @@ def remainder_covariance(
     raster: np.ndarray,
     spread: np.ndarray,
 ) -> np.ndarray:
-    """Covariance that all errors but the raster's make of range and bearing, shape (2, 2).
+    """Covariance of range and bearing due to all errors but the raster's, shape (2, 2).
 
     Args:
         scene: Whose pixels.
         left: What fitted pixels show beyond what is expected, shape (u,).
-        slopes: Of what they show, with the unknowns, shape (u, m).
-        gains: What a fitted pixel that shows more does to the unknowns, shape (u, m).
-        moves: What it does to range and bearing, shape (u, 2).
-        raster: Deviation of a fitted pixel by the raster, shape (u,).
+        slopes: Derivatives of what they show by the unknowns, shape (u, m).
+        gains: Derivatives of the fitted unknowns by what each pixel shows, shape (u, m).
+        moves: The same of range and bearing alone, shape (u, 2).
+        raster: Standard deviation of a fitted pixel due to the raster, shape (u,).
         spread: Of the smoothing, xx, xy, yy, shape (3,) [px^2].
     """
     sums = [_Neighbours(scene, _near(reach)) for reach in _REACHES]
@@ -50,7 +50,7 @@ def remainder_covariance(
     smeared = _Neighbours(scene, _smeared(spread))
 
     def kept(kind: _Neighbours, share: np.ndarray) -> np.ndarray:
-        """What each sum would be after the fit, of errors of a kind, shape (k,)."""
+        """What each sum would be after the fit, if errors were of one kind, shape (k,)."""
         moved = share * kind.sums(share * gains)
         matrix = gains.T @ moved
         return np.array(
@@ -77,7 +77,7 @@ def _near(reach: int) -> np.ndarray:
 
 
 def _smeared(spread: np.ndarray) -> np.ndarray:
-    """How alike the smoothing makes neighbours, as far as sums go, shape (2 reach - 1, ...)."""
+    """Correlation of neighbours by the smoothing, as far as sums go, shape (2 reach - 1, ...)."""
     along = np.arange(1.0 - _REACHES[-1], _REACHES[-1])
     xx, xy, yy = spread
     square = yy * along**2 - 2 * xy * along * along[:, None] + xx * along[:, None] ** 2
@@ -94,7 +94,7 @@ class _Neighbours:
         self.scene, self.weights = scene, weights
 
     def sums(self, values: np.ndarray) -> np.ndarray:
-        """Of values of fitted pixels, shape (u, m) -> (u, m)."""
+        """Weighted sums of values of fitted pixels, shape (u, m) -> (u, m)."""
         weights, edge = self.weights, cv2.BORDER_CONSTANT
         if len(weights) == 1:
             return values
@@ -106,7 +106,7 @@ class _Neighbours:
         return summed.reshape(-1, values.shape[1])[self.scene.inside].astype(float)
 
     def times(self, other: "_Neighbours") -> "_Neighbours":
-        """Those whose weights are the products of both."""
+        """Sums whose weights are the products of the weights of both."""
         half = min(len(self.weights), len(other.weights)) // 2
         mine, others = (
             each[tuple(slice(n // 2 - half, n // 2 + half + 1) for n in each.shape)]

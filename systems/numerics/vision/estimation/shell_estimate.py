@@ -1,10 +1,10 @@
 """All there is to know of the shells in one picture: found, measured, and located.
 
 The whole outline of a shell is fitted to the picture (`outline_fit`); the covariance is of that
-very picture, and of the calibration. What fits no shell is refused: a shell of known size at a
-range is so high and so wide, its base and top are so curved, and nothing else of its colour is. The
-thesis's model reads its range at the same edge and adds its systematic error, as the calibration
-found it.
+very picture, and of the calibration. What fits no shell is refused: at a given range, a shell of
+known size has a certain height, width and curvature of base and top, and nothing else of its colour
+has. The thesis's model reads its range at the same edge and adds its systematic error, as the
+calibration found it.
 """
 
 import math
@@ -20,17 +20,17 @@ from .pictures import as_rgb, has_contrast, require_size
 from .range_models import MODELS, exact_pixel_radius
 from .shell_detection import Outcome, ShellColour, ShellDetection, Window, detect_blobs
 
-# Widths over the expected: below, a side may be hidden, or most; above, not one whole shell, with
-# pixels by which a blurred one may be wider.
+# Widths over the expected: below the first a side may be hidden, below the second most of a shell;
+# above the third it is not one whole shell, with pixels by which a blurred one may be wider.
 _PARTLY, _MOSTLY, _TOO_WIDE, _WIDER = 0.97, 0.35, 1.25, 8.0
-# Nor is a blob a whole shell that is narrower than the fitted one by this share and so many pixels:
-# a smoothing across a hidden side may look like one.
+# A blob narrower than this share of the fitted shell, and by more than so many pixels, is no whole
+# shell either: a smoothing across a hidden side may look like one.
 _NARROWER, _NARROWER_PIXELS = 0.88, 3.0
-# Edges of a shell are off by less than this, in deviations of the smoothing: in pictures with room
-# above the brightest, and without. And its remainders less than these, as in `OutlineFit`.
+# Largest shift of a shell's edges, in deviations of the smoothing: in pictures that are not
+# saturated, and in those that are. And its largest remainders, as in `OutlineFit`.
 _SHIFTED, _SHIFTED_WHITE = 0.8, 2.5
 _MISFIT, _DENT, _ROUGHNESS = 1.0, 0.24, 0.07
-# By how many times remainders may be more than noise and raster make them: of a whole shell, as
+# How many times larger remainders may be than noise and raster make them: of a whole shell, as
 # blocks of compressed pictures err too, and of one with a side hidden, which fits more things.
 _STRANGE, _STRANGE_PARTLY = 2.8, 2.0
 # Floor and walls differ in colour by less than this share of the shell's: more is another coloured
@@ -64,7 +64,7 @@ class ShellEstimate:
 
 
 def no_estimate(outcome: Outcome) -> ShellEstimate:
-    """Nothing known, and why."""
+    """An estimate that says that nothing is known, and why."""
     return ShellEstimate(
         outcome=outcome,
         range=math.nan,
@@ -252,7 +252,7 @@ def search_shells(
 
     Args:
         picture: Red, green, blue and perhaps alpha, shape (height, width, 3 or 4), uint8. One that
-            is a single colour all over, as before the first, gives no estimates.
+            is a single colour all over, as before the first one came, gives no estimates.
         colours: What to look for.
         calibration: Of the camera.
         model: Of the range, one of MODELS.

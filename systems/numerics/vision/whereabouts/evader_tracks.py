@@ -42,11 +42,11 @@ TRACK_SIZE = 4 + 4 + 16
 HYPOTHESIS_SIZE = 3 + 4 + 16
 # Hypotheses of each colour that are kept at most.
 HYPOTHESES = 4
-# A hypothesis is the evader after this time, for which a track is fresh, too: no single picture
-# overrules it. A hypothesis is given up when unseen for that [s].
+# Time after which a hypothesis is taken for the evader; a track is fresh for as long, so that no
+# single picture overrules it. Time unseen after which a hypothesis is given up [s].
 CONFIRMED, GIVEN_UP = 0.2, 1.0
-# For so long the velocity says where an unseen evader is to be looked for, and looks that leave it
-# no place at all are taken for mistakes [s].
+# For how long an unseen evader is looked for where its velocity leads, and looks that leave it no
+# place at all are taken for mistakes [s].
 PATIENCE = 0.5
 # How far ahead of the present sets are worked out [s].
 AHEAD = 0.6
@@ -264,14 +264,14 @@ def _cost(search: Search, knowledge: Knowledge, j: int, picture: Picture, k: int
 def _measured(
     search: Search, knowledge: Knowledge, j: int, picture: Picture, k: int, now: float
 ) -> None:
-    """A track gets its detection."""
+    """Update a track with the detection that belongs to it."""
     row, spot, spread = knowledge.tracks[j], picture.positions[k], picture.covariances[k]
     passed = picture.time - row[0]
     track = None
     if abs(passed) <= PATIENCE:
         track = correct_at(track_of(row), passed, spot, spread, search.density)
     if track is None:
-        # Found again by one picture, which may be wrong: its set is left to it until the next.
+        # Found again by one picture, which may be wrong: the set stays until the next one agrees.
         track = start_track(spot, spread, 0.5 * search.speed)
         row[0], row[4:8], row[8:] = picture.time, track.mean, track.covariance.ravel()
         return
@@ -326,7 +326,7 @@ def _suppose(search: Search, knowledge: Knowledge, picture: Picture, k: int, col
 
 
 def _let_hypotheses_win(search: Search, knowledge: Knowledge, now: float) -> None:
-    """Give up hypotheses that are not seen; believe those that are when their track is not."""
+    """Give up unseen hypotheses; let those that last replace a track of their colour not seen."""
     for row in knowledge.hypotheses:
         if row[0] < 0:
             continue
@@ -349,7 +349,7 @@ def _let_hypotheses_win(search: Search, knowledge: Knowledge, now: float) -> Non
 def _look(
     search: Search, knowledge: Knowledge, picture: Picture, others: Sequence[Picture], now: float
 ) -> None:
-    """Empty what a picture shows to be empty."""
+    """Take away from the sets of unseen evaders what a picture shows to be empty."""
     hidden = [
         j
         for j, row in enumerate(knowledge.tracks)
@@ -374,7 +374,7 @@ def _look(
         if look_and_see_nothing(grid, reach, seen, _disc(row), search.speed, when, until):
             continue
         if when - row[0] > PATIENCE:
-            # It is nowhere where it can be: it was never where the track had it.
+            # Its set is empty: it was never where the track had it, and may be anywhere.
             row[3] = -np.inf
             fill_everywhere(grid, reach, search.speed, when)
             look_and_see_nothing(grid, reach, seen, _disc(row), search.speed, when, until)

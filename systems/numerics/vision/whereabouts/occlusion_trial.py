@@ -1,10 +1,10 @@
-"""Evaders that come and go behind walls, to try a search on: no pictures, only what they would say.
+"""Trials of a search for evaders behind walls, with simulated detections instead of pictures.
 
-Pursuers drive about at random and film; evaders run, stop and turn. What a camera says of an
-evader follows from how much of its shell is in sight: all of it is measured, but for a few that
-are refused or overlooked, part of it is measured, refused or overlooked, none of it is not there.
-Now and then there is a shell where none is. Pictures come late, each camera's by its own delay, and
-some never.
+Pursuers drive about at random and film; evaders run, stop and turn. What a camera reports of an
+evader follows from how much of its shell is in sight: one in full view is measured, but for a few
+that are refused or overlooked; one partly in view is measured, refused or overlooked; one out of
+view is not reported. Now and then there is a false detection. Pictures come late, each camera's by
+its own delay, and some are lost.
 """
 
 from dataclasses import dataclass
@@ -34,8 +34,8 @@ class OcclusionTrial:
 
     Attributes:
         hidden: How long each occlusion lasted, shape (n,) [s].
-        reacquired: How long each evader was seen again until an estimate was near it, shape (n,)
-            [s]; infinite if it never was while it was seen; NaN if it vanished within a second.
+        reacquired: Time from when each evader was seen again until an estimate was near it, shape
+            (n,) [s]; infinite if none was while it was seen; NaN if it vanished within a second.
         inside: Share of the time at which an evader was in its set.
         excess: How far a set reached beyond the disc that the evader could have reached, at most
             [m]; not positive if never.
@@ -105,7 +105,7 @@ def run_occlusion_trial(
                     hidden.append(gone[j])
                     reacquired.append(np.nan if passed < 1.0 else np.inf)
                     seen_since[j] = np.nan
-            # Of identical shells the set of either may hold either.
+            # With identical shells an evader may be in the set of the other.
             if np.isfinite(seen_at).all():
                 spot = truth[j]
                 inside.append(
@@ -151,7 +151,7 @@ class _Walker:
 def _film(
     search: Search, now: float, stand: np.ndarray, truth: np.ndarray, rng: np.random.Generator
 ) -> Picture:
-    """What a picture says."""
+    """The detections that a picture would give."""
     count = len(truth)
     positions, spreads = np.full((count, 2), np.nan), np.tile(np.diag([np.inf] * 2), (count, 1, 1))
     valid, doubtful = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
@@ -190,7 +190,7 @@ def _measure(
 def _share_in_sight(
     search: Search, stand: np.ndarray, spot: np.ndarray, others: np.ndarray
 ) -> float:
-    """Part of a shell's width that a camera sees: of its two sides and its middle."""
+    """Share of a shell that a camera sees, of its two sides and its middle."""
     offset = spot - stand
     away = float(np.hypot(*offset))
     near, far = search.certain_range

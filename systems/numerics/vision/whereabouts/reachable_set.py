@@ -1,4 +1,4 @@
-"""Where an evader may be: the set that it can have reached and where no camera has seen nothing.
+"""Where an evader may be: places that it can have reached, and that no camera has seen empty.
 
 Places are cells of a grid. The set is kept as times of arrival. T(c) is the earliest time at which
 the evader can be at the place of cell c, and the set at time t is all c with T(c) <= t. Each cell
@@ -327,7 +327,7 @@ def grow(
                     continue
                 nx, ny = grid.places[n, 0], grid.places[n, 1]
                 step = np.hypot(nx - cx, ny - cy)
-                # As it was reached, straight on; else round the corner that is here.
+                # Straight on from where this cell was reached; else round a corner that is here.
                 px, py, start = reach[FROM_X, c], reach[FROM_Y, c], reach[FROM_TIME, c]
                 if looked and seen[n] and arrival <= time:
                     # It cannot have been there, but just beside it, anywhere in this cell.
@@ -417,7 +417,7 @@ def may_be_at(
             away = np.hypot(x - px, y - py)
             if reach[FROM_TIME, n] + away / speed > time:
                 continue
-            # A point a hair inside a wall is no other place.
+            # A point just inside a wall, by rounding, counts too.
             if away < grid.cell or segment_is_clear(grid.edges, px, py, x, y):
                 return True
     return False
