@@ -1,10 +1,10 @@
 """A cart on its way: its trailer by exact kinematics, and its times among moving machines.
 
 **Times for a given path**, as early, or as late, as accelerations allow: the plane of stations and
-times is cut into cells; where a cart would be too near to others, or on ground that is not open
-yet, they are closed. From one station to the next the acceleration is constant, and both stations
-must be open for as long as that takes. Waiting is standing. Going from station to station, the
-earliest time of each speed in each open interval is kept.
+times is divided into cells. A cell is closed if the cart would be too near to others there, or on
+ground that is not open yet. From one station to the next the acceleration is constant, and both
+stations must be open for as long as that takes. A cart waits by standing. From station to station,
+the earliest time of each speed in each open interval is kept.
 """
 
 import math
@@ -23,7 +23,7 @@ from ..paths import MachinePath, TimedPath, join_paths
 
 # Distance of stations, and of moments at which they are open or closed [m], [s].
 WAY, MOMENT = 0.5, 0.25
-# Squares of speeds are this far apart, about [m^2/s^2].
+# Approximate spacing of the squares of speeds [m^2/s^2].
 SQUARES = 0.2
 # Open intervals of a station that are kept, at most.
 INTERVALS = 12
@@ -36,8 +36,8 @@ def trailer_angles(path: MachinePath, cart: Cart, beta: float, stations: np.ndar
 
     Args:
         path: Of the tractor.
-        cart: Its trailer counts.
-        beta: At the first station [rad].
+        cart: The cart, whose trailer matters.
+        beta: The angle at the first station [rad].
         stations: In any order, shape (n,) [m].
     """
     at = np.clip(np.asarray(stations, dtype=float), 0.0, path.length)
@@ -63,7 +63,7 @@ def trailer_poses(poses: np.ndarray, betas: np.ndarray, cart: Cart) -> np.ndarra
     Args:
         poses: Of the tractor, shape (n, 3).
         betas: From the trailer's heading to the tractor's, shape (n,) [rad].
-        cart: Its trailer counts.
+        cart: The cart, whose trailer matters.
     """
     x, y, theta = poses.T
     return np.stack(trailer_pose(x, y, theta, betas, cart.trailer), axis=-1)
@@ -128,7 +128,7 @@ def poses_along(motions: Sequence[CartMotion], times: np.ndarray) -> tuple[np.nd
 
 
 def join_motions(motions: Sequence[CartMotion]) -> CartMotion:
-    """Motions of which each begins where and when, or later than, the one before it ends.
+    """Join motions, each of which begins where the one before it ends, at that time or later.
 
     Between them the cart stands. The trailer follows the whole way from the first angle on.
 
@@ -144,7 +144,7 @@ def join_motions(motions: Sequence[CartMotion]) -> CartMotion:
     timed = TimedPath(
         path,
         np.concatenate([part.times for part in parts]),
-        # Sums differ in their last digits.
+        # Rounding of the sums must not make stations decrease.
         np.maximum.accumulate(np.concatenate(stations)),
         np.concatenate([part.speeds for part in parts]),
     )
@@ -157,7 +157,7 @@ def standing_motion(cart: Cart, pose: np.ndarray, time: float, beta: float = 0.0
     Args:
         cart: Its size.
         pose: Of the tractor, shape (3,).
-        time: From when on [s].
+        time: From when on it stands [s].
         beta: From the trailer's heading to the tractor's [rad].
     """
     at = np.array([0.0])
@@ -165,7 +165,7 @@ def standing_motion(cart: Cart, pose: np.ndarray, time: float, beta: float = 0.0
 
 
 class Moving(NamedTuple):
-    """A moment at which a cart passes a place at a speed.
+    """When and how fast a cart passes a place.
 
     Attributes:
         time: [s].
@@ -177,12 +177,12 @@ class Moving(NamedTuple):
 
 
 class Passage(NamedTuple):
-    """When a cart may be where on its path.
+    """When a cart may be at each station of its path.
 
     Attributes:
         stations: Equally spaced, shape (n,) [m].
         limits: Highest speed at each, shape (n,) [m/s].
-        opens: From when on each may be stood on, shape (n,) [s].
+        opens: When the ground under the cart at each is open, shape (n,) [s].
         blocked: Whether each is closed at moments MOMENT apart, shape (n, m).
         begin: The first of these moments [s].
     """
@@ -201,8 +201,8 @@ class Profile(NamedTuple):
         times: Shape (k,) [s].
         stations: Shape (k,) [m].
         speeds: Shape (k,) [m/s].
-        reached: Where it failed, the farthest station that could be reached from the side it was
-            planned from; the length of the path where it did not [m].
+        reached: If planning failed, how far it got from the end of the path at which it began; else
+            the length of the path [m].
     """
 
     times: np.ndarray
@@ -215,12 +215,12 @@ def plan_profile(passage: Passage, start: Moving, acceleration: float) -> Profil
     """The earliest profile from a start to standing at the last station.
 
     Args:
-        passage: Where and when.
-        start: At the first station.
+        passage: When the cart may be where.
+        start: When and how fast the cart is at the first station.
         acceleration: Largest [m/s^2].
 
     Returns:
-        Its times, or where it failed: then `times` is empty.
+        The profile; if planning failed, `times` is empty and `reached` tells how far it got.
     """
     begins, ends = _intervals(passage, np.inf)
     return _planned(passage.stations, passage.limits, begins, ends, start, -np.inf, acceleration)
@@ -232,13 +232,13 @@ def plan_profile_back(
     """The latest profile from standing at the first station to an end that is met exactly.
 
     Args:
-        passage: Where and when.
-        end: At the last station.
+        passage: When the cart may be where.
+        end: When and how fast the cart is at the last station.
         acceleration: Largest [m/s^2].
         stands_from: The cart stands at the first station from then on [s].
 
     Returns:
-        Its times, or where it failed: then `times` is empty.
+        The profile; if planning failed, `times` is empty and `reached` tells how far it got.
     """
     begins, ends = _intervals(passage, end.time + 1.0)
     last = passage.stations[-1]
@@ -276,12 +276,12 @@ def free_intervals(blocked, opens, begin, step):
 
     Args:
         blocked: Of each place at equally spaced moments, shape (n, m); the last counts for ever.
-        opens: From when on the ground there is open, shape (n,) [s].
+        opens: When the ground there opens, shape (n,) [s].
         begin, step: First moment, and time between them [s].
 
     Returns:
-        Number of the first interval of each place, and of all, shape (n + 1,); begins and ends of
-        the intervals, in order, shape (k,) each [s].
+        Number of the first interval of each place, and their total number, shape (n + 1,); begins
+        and ends of the intervals, in order, shape (k,) each [s].
     """
     count, moments = blocked.shape
     first = np.zeros(count + 1, dtype=np.int64)
@@ -319,7 +319,7 @@ def _planned(
     assert most >= 1, "speeds are too coarse for the acceleration"
     first = 0 if square < 1e-6 else round(square / step)
     tops = (np.minimum(limits**2, 1e6) / step + 1e-9).astype(np.int64)
-    # A cart that passes its end at a speed has been allowed to.
+    # The given speed is allowed at the station where planning begins, whatever the limit there.
     tops[0] = max(tops[0], first)
     reached, chain = _earliest(begins, ends, tops, way, step, most, start.time, first, until)
     none = np.zeros(0)
@@ -331,11 +331,11 @@ def _planned(
 
 @compiled
 def _earliest(begins, ends, tops, way, step, most, time, first, until):
-    """How far it gets, and times, stations and speeds on the way to where it stands soonest."""
+    """How far the cart gets, and times, stations and speeds on its way to the earliest stop."""
     count, kept = begins.shape
     speeds = np.sqrt(step * np.arange(tops.max() + 1))
-    # The intervals of each station are from `low` on; where they are told backwards these come
-    # last. Labels are told station by station, speed by speed.
+    # The intervals of each station begin at `low`: when planning runs backwards, empty entries come
+    # before them. Labels are numbered station by station, and there speed by speed.
     low, number = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
     row = np.zeros(count + 1, dtype=np.int64)
     for i in range(count):
@@ -371,7 +371,7 @@ def _earliest(begins, ends, tops, way, step, most, time, first, until):
                     if level == 0:
                         leave = max(now, begins_after[j])
                     elif begins_after[j] > now + 1e-9:
-                        # Later ones begin later still, and who is on the way cannot wait.
+                        # Later intervals begin later still, and a moving cart cannot wait.
                         break
                     arrive = leave + lasts
                     if arrive > end or arrive > ends_after[j] + 1e-9:

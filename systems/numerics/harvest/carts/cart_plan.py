@@ -1,4 +1,4 @@
-"""What carts have to do with, what a plan lets them do, and the stops of combines for it."""
+"""Plans of carts: crop and trucks, visits, trips and jobs, and the stops of combines for them."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from ..paths import TimedPath
 from ..trucks import Filling, TruckFleet
 from .cart_motion import CartMotion
 
-# Duration of a stop that nothing comes after [s].
+# Duration of a stop that lasts for ever [s].
 FOR_EVER = 1e6
 
 
@@ -29,7 +29,7 @@ class Stop(NamedTuple):
 
 
 def ended(plan: TimedPath, until: float = FOR_EVER) -> TimedPath:
-    """A plan without what comes after some time, or after a stop that lasts for ever.
+    """A plan that is cut off at some time, or at a stop that lasts for ever.
 
     Args:
         plan: Of the combine.
@@ -46,13 +46,13 @@ def ended(plan: TimedPath, until: float = FOR_EVER) -> TimedPath:
 
 @dataclass(frozen=True, kw_only=True)
 class Supply:
-    """What carts have to do with.
+    """The crop that carts take over, and the trucks to which they bring it.
 
     Attributes:
         density: Of the crop [kg/m^2].
         trucks: Pose of the tractor where each cart begins and is emptied, shape (K, 3).
-        truck_rate: At which a cart is emptied [kg/s].
-        truck_fleet: What takes the grain there; a truck comes to the cart.
+        truck_rate: Rate at which a cart is emptied [kg/s].
+        truck_fleet: The trucks that take the grain there; a truck comes to the cart.
     """
 
     density: float | YieldMap
@@ -67,7 +67,7 @@ class CartVisit(NamedTuple):
     Attributes:
         cart, combine: Their numbers.
         begin, end: When grain flows [s].
-        taken: [kg].
+        taken: Grain that it takes [kg].
     """
 
     cart: int
@@ -95,7 +95,7 @@ class Trip(NamedTuple):
 
 
 class Job(NamedTuple):
-    """What a cart does at a stretch, from standing to standing where nobody comes.
+    """What a cart does in one go, from standing to standing again where no combine comes.
 
     Attributes:
         motion: All of it.
@@ -120,7 +120,7 @@ class Job(NamedTuple):
 
 
 class Failure(NamedTuple):
-    """A cart fails for good: it ends what it is at, is emptied, and serves nobody any more.
+    """A cart fails for good: it finishes its job, is emptied, and serves no combine any more.
 
     Attributes:
         cart: Its number.

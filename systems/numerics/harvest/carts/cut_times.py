@@ -1,7 +1,7 @@
 """When each place of the ground is cut, and from when on a cart may stand on it.
 
-Places are square cells, each told by its middle. What looks them up grows its outline by half the
-diagonal of a cell, so that no part of an outline is on a cell that was not looked at.
+The ground is divided into square cells, each represented by its middle. A look-up grows the outline
+by half the diagonal of a cell, so that no part of it lies on a cell that was not checked.
 """
 
 import math
@@ -22,12 +22,12 @@ from ..raster import cells_inside
 CELL = 0.5
 # How far a cell reaches from its middle [m].
 REACH = CELL / math.sqrt(2.0)
-# Distance of the places that are looked up under an outline: less than what stays uncut is wide,
-# and than an obstacle with the gap round it [m].
+# Spacing of the places that are looked up under an outline: less than the width of anything that
+# stays uncut, and of an obstacle with the gap round it [m].
 LOOKS = 0.9
 # What rounding may add to the number of a cell.
 EDGE = 1e-6
-# Poses of a header between which its strip is marked are as far apart at most [m].
+# Largest distance between the poses of a header between which its strip is marked [m].
 STEP = 0.5
 # Least distance from a cart to an obstacle [m].
 GAP = 0.5
@@ -51,7 +51,7 @@ class CutTimes(NamedTuple):
 
 
 class OpenGround(NamedTuple):
-    """From when on a cart may be on each cell.
+    """When each cell opens to carts.
 
     Attributes:
         times: When it was cut; minus infinity where there never was crop, infinite where crop
@@ -70,7 +70,7 @@ def cut_times(
     before: CutTimes | None = None,
     since: float = 0.0,
 ) -> CutTimes:
-    """When each place of a field is cut.
+    """Compute when each place of a field is cut, and by whom.
 
     Crop that stays in strips narrower than three cells counts as cut with what is beside it.
 
@@ -78,8 +78,8 @@ def cut_times(
         field: The field, whose margin is covered too.
         combine: The size of the combines.
         plans: Of all combines.
-        before: Of plans with the same paths, whole ones, with the same times until some time.
-        since: That time [s].
+        before: For whole plans on the same paths, with the same times until `since`.
+        since: The time until which plans are the same [s].
     """
     low_x, low_y, high_x, high_y = field.ground.bounds
     corner = np.array([low_x - 2 * CELL, low_y - 2 * CELL])
@@ -120,14 +120,14 @@ def cut_times(
 
 
 def _slivers_of(left: np.ndarray) -> np.ndarray:
-    """Cells in strips of crop that stays, narrower than three cells; numbers in a flat array."""
+    """Numbers, row by row, of cells in strips of remaining crop narrower than three cells."""
     wide = np.asarray(ndimage.binary_opening(left, np.ones((3, 3), dtype=bool)))
     return np.flatnonzero(left & np.logical_not(wide))
 
 
 @kernel
 def _close_slivers(times, cutter, slivers):
-    """Let slivers be cut with the last of what is cut within two cells of them."""
+    """Give each sliver the latest time at which a cell within two cells of it is cut."""
     rows, columns = times.shape
     for number in slivers:
         row, column = number // columns, number % columns
@@ -148,7 +148,7 @@ def free_cells(field: Field, cut: CutTimes) -> np.ndarray:
 
 
 def opened(free: np.ndarray, cut: CutTimes) -> OpenGround:
-    """From when on carts may be on some cells.
+    """When cells open to carts, which some of them never do.
 
     Args:
         free: Cells on which they may be at some time, shape (rows, columns).
@@ -158,8 +158,9 @@ def opened(free: np.ndarray, cut: CutTimes) -> OpenGround:
 
 
 def _passing_times(plan: TimedPath, stations: np.ndarray) -> np.ndarray:
-    """The first moment at each station, infinite where a machine never gets; shape (n,) [s]."""
-    # Where speeds change the way is a parabola of time: fine enough samples make it straight.
+    """When a machine first is at each station, infinite if it never is; shape (n,) [s]."""
+    # While the speed changes, the station is quadratic in time: samples are fine enough to be
+    # interpolated linearly.
     fine = np.unique(np.concatenate([plan.times, np.arange(plan.times[0], plan.times[-1], 0.5)]))
     ways = plan.station_at(fine)
     first = np.concatenate([[True], np.diff(ways) > 1e-9])
@@ -201,7 +202,7 @@ def _mark_strip(times, cutter, number, poses, passed, corner, half, depth):
 
 @kernel
 def opens(ground, box, x, y, theta):
-    """From when on a box may be where it is [s].
+    """When the ground under a box at a pose is open [s].
 
     Args:
         ground: OpenGround.
@@ -214,11 +215,11 @@ def opens(ground, box, x, y, theta):
     rear, front, half = box[0] - REACH, box[1] + REACH, box[2] + REACH
     along = math.ceil((front - rear) / LOOKS)
     across = math.ceil(2 * half / LOOKS)
-    # Columns and rows of the first place, and from each to the next ahead and to the left.
+    # Column and row of the first place, and the steps from one to the next ahead and to the left.
     column = (x - corner[0]) / CELL + c * rear + s * half
     row = (y - corner[1]) / CELL + s * rear - c * half
     ahead, aside = (front - rear) / along, 2 * half / across
-    # Where all four corners are on the cells, every place between them is.
+    # If all four corners are on the grid, so is every place between them.
     for i, j in ((0, 0), (along, 0), (0, across), (along, across)):
         at_column = column + c * ahead * i - s * aside * j
         at_row = row + s * ahead * i + c * aside * j
@@ -237,7 +238,7 @@ def opens(ground, box, x, y, theta):
 
 @compiled
 def opens_along(ground, box, poses):
-    """From when on a box may be at each of some poses, shape (n, 3) -> (n,) [s]."""
+    """When the ground under a box is open, for each of some poses, shape (n, 3) -> (n,) [s]."""
     found = np.empty(len(poses))
     for k in range(len(poses)):
         found[k] = opens(ground, box, poses[k, 0], poses[k, 1], poses[k, 2])

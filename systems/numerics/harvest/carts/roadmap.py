@@ -2,8 +2,8 @@
 
 Lines are what carts may follow: round the field on the margin and on the headland, round holes, and
 along swaths. Nodes are poses on them, in both directions; edges are Dubins paths between near ones,
-which end straight, so that the trailer comes into line. When an edge opens is known beforehand:
-when all ground under tractor and trailer has been cut.
+which end straight, so that the trailer comes into line. An edge opens once all ground under tractor
+and trailer has been cut; this time is computed beforehand.
 """
 
 import heapq
@@ -25,24 +25,24 @@ from .cart_motion import trailer_poses
 from .cut_times import OpenGround, opens, opens_along
 from .traffic import cart_boxes
 
-# Radii of arcs, in least turning radii; the quickest word that can be driven counts.
+# Radii of arcs that are tried, in least turning radii; the quickest drivable word is taken.
 RADII = (4.0, 2.0, 1.3)
 # Straight end of each edge, on which the trailer comes into line, in trailer lengths.
 STRAIGHT = 1.2
 # Largest angle of the trailer on an edge, and at its end [rad].
 BENT, BENT_AT_END = 1.2, 0.35
-# Spacing of nodes on lines, at least, and how many there may be, both directions counted [m].
+# Least spacing of nodes on lines [m], and about the most nodes, both directions counted.
 SPACING, MOST = 14.0, 3600
-# How far edges reach straight on [m], how many leave a node at most, and how many of the nearest
-# nodes are looked at for them.
+# Straight-line reach of edges [m], the most edges that leave a node, and how many of the nearest
+# nodes are candidates for them.
 FAR, CHOICES, NEAREST = 42.0, 9, 40
-# How many words of those that compete are looked at.
+# How many of the words that compete with one another are checked against the ground.
 RIVALS = 3
 # Way between samples of an edge [m].
 SAMPLE_WAY = 2.0
-# What turns by less between two samples sweeps no more than is under these [rad].
+# A cart that turns by less between two samples sweeps only ground that is under it at these [rad].
 STRAIGHT_ON = 0.02
-# From when on ground counts as open after it was cut [s].
+# Time from when ground is cut until it counts as open [s].
 AFTER_CUT = 5.0
 
 
@@ -53,10 +53,10 @@ class Edges(NamedTuple):
         source, target: Numbers of nodes, shape (E,).
         poses: Where pieces begin and end, shape (E, 5, 3) [m], [m], [rad].
         lengths: Of the pieces, shape (E, 4) [m].
-        duration: At the speeds that curvatures allow, shape (E,) [s].
-        opens: From when on all ground under it is open, shape (E,) [s].
+        duration: Driving time at the speeds that curvatures allow, shape (E,) [s].
+        opens: When all ground under it is open, shape (E,) [s].
         circle: Middle and radius of a circle round all outlines on it, shape (E, 3) [m].
-        first: Number of the first sample of each, and of all samples, shape (E + 1,).
+        first: Number of the first sample of each, and their total number, shape (E + 1,).
         tractor, trailer: Poses at the samples, shape (S, 3).
         since: Time from the beginning of the edge to each sample, shape (S,) [s].
     """
@@ -83,9 +83,9 @@ class Roadmap(NamedTuple):
 
     Attributes:
         nodes: Poses of the tractor, shape (n, 3) [m], [m], [rad].
-        opens: From when on the ground under a cart that stands in line at a node is open, (n,) [s].
-        edges: Between them.
-        reach: How far apart nodes are that edges join, at most [m].
+        opens: When the ground under a cart that stands in line at a node is open, shape (n,) [s].
+        edges: Between the nodes.
+        reach: Largest distance between nodes that an edge joins [m].
     """
 
     nodes: np.ndarray
@@ -95,12 +95,12 @@ class Roadmap(NamedTuple):
 
 
 def make_roadmap(ground: OpenGround, cart: Cart, lines: Sequence[np.ndarray]) -> Roadmap:
-    """Nodes on lines and edges between them.
+    """Make a roadmap: nodes on lines, and edges between them.
 
     Args:
-        ground: From when on carts may be where.
+        ground: When each cell of the ground opens to carts.
         cart: One of the equal carts.
-        lines: Points of each, shape (m, 2) [m].
+        lines: Points of each line, shape (m, 2) [m].
     """
     total = sum(float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in lines)
     spacing = max(SPACING, 2 * total / MOST)
@@ -119,8 +119,8 @@ def make_roadmap(ground: OpenGround, cart: Cart, lines: Sequence[np.ndarray]) ->
     source, target = source[near], target[near]
     rivals = source * (line.max() + 1) + line[target]
     words = _words(cart, nodes[source], nodes[target], rivals)
-    # Of the edges from each node the quickest to each line, and of those the quickest few. Most
-    # nodes have enough of them among the first: the others are looked at for the rest alone.
+    # Keep from each node the quickest edge to each line, and of those the quickest few. For most
+    # nodes the quickest words give enough of them: slower words are tried for the others only.
     rank = _ranks(source[words.pair], words.duration)
     edges = _driven(ground, cart, nodes[source], None, words.chosen(rank < 2 * CHOICES))
     for low, high in ((2 * CHOICES, 4 * CHOICES), (4 * CHOICES, np.inf)):
@@ -138,7 +138,7 @@ def make_roadmap(ground: OpenGround, cart: Cart, lines: Sequence[np.ndarray]) ->
 
 
 def _without_dead_ends(roadmap: Roadmap) -> Roadmap:
-    """The largest part of a roadmap in which there is a way from every node to every other one."""
+    """The largest strongly connected part of a roadmap: every node leads to every other one."""
     nodes, opens, edges, reach = roadmap
     links = csr_array(
         (np.ones(len(edges.source)), (edges.source, edges.target)), shape=(len(nodes), len(nodes))
@@ -152,13 +152,13 @@ def _without_dead_ends(roadmap: Roadmap) -> Roadmap:
 
 
 def reopened(roadmap: Roadmap, ground: OpenGround, cart: Cart, since: float) -> Roadmap:
-    """The same roadmap when ground opens at other times.
+    """The same roadmap after the times at which ground opens have changed.
 
     Args:
-        roadmap: As it was.
-        ground: From when on carts may be where.
+        roadmap: The roadmap before.
+        ground: When each cell of the ground opens to carts.
         cart: One of the equal carts.
-        since: What opened until then is as it was [s].
+        since: Edges that opened by then still do so at the same times [s].
     """
     edges = roadmap.edges
     later = np.flatnonzero(edges.opens > since)
@@ -169,12 +169,12 @@ def reopened(roadmap: Roadmap, ground: OpenGround, cart: Cart, since: float) -> 
 
 
 def earliest_arrivals(roadmap: Roadmap, node: int, time: float) -> np.ndarray:
-    """The earliest times at all nodes, over ground that opens, among nobody, shape (n,) [s].
+    """Earliest arrival times at all nodes, without regard to other machines, shape (n,) [s].
 
     Args:
         roadmap: With nodes and edges.
         node: Where the cart is.
-        time: When [s].
+        time: When it is there [s].
     """
     edges = roadmap.edges
     labels = np.full(len(roadmap.nodes), np.inf)
@@ -184,12 +184,12 @@ def earliest_arrivals(roadmap: Roadmap, node: int, time: float) -> np.ndarray:
 
 
 def opens_to(roadmap: Roadmap, nodes: np.ndarray, closed: np.ndarray) -> np.ndarray:
-    """From when on there is a way from each node to any of some nodes, shape (n,) [s].
+    """Times from which each node has a way to at least one of some goals, shape (n,) [s].
 
     Args:
         roadmap: With nodes and edges.
-        nodes: Numbers of those to which ways lead, shape (k,).
-        closed: Edges that no way takes, shape (E,).
+        nodes: Numbers of the nodes that are goals, shape (k,).
+        closed: Whether each edge may not be used, shape (E,).
     """
     edges = roadmap.edges
     labels = np.full(len(roadmap.nodes), np.inf)
@@ -210,7 +210,7 @@ def _by_node(
 
 @compiled
 def _spread(labels, order, first, reaching, opens, duration):
-    """Lower labels along edges, which are left at their opening or later, as Dijkstra does."""
+    """Lower labels by Dijkstra's algorithm; an edge is left as soon as it is open."""
     heap = [(0.0, np.int64(-1)) for _ in range(0)]
     for n in range(len(labels)):
         if labels[n] < np.inf:
@@ -228,10 +228,10 @@ def _spread(labels, order, first, reaching, opens, duration):
 
 
 def node_opens(ground: OpenGround, cart: Cart, nodes: np.ndarray) -> np.ndarray:
-    """From when on the ground under carts that stand in line is open, shape (n,) [s].
+    """When the ground under carts that stand in line is open, shape (n,) [s].
 
     Args:
-        ground: From when on carts may be where.
+        ground: When each cell of the ground opens to carts.
         cart: One of the equal carts.
         nodes: Poses of the tractor, shape (n, 3).
     """
@@ -242,7 +242,7 @@ def node_opens(ground: OpenGround, cart: Cart, nodes: np.ndarray) -> np.ndarray:
 
 
 class _Words(NamedTuple):
-    """Arcs and straights that would join pairs of poses; nothing is known of the ground yet.
+    """Arcs and straights that join pairs of poses, not yet checked against the ground.
 
     Attributes:
         pair: Number of the pair, shape (w,).
@@ -263,17 +263,17 @@ class _Words(NamedTuple):
 def connect(
     ground: OpenGround, cart: Cart, starts: np.ndarray, betas: np.ndarray, ends: np.ndarray
 ) -> Edges:
-    """Edges between pairs of poses, where there is one that a cart can drive.
+    """Connect pairs of poses by edges, where there is one that a cart can drive.
 
     Args:
-        ground: From when on carts may be where.
+        ground: When each cell of the ground opens to carts.
         cart: One of the equal carts.
         starts: Poses, shape (p, 3).
-        betas: Of the trailer at the starts, shape (p,) [rad].
+        betas: Angles of the trailer at the starts, shape (p,) [rad].
         ends: Poses, shape (p, 3).
 
     Returns:
-        The quickest for each pair that has any; source and target are the number of the pair.
+        The quickest edge of each pair that has one; source and target are the number of the pair.
     """
     words = _words(cart, starts, ends, np.arange(len(starts)))
     edges = _driven(ground, cart, starts, betas, words)
@@ -281,7 +281,7 @@ def connect(
 
 
 def _words(cart: Cart, starts: np.ndarray, ends: np.ndarray, rivals: np.ndarray) -> _Words:
-    """The quickest few words of all pairs of the same number among rivals, shape (p,)."""
+    """The quickest few words in each group of pairs; `rivals` numbers the groups, shape (p,)."""
     lead = STRAIGHT * cart.length
     before = ends.copy()
     before[:, 0] -= lead * np.cos(ends[:, 2])
@@ -328,12 +328,12 @@ def joined_edges(parts: Sequence[Edges]) -> Edges:
 
 
 def _first_of_each(group: np.ndarray, value: np.ndarray, most: int) -> np.ndarray:
-    """Numbers of those of least value in each group, no more than so many."""
+    """Numbers of the `most` least values in each group."""
     return np.flatnonzero(_ranks(group, value) < most)
 
 
 def _ranks(group: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """How many of its group come before each, by their values, shape (n,)."""
+    """Rank of each value within its group, from 0 for the least, shape (n,)."""
     order = np.lexsort([value, group])
     ranks = np.empty(len(order), dtype=np.int64)
     ranks[order] = np.arange(len(order)) - np.searchsorted(group[order], group[order])
@@ -376,7 +376,7 @@ def _poses_on(line: np.ndarray, spacing: float) -> np.ndarray:
 
 
 def near_nodes(roadmap: Roadmap, poses: np.ndarray, *, onto: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of a pose and a node of which edges may lead from the one to the other.
+    """Pairs of a pose and a node that an edge may join.
 
     Args:
         roadmap: With nodes.
@@ -395,9 +395,9 @@ def near_nodes(roadmap: Roadmap, poses: np.ndarray, *, onto: bool) -> tuple[np.n
 
 
 def _likely(starts: np.ndarray, ends: np.ndarray, group: np.ndarray) -> np.ndarray:
-    """Numbers of the nearest pairs of each group that an edge would not join in a circle.
+    """Numbers of the nearest pairs in each group that an edge can join without going in a circle.
 
-    The second pose is ahead of the first or beside it, and not behind its back.
+    The second pose is ahead of the first or beside it, not behind it.
     """
     dx, dy = (ends - starts)[:, :2].T
     apart = np.hypot(dx, dy)
@@ -414,7 +414,7 @@ def _likely(starts: np.ndarray, ends: np.ndarray, group: np.ndarray) -> np.ndarr
 def _sampled(
     cart: Cart, starts: np.ndarray, betas: np.ndarray, curvatures: np.ndarray, lengths: np.ndarray
 ) -> Edges:
-    """Edges from their curvatures and lengths, with samples; nothing is known of the ground yet."""
+    """Edges with samples from curvatures and lengths, not yet checked against the ground."""
     count = len(starts)
     poses = np.empty((count, 5, 3))
     pairs = np.empty((count, 5, 2))
@@ -462,7 +462,7 @@ def _sampled(
 
 
 def _edge_opens(ground: OpenGround, cart: Cart, edges: Edges, chosen: np.ndarray) -> np.ndarray:
-    """From when on the ground under some edges is open, shape (n,) [s]."""
+    """When the ground under some edges is open, shape (n,) [s]."""
     boxes = cart_boxes(cart)
     return _opens_under(ground, boxes, edges.first, edges.tractor, edges.trailer, chosen)
 
@@ -473,7 +473,7 @@ def _opens_under(ground, boxes, first, tractor, trailer, chosen):
     for i in range(len(chosen)):
         latest = -np.inf
         last = first[chosen[i] + 1] - 1
-        # In bends samples are far enough apart for a corner to come out between two of them.
+        # In bends a corner may swing out between two samples: the pose halfway is checked too.
         for half in range(2 * first[chosen[i]], 2 * last + 1):
             k, after = half // 2, (half + 1) // 2
             if k < after and abs(tractor[after, 2] - tractor[k, 2]) < STRAIGHT_ON:

@@ -1,8 +1,8 @@
-"""Routes of carts in time: to a place beside a combine, and back to where nobody comes.
+"""Timed routes of carts: to a place beside a combine, and back to where no combine comes.
 
-A search over the roadmap finds the way and who is let by; then the trailer is followed exactly
-along that way, and times are planned for it that keep accelerations, gaps and off what is not cut.
-Where no times are found, the place at which that failed is left out and the search goes on.
+A search over the roadmap finds the way and which machines are let pass. Then the trailer's motion
+along that way is computed exactly, and times are planned that respect accelerations, gaps and uncut
+ground. If no times are found, the edge at which that failed is banned and the search is repeated.
 """
 
 import math
@@ -46,16 +46,16 @@ from .roadmap import (
 from .search import Intervals, Task, search
 from .traffic import Traffic, blocked_along, cart_boxes, during, joined, least_gaps
 
-# Half of the way between two stations moves no corner of a cart farther than this [m].
+# While a cart drives half of the way between two stations, no corner moves farther than this [m].
 HALF_WAY = 0.6 * WAY
-# Added to the gap where it is looked at only here and there along an edge [m].
+# Added to the gap where it is checked only at samples along an edge [m].
 ROUGH = 0.5
-# Time between moments at which nodes are known to be free [s].
+# Time between the moments at which nodes are checked [s].
 STEP = 1.0
-# How long a route may take, at least, and in times of two sides of the field at top speed [s]; how
-# often another is looked for.
+# Time limit of a route: this long [s], or so many times the drive along two sides of the field at
+# top speed if that is longer; how many ways are tried.
 LONGEST, SIDES, ATTEMPTS = 400.0, 2.5, 5
-# Room for edges of one search, and for their samples.
+# Spare rows for the additional edges of one search, and for their samples.
 EXTRA, SAMPLES = 4000, 120000
 # Straight way before a cart is beside a combine [m].
 RUN_IN = 10.0
@@ -69,7 +69,7 @@ class Standing(NamedTuple):
     Attributes:
         pose: Of the tractor, shape (3,).
         beta: The trailer's angle [rad].
-        since: From when on [s].
+        since: From when on it stands there [s].
     """
 
     pose: np.ndarray
@@ -79,21 +79,21 @@ class Standing(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class RoutePlanner:
-    """What routes are planned among.
+    """A planner of routes, with the roadmap and the combines that it plans among.
 
     Attributes:
-        ground: From when on carts may be where.
+        ground: When each cell of the ground opens to carts.
         cart: One of the equal carts.
         roadmap: On this ground.
-        combines: All of them, by time.
+        combines: Traffic of all combines.
         blocked: Whether combines come too near to each node, at moments STEP apart from 0 on;
             shape (n, m).
-        last_blocked: Number of the last such moment of each, -1 for none, shape (n,).
+        last_blocked: Number of the last moment at which each is blocked, -1 for none, shape (n,).
         exits: Nodes from which carts drive to their trucks, shape (e,).
-        ways_out: From when on there is a way from each node to one of these that leads past all
-            combines where these stand in the end, shape (n,) [s].
-        room: Edges of the roadmap, with room behind them for those of a search, and for their
-            samples.
+        ways_out: When each node first has a way to one of the exits that keeps clear of all
+            combines where they stand in the end, shape (n,) [s].
+        room: Edges of the roadmap, with spare rows behind them for the edges of a search and for
+            their samples.
     """
 
     ground: OpenGround
@@ -130,11 +130,11 @@ class RoutePlanner:
         return np.logical_not(near.any(axis=1))
 
     def with_ways_out(self, poses: np.ndarray, time: float) -> np.ndarray:
-        """Those of some poses from which a cart in line has a way to the trucks, (m, 3).
+        """Select the poses from which a cart in line has a way to the trucks, shape (m, 3).
 
         Args:
             poses: Of the tractor, shape (n, 3).
-            time: By then [s].
+            time: When the way has to be open at the latest [s].
         """
         nodes = self.roadmap.nodes
         start, end = near_nodes(self.roadmap, poses, onto=True)
@@ -186,8 +186,8 @@ class RoutePlanner:
             beta: The trailer's angle there [rad].
             start: When and how fast the cart is there.
             others: Committed routes of other carts.
-            goal: Poses to stand at, shape (3,) or (n, 3); None: wherever nobody comes and from
-                where there is a way to the trucks by now.
+            goal: Poses to stand at, shape (3,) or (n, 3); None: any node to which nobody comes and
+                from which there is a way to the trucks at the start.
         """
 
         def plan(path: MachinePath) -> Profile:
@@ -226,14 +226,14 @@ class RoutePlanner:
         count = len(self.roadmap.nodes)
         first = int(begin / STEP)
         known, last_known = self.blocked, self.last_blocked
-        # All that moves after the end of the search is looked at as one moment.
+        # Whatever moves after the end of the search counts in its last moment.
         others_end = others.begin + others.poses.shape[1] * MOMENT
         last = max(math.ceil((max(end, others_end) - first * STEP) / STEP), 1) + 2
         span = first * STEP, (first + last) * STEP
         others = during(others, *span)
         traffic = joined(during(self.combines, *span), others)
         blocked = np.empty((len(nodes), last), dtype=bool)
-        # What is known last counts for all time to come.
+        # The last known moment counts for all later ones.
         within = known[:, min(first, known.shape[1] - 1) : first + last]
         blocked[:count, : within.shape[1]] = within
         blocked[:count, within.shape[1] :] = known[:, -1:]
@@ -246,13 +246,13 @@ class RoutePlanner:
         opens = np.concatenate(
             [self.roadmap.opens, node_opens(self.ground, self.cart, nodes[count:])]
         )
-        # What may be stood on, where the cart stands already, is settled.
+        # The cart is there already, so the ground at its start needs no check.
         opens[count] = -np.inf
         intervals = Intervals(*free_intervals(blocked, opens, first * STEP, STEP))
         own = slice(intervals.first[count], intervals.first[count + 1])
         waits = (intervals.begins[own] <= begin) & (begin <= intervals.ends[own])
         if not back and (moving or not waits.any()):
-            # It is on its way there: it cannot wait.
+            # The cart cannot wait there: it is moving, or others pass.
             intervals = _with_moment(intervals, count, begin)
         start = count
         if back:
@@ -291,7 +291,7 @@ class RoutePlanner:
     def _with_ends(
         self, pose: np.ndarray, beta: float, goals: np.ndarray
     ) -> tuple[np.ndarray, Edges]:
-        """Nodes and edges with those of a start and of goals, which get the last numbers."""
+        """Nodes and edges with those of a start and goals added; these get the last numbers."""
         nodes, room = self.roadmap.nodes, self.room
         count = len(nodes)
         start = np.array(pose, dtype=float)
@@ -327,7 +327,7 @@ class RoutePlanner:
     def _passage(
         self, path: MachinePath, beta: float, others: Traffic, begin: float, end: float
     ) -> Passage:
-        """When a cart may be where on a path, between two times."""
+        """When a cart may be at each station of a path, between two times."""
         at = path.stations_every(WAY)
         tractor = path.pose_at(at)
         betas = trailer_angles(path, self.cart, beta, at)
@@ -345,7 +345,7 @@ class RoutePlanner:
         span = first - MOMENT, first + (count + 1) * MOMENT
         traffic = joined(during(self.combines, *span), during(others, *span))
         blocked = blocked_along(traffic, self.boxes, tractor, trailer, gap, first, MOMENT, count)
-        # Moments are told from the time asked for on, which may be later by a part of one.
+        # Moments are counted from `begin`, which may be later than `first` by part of a MOMENT.
         return Passage(at, limits, opens, blocked, begin)
 
 
@@ -358,16 +358,16 @@ def make_planner(
     before: RoutePlanner | None = None,
     since: float = 0.0,
 ) -> RoutePlanner:
-    """Look up when combines come to nodes, and from where there are ways to the trucks.
+    """Make a planner: find when combines are near nodes, and which nodes have ways to the trucks.
 
     Args:
-        ground: From when on carts may be where.
+        ground: When each cell of the ground opens to carts.
         cart: One of the equal carts.
         roadmap: On this ground.
-        combines: All of them, by time.
-        trucks: Poses of the tractor at them, shape (K, 3).
-        before: On the same roadmap, when combines were elsewhere from some time on.
-        since: That time [s].
+        combines: Traffic of all combines.
+        trucks: Poses of the tractor at the trucks, shape (K, 3).
+        before: Planner on the same roadmap, for combines that moved differently from `since` on.
+        since: When the combines begin to move differently [s].
     """
     count = int(combines.poses.shape[1] * MOMENT / STEP) + 2
     if before is None:
@@ -381,7 +381,7 @@ def make_planner(
         same = min(max(int(since / STEP) - 2, 0), before.blocked.shape[1] - 2, count - 2)
         later = _blocked_at(roadmap.nodes, cart, combines, same * STEP, count - same)
         blocked = np.hstack([before.blocked[:, :same], later])
-        # Searches write behind the edges, and only the times at which they open are others.
+        # Searches write only behind the edges, and of these only the opening times have changed.
         opens = before.room.opens.copy()
         opens[: len(roadmap.edges.opens)] = roadmap.edges.opens
         room = before.room._replace(opens=opens)
@@ -414,7 +414,7 @@ def _too_near_in_the_end(edges: Edges, cart: Cart, combines: Traffic) -> np.ndar
 
 
 def _with_room(edges: Edges) -> Edges:
-    """Edges with room behind them."""
+    """Edges with spare rows behind them."""
     return Edges(
         *(
             np.concatenate([each, np.zeros((size, *each.shape[1:]), dtype=each.dtype)])
@@ -452,7 +452,7 @@ def _sharpest(path: MachinePath, begin: np.ndarray, end: np.ndarray) -> np.ndarr
 
 
 def _with_moment(intervals: Intervals, node: int, time: float) -> Intervals:
-    """Intervals of which those of one node are replaced by a single moment."""
+    """Replace the intervals of one node by a single moment."""
     a, b = intervals.first[node], intervals.first[node + 1]
     begins = np.concatenate([intervals.begins[:a], [time], intervals.begins[b:]])
     ends = np.concatenate([intervals.ends[:a], [time], intervals.ends[b:]])
@@ -462,13 +462,13 @@ def _with_moment(intervals: Intervals, node: int, time: float) -> Intervals:
 
 
 def _path_of(edges: Edges, chosen: np.ndarray, run_in: np.ndarray | None) -> MachinePath:
-    """The path along edges, and a straight behind it, without pieces of no length."""
+    """The path along edges, followed by the run-in, without pieces of zero length."""
     poses = [edges.poses[chosen[0], 0]]
     for e in chosen:
         for k in range(4):
             if edges.lengths[e, k] > 1e-6:
                 pose = edges.poses[e, k + 1].copy()
-                # Edges tell headings up to whole turns.
+                # Headings of successive edges may differ by whole turns.
                 start = edges.poses[e, k, 2]
                 pose[2] = poses[-1][2] + (pose[2] - start)
                 poses.append(pose)

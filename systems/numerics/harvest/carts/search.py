@@ -1,9 +1,9 @@
 """Safe-interval search: the earliest way through a roadmap among moving machines.
 
-At each node a cart may stand in intervals of time between which others pass. Of each interval the
-earliest arrival is kept; an edge is left at the first moment from then on at which nobody comes
-near on it. The same search runs backwards in time, from the end on: then it finds the latest
-departure.
+At each node a cart may stand during certain intervals of time, between which other machines pass.
+For each interval the earliest arrival is kept. From then on, the cart sets out along an edge at the
+first moment at which no machine comes near to it on the edge. Run backwards in time from the
+arrival, the same search finds the latest departure.
 
 Source: Phillips and Likhachev 2011 (SIPP).
 """
@@ -18,7 +18,7 @@ from ...compiled import compiled
 from .roadmap import Edges
 from .traffic import SAMPLE, Traffic, gap_between
 
-# Moments at which leaving an edge's beginning is tried: at first so often, then less [s].
+# Time between departures that are tried on an edge: in the first half of the TRIES, and then [s].
 OFTEN, SELDOM = 1.0, 4.0
 TRIES = 40
 
@@ -27,8 +27,8 @@ class Intervals(NamedTuple):
     """When a cart may stand at nodes.
 
     Attributes:
-        first: Number of the first interval of each node, and of all, shape (n + 1,).
-        begins, ends: Of each, in order, shape (I,) [s].
+        first: Number of the first interval of each node, and their total number, shape (n + 1,).
+        begins, ends: Of each interval, in order, shape (I,) [s].
     """
 
     first: np.ndarray
@@ -37,16 +37,16 @@ class Intervals(NamedTuple):
 
 
 class Task(NamedTuple):
-    """Among what a way is searched, and to where.
+    """A search problem: the edges, when nodes are free, the other machines and the goals.
 
     Attributes:
         edges: Of the roadmap.
-        banned: Edges that may not be used, shape (E,).
-        intervals: Of its nodes.
-        traffic: Whom to keep off.
+        banned: Whether each edge may not be used, shape (E,).
+        intervals: When its nodes are free.
+        traffic: The machines to keep clear of.
         boxes: Of tractor and trailer, shape (2, 3) [m].
         gap: Least distance [m].
-        goals: Intervals that are goals, shape (I,).
+        goals: Whether each interval is a goal, shape (I,).
         estimates: Lower bounds of the time from each node to a goal, shape (n,) [s].
     """
 
@@ -61,17 +61,17 @@ class Task(NamedTuple):
 
 
 def search(task: Task, start: int, time: float, *, back: bool, until: float) -> np.ndarray:
-    """The earliest way from a node at a time to a goal; or, backwards in time, the latest.
+    """Find the earliest way from a node to a goal; or, backwards in time, the latest way to a node.
 
     Args:
-        task: Among what.
+        task: The search problem.
         start: Number of the node.
-        time: [s].
-        back: Whether it runs backwards in time.
-        until: No label is later than this, or earlier where it runs backwards [s].
+        time: When the cart is at the node [s].
+        back: Whether the search runs backwards in time.
+        until: No edge is left later than this; backwards, none is reached earlier [s].
 
     Returns:
-        Numbers of the edges in the order of driving, shape (k,); none where there is no way.
+        Numbers of the edges in the order of driving, shape (k,); empty if there is no way.
     """
     sign = -1.0 if back else 1.0
     leaving = task.edges.target if back else task.edges.source
@@ -83,7 +83,7 @@ def search(task: Task, start: int, time: float, *, back: bool, until: float) -> 
 
 @compiled
 def _is_met(task, e, departure):
-    """Whether a cart that leaves the beginning of an edge at a moment comes near to others."""
+    """Whether a cart that sets out along an edge at `departure` comes too near to others."""
     edges, traffic, boxes, gap = task.edges, task.traffic, task.boxes, task.gap
     x, y, radius = edges.circle[e]
     last = traffic.poses.shape[1] - 1

@@ -1,8 +1,8 @@
 """What carts have planned so far, the world that they plan in, and their ways to trucks.
 
-A visit has a route to the combine, a time beside it and a route to where nobody ever comes and a
-way leads on, or to the truck. Whatever is planned can be kept, and come back to: the world follows
-from the stops, and is not kept with each plan, as it is large.
+A visit has a route to the combine, a time beside it, and a route to the truck or to a place where
+no combine ever comes and from which a way leads on. Every plan can be saved and restored. The world
+is not saved with it, as it is large and follows from the stops.
 """
 
 import copy
@@ -26,31 +26,31 @@ from .traffic import SAMPLE, Traffic, cart_traffic, least_gaps
 from .visit_choice import LEAST
 from .windows import BETWEEN
 
-# How long before a stop a cart sets out, and how long after it does if it could not [s].
+# When a cart tries to set out, relative to a stop: before it, and after it if it could not [s].
 SET_OUT = (-200.0, -60.0, 0.0, 120.0, 360.0, 900.0, 2000.0, 5000.0)
 
 # What a stop costs beside its time: braking, starting again, and a driver who has to mind it [s].
 STOPPING = 30.0
 
-# A cart goes to its truck once it has no room for a whole tank, but not with less than this part of
-# what it holds.
+# A cart goes to its truck once it has no room for a whole tank, but not before it is filled to this
+# part of its capacity.
 WORTH_A_TRIP = 0.5
 
-# So many worlds are kept that were looked at last; others that are come back to are made again.
+# How many of the worlds used last are kept; others are made again when they are needed.
 MOST_WORLDS = 6
 
-# Times plans again when combines stop; a stop that lasts FOR_EVER ends what comes after it.
+# Computes the times of plans again for given stops; nothing follows a stop that lasts FOR_EVER.
 Retime = Callable[[Sequence[Stop]], list[TimedPath]]
 
 
 class PlanSoFar(NamedTuple):
-    """What is planned so far, to come back to; attributes as of `Service`.
+    """A copy of what is planned so far, to be restored; attributes as of `Service`.
 
     Attributes:
         jobs: Of each cart, in order.
         stops: Of combines.
-        turns: Whom each cart serves next.
-        until: What combines do later than that is not known [s].
+        turns: Number of the combine that each cart serves next.
+        until: What combines do after this time is not known [s].
     """
 
     jobs: list[list[Job]]
@@ -65,7 +65,7 @@ class Service:
     Args:
         field: The field.
         world: What carts plan among.
-        retime: Times plans again when combines stop.
+        retime: Computes the times of the plans again when combines stop.
         strategy, threshold: In which order combines are served, and from when on; see
             `serve_combines`.
 
@@ -73,7 +73,7 @@ class Service:
         world: As it is with the stops so far.
         jobs: Of each cart, in order.
         stops: Of combines.
-        turns: Whom each cart serves next, where combines are served in turns.
+        turns: Number of the combine that each cart serves next, if they are served in turns.
         tanks: Of all combines, with all visits so far.
         settled: Nothing that begins before this is changed any more [s].
         failed: Number of a cart that has failed, or -1.
@@ -104,14 +104,14 @@ class Service:
         self.fill_tanks()
 
     def fill_tanks(self) -> None:
-        """Account for what is cut and what the visits take."""
+        """Compute what tanks hold from what is cut and what all visits take."""
         self.tanks = [copy.copy(tank) for tank in self.world.tanks]
         for visit in self.visits:
             self.tanks[visit.combine].take(visit)
 
     @property
     def carts(self) -> range:
-        """Their numbers."""
+        """Numbers of the carts."""
         return range(len(self.jobs))
 
     @property
@@ -121,7 +121,7 @@ class Service:
 
     @property
     def trouble(self) -> float:
-        """What stops for carts cost in all: their time, and so much more for each [s]."""
+        """Cost of all stops for carts: their durations, and STOPPING more for each [s]."""
         return sum(stop.duration + STOPPING for stop in self.stops)
 
     def grain(self) -> float:
@@ -137,7 +137,7 @@ class Service:
         return Standing(last.motion.last_pose, last.motion.last_angle, since)
 
     def load(self, cart: int) -> float:
-        """What it holds then [kg]."""
+        """What a cart holds after all that it has to do so far [kg]."""
         load = 0.0
         for job in self.jobs[cart]:
             load += job.visit.taken if job.visit else 0.0
@@ -145,7 +145,7 @@ class Service:
         return load
 
     def room(self, cart: int) -> float:
-        """What it has room for then [kg]."""
+        """What a cart has room for after all that it has to do so far [kg]."""
         return self.cart.capacity - self.load(cart)
 
     def other_carts(self, cart: int, begin: float) -> Traffic:
@@ -170,7 +170,7 @@ class Service:
             self.empty_carts([cart for cart in self.carts if self._is_due(self.load(cart))])
 
     def _is_due(self, load: float) -> bool:
-        """Whether it is time for the truck with what a cart holds [kg]."""
+        """Whether a cart with this load [kg] should go to its truck."""
         full = self.cart.capacity - load < self.largest_tank
         return full and load >= WORTH_A_TRIP * self.cart.capacity
 
@@ -182,14 +182,14 @@ class Service:
         others: Traffic,
         stop: Stop | None,
     ) -> bool:
-        """Find the way off, to the truck if it is time, and commit all; whether there is one.
+        """Find a way off, to the truck if it is time, and commit all; return whether there is one.
 
         Args:
             motions: Of the cart, until it leaves.
-            leaves: When and how fast it does.
-            visit: That it has made.
+            leaves: When and how fast it leaves.
+            visit: The visit that it has made.
             others: The other carts.
-            stop: Of the combine, for this visit.
+            stop: Of the combine, for this visit; None if it does not stop.
         """
         cart = visit.cart
         load = self.load(cart) + visit.taken
@@ -232,7 +232,7 @@ class Service:
                     raise NoPlan(f"`carts` must find ways to their trucks; got none from {stands}")
 
     def _to_truck(self, cart: int) -> bool:
-        """Drive to the truck, now or when the way is free; whether there is a way."""
+        """Send a cart to its truck, now or when the way is free; return whether there is a way."""
         stands, load = self.standing(cart), self.load(cart)
         others = self.other_carts(cart, stands.since)
         goal = self.supply.trucks[cart]
@@ -246,7 +246,7 @@ class Service:
         return False
 
     def _trip(self, cart: int, begin: float, load: float) -> Trip | None:
-        """A cart's time at a truck, after all that is settled with trucks; None for no load."""
+        """A cart's time at a truck, after all fillings planned so far; None for no load."""
         trips = [job.trip for jobs in self.jobs for job in jobs if job.trip]
         settled = [filling for trip in trips for filling in trip.fillings]
         pool = TruckPool(self.supply.truck_fleet, settled)
@@ -254,7 +254,7 @@ class Service:
         return Trip(cart, begin, fillings[-1].end, load, tuple(fillings)) if fillings else None
 
     def departures(self, first: float) -> list[float]:
-        """Moments at which to set out, until all machines have come to stand [s].
+        """Moments at which to try to set out, until all machines have stopped [s].
 
         Args:
             first: The first of them [s].
@@ -265,22 +265,22 @@ class Service:
         return [*(moment for moment in later if moment <= end), end]
 
     def kept(self) -> PlanSoFar:
-        """What is planned, to come back to."""
+        """A copy of what is planned, for `restore`."""
         jobs = [[*jobs] for jobs in self.jobs]
         return PlanSoFar(jobs, [*self.stops], [*self.turns], self.world.until)
 
     def restore(self, kept: PlanSoFar) -> None:
-        """Come back to what was planned."""
+        """Return to what was planned earlier."""
         self.stops, self.turns = [*kept.stops], [*kept.turns]
         self.jobs = [[*jobs] for jobs in kept.jobs]
         self.look_again(kept.until)
         self.fill_tanks()
 
     def look_again(self, until: float = np.inf) -> float:
-        """Make the world what it is with the stops; since when it is another one [s].
+        """Update the world to the current stops; return the time from which on it differs [s].
 
         Args:
-            until: Nothing that combines do later is looked at [s].
+            until: What combines do after this time is ignored [s].
         """
         key = tuple(self.stops), until
         known = self._worlds.pop(key, None)

@@ -1,8 +1,9 @@
 """Combines that wait for carts, or have parked: where they stop, who comes to them, and how.
 
-Where no cart can come before a tank is full, the combine stops where a cart gets to it: first it
-stands for ever, a cart's way to it is found among all others, who go on or wait for it, and then it
-stands for as long as that took. What was planned before and is not possible any more is given up.
+If no cart can come before a tank is full, the combine stops where a cart can reach it. At first it
+is planned to stand for ever; a cart's way to it is found among all others, which go on or wait for
+it; then the stop is shortened to the time that the visit took. Jobs that are no longer possible are
+given up.
 """
 
 from collections.abc import Iterator
@@ -24,18 +25,18 @@ from .surroundings import (
 )
 from .tanks import EMPTY
 
-# How many places beside a combine that stands are tried, how many places for a stop, and how far
-# apart those are, as a part of the time before the tank is full.
+# How many places beside a standing combine are tried, how many places for a stop, and the spacing
+# of the latter, as a part of the time left before the tank is full.
 PLACES_TRIED, STOPS_TRIED, FARTHER = 8, 12, 0.25
-# Of places beside a combine that stands, so many are looked at together, and so many where it may
-# stop.
+# How many places beside a combine are checked together once it stands, and how many are checked to
+# find out whether it may stop somewhere.
 TOGETHER, LIKELIEST = 12, 4
-# What comes so long after a stop is of no account while a way to it is looked for [s].
+# What combines do later than this after a stop is ignored while a way to it is searched [s].
 AHEAD = 1500.0
 
 
 class _TooLate(Exception):
-    """What has begun would have to be given up."""
+    """A job that has begun would have to be given up."""
 
 
 def collect(service: Service) -> None:
@@ -58,7 +59,7 @@ def collect(service: Service) -> None:
 
 
 def let_wait(service: Service, number: int, full: float) -> None:
-    """Let a combine wait: at the last place before its tank is full that a cart gets to.
+    """Let a combine wait at the last place before its tank is full that a cart can reach.
 
     Args:
         service: What is planned so far; the stop and the visit are added.
@@ -71,7 +72,7 @@ def let_wait(service: Service, number: int, full: float) -> None:
     plan = service.world.plans[number]
     served = max((v.end for v in service.visits if v.combine == number), default=0.0)
     times = _where_to_stop(service.world, number, full, served, service.settled + 4.0)
-    # Rather not where that undoes what another combine stops for.
+    # First try only stops that do not undo the visit for which another combine stops.
     kept = service.kept()
     latest = max([0.0, *(service.standing(cart).since for cart in service.carts)])
     for ahead, gentle in product((AHEAD, np.inf), (True, False) if service.stops else (False,)):
@@ -95,7 +96,7 @@ def let_wait(service: Service, number: int, full: float) -> None:
 def _where_to_stop(
     world: CartSurroundings, number: int, full: float, served: float, soonest: float
 ) -> Iterator[float]:
-    """When a combine may stop, the best moments first: where carts can get to it, late ones first.
+    """When a combine may stop, best moments first: those at which carts reach it, latest first.
 
     Args:
         world: What carts plan among.
@@ -105,13 +106,13 @@ def _where_to_stop(
         soonest: It cannot stop before that [s].
 
     Yields:
-        Moments; where carts cannot get to it at any, the last before it is full [s].
+        Moments; if carts can reach it at none of them, the last one before it is full [s].
     """
     plan = world.plans[number]
     found: list[float] = []
     for ready, apart in ((True, 14.0), (False, 60.0)):
         for time in np.arange(full - 4.0, max(served + 4.0, soonest), -5.0).tolist():
-            # The farther back, the farther apart: a round or ring may have none for long.
+            # Farther back the spacing is wider: on a round or ring there may be none for long.
             apart = max(apart, FARTHER * (full - time))
             if len(found) < STOPS_TRIED and all(abs(time - t) >= apart for t in found):
                 by_then = time if ready else np.inf
@@ -126,11 +127,11 @@ def _where_to_stop(
 
 
 def hold(service: Service, stop: Stop) -> bool:
-    """Let a combine stop for ever, until it is known for how long.
+    """Let a combine stop for ever, until the duration is known.
 
     Args:
         service: What is planned so far; the stop is added.
-        stop: Where.
+        stop: The stop.
 
     Returns:
         Whether nothing that has begun would be undone.
@@ -143,9 +144,9 @@ def visit_standing(service: Service, number: int, stop: Stop | None) -> bool:
     """Serve a combine that stands at the end of its plan, where it waits, or has parked.
 
     Args:
-        service: What is planned so far; the visit is added, and the stop is as long as it takes.
+        service: What is planned so far; the visit is added, and the stop lasts as long as it takes.
         number: Of the combine.
-        stop: Where it waits, for ever so far; None: it has parked.
+        stop: Its stop, which lasts for ever so far; None: it has parked.
 
     Returns:
         Whether a cart gets to it and off again.
@@ -187,7 +188,7 @@ def _leave_stop(
     for turn in range(3):
         time = leaves.time + (1.0, 30.0)[min(turn, 1)]
         if turn == 2:
-            # At worst it goes on when the cart has gone.
+            # As a last resort it goes on only when the cart has gone.
             first = service.world.planner.route_from(
                 stay.last_pose, stay.last_angle, leaves, others, None
             )
@@ -209,7 +210,7 @@ def _leave_stop(
 def _come_to(
     service: Service, number: int, spent: list[np.ndarray]
 ) -> tuple[int, CartMotion] | None:
-    """Who comes first to a combine that stands, and how.
+    """The cart that can reach a standing combine first, and its route; None if there is none.
 
     Args:
         number: Of the combine.
@@ -245,7 +246,7 @@ def _come_to(
 
 
 def _by_distance(service: Service, pose: np.ndarray) -> list[int]:
-    """Carts, the one that can be at a pose first foremost."""
+    """Carts with room that have not failed, sorted by the time at which they could be at a pose."""
 
     def there(cart: int) -> float:
         stands = service.standing(cart)
@@ -256,10 +257,10 @@ def _by_distance(service: Service, pose: np.ndarray) -> list[int]:
 
 
 def _see(service: Service, until: float = np.inf) -> bool:
-    """Look at the world with its stops, and give up what has become impossible.
+    """Update the world to the current stops, and give up jobs that have become impossible.
 
     Args:
-        until: Nothing that combines do later is looked at [s].
+        until: What combines do after this time is ignored [s].
 
     Returns:
         Whether nothing that has begun would be undone.
@@ -279,7 +280,7 @@ def _see(service: Service, until: float = np.inf) -> bool:
 
 
 def _give_up_impossible(service: Service, before: list[TimedPath], since: float) -> None:
-    """Give up jobs that combines are in the way of, or that are beside where none is now."""
+    """Give up jobs that combines or uncut ground block, or whose combine is elsewhere now."""
     given_up = False
     for cart, jobs in enumerate(service.jobs):
         for number, job in enumerate(jobs):
@@ -287,7 +288,7 @@ def _give_up_impossible(service: Service, before: list[TimedPath], since: float)
                 _give_up(service, cart, number)
                 given_up = True
                 break
-    # Carts that stand where they were longer may be in the way of others.
+    # Carts whose jobs were given up stand for longer, and may be in the way of others.
     while given_up:
         given_up = False
         for cart, jobs in enumerate(service.jobs):

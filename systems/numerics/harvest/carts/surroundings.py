@@ -22,23 +22,23 @@ from .traffic import Traffic, combine_traffic, least_gaps
 from .visit_choice import Beginnings
 from .windows import BETWEEN, Window, beside, find_windows
 
-# How far from the end of the margin the outermost line is, and how far from its middle, towards the
-# field, the other one: it leads past carts that stand at their trucks [m].
+# Distance of the outermost line from the outer edge of the margin, and of the other line from the
+# middle of the margin, towards the field: it leads past carts that stand at their trucks [m].
 EDGE, INNER = 2.4, 1.2
-# How far apart two poses of opposite headings are, when those alike are looked for [m].
+# Weight of headings where similar poses are sought: opposite ones are twice as far apart [m].
 LIKE = 10.0
-# Time between beginnings of a visit that are looked at [s].
+# Time between the beginnings of a visit that are considered [s].
 LOOKED = 5.0
-# Arrivals are looked up for departures so far apart [s].
+# Arrivals are computed for departures that are multiples of this [s].
 OFTEN = 10.0
-# Between what a plan had and what is left of it when combines are later [m].
+# A machine whose planned station changes by no more than this counts as being where it was [m].
 SAME = 1e-3
 
-# Part of the auger's reach that is counted on: carts are a little off their paths.
+# Part of the auger's reach that is relied on: carts are a little off their paths.
 SURE = 0.98
 
-# Where the box may be beside a combine that stands, in usual distances to its left and ahead, and
-# how it is turned [rad]: the auger swings.
+# Where the trailer's box may be beside a standing combine, whose auger swings: to its left and
+# ahead, in units of the usual distance, and the box's heading relative to the combine [rad].
 PLACES = np.array(
     [(1.0, 0.0, 0.0)]
     + [
@@ -62,11 +62,11 @@ class CartSurroundings:
         plans: Of the combines.
         cut: When they cut the ground.
         free: Cells on which carts may be at some time, shape (rows, columns).
-        ground: From when on they may be there.
-        combines: By time.
-        planner: Of routes.
-        tree: Of the nodes of its roadmap, as points that are near where poses are alike.
-        until: What is done later than that is not known [s].
+        ground: When each of these cells opens to carts.
+        combines: Traffic of the combines.
+        planner: Planner of routes.
+        tree: Of the nodes of its roadmap, as points that are near one another if poses are similar.
+        until: What combines do after this time is not known [s].
     """
 
     team: Sequence[Combine]
@@ -83,23 +83,23 @@ class CartSurroundings:
 
     @cached_property
     def size(self) -> CombineSize:
-        """Of the combines."""
+        """Size of the combines."""
         return size_of(self.team)
 
     @cached_property
     def tanks(self) -> list[Tank]:
-        """Of the combines, from which nobody has taken anything."""
+        """Tanks of the combines, before any visit."""
         ends = [plan.end for plan in self.plans]
         return make_tanks(self.team, self.cut, self.supply.density, ends)
 
     @cached_property
     def windows(self) -> list[Window]:
-        """All of them."""
+        """All windows of all combines."""
         return find_windows(self.team, self.cart, self.plans, self.ground, self.combines)
 
     @cached_property
     def beginnings(self) -> Beginnings:
-        """Of visits in windows."""
+        """When visits in windows can begin."""
         spans = [np.arange(w.begin, w.end, LOOKED) for w in self.windows]
         number = np.repeat(np.arange(len(spans)), [len(span) for span in spans])
         poses = [
@@ -117,11 +117,11 @@ class CartSurroundings:
         ).chosen(order)
 
     def nodes_near(self, poses: np.ndarray) -> np.ndarray:
-        """The node of the roadmap that is most like each pose, shape (n,)."""
+        """The node of the roadmap that is most similar to each pose, shape (n,)."""
         return np.asarray(self.tree.query(_places(poses))[1])
 
     def arrivals(self, node: int, time: float) -> np.ndarray:
-        """The earliest times at all nodes from one of them, shape (n,) [s]."""
+        """Approximate earliest arrival times at all nodes from one of them, shape (n,) [s]."""
         late = OFTEN * round(time / OFTEN)
         if (node, late) not in self._arrivals:
             self._arrivals[node, late] = earliest_arrivals(self.planner.roadmap, node, late)
@@ -140,7 +140,7 @@ def make_surroundings(
     supply: Supply,
     plans: list[TimedPath],
 ) -> CartSurroundings:
-    """Look at a field for the first time.
+    """Make the surroundings for a field.
 
     Args:
         field: The field.
@@ -164,16 +164,16 @@ def make_surroundings(
 def changed_surroundings(
     world: CartSurroundings, field: Field, plans: list[TimedPath], until: float = np.inf
 ) -> tuple[CartSurroundings, float]:
-    """Look at a field when combines have other times.
+    """Update the surroundings when combines have other times.
 
     Args:
-        world: As it was.
+        world: The surroundings before.
         field: The field.
         plans: Of all combines, on the same paths.
-        until: What they do later is not looked at [s].
+        until: What they do after this time is ignored [s].
 
     Returns:
-        The world, and since when it is another one [s].
+        The new surroundings, and the time from which on they differ [s].
     """
     plans = [ended(plan, until) for plan in plans]
     since = first_difference(world.plans, plans)
@@ -227,13 +227,13 @@ def field_lines(
 
 
 def _places(poses: np.ndarray) -> np.ndarray:
-    """Points that are near where poses are alike, shape (n, 4) [m]."""
+    """Points that are near one another if poses are similar, shape (n, 4) [m]."""
     turned = LIKE * np.stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])], axis=1)
     return np.hstack([poses[:, :2], turned])
 
 
 def first_difference(before: list[TimedPath], after: list[TimedPath]) -> float:
-    """When machines begin to be elsewhere than they were to be [s]."""
+    """When machines begin to deviate from their earlier plans; infinite if never [s]."""
     times = np.arange(0.0, max(plan.end for plan in [*before, *after]) + 2.0, 1.0)
     differs = np.zeros(len(times), dtype=bool)
     for old, new in zip(before, after, strict=True):
@@ -245,7 +245,7 @@ def is_in_reach(combine: CombineSize, cart: Cart, pose: np.ndarray, state: np.nd
     """Whether the auger of a standing combine surely reaches a cart, whose trailer may be bent.
 
     Args:
-        combine, cart: They.
+        combine, cart: The two machines.
         pose: Of the combine, shape (3,).
         state: Of the cart: x, y, theta, beta, shape (4,) [m], [m], [rad], [rad].
     """
@@ -262,8 +262,8 @@ def standing_poses(
     Args:
         world: What carts plan among.
         pose: Of the combine, shape (3,).
-        time: When the ground is open and machines are where they are, at the latest; infinite:
-            at the end of all plans [s].
+        time: When the ground has to be open and other machines clear; infinite: at the end of all
+            plans [s].
         others: Other carts.
     """
     cart = world.cart

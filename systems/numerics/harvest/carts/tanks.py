@@ -1,4 +1,4 @@
-"""What tanks hold over time, as combines cut and carts take over."""
+"""What tanks hold over time, as combines cut and carts take grain over."""
 
 import math
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from .cut_times import CELL, CutTimes
 
 # Time between moments at which loads are known; between them they are linear [s].
 TICK = 1.0
-# So long a cart stays beside a tank that is empty for the last grain of its combine [s].
+# How long at most a cart stays beside an empty tank to take the last grain of its combine [s].
 LAST_GRAIN = 45.0
 # A tank of which less is left is empty [kg].
 EMPTY = 1.0
@@ -35,17 +35,17 @@ class Pour:
 
 
 class Tank:
-    """What one combine has cut by when, and what is in its tank.
+    """What one combine has cut over time, and what is in its tank.
 
     Args:
-        combine: Whose.
+        combine: The combine.
         times: Moments TICK apart from 0 on, shape (T,) [s].
         cut: All that was cut until then, shape (T,) [kg].
 
     Attributes:
-        times: As told, shape (T,) [s].
-        cut: As told, shape (T,) [kg].
-        load: In the tank, if nothing more is taken than was told, shape (T,) [kg].
+        times: As given, shape (T,) [s].
+        cut: As given, shape (T,) [kg].
+        load: In the tank, after all visits that have been accounted for, shape (T,) [kg].
     """
 
     def __init__(self, combine: Combine, times: np.ndarray, cut: np.ndarray):
@@ -63,13 +63,13 @@ class Tank:
         return float(self.times[over[0]]) if len(over) else np.inf
 
     def pour(self, begin: float, latest: float, room: float) -> Pour:
-        """What a cart gets that comes at a moment and leaves when all is out, or it has to.
+        """What a cart takes from `begin` until the tank is empty, the cart is full, or `latest`.
 
         Args:
-            begin, latest: [s].
+            begin, latest: When it comes, and when it has to leave [s].
             room: In the cart [kg].
         """
-        # What later visits take that are settled already is not there for this one.
+        # Grain that later visits take, which are planned already, is not available to this one.
         spare = np.minimum.accumulate(self.load[::-1])[::-1]
         lasting = np.append(np.arange(0.0, min(latest - begin, 3600.0), TICK / 2), latest - begin)
         lasting = lasting[np.isfinite(lasting)]
@@ -84,10 +84,10 @@ class Tank:
         return self._to_the_last(pour, latest, room)
 
     def _to_the_last(self, pour: Pour, latest: float, room: float) -> Pour:
-        """The same visit, or if the combine has soon done its work, one that takes all.
+        """The same visit, or, if the combine will soon have done its work, one that takes all.
 
-        A visit that ends while the last grain is cut, and could not be longer, leaves what is cut
-        in that moment to another one: else nobody would come for it.
+        A visit that ends while the last grain is cut, and cannot be extended, leaves what is cut
+        in that moment, and a little more, to another one: for less no cart would come.
         """
         # What is cut last has to flow too.
         end = float(self.times[np.searchsorted(self.cut, self.cut[-1])]) + TICK
@@ -104,7 +104,7 @@ class Tank:
         return pour
 
     def take(self, pour: "Pour | CartVisit") -> None:
-        """Account for a visit."""
+        """Subtract from the load what a visit takes."""
         share = np.clip((self.times - pour.begin) / max(pour.end - pour.begin, 1e-9), 0.0, 1.0)
         # The last moment stands for all that come after it.
         share[-1] = 1.0
@@ -119,10 +119,10 @@ class Tank:
 def make_tanks(
     combines: Sequence[Combine], cut: CutTimes, density: float | YieldMap, ends: Sequence[float]
 ) -> list[Tank]:
-    """One for each combine.
+    """Make a tank for each combine.
 
     Args:
-        combines: They.
+        combines: The combines.
         cut: When and by whom the ground is cut.
         density: Of the crop [kg/m^2].
         ends: When each combine has done its work [s].

@@ -16,13 +16,13 @@ SAMPLE = 0.25
 
 
 class Traffic(NamedTuple):
-    """Boxes that move, equally sampled in time; after the last sample they stand.
+    """Moving boxes, sampled at equal time steps; after the last sample they stand still.
 
     Attributes:
         boxes: Rear, front and half width of each in the frame of its pose, shape (B, 3) [m].
         poses: x, y, theta, shape (B, T, 3) [m], [m], [rad].
         middles: x, y of the middle of each box, shape (B, T, 2) [m].
-        sway: Half of the longest way of a corner to a neighbouring sample, shape (B, T) [m].
+        sway: Half of the farthest that a corner moves to a neighbouring sample, shape (B, T) [m].
         quickest: Highest speed of the middle of each box, shape (B,) [m/s].
         machine: Number of the machine that each belongs to: combines first, then carts; (B,).
         begin: Time of the first sample [s].
@@ -38,10 +38,10 @@ class Traffic(NamedTuple):
 
 
 def box_of(corners: np.ndarray) -> np.ndarray:
-    """Rear, front and half width of a box that is as wide to either side, shape (3,) [m].
+    """Rear, front and half width of a box that is symmetric about its x axis, shape (3,) [m].
 
     Args:
-        corners: Of it, shape (4, 2) [m].
+        corners: Corners of the box, shape (4, 2) [m].
     """
     return np.array([corners[:, 0].min(), corners[:, 0].max(), corners[:, 1].max()])
 
@@ -57,18 +57,18 @@ def combine_traffic(
     before: Traffic | None = None,
     since: float = 0.0,
 ) -> Traffic:
-    """The combines, header and body, from time 0 until the last stands.
+    """Traffic of the combines, header and body each, from time 0 until the last one has stopped.
 
     Args:
         combine: The size of the combines.
         plans: Of all combines.
-        before: Of plans that were the same until some time.
-        since: That time [s].
+        before: Traffic of earlier plans that are the same until `since`; it is reused until then.
+        since: The time until which the plans are the same [s].
     """
     boxes = [box_of(corners) for corners in combine_outline(combine)]
     end = max((plan.end for plan in plans), default=0.0)
     count = len(np.arange(0.0, end + 2 * SAMPLE, SAMPLE))
-    # The last sample that stays is looked at again: what comes after it tells its sway.
+    # The last sample that is kept is computed again: the sway of the first new one depends on it.
     kept = 0
     if before is not None:
         kept = min(max(int(since / SAMPLE) - 2, 0), before.poses.shape[1] - 1, count - 1)
@@ -93,12 +93,12 @@ def combine_traffic(
 def cart_traffic(
     cart: Cart, motions: Sequence[Sequence[CartMotion]], first: int, begin: float = 0.0
 ) -> Traffic:
-    """Carts, tractor and trailer, from a moment until the last stands.
+    """Traffic of carts, tractor and trailer each, from a moment until the last one has stopped.
 
     Args:
         cart: One of the equal carts.
-        motions: Of each, at least one, in order; between and after them it stands.
-        first: Number of the first of them among all machines.
+        motions: Of each cart at least one, in order; between and after them it stands.
+        first: Number of the first cart among all machines.
         begin: First moment, a multiple of the time between samples [s].
     """
     boxes = cart_boxes(cart)
@@ -113,7 +113,7 @@ def cart_traffic(
 
 
 def joined(first: Traffic, second: Traffic) -> Traffic:
-    """Two traffics that begin together, as one."""
+    """Join two traffics that begin at the same time."""
     count = max(first.poses.shape[1], second.poses.shape[1])
 
     def filled(values: np.ndarray, last: bool) -> np.ndarray:
@@ -135,10 +135,10 @@ def joined(first: Traffic, second: Traffic) -> Traffic:
 
 
 def during(traffic: Traffic, begin: float, end: float) -> Traffic:
-    """A traffic from one moment to another; before and after what is known it stands.
+    """Cut a traffic to a span of time; before its first and after its last sample it stands.
 
     Args:
-        traffic: Whose.
+        traffic: The traffic.
         begin, end: Multiples of the time between samples [s].
     """
     first = round((begin - traffic.begin) / SAMPLE)
@@ -185,7 +185,7 @@ def _traffic(boxes: list, poses: list, machine: list) -> Traffic:
 
 @kernel
 def gap_between(first, pose, second, other):
-    """Distance of two boxes; zero where they overlap [m].
+    """Distance between two boxes; zero if they overlap [m].
 
     Args:
         first, second: Rear, front and half width of each, in the frame of its pose [m].
@@ -220,20 +220,20 @@ def gap_between(first, pose, second, other):
 
 @kernel
 def _mark_blocked(traffic, boxes, first, second, gap, begin, step, blocked):
-    """Mark the moments at which a cart that stands would be too near to the traffic.
+    """Mark the moments at which a standing cart would be too near to the traffic.
 
-    Between two unmarked moments it is never too near.
+    Between two consecutive unmarked moments it is never too near either.
 
     Args:
-        traffic: The others.
+        traffic: The other machines.
         boxes: Of tractor and trailer, shape (2, 3) [m].
-        first, second: Poses of the two, shape (3,).
-        gap: Least distance; half of what the others move between two samples is added [m].
+        first, second: Poses of tractor and trailer, shape (3,).
+        gap: Least distance; half of what the others move between two moments is added [m].
         begin: First moment [s].
         step: Time between moments, a multiple of the traffic's [s].
-        blocked: Marks are set in it, shape (n,).
+        blocked: Set to True at the marked moments, shape (n,).
     """
-    # One circle round both, so that most moments are seen to be free at once.
+    # One circle round tractor and trailer: a quick test by which most moments are free.
     ahead, behind = (boxes[0, 0] + boxes[0, 1]) / 2, (boxes[1, 0] + boxes[1, 1]) / 2
     x0, y0 = first[0] + math.cos(first[2]) * ahead, first[1] + math.sin(first[2]) * ahead
     x1, y1 = second[0] + math.cos(second[2]) * behind, second[1] + math.sin(second[2]) * behind
@@ -281,13 +281,13 @@ def blocked_along(traffic, boxes, first, second, gap, begin, step, count):
         traffic: The others.
         boxes: Of the tractor and the trailer, shape (2, 3) [m].
         first, second: Poses of the tractor and the trailer at some stations, shape (n, 3).
-        gap: Least distance; half of what the others move between two samples is added [m].
+        gap: Least distance; half of what the others move between two moments is added [m].
         begin: First moment [s].
         step: Time between moments [s].
         count: Number of moments.
 
     Returns:
-        Shape (n, count).
+        Whether it is too near, at each station and moment, shape (n, count).
     """
     blocked = np.zeros((len(first), count), dtype=np.bool_)
     for k in range(len(first)):

@@ -1,7 +1,7 @@
-"""Which cart serves which combine next, in which window, and when: the greedy choice.
+"""The greedy choice of which cart serves which combine next, in which window, and when.
 
-Each combine is due when its tank would be full, and before that, so that carts can serve one after
-another. What a cart can reach, and by when, is told: nothing is looked for here.
+Each combine is due when its tank would be full, or earlier, so that carts can serve one combine
+after another. What a cart can reach, and by when, is given: no routes are searched here.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -19,9 +19,9 @@ STRATEGIES = ("sequential", "on-demand")
 TRIED, MOST_TRIED = 15.0, 6
 # Part of a tank for which a cart comes, at least.
 LEAST = 0.1
-# What a visit takes of a cart's time beside ways and the flow of grain [s].
+# Time that a visit takes a cart in addition to its routes and the flow of grain [s].
 AROUND = 25.0
-# From the node near it to a place beside a combine [s].
+# Time from the nearest node to a place beside a combine [s].
 NEAR = 5.0
 
 
@@ -30,9 +30,9 @@ class Beginnings(NamedTuple):
 
     Attributes:
         times: In order, shape (m,) [s].
-        combine: Beside which, shape (m,).
-        window: In which, shape (m,).
-        until: When that ends, shape (m,) [s].
+        combine: Number of the combine, shape (m,).
+        window: Number of the window, shape (m,).
+        until: When the window ends, shape (m,) [s].
         node: Of the roadmap, near the pose there, shape (m,).
     """
 
@@ -53,10 +53,10 @@ class FreeCart(NamedTuple):
     Attributes:
         number: Of the cart.
         node: Near which it stands.
-        since: From when on [s].
+        since: When it is free [s].
         room: In it [kg].
-        serves: Whom it may serve, by number.
-        turn: Whose turn it is, where combines are served in turns.
+        serves: Numbers of the combines that it may serve.
+        turn: Number of the combine whose turn it is, if combines are served in turns.
     """
 
     number: int
@@ -71,15 +71,15 @@ class Outlook(NamedTuple):
     """What a choice is made from.
 
     Attributes:
-        combines: They.
+        combines: The combines.
         density: Of the crop, on the mean [kg/m^2].
         tanks: Of all combines.
-        beginnings: Of visits.
-        carts: That may be sent.
-        arrivals: From a node and a time, the earliest times at all nodes, (n,) [s].
+        beginnings: When visits can begin.
+        carts: The carts that may be sent.
+        arrivals: Gives the earliest times at all nodes, (n,) [s], from a node and a time.
         strategy: "sequential" or "on-demand".
         threshold: Part of a tank from which on carts come, unless that is too late.
-        hurries: Whether a cart comes as early as it is of use, so that others can be served after.
+        hurries: Whether a cart comes as early as is useful, so that others can be served after.
     """
 
     combines: Sequence[Combine]
@@ -109,15 +109,15 @@ class Attempt(NamedTuple):
 
 
 class _Target(NamedTuple):
-    """Visits to a combine that a cart might begin.
+    """Possible visits of a cart to a combine.
 
     Attributes:
-        cart: Which.
-        combine: Its number.
-        beginnings: Of any use.
-        first: Number of the one that is liked best.
-        deadline: The last of them, infinite where nothing hurries [s].
-        lasts: The visit and setting out from it, about [s].
+        cart: The cart.
+        combine: Number of the combine.
+        beginnings: Those that are useful.
+        first: Number of the preferred beginning.
+        deadline: The last of them; infinite if the tank never gets full [s].
+        lasts: About how long the visit takes the cart, without its routes [s].
     """
 
     cart: FreeCart
@@ -128,7 +128,7 @@ class _Target(NamedTuple):
     lasts: float
 
     def tried(self, due: float) -> list[int]:
-        """Numbers of the beginnings that are tried, if it should have begun by then."""
+        """Numbers of the beginnings to try, in order, if the visit should begin by `due`."""
         times, first = self.beginnings.times, self.first
         if times[first] > due:
             first = max(int(np.searchsorted(times, due, side="right")) - 1, 0)
@@ -144,7 +144,7 @@ class _Target(NamedTuple):
 
 
 def choose_visits(outlook: Outlook) -> Iterator[Attempt | int]:
-    """Visits that may come next, best first; at the end the combine that has to wait for a cart.
+    """Yield visits that may come next, best first, and finally the combine that has to wait.
 
     Args:
         outlook: What there is to choose from; some combine has grain.
@@ -181,7 +181,7 @@ def choose_visits(outlook: Outlook) -> Iterator[Attempt | int]:
 def _find_target(
     outlook: Outlook, cart: FreeCart, number: int, full: float, arrivals: np.ndarray
 ) -> _Target | None:
-    """When a cart would come to a combine."""
+    """Find the useful visits of a cart to a combine; None if there are none."""
     tank, combine = outlook.tanks[number], outlook.combines[number]
     rate = combine.unload_rate
     if full == np.inf and tank.left <= EMPTY:
@@ -217,13 +217,13 @@ def _find_target(
 
 
 def _next_target(outlook: Outlook, targets: list[_Target]) -> tuple[_Target, float]:
-    """Whom to serve next, and by when: as the strategy says, if others can wait so long."""
+    """The target to serve next, and by when: by the strategy, unless others cannot wait."""
     in_turn, together = outlook.strategy == "sequential", len(outlook.carts)
     if in_turn:
-        # The cart that is free first serves its own.
+        # The cart that is free first serves one of its own combines.
         cart = min(targets, key=lambda t: t.cart.since).cart
         targets, together = [target for target in targets if target.cart == cart], 1
-    # Carts come to one combine after the other: whoever is due comes before those due later.
+    # Carts serve one combine after the other: each is due early enough for those due after it.
     by_combine = {t.combine: t for t in sorted(targets, key=lambda t: -t.deadline)}
     order = sorted(by_combine.values(), key=lambda t: t.deadline)
     due = [t.deadline for t in order]
@@ -255,7 +255,7 @@ def _next_target(outlook: Outlook, targets: list[_Target]) -> tuple[_Target, flo
 
 
 def _lasts(outlook: Outlook, target: _Target, following: _Target) -> float:
-    """Time from the beginning of one visit to that of the next one at its deadline, about."""
+    """Approximate time from the beginning of a visit to that of the next, at its deadline [s]."""
     here, k = target.beginnings, target.first
     leaves = float(here.times[k]) + target.lasts
     there = outlook.arrivals(int(here.node[k]), leaves)[following.beginnings.node[-1]]

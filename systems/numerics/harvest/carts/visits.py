@@ -1,7 +1,7 @@
-"""How carts serve combines: every visit with its ways, one after the other.
+"""How carts serve combines: one visit after the other is planned, with its routes.
 
-`visit_choice` chooses them. Where nobody can come before a tank is full, some of the last visits
-are given up for others that leave time for it, or combines stop where that troubles least; see
+`visit_choice` chooses the visits. If no cart can come before a tank is full, some of the last
+visits are replaced by others that leave time for it, or combines stop where that costs least; see
 `stops`.
 """
 
@@ -24,38 +24,38 @@ from .tanks import EMPTY
 from .visit_choice import LEAST, STRATEGIES, Attempt, FreeCart, Outlook, choose_visits
 from .windows import drive_beside
 
-# Part of a cart's accelerations that is planned with: what is driven and logged differs a little.
+# Part of a cart's accelerations that plans use: what is driven and logged differs a little.
 PLANNED = 0.97
-# When a cart leaves: as soon as all is out, or later if it cannot, or sooner [s].
+# Departures of a cart that are tried in turn, relative to the time when it has its grain [s].
 LEAVING = (0.0, 10.0, -10.0, 25.0, -25.0)
-# So long a combine waits where carts have no way to it, and not only other work [s].
+# A combine that waits this long does so because carts have no way to it, not just other work [s].
 LONG = 300.0
 # Least speed at which a cart joins a combine and leaves it [m/s].
 SLOWEST = 0.5
-# So many of the last visits are given up, one more each time, where nobody could come in time.
+# The most of the last visits that are given up, one more each time, if no cart could come in time.
 MOST_BACK = 9
-# What takes their place has to let nobody wait for so long after that, and is compared so far [s].
+# No combine may wait until this long after the tank was full; plans are compared up to then [s].
 WELL_AFTER = 400.0
-# So many combines at most are served first then.
+# The most combines that are then served first.
 MOST_FIRST = 3
-# Where none of that is enough, combines wait in so many of the plans that went furthest.
+# If none of that is enough, waits are tried in this many of the plans that went furthest.
 MOST_TRIED = 5
-# How many visits are planned in place of others, for each one so far, at least and at most; a wait
-# takes as long to plan as so many.
+# Limits of the visits planned in place of others: for each visit so far, at least, and at most;
+# and how many of them a wait counts for, as it takes that long to plan.
 OTHERS_A_VISIT, FEWEST_OTHERS, MOST_OTHERS, WAITING = 40, 160, 1000, 8
-# What is done where nobody can come in time.
+# What is done if no cart can come in time.
 VISITS = ("revised", "greedy")
 
 
 @dataclass
 class _Past:
-    """Plans to come back to.
+    """Earlier plans, to which planning can return.
 
     Attributes:
-        plans: Before each visit.
+        plans: The plan before each visit.
         most_others: How many visits may be planned in place of others.
-        others: How many were.
-        unrevised: The plan when nobody could come in time for the first time, and those before it.
+        others: How many have been so far.
+        unrevised: The plan when first no cart could come in time, and the plans before it.
     """
 
     plans: list[PlanSoFar]
@@ -64,7 +64,7 @@ class _Past:
     unrevised: tuple[PlanSoFar, list[PlanSoFar]] | None = None
 
     def may_try(self, service: Service) -> bool:
-        """Whether there may be more: what comes late is revised as what comes early is."""
+        """Whether more may be planned; the limit grows so that late visits are revised too."""
         so_far = max(FEWEST_OTHERS, OTHERS_A_VISIT * len(service.visits))
         return self.others < min(so_far, self.most_others)
 
@@ -101,19 +101,19 @@ def serve_combines(
 
     Args:
         ground: The field.
-        combines: They, N of one size.
+        combines: The N combines, of one size.
         cart: One of the equal carts.
         plans: Of all combines, without waits for carts.
         swaths: Lines that carts may follow in the field, points of each (n, 2) [m].
         supply: Crop and trucks.
-        retime: Times plans again when combines stop.
+        retime: Computes the times of the plans again when combines stop.
         strategy: "sequential": each cart serves its own combines in a fixed turn; "on-demand": a
             free cart goes where a tank is filled to the threshold first.
         threshold: Part of a tank from which on carts come, unless that is too late.
-        failure: Of a cart, which nobody knows of before it happens.
-        progress: Told now and then which part of the grain is accounted for, in [0, 1].
-        visits: "revised": where nobody can come to a combine in time, some of the last visits are
-            given up for others, so that none waits, or all wait least; "greedy": it waits.
+        failure: Of a cart; it is not anticipated before it happens.
+        progress: Called now and then with the part of the grain accounted for, in [0, 1].
+        visits: "revised": if no cart can come to a combine in time, some of the last visits are
+            replaced by others, so that none waits, or all wait least; "greedy": it waits.
 
     Raises:
         InvalidInput: The only cart fails.
@@ -135,7 +135,7 @@ def serve_combines(
     best: tuple[Service, int] | None = None
     fault: NoPlan | None = None
     past = _Past([], 0)
-    # Where some wait in spite of all, what comes of trying less may be better, or of nothing.
+    # If combines wait in spite of all, a plan with fewer revised visits, or none, may be better.
     for most_others in (MOST_OTHERS, FEWEST_OTHERS, 0) if visits == "revised" else (0,):
         if most_others == FEWEST_OTHERS > past.others:
             # It would be the same plan.
@@ -169,10 +169,10 @@ def serve_combines(
 def _serve_all(
     service: Service, past: _Past, progress: Callable[[float], None], longest: float = np.inf
 ) -> None:
-    """Serve until nothing is left, or stops are as much trouble as that [s].
+    """Serve until no grain is left, or stops cost at least `longest` [s].
 
     Raises:
-        NoPlan: There is no end of it, or a cart finds no way.
+        NoPlan: It would never end, or a cart finds no way.
     """
     seen: set[tuple[object, ...]] = set()
     for _ in range(_most_rounds(service)):
@@ -182,7 +182,7 @@ def _serve_all(
         progress(sum(visit.taken for visit in service.visits) / service.grain())
         now = (*service.turns, *service.visits, *service.stops)
         if now in seen:
-            # What follows from it was given up again, and would be for ever.
+            # What followed from this state was given up again, and would be for ever.
             raise _endless(service)
         seen.add(now)
         past.plans.append(service.kept())
@@ -220,11 +220,11 @@ def _endless(service: Service) -> NoPlan:
 def _serve_in_windows(
     service: Service, only: int | None = None, *, hurries: bool = False
 ) -> int | None:
-    """Plan the visit that comes next; the number of a combine that has to wait if none can.
+    """Plan the next visit; return the combine that has to wait if there is none, else None.
 
     Args:
         only: The only combine that is served; None: any.
-        hurries: Whether a cart comes as early as it is of use.
+        hurries: Whether a cart comes as early as is useful.
     """
     free = []
     for cart in service.carts:
@@ -317,7 +317,7 @@ def _let_wait(service: Service, number: int, full: float) -> None:
     stop = _last_stop(service, number)
     if stop.duration < LONG:
         return
-    # How long others wait that are full before it has been served, if all of them do at least.
+    # Total wait of the others that are full before it has been served, if they wait until then.
     served = _last_visit(service, number).end
     others = sum(max(served - tank.full_at(), 0.0) for tank in service.tanks)
     if others == 0.0:
@@ -333,7 +333,7 @@ def _let_wait(service: Service, number: int, full: float) -> None:
 
 
 def _serve_meanwhile(service: Service, stop: Stop) -> bool:
-    """Serve others while a combine stands, until a cart gets to it before one of them is full."""
+    """Serve others while a combine stands, until a cart gets to it before another tank is full."""
     if not hold(service, stop):
         return False
     while True:
@@ -352,7 +352,7 @@ def _serve_meanwhile(service: Service, stop: Stop) -> bool:
                 return False
             let_wait(service, missed, full)
         if len(service.visits) <= visits:
-            # One stop undoes what another is for: there would be no end of it.
+            # One stop undoes the visit that another is for: this would never end.
             return False
 
 
@@ -366,18 +366,18 @@ def _last_stop(service: Service, number: int) -> Stop:
 
 
 def _revise(service: Service, past: _Past, number: int, full: float) -> None:
-    """Do what is best about a combine that nobody can come to before its tank is full.
+    """Do what is best for a combine that no cart can reach before its tank is full.
 
-    Some of the last visits are given up, so that nobody waits until so long after its tank was
-    full. Where somebody has to in spite of that, all wait as little as is found: beginning with
-    this combine, or with those that are full after it once visits have been given up.
+    Some of the last visits are given up, so that no combine waits until WELL_AFTER after this tank
+    is full. If one has to wait nevertheless, the plan with the least waits is taken: one in which
+    this combine waits, or, with visits given up, one in which another that is full later waits.
 
     Args:
         number: Of the combine.
         full: When its tank is full [s].
 
     Raises:
-        NoPlan: No cart gets to those that wait, whatever is given up.
+        NoPlan: No cart gets to the combines that wait, whatever is given up.
     """
     now, until = _Tried(full, past.plans[-1], past.plans[:-1]), full + WELL_AFTER
     others = _serve_earlier(service, past, number, until)
@@ -394,7 +394,7 @@ def _serve_earlier(service: Service, past: _Past, number: int, until: float) -> 
         until: All tanks are to have room until then [s].
 
     Returns:
-        None if they have, and nobody waits; else what was tried, up to where somebody would.
+        None if they have, and no combine waits; else the plans tried, up to where one would wait.
     """
     history = past.plans
     tried: list[_Tried] = []
@@ -412,20 +412,20 @@ def _serve_earlier(service: Service, past: _Past, number: int, until: float) -> 
             tried.append(_Tried(service.tanks[missed].full_at(), service.kept(), past.plans))
             if missed in first:
                 break
-            # Another one waits now: both come before the rest.
+            # Another combine would wait now: both are served before the rest.
             first = [*first, missed]
     return tried
 
 
 def _wait_least(service: Service, past: _Past, tried: Sequence[_Tried], until: float) -> None:
-    """Let combines wait in the one of some plans in which that is least trouble.
+    """Let combines wait, in that one of some plans in which waits cost least.
 
     Args:
-        tried: The plans; the first one is tried in any case, and of equals it is taken.
-        until: When they are compared [s].
+        tried: The plans; the first one is always tried, and of equal ones the earlier is taken.
+        until: Up to when they are compared [s].
 
     Raises:
-        NoPlan: No cart gets to those that wait, in none of them.
+        NoPlan: In none of them carts get to the combines that wait.
     """
     found: tuple[PlanSoFar, list[PlanSoFar]] | None = None
     least, fault = np.inf, None
@@ -451,15 +451,15 @@ def _wait_least(service: Service, past: _Past, tried: Sequence[_Tried], until: f
 def _go_on(
     service: Service, past: _Past, first: list[int], until: float, longest: float | None = None
 ) -> int | None:
-    """Plan visits, one to some combines each first, until all tanks have room at a time.
+    """Plan visits, first one to each of some combines, until all tanks have room at a time.
 
-    Of those that come first all but the last are served as early as it is of use.
+    Of these combines all but the last are served as early as is useful.
 
     Args:
-        first: Numbers of the combines.
+        first: Numbers of the combines that come first.
         until: The time [s].
-        longest: Combines that nobody can come to wait, until stops are as much trouble as that;
-            None: nothing more is planned where one would have to wait [s].
+        longest: Combines that no cart can reach in time wait, until stops cost this much; None:
+            planning ends as soon as one would have to wait [s].
 
     Returns:
         The combine that would have to wait; None if none has to.
@@ -488,7 +488,7 @@ def _go_on(
 
 
 def _fail(service: Service, failure: Failure) -> None:
-    """Give up all that has not begun when a cart fails; it serves nobody any more.
+    """Give up all that has not begun when a cart fails; the cart serves no combine any more.
 
     What has begun, and the stops of combines, stay as they are: so what is driven until then
     is the same with and without the failure.

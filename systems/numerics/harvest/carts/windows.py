@@ -1,9 +1,9 @@
-"""When a cart can drive beside a combine: windows of time.
+"""Windows of time in which a cart can drive beside a combine.
 
 Beside means on a lane on the combine's left, where the auger pours into the middle of the
-trailer's box. A window lies on one piece of its way that is driven ahead and bends gently, at work
-or not. In it the ground under tractor and trailer has been cut for a while, or is margin, nobody
-else is near, and before it there is a straight run-in.
+trailer's box. A window lies on one stretch of the combine's path that is driven forwards and bends
+gently, whether it cuts there or not. During a window the ground under tractor and trailer was cut
+a while ago, or is margin, and no other machine is near; a straight run-in leads up to it.
 """
 
 import math
@@ -20,14 +20,14 @@ from .roadmap import AFTER_CUT
 from .routes import RUN_IN
 from .traffic import Traffic, cart_boxes, least_gaps, without
 
-# Time between moments that are looked at [s].
+# Time between the moments that are checked [s].
 MOMENT = 1.0
-# Least way that a combine drives in a window [m].
+# Least distance that a combine drives in a window [m].
 SHORTEST = 24.0
-# Largest curvature of a way beside which a cart drives, on the mean of a stretch of it [1/m], [m]:
-# where an outline is a polygon, a combine turns by a little within a metre.
+# Largest curvature of a combine's path for a cart beside it [1/m], as a mean over a stretch [m]:
+# along a polygonal outline a combine makes each small turn within a metre.
 BEND, STRETCH = 1 / 45.0, 8.0
-# Added to the gap to other machines, between moments [m].
+# Added to the gap to other machines for the time between the moments that are checked [m].
 BETWEEN = 0.5
 
 
@@ -35,8 +35,8 @@ class Beside(NamedTuple):
     """Where a tractor is when its trailer is under a combine's auger.
 
     Attributes:
-        ahead: Of the middle of the header [m].
-        left: Of it [m].
+        ahead: How far ahead of the middle of the header [m].
+        left: How far to the left of it [m].
     """
 
     ahead: float
@@ -44,12 +44,11 @@ class Beside(NamedTuple):
 
 
 class Lane(NamedTuple):
-    """The way of a tractor beside a piece of a combine's way.
+    """The path of a tractor beside a stretch of a combine's path.
 
     Attributes:
         path: Of the tractor.
-        of_combine, of_tractor: Stations of the two that belong together, linear between, shape (n,)
-            [m].
+        of_combine, of_tractor: Matching stations of the two, linear between them, shape (n,) [m].
     """
 
     path: MachinePath
@@ -57,7 +56,7 @@ class Lane(NamedTuple):
     of_tractor: np.ndarray
 
     def stations(self, of_combine: np.ndarray) -> np.ndarray:
-        """Stations of the tractor beside a combine at stations [m]."""
+        """Stations of the tractor when the combine is at given stations [m]."""
         return np.interp(of_combine, self.of_combine, self.of_tractor)
 
 
@@ -77,7 +76,7 @@ class Window(NamedTuple):
 
 
 def beside(combine: CombineSize, cart: Cart) -> Beside:
-    """Where the tractor of a cart in line is while it is filled."""
+    """Where the tractor is while its cart is filled, with tractor and trailer in line."""
     return Beside(
         cart.hitch_offset + cart.length * (1.0 - MIDDLE),
         combine.header_width / 2 + combine.cart_gap + cart.width / 2,
@@ -91,13 +90,13 @@ def find_windows(
     ground: OpenGround,
     traffic: Traffic,
 ) -> list[Window]:
-    """All windows of all combines, in the order of their beginnings.
+    """Find all windows of all combines, sorted by their beginnings.
 
     Args:
-        combines: They, N of one size.
+        combines: The N combines, of one size.
         cart: One of the equal carts.
         plans: Of all combines.
-        ground: From when on carts may be where.
+        ground: When each cell of the ground opens to carts.
         traffic: The combines.
     """
     place, boxes = beside(size_of(combines), cart), cart_boxes(cart)
@@ -137,7 +136,7 @@ def find_windows(
 
 
 def gentle_runs(path: MachinePath) -> list[tuple[float, float]]:
-    """First and last stations of what is driven ahead and bends little [m]."""
+    """First and last stations of stretches that are driven forwards and bend gently [m]."""
     turned = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path.poses[:, 2])))])
     middles = (path.stations[:-1] + path.stations[1:]) / 2
     before, after = (
@@ -150,9 +149,9 @@ def gentle_runs(path: MachinePath) -> list[tuple[float, float]]:
 
 
 def lane_beside(path: MachinePath, first: float, last: float, place: Beside) -> Lane:
-    """The way of a tractor beside a combine between two stations; at its end it goes straight on.
+    """The path of a tractor beside a combine between two stations, extended straight at its end.
 
-    What the combine turns within a metre the tractor turns within a stretch.
+    A turn that the combine makes within a metre is spread over a whole stretch for the tractor.
 
     Args:
         path: Of the combine.
@@ -162,7 +161,7 @@ def lane_beside(path: MachinePath, first: float, last: float, place: Beside) -> 
     count = max(1, math.ceil((last - first) / STRETCH))
     at = np.linspace(first, last, count + 1)
     poses = path.pose_at(np.clip(at, first + 1e-9, last - 1e-9))
-    # The tractor is ahead of the combine by so much of the way.
+    # The tractor is ahead of the combine, so its lane ends that much farther on.
     poses = np.vstack([poses, poses[-1]])
     poses[-1, :2] += (place.ahead + 1.0) * np.array([np.cos(poses[-1, 2]), np.sin(poses[-1, 2])])
     at = np.append(at, last + place.ahead + 1.0)
@@ -174,10 +173,10 @@ def lane_beside(path: MachinePath, first: float, last: float, place: Beside) -> 
 
 
 def drive_beside(plan: TimedPath, lane: Lane, begin: float, end: float) -> TimedPath:
-    """A tractor beside a combine for a while.
+    """The timed path of a tractor that drives beside a combine for a while.
 
-    Where the combine's way begins to bend the tractor's speed changes within some seconds; it is
-    a few centimetres off its place by that.
+    Where the combine's path begins to bend, the tractor's speed changes over some seconds, which
+    puts it a few centimetres off its place.
 
     Args:
         plan: Of the combine.
@@ -190,7 +189,7 @@ def drive_beside(plan: TimedPath, lane: Lane, begin: float, end: float) -> Timed
     piece = path.piece_at(np.concatenate([[first], inner]) + 1e-7)
     if np.any(path.curvatures[piece] != 0.0):
         times = np.linspace(begin, end, max(2, round(end - begin) + 1))
-        # Not less than nothing, by rounding, where the combine stands.
+        # Where the combine stands, rounding must not make speeds negative.
         speeds = np.maximum(np.gradient(lane.stations(plan.station_at(times)), times), 0.0)
     else:
         inside = plan.times[(plan.times > begin + 1e-9) & (plan.times < end - 1e-9)]

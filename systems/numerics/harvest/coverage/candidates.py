@@ -1,4 +1,4 @@
-"""Ways to cut a field, told quickly what they take, and where combines park before and after."""
+"""Ways to cut a field, with quick estimates of time, and where combines park before and after."""
 
 import itertools
 import math
@@ -27,23 +27,23 @@ MOST_ROUNDS = 6
 # Directions of swaths besides those of edges [deg].
 DIRECTIONS = range(0, 180, 15)
 
-# Edges shorter than this tell no direction [m]; directions nearer than this are one [rad].
+# Edges shorter than this give no direction [m]; directions closer than this count as one [rad].
 EDGE = 40.0
 SAME = math.radians(4.0)
 
-# What it takes to turn from swath to swath, to compare candidates [s].
+# Time to turn from swath to swath, to compare candidates [s].
 TURN_TIME = 18.0
 
-# How many combines are told apart in cells.
+# How many combines a cell can tell apart.
 MOST_COMBINES = 32
-# Side of the cells in which it is told who passes where, and spacing of samples [m].
+# Side of the cells that mark which combines pass over them, and spacing of samples [m].
 CELL = 0.5
 SAMPLES = 0.4
 
-# How far back a combine looks for a place on the straight that it stands on [m].
+# How far back a combine looks for a place to park, along the straight on which it stands [m].
 BACK = np.arange(0.0, 121.0, 4.0)
 
-# How far into one of its swaths it looks, and how many swaths it tries.
+# How far into one of its swaths it looks for one [m], and how many swaths it tries.
 INTO = np.arange(12.0, 61.0, 8.0)
 SWATHS = 12
 
@@ -56,7 +56,7 @@ class Candidate:
         region: What rounds are offsets of.
         rounds: Loops of each round.
         inside: What is left for swaths.
-        swaths: They.
+        swaths: The swaths.
         time: Estimate for all of it with one combine [s].
     """
 
@@ -76,8 +76,8 @@ def find_candidates(
         field: The field.
         region: What rounds are offsets of.
         ground: Before anything is cut, for the combine.
-        inwards: Rounds as far as they go, and swaths for nothing but what they leave; the most
-            rounds first.
+        inwards: Whether rounds go inwards as far as they can, with swaths only for what they leave;
+            candidates with the most rounds come first then.
     """
     combine = ground.combine
     every = list(itertools.islice(_all_rounds(region, ground), None if inwards else MOST_ROUNDS))
@@ -134,7 +134,7 @@ class Passes:
         shape = math.ceil((y1 - y0) / CELL) + 1, math.ceil((x1 - x0) / CELL) + 1
         self.origin = np.array([x0, y0])
         self.cells = np.zeros(shape, dtype=np.uint32)
-        # Cells tell places to half their diagonal.
+        # A cell locates a point to half its diagonal only: the grown outline allows for that.
         self._outline, self._grown = (
             np.concatenate(
                 [
@@ -177,10 +177,10 @@ class Passes:
 
 
 def start_in_bay(driver: Driver, uncut: CutGround, passes: Passes, machine: int) -> bool:
-    """Begin a combine's path in a bay off all other paths; whether one was found.
+    """Begin a combine's path in a bay off all other paths; return whether one was found.
 
     Args:
-        driver: Who has done its work.
+        driver: Driver that has done its work.
         uncut: The ground before that: a bay behind another may have crop beside a hollow edge.
         passes: Where all pass.
         machine: Its number.
@@ -209,13 +209,13 @@ def park(
     swaths: list[Swath],
     parked: list[np.ndarray],
 ) -> bool:
-    """End a combine's path where nobody else passes; whether such a place was found.
+    """End a combine's path where no other passes; return whether such a place was found.
 
     Args:
-        driver: Who has done its work.
+        driver: Driver that has done its work.
         passes: Where all pass.
         machine: Its number.
-        swaths: It has cut, on which it may stand.
+        swaths: Swaths that it has cut, on which it may stand.
         parked: Where others have parked by now.
     """
     last = driver.pose

@@ -1,4 +1,4 @@
-"""A field that is cut path by path: what may be driven on, and what of the crop is gone."""
+"""A field that is cut path by path: what may be driven on, and which crop still stands."""
 
 import math
 
@@ -22,8 +22,8 @@ ROUNDING = 0.02
 # Smaller patches of crop may be given up [m^2].
 LEAST_PATCH = 20.0
 
-# By how much the ground ends before the margin does, so that what `stays_on_ground` lets pass is no
-# fault to the audit, and machines may still drive along the margin's very end [m].
+# The ground ends this far inside the margin's edge, so that the tolerance of `stays_on_ground` is
+# no fault in the audit, and machines may still drive along the very edge [m].
 WITHIN = 0.006
 
 
@@ -31,8 +31,8 @@ class CutGround:
     """A field that is cut path by path.
 
     Attributes:
-        ground: Which no outline leaves.
-        crop: What stands on it.
+        ground: Ground that no outline leaves.
+        crop: Crop that stands on it.
         combine: The combine that drives there.
         margin: Width of the strip outside of the crop that may be driven on [m].
     """
@@ -49,7 +49,7 @@ class CutGround:
         return cls(Ground(region), StandingCrop(field.polygon), combine, field.margin)
 
     def copy_for(self, combine: Combine) -> "CutGround":
-        """The same ground, to be cut apart from this by a combine of the same size."""
+        """A copy of the ground, to be cut independently by a combine of the same size."""
         return CutGround(self.ground, self.crop.copy(), combine, self.margin)
 
     def give_up_patches(self) -> None:
@@ -60,7 +60,7 @@ class CutGround:
         self.crop.cells &= sizes[patches] >= LEAST_PATCH
 
     def cut(self, path: MachinePath) -> None:
-        """Cut what a path cuts."""
+        """Remove the crop that is cut along a path."""
         half, deep = self.combine.header_width / 2, self.combine.header_depth / 2
         header = lattice(-deep, deep, half, 0.6 * CROP_CELL)
         _cut(self.crop.cells, self.crop.origin, header_down(path, 0.5 * CROP_CELL)[0], header)
@@ -80,7 +80,7 @@ class CutGround:
         return turn_between(*ends, self.ground, self.combine, crop=self.crop, expansions=expansions)
 
     def admits(self, path: MachinePath, *, cutting: bool = False) -> bool:
-        """Whether the outline keeps to the ground on a path, and, unless it cuts, off crop.
+        """Whether the outline stays on the ground along a path, and off crop unless it cuts.
 
         Args:
             path: The path.
@@ -122,7 +122,7 @@ def _cut(cells, origin, poses, points):
 
 
 def covered_area(field: Field, paths: tuple[MachinePath, ...], combine: CombineSize) -> float:
-    """Area of crop over which the headers' middles pass, being down [m^2]."""
+    """Area of crop that the middle lines of lowered headers sweep [m^2]."""
     sweeps = []
     half = combine.header_width / 2
     for path in paths:

@@ -1,4 +1,4 @@
-"""One combine that is led over a field, and how combines cut their way to rings round holes."""
+"""A driver that leads one combine over a field, and ways that are cut to rings round holes."""
 
 import math
 from dataclasses import dataclass, replace
@@ -17,13 +17,13 @@ from .swaths import Swath
 # Where a loop is joined, ahead of and behind the nearest point [m].
 JOINS = (10.0, 18.0, 28.0, 0.0, 45.0)
 
-# Ways to poses farther off than this are looked for along loops first [m].
+# Ways to poses farther away than this are sought along loops first [m].
 FAR = 70.0
 
 # Spacing of the poses of rings and roads between which entries are looked for [m].
 SPACING = 6.0
 
-# Entries that are compared with obstacles, the shortest first.
+# How many entries are checked against obstacles, the shortest first.
 MOST_CHECKS = 60
 
 # How far a ring is driven on beyond where it began [m].
@@ -46,7 +46,7 @@ def curve_path(curve: CarPath) -> MachinePath:
 
 
 def stop_time(combine: Combine) -> float:
-    """What a change of gear costs against driving on [s]."""
+    """Time that a change of gear takes over driving on [s]."""
     return combine.speed / combine.acceleration
 
 
@@ -59,11 +59,11 @@ class Driver:
     """A combine that is led from work to work.
 
     Attributes:
-        ground: What it may drive on, as it knows by now.
+        ground: What it may drive on, with all that it knows to be cut.
         paths: Driven so far, each a piece of work or a way to one.
         roads: Loops on cut ground along which it gets about.
-        ways_back: From where it is to where it came in, if that lies in crop that stands: backwards
-            over what it has cut, the shortest first.
+        ways_back: If it is amid standing crop, paths backwards over what it has cut, from where it
+            is to where it came in, the shortest first.
     """
 
     def __init__(self, ground: CutGround, roads: list[Loop]) -> None:
@@ -120,7 +120,7 @@ class Driver:
         self.ways_back = []
 
     def way_to(self, start: np.ndarray, goal: np.ndarray) -> MachinePath:
-        """The quickest way found between two poses; where there is none, one over a way back.
+        """The quickest way found between two poses; if there is none, one that uses a way back.
 
         Args:
             start: x, y, theta, shape (3,) [m], [m], [rad].
@@ -158,7 +158,7 @@ class Driver:
         return min(found, key=lambda way: way.length + len(way.cusps) * cost, default=None)
 
     def cut_towards(self, goal: np.ndarray, longest: float) -> bool:
-        """Cut a way straight to a pose, in curves in which the body keeps to what is cut.
+        """Cut a way directly to a pose, if one is allowed on which the body keeps to what is cut.
 
         Args:
             goal: x, y, theta, shape (3,) [m], [m], [rad].
@@ -231,9 +231,9 @@ def lay_out_roads(region: BaseGeometry, depths: list[float], radius: float) -> l
     """Loops on the headland and round holes along which combines get about, both ways.
 
     Args:
-        region: What was offset to the rounds.
-        depths: Distances from its edge, of which the first is taken that parts nothing [m].
-        radius: Least, of turns [m].
+        region: Region of which the rounds are offsets.
+        depths: Distances from its edge; the first that leaves it in one part is taken [m].
+        radius: Least radius of turns [m].
     """
     best: list[Loop] = []
     rounded = SPARE * radius
@@ -254,12 +254,12 @@ def lay_out_roads(region: BaseGeometry, depths: list[float], radius: float) -> l
 
 
 def detours(exits: np.ndarray, entries: np.ndarray, driver: Driver) -> np.ndarray:
-    """What ways along the headland take more than straight ones, shape (n, m) [s].
+    """Extra time of ways along the headland over straight ones, shape (n, m) [s].
 
     Args:
         exits: Poses from which they lead, shape (n, 3).
         entries: Poses to which they lead, shape (m, 3).
-        driver: Who drives along its roads.
+        driver: The driver, whose roads are used.
     """
     roads = driver.roads
 
@@ -291,7 +291,7 @@ class Gate:
 
     Attributes:
         group: The rings, the outermost first.
-        node: Swath and direction that are driven before, 2 i or 2 i + 1; None: no swath.
+        node: Swath and direction that are driven before it, 2 i or 2 i + 1; None: no swath.
         start: Where the combine begins, shape (3,).
         path: From the end of the swath, or from the start, to the ring.
         length: Of the path and of the rings [m].
@@ -305,7 +305,7 @@ class Gate:
 
 
 def ring_groups(rounds: tuple[tuple[Loop, ...], ...]) -> list[tuple[Loop, ...]]:
-    """Rings, those inside of one another together, the outermost first."""
+    """Groups of nested rings, the outermost of each first."""
     loops = [loop for each in reversed(rounds) for loop in each if loop.hole]
     groups: list[list[Loop]] = []
     for loop in loops:
@@ -329,8 +329,8 @@ def find_gate(
 
     Args:
         group: The rings.
-        groups: Those of all holes.
-        swaths: Behind which they may be reached.
+        groups: Rings of all holes.
+        swaths: Swaths from whose ends they may be reached.
         driver: Who drives.
         lanes: Loops on cut ground from which they may be reached.
 
@@ -379,14 +379,14 @@ def find_gate(
 def drive_gate(driver: Driver, gate: Gate, swath: MachinePath | None, reach: float) -> None:
     """Drive to some rings and round them, from the outermost inwards.
 
-    Rings of a narrow header leave little room between the hole and the crop that stands round them:
-    the combine may have to go out as it came in. It goes out between two rings that are more than
-    its tank holds, since no cart comes to it there.
+    With a narrow header rings leave little room between the hole and the crop that stands round
+    them: the combine may have to go out as it came in. It also goes out before a ring that would
+    fill its tank, since no cart comes to it there.
 
     Args:
-        driver: Who stands at the gate's start.
+        driver: The driver, at the gate's start.
         gate: The way to the rings.
-        swath: That is driven before the gate's path, if there is one.
+        swath: The swath that is driven before the gate's path, if there is one.
         reach: How far it cuts until its tank is full [m].
 
     Raises:
@@ -415,7 +415,7 @@ def drive_gate(driver: Driver, gate: Gate, swath: MachinePath | None, reach: flo
 
 
 def _backwards(path: MachinePath) -> MachinePath:
-    """From the end of a path to its beginning in the other gear, the header up."""
+    """A path driven from its end to its beginning in the other gear, with the header up."""
     return MachinePath.of(path.poses[::-1], gears=(-path.gears[::-1]).tolist())
 
 

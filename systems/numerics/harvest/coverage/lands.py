@@ -18,16 +18,16 @@ from .swaths import (
     split_chain,
 )
 
-# What it costs to drive a swath while crop stands on its left, where carts drive, as a part of the
-# time that it takes [-].
+# Cost of driving a swath while crop stands on its left, where carts drive, as a part of the time
+# that it takes [-].
 CLOSED = 0.1
 
-# How often lands are shared out.
+# How many times the swaths are divided into lands.
 SHARINGS = 4
 
 
 def drive_lands(drivers: list[Driver], candidate: Candidate, reach: float) -> list[list[int]]:
-    """Drive all rings that are left and all swaths; the swaths of each combine, by number.
+    """Drive all rings that are left and all swaths; return the numbers of each combine's swaths.
 
     Args:
         drivers: The combines, after the rounds.
@@ -89,12 +89,12 @@ def _share_lands(
 ) -> list[list[int]]:
     """The land of each combine, near to where it is, so that all end at nearly the same time.
 
-    What a land takes is known once its swaths are in order; where that is not what was reckoned
-    with, lands are shared out anew.
+    What a land takes is known only once its swaths are in order. The swaths are then divided again
+    with these times; the division that ends first is kept.
 
     Args:
-        chain: Swaths, of which lands are parts.
-        times: That are reckoned with for each of the chain, by who cuts it, shape (N, m) [s].
+        chain: Numbers of swaths in order; lands are parts of it.
+        times: Estimated for each swath of the chain, by the combine that cuts it, shape (N, m) [s].
         starts: When combines begin, shape (N,) [s].
         drivers: The combines.
         swaths: All of them.
@@ -125,7 +125,7 @@ def _share_lands(
 def _turning_time(
     swaths: tuple[Swath, ...], land: list[int], driver: Driver, seed: int, reach: float
 ) -> float:
-    """What it takes to get to a land from where a combine is, and from swath to swath [s]."""
+    """Time to get to a land from where a combine is, and from swath to swath in it [s]."""
     if not land:
         return 0.0
     times = _swath_times(swaths, land, set(), driver, reach)

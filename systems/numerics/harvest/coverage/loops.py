@@ -1,6 +1,7 @@
-"""Headland rounds and rings round holes: closed lines of radii that combines drive.
+"""Headland rounds and rings round holes: closed lines with radii that combines can drive.
 
-They are split at convex corners. The curves that a header's middle follows are polylines smoothed.
+Rounds are split at convex corners. The curves that a header's middle follows are smoothed
+polylines.
 """
 
 import math
@@ -21,20 +22,20 @@ from .cut_ground import GAP
 # Edges of the polylines that are driven along [m].
 SPACING = 1.0
 
-# Ends that are nearer are the same [m].
+# Ends nearer to one another than this count as the same [m].
 SAME_ENDS = 0.05
 
-# Corners that turn by more are driven straight on and turned outside of the crop [rad].
+# At sharper corners loops are split: combines drive straight on and turn outside the crop [rad].
 SPLIT_TURN = math.radians(50.0)
 
 # How far a header's middle drives on past the crop, besides half the header's depth [m].
 CLEAR = 0.2
 
-# Radii of loops, against the least of turns: polylines turn a little sharper than curves [-].
+# Least radius of loops over that of turns: polylines turn a little more sharply than curves [-].
 SPARE = 1.05
 
-# Rounds go round reflex corners at most so far outside of the field, as a part of the margin [-],
-# and how many radii are tried.
+# How far outside of the field rounds may go round reflex corners, as a part of the margin [-], and
+# how many radii are tried.
 OUTSIDE = 0.5
 RADII = 9
 
@@ -60,9 +61,9 @@ def smooth_line(line: shapely.LineString, radius: float) -> shapely.LineString:
     """A line whose turns to either side are rounded to a radius where they are sharper.
 
     Args:
-        line: Its ends stay where they are, if they are farther than the radius from any turn; else
-            they come to lie beside, on the line that is rounded. It may come round to where it
-            began, and go on over that.
+        line: The line. Its ends stay where they are if they are farther than the radius from any
+            turn; else they move aside, onto the rounded line. It may return to where it began, and
+            go on over its own beginning.
         radius: [m].
     """
     smoothed = _smoothed(line, radius)
@@ -70,7 +71,8 @@ def smooth_line(line: shapely.LineString, radius: float) -> shapely.LineString:
     comes_round = line.length > 16 * radius and math.dist(*tips) < 4 * radius
     if not comes_round or _apart(smoothed, line) < SAME_ENDS:
         return smoothed
-    # Curves beside it, which cross there, end anywhere near: each half is smoothed by itself.
+    # Offset curves cross where it overlaps itself, and may end anywhere near: smooth each half by
+    # itself.
     middle, more = line.length / 2, 4 * radius
     place = line.interpolate(middle)
     first, last = (
@@ -122,10 +124,9 @@ def _longer(line: shapely.LineString, by: float) -> shapely.LineString:
 def _between(
     line: shapely.LineString, other: shapely.LineString, reach: float
 ) -> shapely.LineString | None:
-    """The part of a line from beside another one's first point to beside its last.
+    """The part of a line from the point nearest to another's first point to that nearest its last.
 
-    Both are looked for no farther than a reach from the line's ends: it may come round to where it
-    began.
+    Both are sought only within `reach` of the line's ends, as it may return to where it began.
     """
     first, last = (
         substring(each, 0.0, reach).project(shapely.Point(other.coords[k]))
@@ -137,7 +138,7 @@ def _between(
 
 
 def _apart(line: shapely.LineString, other: shapely.LineString) -> float:
-    """How far the ends of two lines are apart at most [m]."""
+    """Largest distance between corresponding ends of two lines [m]."""
     ends = np.array(line.coords)[[0, -1]] - np.array(other.coords)[[0, -1]]
     return float(np.hypot(*ends.T).max())
 
@@ -168,7 +169,7 @@ class Loop:
     Attributes:
         line: Closed; clockwise along the boundary, counterclockwise round a hole.
         corners: Stations at which it is split, ascending, shape (c,) [m].
-        turns: At the corners, absolute, shape (c,) [rad].
+        turns: Absolute change of heading at the corners, shape (c,) [rad].
         number: Of the round: 0 along the boundary, from there inwards.
         hole: Whether it goes round holes.
     """
@@ -185,12 +186,12 @@ class Loop:
         return float(self.line.length)
 
     def pose(self, station: float, side: int = 1, *, arriving: bool = False) -> np.ndarray:
-        """x, y, theta at a station, for who drives the line on from there [m], [m], [rad].
+        """x, y, theta at a station, with the heading to drive on from there [m], [m], [rad].
 
         Args:
             station: [m].
             side: 1 along the line, -1 against it.
-            arriving: For who has driven it up to there.
+            arriving: Whether the heading is that of a machine that has driven up to there.
         """
         other = station + side * (-SPACING if arriving else SPACING)
         at, beside = (
@@ -201,7 +202,7 @@ class Loop:
         return np.array([*at, math.atan2(along[1], along[0])])
 
     def station(self, point: np.ndarray) -> float:
-        """Of the point of the line that is nearest to a point [m]."""
+        """Station of the point of the line that is nearest to a point [m]."""
         return float(self.line.project(shapely.Point(point[:2])))
 
     def corners_within(self, begin: float, end: float) -> np.ndarray:
@@ -231,8 +232,8 @@ class Loop:
 def crop_to_offset(field: Field, combine: CombineSize) -> BaseGeometry:
     """The region whose inward offsets are rounds that a combine can drive.
 
-    Reflex corners of the boundary are rounded outside of the field, and holes are grown, so that
-    no round is narrower than what the header cuts cleanly, as far as the margin has room for that.
+    Reflex corners of the boundary are rounded outside of the field, and holes are grown, so that no
+    round bends more sharply than the header cuts cleanly, as far as the margin has room for that.
     No-go areas beside the field are grown like holes.
     """
     outline = _rounded_outside(field, combine)
@@ -250,7 +251,7 @@ def _rounded_outside(field: Field, combine: CombineSize) -> BaseGeometry:
         if radius > 0:
             grown = field.outline.buffer(radius, join_style="mitre", mitre_limit=10.0)
             fillets = shapely.get_parts(grown.buffer(-radius, quad_segs=24) - field.outline)
-            # Corners that turn about are rounded by what is least, whatever they need.
+            # With the least radius all corners are rounded, whatever room they need.
             fits = shapely.covered_by(fillets, room) | (radius <= least)
             outline = outline.union(shapely.union_all(fillets[fits]))
     return outline
@@ -278,8 +279,8 @@ def lay_out_loops(
 ) -> list[Loop]:
     """The loops of one round, those along the boundary first, then those round holes.
 
-    Corners that combines cannot drive over and turn behind, beside a no-go area that touches the
-    field for instance, are driven round with the header down.
+    Corners beyond which combines have no room to drive on and turn, for instance beside a no-go
+    area that touches the field, are rounded and driven with the header down.
 
     Args:
         region: What rounds are offsets of.
@@ -332,7 +333,7 @@ def room_beyond(
     combine: CombineSize,
     has_room: Callable[[np.ndarray], bool],
 ) -> float | None:
-    """How far a straight may go on beyond a corner, before something forbidden; None: nowhere [m].
+    """How far a straight may go on beyond a corner [m]; None if there is no room.
 
     Args:
         loop: The loop.
@@ -369,7 +370,7 @@ def _with_round_corners(
     opened = shape.buffer(-radius, quad_segs=24).buffer(radius, quad_segs=24)
     sharp = shapely.get_parts(shape.difference(opened))
     kept = [part for part in sharp if all(part.distance(each) > 1.0 for each in corners)]
-    # What is put together again has seams of rounding.
+    # Rounding errors leave seams where the parts are joined again: they are closed.
     rounded = shapely.union_all([opened, *kept]).buffer(TOLERANCE, join_style="mitre")
     rounded = rounded.buffer(-TOLERANCE, join_style="mitre")
     return max(shapely.get_parts(rounded), key=lambda part: part.area)
@@ -387,7 +388,7 @@ def _make_loop(shape: shapely.Polygon, number: int, *, hole: bool, radius: float
     points = turned_ring(points, hole=hole)
     steps = np.roll(points, -1, axis=0) - points
     before = np.roll(steps, 1, axis=0)
-    # To the right positive, which is convex where the crop is on the right.
+    # Positive to the right: with the crop on the right these are convex corners.
     turns = -np.arctan2(
         before[:, 0] * steps[:, 1] - before[:, 1] * steps[:, 0],
         np.einsum("ij,ij->i", before, steps),

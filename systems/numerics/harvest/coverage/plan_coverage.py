@@ -23,22 +23,22 @@ from .shared_rounds import drive_rounds
 # Patterns of coverage.
 PATTERNS = ("lands", "thesis")
 
-# How many sound ways to cut a field are compared, how many of a number of rounds are tried before
-# others, and how many are tried at most.
+# How many sound ways to cut a field are compared, how many with the same number of rounds are tried
+# before others, and how many are tried at most.
 BUILT = 3
 FOREMOST = 4
 MOST_TRIED = 24
 
-# Margins that are tried where there is no way, to tell whether one has room for one [m].
+# Margins that are tried if there is no way, to tell in the error whether a wider one helps [m].
 WIDER = (6.0, 12.0, 24.0)
 
-# Least share of the crop that a plan cuts, and the same with three holes and more, or where nothing
-# else is found [-].
+# Least share of the crop that a plan cuts, and the same with three or more holes, or if nothing
+# better is found [-].
 LEAST_COVERAGE = 0.995
 LEAST_COVERAGE_AT_ALL = 0.985
 
-# A path's curvature at most, times the least radius of turns: polylines along arcs turn a little
-# more sharply [-].
+# Largest curvature of a path times the least radius of turns: polylines along arcs turn a little
+# more sharply than the arcs [-].
 SHARPER = 1.1
 
 
@@ -81,7 +81,7 @@ def find_coverages(
 
     Args:
         field: The field.
-        combines: They, of one size.
+        combines: The combines, of one size.
         pattern: "lands": rounds in arcs, then a land of swaths for each combine; "thesis": rounds
             from the perimeter inwards, combines on adjacent ones (Zhang 2014, Figure 3.8).
         reach: How far a combine cuts until its tank is full [m].
@@ -118,7 +118,7 @@ def find_coverages(
 
 
 def _wider_margin(field: Field, combines: Sequence[Combine], pattern: str, reach: float) -> str:
-    """Which margin has room for paths where this one has not, in words; empty if none has."""
+    """A hint, in words, at a wider margin that has room for paths; empty if none has."""
     for margin in WIDER:
         if margin > field.margin:
             wider = replace(field, margin=margin)
@@ -134,10 +134,10 @@ def _sound_coverages(
     reach: float,
     faults: list[tuple[bool, str]],
 ) -> Iterator[CoveragePaths]:
-    """Coverages that do what they should, one by one; those that leave more crop come last.
+    """Yield coverages that pass all checks; those that leave more crop come last.
 
-    `faults` is told what is wrong with others, after whether they cannot even be driven: of those
-    that can, it tells more.
+    For each of the others `faults` gets whether it cannot even be driven, and what is wrong: the
+    faults of those that can be driven tell more.
     """
     size = size_of(combines)
     region = crop_to_offset(field, size)
@@ -164,13 +164,13 @@ def _sound_coverages(
 
 
 def _what_is_wrong(plan: CoveragePaths, bare: Ground, footprint: Footprint, sharpest: float) -> str:
-    """Why a plan will not do; empty if it will.
+    """Why a plan is not sound; empty if it is.
 
     Args:
         plan: The plan.
-        bare: What combines keep to.
-        footprint: Of each.
-        sharpest: Curvature of paths, at most [1/m].
+        bare: Ground that combines must not leave.
+        footprint: Of each combine.
+        sharpest: Largest allowed curvature of paths [1/m].
     """
     if plan.coverage < LEAST_COVERAGE_AT_ALL:
         return f"{plan.coverage:.1%} would be cut"
@@ -187,7 +187,7 @@ def _what_is_wrong(plan: CoveragePaths, bare: Ground, footprint: Footprint, shar
 
 
 def _spread(candidates: list[Candidate]) -> list[Candidate]:
-    """The same, with no more than FOREMOST of a number of rounds before those of other numbers."""
+    """Reorder candidates: FOREMOST at most with one number of rounds come before other numbers."""
     places: dict[int, int] = {}
     turns = []
     for candidate in candidates:

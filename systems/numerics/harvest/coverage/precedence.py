@@ -1,10 +1,10 @@
-"""Crop precedence: what must be cut before a body is somewhere, told from paths alone.
+"""Crop precedence: which crop must be cut before a body gets to it, from paths alone.
 
 **Rings of waiting.** The tail of a body swings out of a curve that is narrower than the header's
-cutting radius, over slivers of what somebody else cuts later. Where combines would wait for such
-crop in a ring, and so for ever, the one that waits for least drives over it: it is given up, and
-told as crop under bodies, as long as all of it together is little. So are slivers that hold up
-combines otherwise, if that is asked for.
+cutting radius, over slivers of crop that another combine cuts later. If combines would wait for
+such crop in a ring, and so for ever, the one that waits for the least crop drives over it: this
+crop is given up, and counted as crop under bodies, as long as its total is small. On request,
+slivers that hold up combines elsewhere are given up too.
 """
 
 import math
@@ -21,23 +21,23 @@ from ..raster import cell_under, lattice
 from ..turns.borders import CROP_CELL, StandingCrop
 from .cut_ground import LEAST_PATCH, header_down
 
-# Spacing of the stations for which precedence is told [m].
+# Spacing of the stations for which precedence is computed [m].
 SPACING = 1.0
 
 # How far beyond the header's ends crop counts as cut, for cells on the border of two swaths [m].
 BESIDE = 0.3
 
-# Cut by nobody.
+# Station at which a cell is cut that no combine cuts.
 NEVER = 1e18
 
-# Side of the cells in which it is told what a body drives over before its own header has cut it
-# [m], and how many of them there are at most: the tail that swings out of a curve treads on strips
-# that are narrower than the cells of the crop.
+# Side of the cells that mark what a body drives over before its own header has cut it [m], and how
+# many of them there are at most: the tail that swings out of a curve treads on strips that are
+# narrower than the cells of the crop.
 FINE = 0.2
 MOST_CELLS = 5e6
 
-# Largest share of the crop over which bodies drive, of which the audit, which looks closer, finds a
-# quarter more and allows a fifth of a percent [-].
+# Largest share of the crop that bodies may drive over [-]. The audit, which looks closer, finds a
+# quarter more, and allows a fifth of a percent.
 MOST_UNDER_BODIES = 0.0015
 
 
@@ -46,11 +46,11 @@ class CropPrecedence(NamedTuple):
 
     Attributes:
         needs: needs[m][n][i]: station that combine n must have passed before combine m is at
-            station i of `stations[m]` [m]; 0 where nothing; never decreasing along the way.
+            station i of `stations[m]` [m]; 0 for none; never decreasing along the way.
         stations: stations[m], shape (S_m,) [m].
-        crop_under_bodies: Area over which bodies drive before anybody has cut it, if others have
-            cut what they pass at all, and what is given up [m^2].
-        given_up: Whether bodies drive over crop that others cut without waiting for them.
+        crop_under_bodies: Area of crop that bodies drive over before it is cut, if all that other
+            combines cut is cut in time, and of crop that is given up [m^2].
+        given_up: Whether bodies drive over crop that others cut, without waiting for it.
     """
 
     needs: tuple[tuple[np.ndarray, ...], ...]
@@ -59,7 +59,7 @@ class CropPrecedence(NamedTuple):
     given_up: bool
 
     def needed_at(self, m: int, n: int, stations: np.ndarray) -> np.ndarray:
-        """The station that combine n must have passed before combine m is at others, -inf for none.
+        """What combine n must have passed before combine m is at its stations, -inf for none.
 
         Args:
             m, n: Numbers of the combines.
@@ -68,7 +68,7 @@ class CropPrecedence(NamedTuple):
         Returns:
             Shape (k,) [m].
         """
-        # What is needed up to a station is told at the one before it.
+        # What is needed between two stations is stored at the first of them.
         before = np.searchsorted(self.stations[m], stations, side="right") - 1
         needed = self.needs[m][n]
         return np.where(needed > 0, needed, -np.inf)[np.maximum(before, 0)]
@@ -79,16 +79,15 @@ def find_precedence(
 ) -> CropPrecedence:
     """Crop precedence between paths.
 
-    Where more than one other combine cuts what a body drives on, the one counts that has cut it
-    after the least way. Crop that combines would wait for in a ring is given up, up to
-    MOST_UNDER_BODIES.
+    If several other combines cut what a body drives on, the one counts that cuts it after the
+    shortest way. Crop that combines would wait for in a ring is given up, up to MOST_UNDER_BODIES.
 
     Args:
         field: The field.
         paths: Of the combines.
         combine: Each of them.
-        slivers: Part of what MOST_UNDER_BODIES still allows then that may be given up for crop of
-            less than LEAST_PATCH at a place, the least first, no unit.
+        slivers: Part of what MOST_UNDER_BODIES still allows after that for giving up patches
+            smaller than LEAST_PATCH that hold up combines, the smallest first, no unit.
     """
     crop = StandingCrop(field.polygon)
     rows, columns = crop.cells.shape
@@ -156,7 +155,7 @@ def find_precedence(
 def _standstill(
     stations: tuple[np.ndarray, ...], needs: Sequence[tuple[np.ndarray, ...]]
 ) -> tuple[np.ndarray, list[int]]:
-    """How far combines get that wait for nothing but crop, shape (N,) [m], and whom each awaits.
+    """How far combines get that wait for nothing but crop, shape (N,) [m], and what stops each.
 
     Args:
         stations, needs: See `CropPrecedence`.
@@ -182,10 +181,10 @@ def _standstill(
 
 
 def _ring(blockers: list[int]) -> list[int]:
-    """Numbers of combines that wait for one another in a ring; none where all get on.
+    """Numbers of combines that wait for one another in a ring; empty if there is no ring.
 
     Args:
-        blockers: Whom each waits for, or -1.
+        blockers: Number of the combine that each waits for, or -1.
     """
     for first in range(len(blockers)):
         seen: list[int] = []
@@ -205,13 +204,13 @@ def _trodden_area(
     given_up: np.ndarray,
     combine: CombineSize,
 ) -> float:
-    """Crop under bodies that they wait for nobody to cut, and their own headers later, if at all.
+    """Standing crop that bodies drive over without waiting for another combine to cut it.
 
     Args:
         paths: Of the combines.
         crop: What stands at first.
         cut_at: The station at which each combine cuts each of its cells, shape (N, rows, columns).
-        given_up: What each drives over though another one cuts it, shape (N, rows, columns).
+        given_up: Whether each drives over a cell that another cuts, shape (N, rows, columns).
         combine: Each of them.
 
     Returns:
@@ -232,7 +231,7 @@ def _trodden_area(
 
 
 def crop_under_bodies(field: Field, timed: Sequence[TimedPath], combine: CombineSize) -> float:
-    """Crop over which bodies drive before anybody has cut it, by the times of all [m^2].
+    """Area of crop that bodies drive over before it is cut, by the times of all combines [m^2].
 
     Args:
         field: The field.
@@ -257,7 +256,7 @@ def crop_under_bodies(field: Field, timed: Sequence[TimedPath], combine: Combine
 
 
 def _arrivals(timed: TimedPath, stations: np.ndarray) -> np.ndarray:
-    """When a machine comes to stations in order, about, shape (n,) [s]."""
+    """Approximate times at which a machine comes to stations in order, shape (n,) [s]."""
     fine = np.unique(np.concatenate([timed.times, np.arange(timed.times[0], timed.end, 0.5)]))
     at, first = np.unique(timed.station_at(fine), return_index=True)
     return np.interp(stations, at, fine[first])
@@ -277,7 +276,7 @@ def _header(half: float, size: float) -> np.ndarray:
 def _body(combine: CombineSize, size: float) -> np.ndarray:
     """Points on the body behind the header, about a cell's side apart, shape (n, 2) [m].
 
-    Points nearer to its sides than half a cell would tell of cells that are mostly beside it.
+    Points nearer to its sides than half a cell would fall on cells that are mostly beside it.
     """
     front = -combine.header_depth / 2
     return lattice(-combine.length + size / 2, front - size / 2, (combine.width - size) / 2, size)
@@ -312,11 +311,11 @@ def _tread(cut_at, stands, under, origin, size, poses, stations, points):
 
 @kernel
 def _awaited(cut_at, crop, me, station, row, column):
-    """Whom a body awaits on a cell where crop stands that it does not cut before.
+    """The combine that a body awaits on a cell of crop that its own header has not cut by then.
 
     Returns:
-        The number of the combine that cuts it after the least way, or -1 where nobody is awaited,
-        and the station of that one then [m].
+        The number of the combine that cuts the cell after the shortest way, or -1 if none is
+        awaited, and the station of that combine then [m].
     """
     machines, rows, columns = cut_at.shape
     best, when = -1, 1e17
@@ -342,7 +341,7 @@ def _needed(cut_at, crop, origin, poses, stations, me, points, needed):
 
 @compiled
 def _mark_waited_for(cut_at, crop, origin, poses, stations, me, points, reached, clear, marked):
-    """Mark crop that a body would drive over if it waited no more, until it needs none for a while.
+    """Mark crop that a body would drive over if it stopped waiting, up to the next clear stretch.
 
     Args:
         cut_at, crop, origin: The ground.
@@ -350,7 +349,7 @@ def _mark_waited_for(cut_at, crop, origin, poses, stations, me, points, reached,
         me: Its number.
         points: Of the body, shape (n, 2) [m].
         reached: Where all combines stand, shape (N,) [m].
-        clear: The way without any such crop that ends it [m].
+        clear: Length of a stretch without any such crop that ends the marking [m].
         marked: Written, shape (rows, columns).
     """
     last = stations[0] if len(stations) else 0.0
@@ -367,6 +366,6 @@ def _mark_waited_for(cut_at, crop, origin, poses, stations, me, points, reached,
 
 
 def can_finish(precedence: CropPrecedence) -> bool:
-    """Whether combines that wait for nothing but their precedence all arrive."""
+    """Whether all combines arrive if they wait for nothing but crop precedence."""
     _, blockers = _standstill(precedence.stations, precedence.needs)
     return all(n < 0 for n in blockers)

@@ -1,8 +1,8 @@
-"""Rounds: parts of them, one a combine, and combines on adjacent ones, one behind the other.
+"""Rounds: each divided among combines, or combines on adjacent rounds, one behind the other.
 
 **Adjacent rounds** (Zhang 2014, Figure 3.8): each round begins ahead of where the one outside of it
 began, on ground that was cut there by then. So the combine that has finished a round is ahead of
-all others, and drives on ahead of them to the round inside of theirs: nobody passes anybody.
+all others, and goes on ahead of them to the round inside of theirs: no combine passes another.
 """
 
 import itertools
@@ -19,27 +19,27 @@ from .cut_ground import GAP, CutGround
 from .driver import Driver, NoWay
 from .loops import Loop, cutting_radius, drive_edge, room_beyond
 
-# What a split corner costs, to balance arcs [s].
+# Time that a split corner takes, to balance arcs [s].
 CORNER_TIME = 18.0
 
 # An arc begins and ends this far from split corners [m].
 FROM_CORNER = 3.0
 
-# An arc's smoothed path leans by no more than this against its loop where it begins [rad].
+# Largest angle between an arc's smoothed path and its loop where the arc begins [rad].
 LEAN = 0.015
 
-# Bays that are tried, nearer and nearer to the crop.
+# How many bays are tried, each nearer to the crop.
 BAYS = 3
 
-# Where an edge cannot be reached as far before its corner as it should, less is tried [m].
+# If the straight before an edge's corner cannot be reached, it is shortened by these in turn [m].
 LESS = (0.0, 0.0, 2.0, 4.0, 7.0)
 
-# How far ahead of the round outside of its own a round begins [m], and in lengths of that one at
-# most.
+# How far a round begins ahead of the beginning of the next outer one [m], at most this part of the
+# outer one's length.
 AHEAD, OF_ROUND = 100.0, 0.2
-# Before that it changes lanes, and before that it comes off its bay [m].
+# Distances before that for changing lanes, and before that for coming off a bay [m].
 BEFORE, COMING_OFF = 30.0, 45.0
-# How far behind the one ahead of it a combine may be, beside what rounds begin apart [m].
+# How far a combine may lag behind, in addition to the distances between where rounds begin [m].
 LAG = 60.0
 
 
@@ -51,7 +51,7 @@ class Arc:
         loop: The loop.
         begin: Station [m].
         end: Station, above begin; beyond the loop's length where it passes its first point [m].
-        shift: To its lane from where the combine comes, if it does not begin at a corner [m].
+        shift: Distance from the lane that the combine comes from, unless it begins at a corner [m].
     """
 
     loop: Loop
@@ -97,10 +97,10 @@ def entry_path(goal: np.ndarray, shift: float, combine: Combine) -> MachinePath:
 
 
 def bay_shifts(ground: CutGround) -> list[float]:
-    """From bays in the margin, beside the crop, to the first lane, the widest first [m].
+    """Distances from bays in the margin, beside the crop, to the first lane, the largest first [m].
 
-    In the widest the header is beside the crop, if the margin has room for that; in the least it
-    reaches over it, and the body is beside it. None where the margin has no room.
+    In the outermost bay the header is beside the crop, if the margin has room for that; in the
+    innermost it reaches over the crop, with the body beside it. Empty if the margin has no room.
 
     Args:
         ground: Of the combine.
@@ -112,7 +112,7 @@ def bay_shifts(ground: CutGround) -> list[float]:
 
 
 def _shifts(loop: Loop, ground: CutGround) -> list[float]:
-    """From where a combine may come to a loop: bays, or the lane that is cut outside of it [m]."""
+    """Distances to a loop from where it may be entered: bays, or the lane outside of it [m]."""
     bays = bay_shifts(ground) if loop.number == 0 and not loop.hole else []
     return bays or [ground.combine.header_width]
 
@@ -125,12 +125,12 @@ def split_loops(
     preferred: np.ndarray | None,
     corners: bool,
 ) -> list[Arc]:
-    """Arcs of nearly equal times that together are all of some loops.
+    """Split loops into arcs that take combines nearly equal times.
 
     Args:
         loops: The loops.
         speeds: Of the combines, shape (count,) [m/s].
-        ground: On which they come to where arcs begin.
+        ground: Ground on which combines come to where arcs begin.
         preferred: Where combines would like to begin, shape (count, 2); None: anywhere.
         corners: Whether arcs begin at split corners only.
 
@@ -183,7 +183,7 @@ def _reach(
     stations: tuple[float, float],
     extensions: tuple[float, float],
 ) -> MachinePath:
-    """Drive to where an edge begins, as far before its corner as can be; the edge's path."""
+    """Drive to where an edge begins, as far before its corner as possible; return its path."""
     behind, ahead = extensions
     faults = []
     for less in LESS:
@@ -225,11 +225,11 @@ def _begins(
         first = loop.station(preferred[0]) + along
     else:
         first = float(loop.corners[0]) if len(loop.corners) else 0.0
-    # Time by stations, corners weighing too.
+    # Time up to each station, with the time for corners.
     stations = first + np.linspace(0.0, loop.length, 401)
     past = np.array([len(loop.corners_within(first - 1e-3, s)) for s in stations])
     clock = (stations - first) / combine.speed + CORNER_TIME * past
-    # Whoever is quicker drives more of it.
+    # Faster combines drive longer parts.
     parts = speeds if share == len(speeds) else np.ones(share)
     begins = []
     for k in range(share):
@@ -300,10 +300,10 @@ def ahead_on(loop: Loop) -> float:
 def line_up(drivers: list[Driver], loop: Loop) -> None:
     """Let combines begin one ahead of the other in bays beside the first round.
 
-    Who passes first cuts the ground on which the next one comes off its bay.
+    The combine that passes first cuts the ground on which the next one comes off its bay.
 
     Args:
-        drivers: Who have driven nothing yet.
+        drivers: Drivers that have driven nothing yet.
         loop: The first round.
     """
     combine = drivers[0].combine
@@ -320,15 +320,15 @@ def come_ahead(driver: Driver, begun: list[Arc], count: int, region: BaseGeometr
     """Drive to where the next round begins, before those outside of it are finished.
 
     Args:
-        driver: Who drives it.
+        driver: The driver of the next round.
         begun: Rounds that are driven before it, from the outside.
-        count: Of combines.
+        count: Number of combines.
         region: The field.
     """
     crop = driver.ground.crop
     cells = crop.cells.copy()
     half = driver.combine.header_width / 2
-    # Its own last round is done; of those inside of it the ends still stand.
+    # Its own last round is done; the ends of the rounds inside of that still stand.
     for behind, arc in enumerate(reversed(begun[-(count - 1) :])):
         standing = (count - 1 - behind) * ahead_on(arc.loop) + LAG
         tail = arc.loop.part(max(arc.begin + ahead_on(arc.loop), arc.end - standing), arc.end)

@@ -12,7 +12,7 @@ from .rounds import Arc, bay_shifts, come_ahead, drive_arc, line_up, split_loops
 def drive_rounds(
     drivers: list[Driver], candidate: Candidate, field: Field, reach: float, *, adjacent: bool
 ) -> None:
-    """Drive all rounds, each in arcs of all combines, or each by one of them in turn.
+    """Drive all rounds, each split into arcs for all combines, or each by one combine in turn.
 
     Args:
         drivers: The combines.
@@ -62,7 +62,7 @@ def drive_rounds(
 def _drive_early_rings(
     drivers: list[Driver], candidate: Candidate, number: int, reach: float
 ) -> None:
-    """Rings whose outermost is of this round: the next round goes round their holes too."""
+    """Drive rings whose outermost is of this round: the next one goes round their holes too."""
     groups = ring_groups(candidate.rounds)
     lanes = [loop for loop in candidate.rounds[number] if not loop.hole]
     for group in groups:
@@ -76,9 +76,9 @@ def _drive_early_rings(
 
 
 def _share_arcs(drivers: list[Driver], arcs: list[Arc]) -> list[list[Arc]]:
-    """Which arcs each combine drives: the nearest; what is left over goes to who has least.
+    """Arcs of each combine: one that is near; those left over go to whoever has least to drive.
 
-    At first none is nearest: then the quicker ones drive the longer arcs.
+    At first combines are nowhere yet: then the faster ones drive the longer arcs.
     """
     speeds = np.array([driver.combine.speed for driver in drivers])
     if not drivers[0].paths:
@@ -106,7 +106,7 @@ def _share_arcs(drivers: list[Driver], arcs: list[Arc]) -> list[list[Arc]]:
 
 
 def share_ground(drivers: list[Driver]) -> None:
-    """What one has cut is cut for all from here on."""
+    """Mark for all combines what any of them has cut."""
     cells = np.logical_and.reduce([driver.ground.crop.cells for driver in drivers])
     for driver in drivers:
         driver.ground.crop.cells[:] = cells

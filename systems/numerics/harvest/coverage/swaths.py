@@ -1,4 +1,4 @@
-"""Swaths: the straights that cut the inside of a field, in lands, one a combine, in what order.
+"""Swaths, the straights that cut the inside of a field: their layout, lands and order.
 
 The order and the directions are found by annealing. A cart drives on the left of a combine, on
 ground that is cut. So a swath is driven with crop on its left only where the way that this saves is
@@ -23,18 +23,17 @@ from .loops import CLEAR
 # Pieces of a strip that are smaller than this share of the header squared are left [-].
 LEAST_PIECE = 0.02
 
-# How often orders are annealed from anew, steps of each time per swath, and the first and last
-# temperatures [s].
+# Number of annealing runs, steps of each run per swath, and the first and last temperatures [s].
 TRIES = 10
 STEPS = 1500
 HOT, COLD = 40.0, 0.3
 
-# What it costs to fill a tank where no cart can come: nothing up to a part of it, then with the
-# square of what is more; a whole one about as long as a stop for a cart takes [-], [s].
+# Cost of filling a tank where no cart can come: nothing up to a part of the tank [-], beyond it a
+# factor times the square of the excess [s]; a whole tank costs about as much as a stop for a cart.
 UNTROUBLED = 0.4
 FILLED = 300.0
 
-# In place of the swath on the left: no crop, or crop that none of these swaths cuts.
+# In place of the number of the swath on the left: no crop there, or crop that none of these cuts.
 OPEN, STANDS = -1, -2
 
 
@@ -93,7 +92,7 @@ def lay_out_swaths(inside: BaseGeometry, direction: float, combine: CombineSize)
     found: list[tuple[int, float, float, float]] = []
     number = 0
     turned = rotate(inside, -direction, origin=(0, 0), use_radians=True)
-    # Bands of all parts in one grid where they overlap; apart otherwise.
+    # Parts that overlap across the direction share one grid of bands; others have their own.
     for low, high in _spans(turned):
         count = max(1, math.ceil((high - low) / width - 0.01))
         spacing = (high - low) / count
@@ -120,7 +119,7 @@ def lay_out_swaths(inside: BaseGeometry, direction: float, combine: CombineSize)
 
 
 def left_neighbour(swaths: tuple[Swath, ...], number: int, *, back: bool) -> int | None:
-    """The swath that is beside more than half of another one, on the left of who drives that.
+    """The swath on the left of one that is driven, beside more than half of it; None for none.
 
     Args:
         swaths: All of a direction.
@@ -138,7 +137,7 @@ def left_neighbour(swaths: tuple[Swath, ...], number: int, *, back: bool) -> int
 
 
 def _spans(region: BaseGeometry) -> list[tuple[float, float]]:
-    """Where the parts of a region lie across, joined where they overlap."""
+    """Intervals in y that the parts of a region cover, merged where they overlap."""
     bounds = sorted((b[1], b[3]) for b in shapely.bounds(shapely.get_parts(region)))
     spans: list[tuple[float, float]] = []
     for low, high in bounds:
@@ -150,7 +149,7 @@ def _spans(region: BaseGeometry) -> list[tuple[float, float]]:
 
 
 def _cells(pieces: list[tuple[int, float, float]]) -> list[int]:
-    """Numbers of chains of pieces that have one neighbour each in the strip before and behind."""
+    """The chain that each piece belongs to: in it, successive pieces are one-to-one neighbours."""
     above: list[list[int]] = [[] for _ in pieces]
     below: list[list[int]] = [[] for _ in pieces]
     for a, (strip, left, right) in enumerate(pieces):
@@ -199,10 +198,10 @@ def chain_swaths(swaths: tuple[Swath, ...]) -> list[int]:
 
 
 def split_chain(times: np.ndarray, budgets: np.ndarray) -> list[slice]:
-    """Parts of a chain of works, in order, so that the latest ends as early as can be.
+    """Split a chain of tasks into parts, in order, so that the last ends as early as possible.
 
     Args:
-        times: Of the works for the worker of each part, shape (count, m) [s].
+        times: Of the tasks for the worker of each part, shape (count, m) [s].
         budgets: When the worker of each part begins, shape (count,) [s].
     """
     count = len(budgets)
@@ -237,9 +236,9 @@ class SwathTimes(NamedTuple):
 
     Attributes:
         between: From the end of a node to the beginning of another, shape (2 m, 2 m) [s].
-        first: From where the combine comes from, shape (2 m,) [s].
-        left: Number of the swath on the left of who drives a node, OPEN or STANDS, shape (2 m,).
-        closed: What it costs to drive a node while crop stands on its left, shape (2 m,) [s].
+        first: From where the combine is to the beginning of each node, shape (2 m,) [s].
+        left: Number of the swath on the left of each node, OPEN or STANDS, shape (2 m,).
+        closed: Cost of driving each node while crop stands on its left, shape (2 m,) [s].
         fill: Part of a tank that each swath fills, shape (m,) [-].
     """
 
@@ -251,9 +250,10 @@ class SwathTimes(NamedTuple):
 
 
 def order_swaths(times: SwathTimes, seed: int) -> list[int]:
-    """Nodes in the best order found, by the time between swaths and what closed ones cost.
+    """Nodes in the best order found, by the time between swaths and the cost of closed ones.
 
-    A run of closed ones costs more than each by itself where it fills much of a tank.
+    A swath is closed while crop stands on its left; a run of them that fills much of a tank costs
+    more than each by itself.
 
     Args:
         times: Of m swaths.
@@ -274,7 +274,7 @@ def order_swaths(times: SwathTimes, seed: int) -> list[int]:
 
 @kernel
 def _trouble(filled):
-    """What it costs to fill a part of a tank where no cart can come [s]."""
+    """Cost of filling a part of a tank where no cart can come [s]."""
     return FILLED * max(filled - UNTROUBLED, 0.0) ** 2
 
 
@@ -300,7 +300,7 @@ def _total(order, times, done):
 
 @compiled
 def _anneal(order, best, times, draws, hot, cold):
-    """Write the best order found into `best`, and return what it takes."""
+    """Write the best order found into `best`, and return its cost [s]."""
     count, steps = len(order), len(draws)
     done = np.zeros(count, dtype=np.bool_)
     now = _total(order, times, done)
@@ -317,11 +317,11 @@ def _anneal(order, best, times, draws, hot, cold):
         if kind == 0:
             trial[i] ^= 1
         elif kind == 1:
-            # Driven the other way round.
+            # A run of swaths is driven the other way round.
             for k in range(i, j + 1):
                 trial[k] = order[i + j - k] ^ 1
         elif kind == 2:
-            # One is put elsewhere, turned or not.
+            # One swath is moved elsewhere, reversed or not.
             moved = order[i] ^ flip
             for k in range(i, j):
                 trial[k] = order[k + 1]

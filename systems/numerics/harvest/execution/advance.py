@@ -8,8 +8,8 @@ drives as fast as its path lets it, less what disturbs it, so that
 - it speeds up and slows down by a at most, from one step to the next.
 
 **Disturbances**, machines that are slow, that stop, and a cart that fails, are a function of the
-seed, the machine and the time, so that nothing has to be remembered: time is cut into slots, and
-each slot of each machine has random numbers of its own.
+seed, the machine and the time, so that they need no state: time is divided into slots, and each
+slot of each machine has random numbers of its own.
 """
 
 from dataclasses import dataclass
@@ -25,12 +25,12 @@ from .fleet import fastest_at, planned_at
 from .orders import PASSED, hold_by, last_below
 from .unloading import NOTHING, full_hold, loads_of, place_beside, pour_alongside, tie_hold
 
-# How long a machine keeps its slowness [s], and in what time it stops once at most [s].
+# How long a machine keeps its slowness [s], and the time in which it stops once at most [s].
 PACE_SLOT, STOP_SLOT = 45.0, 600.0
 # What a slot's random numbers are for.
 PACE, STOPS, BEGINS, LASTS = range(4)
 
-# What is exact to rounding: stations [m] and speeds [m/s] of machines that are on time.
+# Largest error of stations [m] and speeds [m/s] of machines that count as on time: rounding.
 ON_TIME = 1e-6
 # A late machine so near to its plan has caught up [m], [m/s].
 CAUGHT_UP = 1e-4
@@ -124,7 +124,7 @@ def _random(seed, machine, slot, use):
 
 @compiled
 def factor_at(pace, machine, time):
-    """Part of the speed that a machine could drive which it does drive, 0 while it stops.
+    """Part of its possible speed that a machine drives when disturbed, 0 while it stops.
 
     Args:
         pace: How machines are slowed down.
@@ -158,7 +158,7 @@ def drive_on(
 ):
     """Stations and then speeds of all machines a step later, shape (2 M,) [m], [m/s].
 
-    Each argument is what a port of the drivers has, as it comes.
+    The arguments are the values of the drivers' ports, as they come.
 
     Args:
         fleet: The machines.
@@ -227,14 +227,14 @@ def advance(fleet, orders, pace, loads, stations, speeds, now, step):
 
 @kernel
 def _step(fleet, m, station, speed, now, step, hold, beside, factor, punctual):
-    """The step of one machine, with its hold, and the place that it should not be beyond.
+    """The step of one machine, up to its hold and not beyond its place beside a combine.
 
     Ten arguments: the machine, where it is, the step, and what keeps it back.
     """
     brake = fleet.brakes[m]
     target, target_speed = planned_at(fleet.planned, m, now + step)
     ahead = target + target_speed * target_speed / (2 * brake)
-    # Rounding of holds that are where the plan stands.
+    # Holds where the plan comes to a stop may be off by rounding.
     if (
         punctual
         and ahead <= hold + ON_TIME
@@ -278,7 +278,7 @@ def _step(fleet, m, station, speed, now, step, hold, beside, factor, punctual):
 
 @kernel
 def _within(fastest, m, station, speed, there, then, factor):
-    """Whether a step keeps within what the path allows, where it ends and at what it passes."""
+    """Whether a step keeps to the path's speed limits, at its end and at stations it passes."""
     if then > factor * fastest_at(fastest, m, there):
         return False
     k = last_below(fastest.stations, fastest.starts[m], fastest.starts[m + 1], station) + 1

@@ -1,6 +1,6 @@
 """The machines of a plan, packed for compiled functions: where they are when, and what they cut.
 
-The poses on their paths are told, and the controls that keep tractors on theirs.
+Also: poses of machines on their paths, and the controls that keep tractors on theirs.
 """
 
 from collections.abc import Sequence
@@ -16,8 +16,8 @@ from .planned_work import PIECE, PlannedWork
 
 # How far ahead a tractor aims back at its path when it is beside it [m].
 AIM = 4.0
-# Part of an error along the path that is made good in a step, and the part of the step that this
-# may come to, so that speeds hardly change; no unit.
+# Part of an error along the path that is corrected in a step, and the largest part of the step that
+# this may come to, so that speeds hardly change; no unit.
 ALONG, MOST = 0.3, 0.1
 
 
@@ -49,8 +49,8 @@ class FleetArrays(NamedTuple):
         brakes: Largest acceleration of each, shape (M,) [m/s^2].
         trips_at: Where the trips of each machine begin, shape (M + 1,).
         trips: Stations at trucks, one for each truck that takes from a cart, shape (j,) [m].
-        flows: From when till when grain flows there; infinite where it flows as soon as the cart is
-            there, and until it is empty, shape (j, 2) [s].
+        flows: When grain begins and ceases to flow there; infinite if it flows as soon as the cart
+            is there, or until it is empty, shape (j, 2) [s].
         grain_at: Where the grain of each combine begins, shape (N + 1,).
         grain: Cut up to stations PIECE apart, shape (g,) [kg].
         capacities: Of the tanks, shape (N,) [kg].
@@ -75,7 +75,7 @@ class FleetArrays(NamedTuple):
 
 
 def pack_fleet(work: PlannedWork) -> FleetArrays:
-    """The machines of a plan."""
+    """Pack the machines of a plan."""
     combines, cart, timed = work.combines, work.cart, work.timed
     count = len(work.plans)
     fastest = []
@@ -112,7 +112,7 @@ def pack_fleet(work: PlannedWork) -> FleetArrays:
 
 
 def _flows(trip: Trip) -> list[tuple[float, float]]:
-    """From when till when grain flows from a cart into each truck [s]."""
+    """When grain begins and ceases to flow from a cart into each truck [s]."""
     found = [(each.begin, each.end) for each in trip.fillings]
     if found[0][0] <= trip.begin:
         found[0] = (-np.inf, found[0][1])
@@ -260,7 +260,7 @@ class Tracks(NamedTuple):
     """Paths of machines, one after the other; see `MachinePath`.
 
     Attributes:
-        starts: Where the poses of each begin, and their number last, shape (M + 1,).
+        starts: Index of the first pose of each, and the total number last, shape (M + 1,).
         stations: Of the poses, shape (p,) [m].
         poses: Shape (p, 3) [m], [m], [rad].
         gears: Of the piece that begins at each pose, shape (p,).
@@ -275,7 +275,7 @@ class Tracks(NamedTuple):
 
 
 def pack_tracks(paths: Sequence[MachinePath]) -> Tracks:
-    """Paths in one piece."""
+    """Pack paths into one set of arrays."""
 
     def pieces(values: np.ndarray) -> np.ndarray:
         # At its last pose a machine is as on its last piece.
@@ -355,10 +355,9 @@ def cutting_on(tracks, stations):
 def steer(tracks, states, stations, after, period, across_most):
     """Speeds and turn rates that bring tractors along their paths in a step.
 
-    Held for the step they drive the arc of the path; to that is added what turns the tractor back
-    to the path, atan(e / AIM) for an error e across, and what makes good an error along. In a bend
-    that is driven as fast as it may be there is no turning back faster: the error is made good
-    behind it.
+    Held for the step, they drive the arc of the path. To that is added a turn back to the path of
+    atan(e / AIM) for an error e across it, and a correction of the error along it. In a bend that
+    is driven as fast as allowed, no faster turn is possible: the error is corrected after the bend.
 
     Args:
         tracks: Of the tractors' rear axles.

@@ -1,25 +1,25 @@
-"""Who waits for whom, wherever one machine's way needs something of another's.
+"""Orders: which machine waits for which, wherever the way of one depends on another.
 
-For each ordered pair of machines (m, n) a table tells, for each cell of m's path, the station that
-n must have passed before m enters the cell. Whatever is needed is told by the plan's own times:
+For each ordered pair of machines (m, n) a table gives, for each cell of m's path, the station that
+n must have passed before m enters the cell. Its entries follow from the plan's own times:
 
 - where outlines of m and n on two cells may come nearer than the gap, whoever enters its cell
   first in the plan goes first; the other waits until it has left that cell;
 - ground under a body must have been cut;
-- nobody is more than a stated time of the plan ahead of anybody else.
+- no machine is more than AHEAD ahead of any other in the plan.
 
 While grain flows a cart and a combine are tied: each needs the other beside it, but for a slack.
-They part when no more is left than there is room for, in the tank as far as the combine's next
+They part when no more grain is left than there is room for, in the tank until the combine's next
 visit and in the cart that comes then.
 
 **No deadlock.** No entry asks for more of n than n has driven in the plan by the time at which m
-enters the cell. On the field, whatever machines were late by, take the machine whose plan clock
-(the time at which the plan has it where it is) is least, and whose next cell the plan enters first.
-All others are at least where they are in the plan at that time, and so have passed all that it
-needs: it can go on. The same holds for ties: the one who is behind has the other at its side or
-ahead. No tank is full before its combine is where the next cart comes to it, as its last visit left
-no more than that: where a cart waits for a combine, that one gets there. So while a machine has not
-arrived, one may drive on, as long as grain flows beside it.
+enters the cell. However late machines are on the field, take the machine whose plan clock (the time
+at which the plan has it where it is) is least, and whose next cell the plan enters first. All
+others are at least where the plan has them at that time, and so have passed all that it needs: it
+can go on. The same holds for ties: the machine that is behind has the other at its side or ahead.
+No tank gets full before its combine is where the next cart comes to it, as the last visit left room
+for that: if a cart waits for a combine, the combine gets there. So as long as some machine has not
+arrived, one can drive on, provided that grain flows beside it.
 """
 
 from collections.abc import Sequence
@@ -43,20 +43,20 @@ from ..timing.conflicts import (
 from ..timing.sweep import Sweep
 from .planned_work import PlannedWork, grain_stations
 
-# Nobody is farther ahead of anybody else in the plan [s]; it bounds what is looked at, too.
+# No machine is farther ahead of another in the plan [s]; this also bounds what is compared.
 AHEAD = 1800.0
 # How far a tied machine may be beyond its place beside the other one [m].
 SLACK = 0.5
-# How long grain may still have to flow, at the auger's rate, when tied machines part on the way; it
-# is taken by the next visit, if there is room for it until then [s].
+# Grain that may be left when tied machines part on the way, as time at the auger's rate [s]; the
+# next visit takes it, if there is room for it until then.
 REST = 1.5
-# A station is passed this much before it, for rounding [m].
+# A station counts as passed this much before it, for rounding [m].
 PASSED = 1e-6
 
 
 @kernel
 def last_below(values, low, high, value):
-    """Number of the last of some values that is not above a value, low - 1 for none.
+    """Index of the last of sorted values that is not above a value, low - 1 for none.
 
     Args:
         values: Never decreasing from low to high, shape (n,).
@@ -75,20 +75,20 @@ def last_below(values, low, high, value):
 class Ties(NamedTuple):
     """Visits: T times in which a combine and a cart drive, or stand, side by side.
 
-    The columns of what is told of both are: combine, cart.
+    Of two columns the first is for the combine, the second for the cart.
 
     Attributes:
         machines: Numbers of both, shape (T, 2).
         begins, ends: Their stations when grain begins and ceases to flow, shape (T, 2) [m].
         waits: How far beyond its beginning each may be while the other is not there yet, so that
             neither has to brake if both are on time, shape (T, 2) [m].
-        slacks: How far each may be beyond its place beside the point at which the other one would
-            come to stand if it braked, shape (T, 2) [m].
+        slacks: How far each may be beyond its place beside the other's stopping point, shape (T, 2)
+            [m].
         given: What the combine has given in all when the visit is over, infinite at its last one,
             which takes all that there is, shape (T,) [kg].
-        rooms: What may be left of that to the combine's next visit at most. Its tank has room for
-            it until then, and the cart beside all that it is to take until it is emptied. Infinite
-            at the combine's last visit, shape (T,) [kg].
+        rooms: The most of that which may be left to the combine's next visit. The tank has room for
+            it until then, and so has the next cart, besides all that it is to take until it is
+            emptied. Infinite at the combine's last visit, shape (T,) [kg].
         last: Whether it is the combine's last visit, shape (T,).
     """
 
@@ -103,10 +103,10 @@ class Ties(NamedTuple):
 
 
 class Orders(NamedTuple):
-    """What machines need of one another; cells of all M machines stand one after the other.
+    """What machines need of one another; cells of all M machines are stored one after the other.
 
     Attributes:
-        starts: Where the cells of each machine begin, and their number last, shape (M + 1,).
+        starts: Index of the first cell of each machine, and the total number last, shape (M + 1,).
         stations: At which each cell begins, shape (c,) [m].
         needs: needs[n, i]: what machine n must have passed before cell i is entered, never
             decreasing along the cells of one machine, -inf for nothing, shape (M, c) [m].
@@ -167,7 +167,7 @@ def find_ties(work: PlannedWork) -> Ties:
             brakes = np.array([combine.acceleration, work.cart.acceleration])
             speed = max(float(combine.speed), float(both[0].speed_at(visit.begin)))
             ways = speed**2 / (2 * brakes)
-            # Who brakes softer has to know earlier.
+            # The machine that brakes more gently has to know earlier.
             rows["slacks"][t] = np.maximum(ways - ways[::-1], 0.0) + SLACK
             rows["waits"][t] = ways + SLACK / 2
         else:
@@ -184,15 +184,15 @@ def _rooms(
 ) -> np.ndarray:
     """What each visit may leave to its combine's next one at most, shape (T,) [kg].
 
-    Carts that are planned full have no room for it, nor have tanks that are planned full when the
+    Carts that the plan fills have no room for it, nor have tanks that are full in the plan when the
     next cart comes. So every cart has room for all that it may have to take, the last visits leave
     nothing, and no combine is full before it is where its cart comes.
 
     Args:
         work: The plan.
         visits: In order.
-        begins: Where their combines are then, shape (T,) [m].
-        given: By each combine in all when each visit is over, shape (T,) [kg].
+        begins: Stations of their combines when they begin, shape (T,) [m].
+        given: What the combine has given in all when each visit is over, shape (T,) [kg].
     """
     combines = np.array([visit.combine for visit in visits], dtype=np.int64)
     taken = given.copy()
@@ -217,7 +217,7 @@ def _rooms(
 
 
 def _more(work: PlannedWork, combine: int, station: float) -> float:
-    """What a combine has cut by a station, over what it is to have cut; a visit leaves that part.
+    """Ratio of what a combine has cut by a station to what was planned; visits scale with it.
 
     Args:
         work: The plan, and what grows in fact.
@@ -251,7 +251,7 @@ def entering_times(timed: TimedPath, sweep: Sweep) -> np.ndarray:
 
 
 def _crop_needs(work: PlannedWork, m: int, n: int, sweep: Sweep) -> np.ndarray:
-    """What machine n must have passed for the ground under machine m to be cut, for each cell."""
+    """Station that n must have passed for the ground under m to be cut, for each cell of m."""
     count = len(work.plans)
     found = np.full(sweep.cells, -np.inf)
     if n >= count:
@@ -262,7 +262,7 @@ def _crop_needs(work: PlannedWork, m: int, n: int, sweep: Sweep) -> np.ndarray:
         passed = work.precedence.needed_at(m, n, sweep.stations)
         return np.maximum(passed[:-1], passed[1:])
     path, trailer = work.towed[m - count]
-    # Of the combine's own way, as ground opens with time: carts never leave what is looked at.
+    # Ground opens by stations of the combine here, not by times: carts never leave the grid.
     own = np.where(work.cut.cutter == n, work.cutting_stations, -np.inf)
     ground, boxes = OpenGround(own, work.cut.corner), cart_boxes(work.cart)
     least = np.maximum(
@@ -276,7 +276,7 @@ def _crop_needs(work: PlannedWork, m: int, n: int, sweep: Sweep) -> np.ndarray:
 
 @compiled
 def _first_come(own, other, entered, others, passed, least, gap, even):
-    """What another machine must have passed before each cell of a machine is entered.
+    """Station that another machine must have passed before each cell of a machine is entered.
 
     Args:
         own, other: Sweeps of both.
@@ -323,7 +323,7 @@ def _first_come(own, other, entered, others, passed, least, gap, even):
 
 @kernel
 def _entered_by(others, last, time, even):
-    """Number of the last cell that the other machine has entered by a time, from one on."""
+    """Number of the last cell that the other machine has entered by a time, from `last` on."""
     while last + 1 < len(others) and (
         others[last + 1] < time or (even and others[last + 1] == time)
     ):

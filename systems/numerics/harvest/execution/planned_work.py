@@ -19,9 +19,9 @@ from ..timing.sweep import Sweep, cart_sweep, grid_stations, outline_ways, sweep
 
 # Distance of stations between which crop comes in evenly [m].
 PIECE = 0.5
-# How far any point of a machine moves on a cell on which machines wait for one another, at most. A
-# machine may be a cell late against one that the plan has near it at the same time, and comes
-# nearer to it by no more than that: of the half metre that plans keep 0.3 m are left [m].
+# Largest distance that any point of a machine moves on one of the cells for which machines wait
+# [m]. A machine may be a cell late relative to one that is near it at the same time in the plan; it
+# comes nearer to it by no more than that: of the half metre that plans keep, 0.3 m are left.
 LONGEST_CELL = 0.2
 
 
@@ -31,14 +31,14 @@ class PlannedWork:
 
     Attributes:
         field: What is cut.
-        combines: They, of one size.
+        combines: The combines, of one size.
         cart: One of the equal carts.
         supply: Crop and trucks.
         plans: When each combine is where, with its stops for carts.
         motions: When each cart is where.
         visits, trips: Of the carts.
-        precedence: Crop that combines cut for one another; None where it is not told.
-        grown: What grows in fact [kg/m^2]; None: what was planned with.
+        precedence: Crop that combines cut for one another; None if it is not given.
+        grown: The yield in fact [kg/m^2]; None: as planned.
     """
 
     field: Field
@@ -54,12 +54,12 @@ class PlannedWork:
 
     @property
     def size(self) -> CombineSize:
-        """Of the combines."""
+        """Size of the combines."""
         return size_of(self.combines)
 
     @property
     def timed(self) -> list[TimedPath]:
-        """Of all machines."""
+        """Timed paths of all machines."""
         return [*self.plans, *(motion.timed for motion in self.motions)]
 
     @property
@@ -69,7 +69,7 @@ class PlannedWork:
         return max([*ends, *(trip.end for trip in self.trips)])
 
     def tanks_at(self, times: np.ndarray) -> np.ndarray:
-        """What is to be in every tank at times, shape (t,) [s] -> (t, N) [kg]."""
+        """Planned load of every tank at times, shape (t,) [s] -> (t, N) [kg]."""
         tanks = np.empty((len(times), len(self.plans)))
         for n, plan in enumerate(self.plans):
             tanks[:, n] = np.interp(
@@ -80,7 +80,7 @@ class PlannedWork:
         return tanks
 
     def loads_at(self, times: np.ndarray) -> np.ndarray:
-        """What is in every cart at times, shape (t,) [s] -> (t, K) [kg]."""
+        """Planned load of every cart at times, shape (t,) [s] -> (t, K) [kg]."""
         loads = np.zeros((len(times), len(self.motions)))
         for visit in self.visits:
             loads[:, visit.cart] += visit.taken * _share(visit.begin, visit.end, times)
@@ -116,7 +116,7 @@ class PlannedWork:
 
     @cached_property
     def planned_grain(self) -> list[np.ndarray]:
-        """The same, if what was planned with grows; N of (n,) [kg]."""
+        """The same as `grain`, but with the planned yield; N of (n,) [kg]."""
         return self._grain_of(self.supply.density)
 
     def _grain_of(self, density: float | YieldMap) -> list[np.ndarray]:
@@ -134,7 +134,7 @@ class PlannedWork:
 
     @cached_property
     def towed(self) -> list[tuple[MachinePath, np.ndarray]]:
-        """Of each cart its path in short pieces, and the trailer's poses at its poses."""
+        """For each cart its path in short pieces, and the trailer's poses at the path's poses."""
         found = []
         for motion in self.motions:
             path, betas = _dense_path(motion)
@@ -143,11 +143,11 @@ class PlannedWork:
 
     @cached_property
     def sweeps(self) -> list[Sweep]:
-        """What all machines cover."""
+        """The ground that each machine covers along its path."""
         combine, cart = combine_outline(self.size), cart_outline(self.cart)
         found = []
         for n, plan in enumerate(self.plans):
-            # Where it stands for carts cells end, as they do in the plan.
+            # Cells end where it stands for carts, as in the plan.
             stops = [plan.station_at(v.begin) for v in self.visits if v.combine == n]
             halts = np.unique(np.array([s for s in stops if 0 < s < plan.path.length]))
             moved = outline_ways(plan.path.poses, combine)
@@ -176,7 +176,7 @@ def work_of(plan: HarvestPlan, grown: float | YieldMap | None = None) -> Planned
 
     Args:
         plan: The plan.
-        grown: What grows in fact [kg/m^2]; None: what was planned with.
+        grown: The yield in fact [kg/m^2]; None: as planned.
     """
     return PlannedWork(
         field=plan.combines.field,
@@ -193,7 +193,7 @@ def work_of(plan: HarvestPlan, grown: float | YieldMap | None = None) -> Planned
 
 
 def _share(begin: float, end: float, times: np.ndarray) -> np.ndarray:
-    """Part of a time that is over, in [0, 1]."""
+    """Part of the time from `begin` to `end` that is over at times, in [0, 1]."""
     return np.clip((times - begin) / max(end - begin, 1e-9), 0.0, 1.0)
 
 
@@ -203,10 +203,10 @@ def grain_stations(path: MachinePath) -> np.ndarray:
 
 
 def _in_whole_pieces(path: MachinePath, stations: np.ndarray) -> np.ndarray:
-    """Stations of work moved into the pieces, PIECE long, that lie in it as a whole [m].
+    """Stations moved into the pieces, PIECE long, that lie wholly where the header is down [m].
 
-    Where a header is let down or lifted within a piece, grain would otherwise come in while it is
-    up. Work that holds no piece as a whole stays as it is.
+    If a header is lowered or lifted within a piece, grain would otherwise come in while it is up.
+    Stations on stretches of cutting that contain no whole piece stay as they are.
     """
     runs = runs_of(path.cutting)
     if not runs:

@@ -1,18 +1,18 @@
-"""Unloading: where grain has still to flow, who waits for whom, and what a step does to grain.
+"""Unloading: how much grain must still flow, who waits for whom, and where grain goes in a step.
 
-**At their visits** combines and carts that are tied look at s + v^2 / 2 a of one another instead of
-at s, as no machine can stand before that: so they slow down together and speed up together, and
-each is beside the other as the plan has it, but for the slack.
+**At their visits** a combine and a cart that are tied use the other's stopping point s + v^2 / 2 a
+instead of its station s, as it cannot stop before that. So they slow down together and speed up
+together, and each is beside the other as planned, but for the slack.
 
-**In a step** crop comes in at a constant rate and the auger takes it at its own, so that the tank
-is linear in time between its events: it is empty, it is full, the cart is full, the visit has given
-what it should. Then the amounts of the whole step follow without looking at the events: the auger
-gives all that there is, but no more than it can, than there is room for, and than the visit still
-has to give. Each kilogram is added to one place.
+**In a step** crop comes in at a constant rate and the auger takes it at its own, so that the load
+of the tank is linear in time between events: the tank is empty, the tank is full, the cart is full,
+the visit has given what it should. The amounts of the whole step follow without computing the
+events: the auger gives all that there is, but no more than it can, than there is room for, and than
+the visit still has to give. Each kilogram is added to one place.
 
-**At the end** nothing is left in a tank: a visit gives no more than planned, so that no cart lacks
-room at a later one; it leaves no more to the combine's next visit than that one's cart has room
-for, and the tank until then, and the last visit takes all that there is.
+**At the end** nothing is left in a tank. A visit gives no more than planned, so that no cart lacks
+room at a later one. It leaves no more to the combine's next visit than there is room for in that
+visit's cart, and in the tank until then. The last visit takes all that there is.
 """
 
 from typing import NamedTuple
@@ -41,12 +41,12 @@ from .fleet import cut_up_to, planned_at, planned_time
 from .orders import PASSED, REST, SLACK, last_below
 from .planned_work import PIECE
 
-# Grain that is nothing [kg].
+# Grain up to this counts as nothing [kg].
 NOTHING = 1e-6
 # How far before and after a visit a cart may be filled [m].
 NEAR = 10.0
 
-# Part of a tank that is nothing.
+# Part of a tank that counts as nothing.
 ROUNDING = 1e-12
 
 
@@ -87,7 +87,7 @@ def loads_of(accounts, room, load):
 
 @compiled
 def pour_alongside(fleet, ties, loads, stations, alongside):
-    """Tell in `loads` what combines can still pour into the carts alongside.
+    """Write to `loads` what combines can still pour into the carts alongside.
 
     Args:
         fleet: The machines.
@@ -104,7 +104,7 @@ def pour_alongside(fleet, ties, loads, stations, alongside):
 
 @kernel
 def tie_hold(fleet, ties, loads, stations, speeds, m, trusts):
-    """How far a machine may drive for those it is tied to [m].
+    """Station up to which a machine may drive, by the machines that it is tied to [m].
 
     Args:
         fleet: The machines.
@@ -112,7 +112,7 @@ def tie_hold(fleet, ties, loads, stations, speeds, m, trusts):
         loads: Where the grain is.
         stations, speeds: Of all machines, shape (M,) [m], [m/s].
         m: Number of the machine.
-        trusts: Whether it is on time, and nobody is disturbed.
+        trusts: Whether it is on time, and no machine is disturbed.
     """
     hold = np.inf
     own = 0 if m < fleet.combines else 1
@@ -124,7 +124,7 @@ def tie_hold(fleet, ties, loads, stations, speeds, m, trusts):
             break
         n = ties.machines[t, 1 - own]
         if stations[n] > ties.ends[t, 1 - own] + PASSED:
-            # It could leave, and so can this one, though the tank fills again.
+            # The other one could leave, so this one can too, though the tank fills again.
             continue
         begin, end = ties.begins[t, own], ties.ends[t, own]
         moves = ties.ends[t, 0] > ties.begins[t, 0]
@@ -135,7 +135,7 @@ def tie_hold(fleet, ties, loads, stations, speeds, m, trusts):
         if moves:
             flows = rate * max(end - stations[m], 0.0) / max(speeds[m], 0.1)
         if not ties.last[t]:
-            # What there is no room for has to flow before, whatever would on the way.
+            # Grain that there is no room for later must flow first, whatever flows on the way.
             leaves = min(flows + rate * REST, ties.rooms[t])
         elif trusts:
             leaves = flows - rate / 2
@@ -177,7 +177,7 @@ def rest_of(fleet, ties, loads, stations, t):
 
 @kernel
 def _beside(fleet, ties, t, own, station):
-    """Where one of two tied machines is in the plan when the other one is at a station [m]."""
+    """Planned station of one of two tied machines when the other one is at a station [m]."""
     begin = ties.begins[t, 1 - own]
     if station <= begin:
         return ties.begins[t, own] + station - begin
@@ -188,7 +188,7 @@ def _beside(fleet, ties, t, own, station):
 
 @kernel
 def place_beside(fleet, ties, stations, speeds, m, step):
-    """Where a cart is beside its combine a step later, with the slack; infinite if it is not [m].
+    """Station beside a cart's combine a step later, plus the slack; infinite if not at a visit [m].
 
     Args:
         fleet: The machines.
@@ -211,7 +211,7 @@ def place_beside(fleet, ties, stations, speeds, m, step):
 
 @kernel
 def full_hold(fleet, loads, station, n):
-    """Where a combine's tank will be full, if nobody takes more than the cart alongside can [m].
+    """Station at which a combine's tank will be full, if only the cart alongside takes grain [m].
 
     Args:
         fleet: The machines.
@@ -288,7 +288,7 @@ def work_for(account, station, end, cut, capacity, unload_rate, room, duration):
     before = account[TANK] + cut
     given = max(min(unload_rate * duration, before, room), 0.0)
     left = before - given
-    # A combine stops where its tank is full: what rounding leaves over goes where it came from.
+    # A combine stops where its tank is full: a surplus from rounding counts as not cut.
     over = max(left - capacity, 0.0)
     lost = over if over > ROUNDING * capacity else 0.0
     full = left >= (1.0 - ROUNDING) * capacity
@@ -323,7 +323,7 @@ def work_together(fleet, accounts, stations, ends, alongside, room, given, durat
         stations: Where they are at the end of it, shape (N,) [m].
         ends: Of their paths, shape (N,) [m].
         alongside: Number of the cart that each one pours into, or -1, shape (N,).
-        room: What each cart may take, for it has room for it and is to take it, shape (K,) [kg].
+        room: What each cart has room for and is to take, shape (K,) [kg].
         given: What flows into each cart is added to it, shape (K,) [kg].
         duration: [s].
     """

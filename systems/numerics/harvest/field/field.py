@@ -13,18 +13,18 @@ from ...geometry.world_files import from_local_plane, local_plane
 
 # Width of the strip outside of the boundary, unless told otherwise [m].
 MARGIN = 12.0
-# Gates and trucks that are farther from the zero of a field's metres are those of no field [m].
+# Gates and trucks farther than this from the origin of a field's coordinates are rejected [m].
 FARTHEST_PLACE = 200e3
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where the zero of a field's metres lies.
+    """Where the origin of a field's coordinates in metres lies.
 
     Attributes:
         origin: Its longitude and latitude (WGS 84), x is east and y north of it; None: it is not
             known where the field lies [degrees].
-        offset: Where nobody knows, its coordinates in the field's file [m].
+        offset: If that is not known, the origin's coordinates in the field's file [m].
 
     Raises:
         InvalidInput: The origin is not on the globe, or at a pole.
@@ -46,7 +46,7 @@ class Place:
         return self.origin is not None
 
     def outwards(self, points: np.ndarray) -> np.ndarray:
-        """Points of the field as its file has them.
+        """Points of the field in the coordinates of its file.
 
         Args:
             points: Shape (n, 2) [m].
@@ -81,7 +81,7 @@ class Field:
     Attributes:
         world: The crop's region; its obstacles are places without crop that nothing drives on.
             Rings begin at their leftmost corners, so that a plan does not depend on where
-            whoever drew the field began.
+            the drawing of the field began.
         margin: Width of the strip outside of the boundary on which combines may turn and the cart
             may drive [m].
         no_go: Polygons beyond the crop that nothing drives on, on the margin for instance.
@@ -146,7 +146,7 @@ class Field:
     def ground(self) -> shapely.Polygon:
         """Everything that may be driven on, once the crop is cut: the field with its margin.
 
-        The margin is as wide as it is at corners too, which it rounds.
+        The margin has the same width at corners, which it rounds.
         Bits of the margin that a no-go area cuts off from the field are left out.
         """
         wide = self.outline.buffer(self.margin)

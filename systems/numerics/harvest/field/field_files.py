@@ -40,11 +40,11 @@ _Shape = TypeVar("_Shape", bound=BaseGeometry)
 
 # Room kept round obstacles that are points or lines [m].
 OBSTACLE_RADIUS = 1.0
-# What a no-go area leaves of a field that is smaller than this is none [m^2].
+# Parts of a field that no-go areas leave are dropped if they are smaller than this [m^2].
 SLIVER = 100.0
 # No coordinates of places on Earth are larger [m].
 FARTHEST = 1e8
-# A field in metres that is farther from the zero of its file gets a zero of its own [m].
+# A field in metres that is farther from the origin of its file gets an origin of its own [m].
 FAR = 20_000.0
 
 
@@ -53,7 +53,7 @@ class NamedPolygon(NamedTuple):
 
     Attributes:
         polygon: In the coordinates of its file.
-        name: Or empty.
+        name: Name of its field, or empty.
     """
 
     polygon: shapely.Polygon
@@ -64,7 +64,7 @@ class FieldShapes(NamedTuple):
     """All that a file says of fields.
 
     Attributes:
-        crops: Of fields and of whatever is in them.
+        crops: Polygons of fields, and of whatever lies in them.
         no_go: Polygons, lines and points that nothing drives on.
         gates: Where fields are entered.
         trucks: Where trucks may stand.
@@ -124,7 +124,7 @@ def read_shapefile(path: Path) -> FieldShapes:
         if projection.is_file():
             text = projection.read_text(encoding="latin-1").lstrip().upper()
             geographic = text.startswith(("GEOGCS", "GEOGCRS"))
-        # What pyshp warns of, a length that is not the file's for instance, is damage.
+        # What pyshp warns of, for instance a length other than the file's, counts as damage.
         with warnings.catch_warnings(action="error"), shapefile.Reader(str(path)) as reader:
             found = [
                 (
@@ -182,7 +182,7 @@ def _told(properties: object) -> tuple[str, str]:
 
 
 def sort_shapes(found: list[tuple[str, str, BaseGeometry]]) -> FieldShapes:
-    """Geometries by what they are.
+    """Sort geometries by their kinds.
 
     Args:
         found: Kind, name and geometry of each.
@@ -375,7 +375,7 @@ def read_field(
     number = _choice(parts, part)
     chosen = parts[number]
     world = world_from_polygon(chosen.polygon)
-    # Crop of other parts stands.
+    # The crop of other parts stands, so nothing drives on it.
     forbidden += [each.polygon for each in parts[:number] + parts[number + 1 :]]
     outside = shapely.union_all(forbidden).difference(shapely.Polygon(world.boundary))
     near = outside.intersection(shapely.Polygon(world.boundary).buffer(2 * margin + SLIVER**0.5))
@@ -404,7 +404,7 @@ def _read(path: Path, called: str) -> FieldShapes:
 
 
 def _place(crops: Sequence[NamedPolygon], coordinates: str) -> Place:
-    """Where the metres of the field begin."""
+    """Where the origin of the field's coordinates in metres lies."""
     polygons = [each.polygon for each in crops]
     largest = max((shapely.Polygon(each.exterior) for each in polygons), key=lambda each: each.area)
     x_low, y_low, x_high, y_high = bounds = shapely.total_bounds(polygons).tolist()

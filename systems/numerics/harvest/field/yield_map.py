@@ -1,4 +1,4 @@
-"""Grain on a field: as much everywhere, or place by place, from GeoJSON and ESRI ASCII grids."""
+"""Grain on a field: the same everywhere, or a map of it from GeoJSON or an ESRI ASCII grid."""
 
 import json
 import math
@@ -13,33 +13,33 @@ from ...geometry.world_files import polygons_of, read_geometry
 from ...units import read_quantity
 from .field import Field
 
-# Between the places that a mean is taken over, as a part of the longer side of the ground [-].
+# Spacing of the places that a mean is taken over, as a part of the ground's longer side [-].
 FINE = 1 / 400
 
-# Cells of a map that is read are no smaller [m], and about as many at most.
+# Least side of the cells of a map that is read [m], and about how many there are at most.
 LEAST_SIDE = 1.0
 MOST_CELLS = 250_000
 # No grain yields more [kg/m^2].
 MOST = 10.0
-# A file that tells of less of a field is of another one, or lies elsewhere than it was to [-].
+# Least part of a field that a file must cover: else it is of another field, or misplaced [-].
 LEAST_KNOWN = 0.05
-# Files are no larger [byte].
+# Largest file that is read [byte].
 LARGEST = 50e6
 
-# What stands before the numbers of an ASCII grid; one of each pair.
+# Keywords before the numbers of an ASCII grid; of each pair of corners a file has one.
 _HEADER = ("ncols", "nrows", "cellsize", "nodata_value")
 _CORNERS = (("xllcorner", "xllcenter"), ("yllcorner", "yllcenter"))
 
 
 @dataclass(frozen=True, eq=False)
 class YieldMap:
-    """Grain in square cells, even within each; beyond them counts the nearest.
+    """Grain in square cells, uniform within each; beyond them the nearest cell counts.
 
     Attributes:
         corner: x, y of the corner of the first cell, shape (2,) [m].
         side: Of a cell [m].
         values: Grain, rows from south to north, shape (rows, columns) [kg/m^2].
-        known: Part of the field whose grain is known, and not taken to be as dense as elsewhere.
+        known: Part of the field whose grain is known; the density of the rest is assumed.
 
     Raises:
         InvalidInput: The side is not positive, there is no cell, grain is negative or not finite,
@@ -98,7 +98,7 @@ def grain_on_cells(
 
 
 def mean_density(density: float | YieldMap, ground: shapely.Polygon) -> float:
-    """Grain on the mean of some ground [kg/m^2].
+    """Mean density of grain on some ground [kg/m^2].
 
     Args:
         density: Of the crop [kg/m^2].
@@ -127,15 +127,15 @@ def known_part(density: float | YieldMap) -> float | None:
 def read_yields(
     path: str | Path, field: Field, density: float, *, key: str = "yield", unit: str = "t/ha"
 ) -> YieldMap:
-    """Read what grows where on a field.
+    """Read a map of the yield of a field.
 
     Args:
-        path: A .geojson or .json file of polygons with a property, the last of several that hold a
-            place counting there; or an .asc file, an ESRI ASCII grid. Coordinates are of the kind
+        path: A .geojson or .json file of polygons with a property, where the last of overlapping
+            polygons counts; or an .asc file, an ESRI ASCII grid. Coordinates are of the kind
             of the field's file: longitude and latitude, or metres.
-        field: Where it grows.
+        field: The field.
         density: Where the file says nothing [kg/m^2].
-        key: Name of the property, in any case.
+        key: Name of the property, in upper or lower case.
         unit: Of the file's numbers, as "t/ha" or "bu/ac wheat".
 
     Raises:
@@ -238,7 +238,7 @@ def _ascii_grid(path: Path) -> tuple[list[float], float, np.ndarray]:
         corner.append(told[edge] if edge in told else told[middle] - side / 2)
     require(bool(np.isfinite(corner).all()), "yields", "lie somewhere", corner)
     cells = numbers.reshape(int(told["nrows"]), -1)
-    # Esri's where a file names none; some name nan, which equals nothing.
+    # Esri's default if a file names none; some name nan, which does not equal itself.
     nothing = told.get("nodata_value", -9999.0)
     untold = np.isnan(cells) if math.isnan(nothing) else cells == nothing
     wrong = np.argwhere(~untold & ~np.isfinite(cells))
