@@ -26,25 +26,25 @@ WHEN_FULL = ("stop", "spill")
 WAITING, CUTTING, UNLOADING, FULL, BLOCKED, DONE = range(6)
 MODES = ("waiting", "cutting", "unloading", "full", "blocked", "done")
 
-# Those in which it stands.
+# Modes in which a combine stands.
 STANDING_MODES = (WAITING, FULL, BLOCKED, DONE)
-# The same for every mode, to be looked up.
+# Lookup table: whether a combine stands in each mode.
 STANDS = np.isin(np.arange(len(MODES)), STANDING_MODES)
 
-# Columns of a combine's account: way driven along its path [m]; tank, all that was cut and all
-# that was spilt [kg]; time spent full and standing, spilling, and held up by others [s]; mode.
+# Columns of a combine's account: way driven along its path [m]; grain in the tank, cut so far and
+# spilt so far [kg]; time spent standing full, spilling, and held up by others [s]; mode.
 STATION, TANK, CUT, LOST, STOP_TIME, OVERFLOW_TIME, BLOCK_TIME, MODE = range(8)
 COLUMNS = 8
 
 rates = compiled(trailer_rates)
 
-# How far the middle of the trailer's box may be from where it should, along the combine and
-# across [m], and how much it may be turned against it [rad].
+# Tolerances for unloading: how far the middle of the trailer's box may be from its target along the
+# combine and across it [m], and how much its heading may differ from the combine's [rad].
 ALONG, ACROSS, TURNED = 2.5, 1.2, 0.2
-# A combine that stands swings its auger, or turns: a cart is in reach within so many times the
-# usual distance, however it stands. Otherwise one that gets full in a turn would wait for ever.
+# A standing combine can swing its auger, or turn: a cart at any heading is in reach up to this
+# multiple of the usual distance. Otherwise a combine that fills up in a turn would wait for ever.
 STANDING = 2.0
-# From the trailer's axle ahead to the middle of its box, in trailer lengths.
+# Distance from the trailer's axle forward to the middle of its box, in trailer lengths.
 MIDDLE = 0.15
 
 
@@ -52,7 +52,7 @@ MIDDLE = 0.15
 class CombineSize:
     """What the combines of a team have in common: the ground that they cover and how they turn.
 
-    The point that a combine's path leads is the middle of the header.
+    A combine's path is the path of the middle of its header.
 
     Raises:
         InvalidInput: A value is out of its range.
@@ -60,15 +60,15 @@ class CombineSize:
 
     # Width of the header [m].
     header_width: Metres = 9.0
-    # Of the header, fore and aft [m].
+    # Depth of the header, fore and aft [m].
     header_depth: Metres = 2.0
-    # Least radius of turns [m].
+    # Smallest turning radius [m].
     turning_radius: Metres = 6.0
-    # Of the body behind the header [m].
+    # Length of the body behind the header [m].
     length: Metres = 8.0
-    # Of the body [m].
+    # Width of the body [m].
     width: Metres = 3.6
-    # From the end of the header to the near side of a cart that is filled [m].
+    # Clearance from the end of the header to the near side of a cart that is filled [m].
     cart_gap: Metres = 1.5
 
     def __post_init__(self) -> None:
@@ -87,15 +87,15 @@ class Combine(CombineSize):
 
     # Speed, forwards and backwards [m/s].
     speed: MetresPerSecond = 1.5
-    # Largest, speeding up and slowing down [m/s^2].
+    # Largest acceleration, speeding up and slowing down [m/s^2].
     acceleration: MetresPerSecondSquared = 0.5
-    # Tank [kg].
+    # Capacity of the tank [kg].
     capacity: Kilograms = 9000.0
     # What the auger delivers [kg/s].
     unload_rate: KilogramsPerSecond = 120.0
-    # Of the engine, for its fuel [W].
+    # Rated power of the engine, for its fuel [W].
     engine_power: Watts = 250e3
-    # Of the machine with an empty tank [kg].
+    # Mass with an empty tank [kg].
     mass: Kilograms = 16000.0
     # "stop": a full combine waits for a cart; "spill": it goes on, and its grain is lost.
     when_full: str = "stop"
@@ -134,25 +134,25 @@ class Cart:
         InvalidInput: A value is out of its range.
     """
 
-    # On the way [m/s].
+    # Speed on the way [m/s].
     speed: MetresPerSecond = 6.0
-    # Largest along the way, speeding up and slowing down [m/s^2].
+    # Largest acceleration along the way, speeding up and slowing down [m/s^2].
     acceleration: MetresPerSecondSquared = 1.0
-    # Largest across it, which a loaded cart stands [m/s^2].
+    # Largest lateral acceleration that a loaded cart tolerates [m/s^2].
     lateral_acceleration: MetresPerSecondSquared = 2.0
-    # Least radius of the tractor's turns, at any speed [m].
+    # Smallest turning radius of the tractor, at any speed [m].
     turning_radius: Metres = 5.0
     # From the hitch to the trailer's axle [m].
     length: Metres = 5.0
     # From the tractor's rear axle back to the hitch [m].
     hitch_offset: Metres = 0.0
-    # Of tractor and trailer [m].
+    # Width of tractor and trailer [m].
     width: Metres = 2.5
     # How much grain it holds; infinite: any amount [kg].
     capacity: Kilograms = math.inf
-    # Of the tractor's engine, for its fuel [W].
+    # Rated power of the tractor's engine, for its fuel [W].
     engine_power: Watts = 150e3
-    # Of tractor and trailer without grain [kg].
+    # Mass of tractor and trailer without grain [kg].
     mass: Kilograms = 14000.0
 
     def __post_init__(self) -> None:
@@ -172,7 +172,7 @@ class Cart:
 
     @property
     def trailer(self) -> Trailer:
-        """The plant: its equations of motion are those of the planning story."""
+        """The cart as a `Trailer`, whose equations of motion are those of `planning.trailer`."""
         return Trailer(
             speed=self.speed,
             turn_rate=self.speed / self.turning_radius,
@@ -192,7 +192,7 @@ class Cart:
 
 
 class Hitch(NamedTuple):
-    """What the equations of motion need of a cart, in a form that compiles.
+    """The lengths of a cart that the equations of motion need, in a form that compiles.
 
     Attributes:
         length: From the hitch to the trailer's axle [m].
@@ -209,11 +209,11 @@ def hitch_of(cart: Cart) -> Hitch:
 
 
 class CombineOutline(NamedTuple):
-    """Of a combine, in the frame of the middle of its header; x is ahead, y to the left.
+    """Outline of a combine in the frame of the middle of its header; x is ahead, y to the left.
 
     Attributes:
         header: Corners, counterclockwise, shape (4, 2) [m].
-        body: Behind it, shape (4, 2) [m].
+        body: Corners of the body behind it, shape (4, 2) [m].
     """
 
     header: np.ndarray
@@ -221,7 +221,7 @@ class CombineOutline(NamedTuple):
 
 
 class CartOutline(NamedTuple):
-    """Of a grain cart; x is ahead, y to the left.
+    """Outline of a grain cart; x is ahead, y to the left.
 
     Attributes:
         tractor: Corners in the frame of its rear axle, counterclockwise, shape (4, 2) [m].
@@ -233,7 +233,7 @@ class CartOutline(NamedTuple):
 
 
 def combine_outline(combine: CombineSize) -> CombineOutline:
-    """What a combine covers."""
+    """The ground that a combine covers."""
     half = combine.header_depth / 2
     return CombineOutline(
         _box(-half, half, combine.header_width), _box(-combine.length, half, combine.width)
@@ -241,7 +241,7 @@ def combine_outline(combine: CombineSize) -> CombineOutline:
 
 
 def cart_outline(cart: Cart) -> CartOutline:
-    """What a cart covers."""
+    """The ground that a cart covers."""
     return CartOutline(_box(*cart.tractor_ends, cart.width), _box(*cart.box_ends, cart.width))
 
 
@@ -283,7 +283,7 @@ def convex_hull(cloud, count, hull):
 
 @kernel
 def _turn(hull, size, x, y):
-    """Twice the area left of the way from the last but one corner over the last to a point."""
+    """Twice the signed area of the hull's last two corners and a point; positive: a left turn."""
     ax, ay = hull[size - 2, 0], hull[size - 2, 1]
     bx, by = hull[size - 1, 0], hull[size - 1, 1]
     return (bx - ax) * (y - ay) - (by - ay) * (x - ax)
@@ -299,10 +299,10 @@ def drive_team(states, control, top_speed, top_turn_rate, hitch, period, count):
         states: x, y, theta, beta of each cart, one after the other, shape (4 K,) [m], [m], [rad],
             [rad].
         control: Speed and turn rate of each tractor, likewise, shape (2 K,) [m/s], [rad/s].
-        top_speed: Largest, forwards and backwards [m/s].
-        top_turn_rate: Largest, to both sides [rad/s].
+        top_speed: Largest speed, forwards and backwards [m/s].
+        top_turn_rate: Largest turn rate, to both sides [rad/s].
         hitch: Of the carts.
-        period: [s].
+        period: How long the controls are held [s].
         count: Number of steps.
 
     Returns:
@@ -332,7 +332,7 @@ def drive_team(states, control, top_speed, top_turn_rate, hitch, period, count):
 
 @compiled
 def box_middle(state, length, hitch_offset):
-    """Middle of a trailer's box and its heading, from x, y, theta, beta; x, y, theta.
+    """Position and heading of the middle of a trailer's box: x, y, theta.
 
     Args:
         state: x, y, theta, beta, shape (4,) [m], [m], [rad], [rad].

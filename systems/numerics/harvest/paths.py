@@ -1,12 +1,12 @@
-"""Paths of machines, when a machine is where on its own, and the fastest way to drive it.
+"""Paths of machines, the times at which a machine drives a path, and the fastest way to drive it.
 
-Between poses a machine moves by a constant twist, between times by a constant acceleration.
+Between two poses a machine moves by a constant twist, between two times at constant acceleration.
 
-**The fastest way** within speed limits and an acceleration: before each station the machine has
-to be slow enough for all limits and stops ahead of it, and no faster than it can have become since
-those behind. The squared speeds at which it can pass the stations where limits change follow from
-one pass forwards and one backwards; between two of them it speeds up, drives at the limit where it
-reaches it, and slows down.
+**The fastest way** within speed limits and an acceleration: at each station the machine has to be
+slow enough to brake for all limits and stops ahead, and no faster than it can have become since
+those behind. The squared speeds at the stations where limits change follow from one pass forwards
+and one backwards; between two of them the machine speeds up, drives at the limit where it reaches
+it, and slows down.
 """
 
 from collections.abc import Sequence
@@ -122,7 +122,7 @@ class MachinePath:
         return poses_between(self.poses[piece], self.poses[piece + 1], share, driven)
 
     def share_at(self, stations: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """On which piece stations are, the way driven on it [m], and its part; shape (...) each.
+        """Piece of each station, way driven on it [m], and share of its length; shape (...) each.
 
         Args:
             stations: On the path, which has a piece, shape (...) [m].
@@ -133,10 +133,10 @@ class MachinePath:
         return piece, driven, share
 
     def stations_every(self, spacing: float) -> np.ndarray:
-        """Evenly spaced stations from the first to the last, no farther apart than told.
+        """Evenly spaced stations from the first to the last, at most a spacing apart.
 
         Args:
-            spacing: [m].
+            spacing: Largest distance between two stations [m].
         """
         count = max(1, int(np.ceil(self.length / spacing - 1e-9)))
         return np.linspace(0.0, self.length, count + 1)
@@ -168,10 +168,10 @@ def poses_between(
 
 
 def rounded_path(points: np.ndarray, *, cutting: bool = False) -> MachinePath:
-    """The path ahead along a polyline, its corners rounded by the widest arcs that fit.
+    """The forward path along a polyline, its corners rounded by the widest arcs that fit.
 
-    Each corner's arc touches both edges in their middles, if these are of one length: a polyline
-    along an arc gives nearly that arc.
+    Each corner's arc begins and ends half the shorter edge away from the corner, so that a
+    polyline along an arc gives nearly that arc.
 
     Args:
         points: At least two, shape (n, 2) [m].
@@ -202,7 +202,7 @@ def rounded_path(points: np.ndarray, *, cutting: bool = False) -> MachinePath:
 
 
 def join_paths(paths: Sequence[MachinePath]) -> MachinePath:
-    """Paths of which each begins where the one before it ends, as one.
+    """Join paths, each of which begins where the one before it ends.
 
     Args:
         paths: At least one; a heading may differ from the one before by whole turns.
@@ -236,7 +236,7 @@ class TimedPath:
     machine stands at the first station, after the last at the last.
 
     Attributes:
-        path: Where.
+        path: The path.
         times: Never decreasing, shape (k,) [s].
         stations: At the times, never decreasing, shape (k,) [m].
         speeds: At the times, along the path whatever the gear, zero or positive, shape (k,) [m/s].
@@ -299,12 +299,12 @@ class TimedPath:
 def fastest_profile(
     path: MachinePath, limits: np.ndarray | float, acceleration: float
 ) -> TimedPath:
-    """Drive a path from standing to standing in the least time, from time zero on; it is exact.
+    """The exact least-time drive along a path from rest to rest, which starts at time zero.
 
     Args:
-        path: Where; the machine stops at its cusps.
+        path: The path; the machine stops at its cusps.
         limits: Largest speed on each piece, one number or shape (n - 1,) [m/s].
-        acceleration: Largest, speeding up and slowing down [m/s^2].
+        acceleration: Largest acceleration, speeding up and slowing down [m/s^2].
 
     Raises:
         InvalidInput: A limit or the acceleration is not positive.
@@ -335,18 +335,18 @@ def cornering_limits(
 
 
 def runs_of(flags: np.ndarray) -> list[tuple[int, int]]:
-    """First and one beyond the last of each run of true flags, shape (n,)."""
+    """Index of the first flag of each run of true flags, shape (n,), and one after its last."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags.astype(bool), [False]])))
     return [(int(first), int(behind)) for first, behind in edges.reshape(-1, 2)]
 
 
 @compiled
 def keep_acceleration(squares, gains):
-    """Lower squared speeds to what can be reached from before and braked for what comes.
+    """Lower squared speeds until each can be reached from the one before and braked to the next.
 
     Args:
-        squares: At stations, lowered, shape (n,) [m^2/s^2].
-        gains: Most that they change from each to the next, shape (n - 1,) [m^2/s^2].
+        squares: Squared speeds at stations, lowered in place, shape (n,) [m^2/s^2].
+        gains: Largest change from each station to the next, shape (n - 1,) [m^2/s^2].
     """
     for k in range(len(gains)):
         squares[k + 1] = min(squares[k + 1], squares[k] + gains[k])
@@ -355,7 +355,7 @@ def keep_acceleration(squares, gains):
 
 
 def _timed(path, stations, squares, allowed, acceleration) -> TimedPath:
-    """Times, stations and speeds of the phases between stations: faster, even, slower."""
+    """The timed path with the phases between stations: speeding up, even speed, slowing down."""
     ways = np.diff(stations)
     first, last = squares[:-1], squares[1:]
     top = np.minimum(allowed**2, (first + last) / 2 + acceleration * ways)
@@ -371,7 +371,7 @@ def _timed(path, stations, squares, allowed, acceleration) -> TimedPath:
         ],
         axis=1,
     ).ravel()
-    # Where all of a piece goes into speeding up, rounding would end it beyond its end.
+    # Where a machine speeds up all along a piece, rounding could end that phase beyond its end.
     gained = np.minimum(stations[:-1] + faster, stations[1:])
     ends = np.stack([gained, np.maximum(stations[1:] - slower, gained), stations[1:]], axis=1)
     passed = np.stack([peaks, peaks, speeds[1:]], axis=1)

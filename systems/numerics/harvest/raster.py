@@ -14,13 +14,13 @@ def cells_inside(
 ) -> np.ndarray:
     """Whether the middle of each cell is in polygons, shape (rows, columns).
 
-    Rows are crossed from the left, even and odd.
+    Each row is scanned from the left by the even-odd rule.
 
     Args:
         region: Polygons that do not overlap each other.
         corner: x, y of the corner of the first cell, shape (2,) [m].
-        side: Of the cells [m].
-        shape: Their rows and columns.
+        side: Side of the cells [m].
+        shape: Numbers of rows and columns.
     """
     flips = np.zeros((shape[0], shape[1] + 1), dtype=np.int32)
     for ring in shapely.get_rings(shapely.get_parts(region)):
@@ -46,12 +46,12 @@ def _flip(flips, ring, corner, side):
 
 
 def lattice(rear: float, front: float, half: float, spacing: float) -> np.ndarray:
-    """Points on a box in the frame of a machine, to its edges, shape (n, 2) [m].
+    """Grid points on a box in the frame of a machine, edges included, shape (n, 2) [m].
 
     Args:
-        rear, front: Of the box, along the heading [m].
-        half: Of its width [m].
-        spacing: Of the points, at most [m].
+        rear, front: Ends of the box along the heading [m].
+        half: Half of its width [m].
+        spacing: Largest distance between neighbouring points [m].
     """
     along, across = math.ceil((front - rear) / spacing), math.ceil(2 * half / spacing)
     ahead = rear + (front - rear) * np.arange(along + 1) / max(along, 1)
@@ -65,10 +65,10 @@ def cell_under(corner, side, pose, c, s, point):
 
     Args:
         corner: x, y of the corner of the first cell, shape (2,) [m].
-        side: Of the cells [m].
+        side: Side of the cells [m].
         pose: Of the machine, shape (3,) [m], [m], [rad].
         c, s: Cosine and sine of its heading.
-        point: In its frame, shape (2,) [m].
+        point: The point in its frame, shape (2,) [m].
     """
     x = pose[0] + c * point[0] - s * point[1]
     y = pose[1] + s * point[0] + c * point[1]

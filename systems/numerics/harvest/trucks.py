@@ -49,17 +49,17 @@ class Filling(NamedTuple):
 
 
 class TruckPool:
-    """Where trucks are, as carts come to them one after the other.
+    """The trucks' room and free times, as carts come to them one after the other.
 
     A truck takes from one cart at a time, leaves when it is full, and is back after its way over
     the road. A cart goes to the truck that can take from it first, and from a truck that is full
     to the next one.
 
-    A truck that has time for its way between two carts takes it, full or not.
+    A truck that has time to drive off and be back between two carts does so, full or not.
 
     Args:
         fleet: The trucks; all are there and empty at the beginning.
-        before: What has been settled already, in any order; nothing comes before any of it.
+        before: Fillings that are settled already, in any order; none is added before them.
     """
 
     def __init__(self, fleet: TruckFleet, before: Iterable[Filling] = ()):
@@ -78,7 +78,7 @@ class TruckPool:
             rate: At which it is emptied [kg/s].
 
         Returns:
-            What flows when, in order; nothing for an empty cart.
+            The fillings in order; none for an empty cart.
         """
         fillings = []
         while load > FULL:
@@ -92,7 +92,7 @@ class TruckPool:
         return fillings
 
     def _room_at(self, truck: int, time: float) -> float:
-        """In a truck, if the next cart comes to it at a time [kg]."""
+        """Room in a truck for a cart that comes to it at a time [kg]."""
         back = time >= self._free[truck] + self._fleet.road_time
         return self._fleet.capacity if back else self._room[truck]
 

@@ -1,4 +1,4 @@
-"""The audit: what a log says that machines and grain did, against what they may do.
+"""The audit: checks what machines and grain did, by their log, against what they may do.
 
 It knows nothing of plans, drivers or simulators: it reads poses, outlines, ground and grain.
 """
@@ -17,27 +17,28 @@ from .harvest_log import AuditFault, HarvestLog, Site, faults_where, spells
 from .motion import MovingOutline, machines_in_motion, motion_faults, polygons_at
 from .nearness import Nearness, nearness, nearness_to_edges
 
-# What is exact to rounding [kg].
+# Tolerance of grain balances that are exact but for rounding [kg].
 EXACT = 1e-6
 
-# Between all grain and the area cut: a part of all, or the grain of so much area [m^2].
+# Tolerance between all grain and that of the area cut, the larger of two: a part of all grain, or
+# the grain of so much area [m^2].
 PART, AREA = 0.02, 100.0
 
-# Between the outlines of two machines [m].
+# Least distance between the outlines of two machines [m].
 GAP = 0.3
 
-# Part of the crop that may stand where bodies drive.
+# Largest part of the crop that bodies may drive over while it stands.
 CRUSHED = 0.002
 
 
 def grain_faults(
     log: HarvestLog, site: Site, crop: CropRecord
 ) -> tuple[dict[str, float | None], list[AuditFault]]:
-    """Weigh all the grain.
+    """Check the balance of all grain.
 
-    Nothing may be below zero or above what a machine holds, what is delivered and all grain
-    together never decrease, and all grain increases only while a header is down, as the area that
-    is cut by what grows there: that which is stated, or else the mean of the log.
+    No machine may hold less than nothing or more than its capacity. Neither what is delivered nor
+    all grain together may decrease. All grain may increase only while a header is down, and has to
+    match the area cut, by the yield that is stated or else by the mean yield of the log.
 
     Returns:
         Figures by name and faults.
@@ -84,12 +85,12 @@ def grain_faults(
 
 @dataclass(frozen=True, eq=False)
 class HarvestAudit:
-    """What came out.
+    """Result of an audit.
 
     Attributes:
         figures: duration [s], combines, carts, field_area [m^2], min_combine_to_combine,
             min_cart_to_combine, min_cart_to_cart, min_to_obstacle [m] (to 1 mm; None where there is
-            no such pair or no obstacle), beyond_margin [m^2] (the most of one outline at one
+            no such pair or no obstacle), beyond_margin [m^2] (largest area of one outline at one
             time), crop_under_bodies [m^2], coverage (part of the crop that was cut),
             combine_acceleration, combine_lateral_acceleration, cart_acceleration,
             cart_lateral_acceleration [m/s^2], grain_harvested, grain_delivered, grain_left (in
@@ -160,7 +161,7 @@ def _trodden(name: str, crushed: np.ndarray, time: np.ndarray, limit: float) -> 
 def _machines(
     moving: dict[str, list[MovingOutline]], time: np.ndarray, gap: float
 ) -> tuple[dict[str, float | None], list[AuditFault]]:
-    """Least distances of machines by what they are, and where they are too near."""
+    """Least distances by kinds of machines, and a fault wherever two machines are too near."""
     best = {
         "min_combine_to_combine": math.inf,
         "min_cart_to_combine": math.inf,
@@ -186,7 +187,7 @@ def _machines(
 
 
 def _nearest(found: list[Nearness]) -> tuple[np.ndarray, np.ndarray]:
-    """Of several, the least distance between each two samples, and when; shape (T - 1,) twice."""
+    """Least of several distances in each interval between samples, and when; (T - 1,) each."""
     all_least = np.stack([each.least for each in found])
     which = np.argmin(all_least, axis=0)
     at = np.arange(all_least.shape[1])
@@ -203,7 +204,7 @@ def _too_near(
     time: np.ndarray,
     gap: float,
 ) -> AuditFault:
-    # Seven arguments are what two machines and a spell of a log are.
+    # It takes so many arguments to describe two machines and a spell of a log.
     begin, end = float(time[first]), float(time[last])
     worst = first + int(np.argmin(least[first:last]))
     if least[worst] > 0:
@@ -221,7 +222,7 @@ def _too_near(
 
 
 def _looks(share: np.ndarray, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
-    """Samples of a spell and the instants seen between them: number and share, as two arrays."""
+    """Samples of a spell and the worst instants between them, as arrays of numbers and shares."""
     numbers = np.arange(first, last)
     begins = np.zeros(len(numbers))
     return (
@@ -237,7 +238,7 @@ def _moment(time: np.ndarray, number: int, share: float) -> float:
 def _off_ground(
     moving: dict[str, list[MovingOutline]], time: np.ndarray, ground: Ground
 ) -> tuple[float | None, float, list[AuditFault]]:
-    """Least distance to an obstacle, the most area beyond the margin, and where that is wrong."""
+    """Least distance to an obstacle, largest area beyond the margin, and the faults of both."""
     obstacles, core = edges_of(ground.obstacles), edges_of(ground.core)
     ends = edges_of(ground.touched)
     best, beyond = math.inf, 0.0
@@ -270,7 +271,7 @@ def _off(
     region: BaseGeometry,
     within: bool,
 ) -> tuple[float, float, float, float]:
-    """Of a spell: begin, end, when most of an outline is off the ground [s], how much [m^2]."""
+    """Begin, end and worst time of a spell off the ground [s], and the area off it then [m^2]."""
     numbers, shares = _looks(share, first, last)
     shapely.prepare(region)
     worst, at = -1.0, float(time[first])

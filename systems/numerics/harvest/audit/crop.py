@@ -1,17 +1,17 @@
-"""Crop and ground: what is cut, when, what bodies stand on, and where machines may be.
+"""Crop and ground: what is cut and when, what bodies crush, and where machines may be.
 
-The crop is looked at in points of a square lattice, each of which stands for a square. A point is
-cut when a header that is down first covers it, and lost to a body that covers it before that. In
-the frame of a machine a point moves along an arc, which is taken in pieces that differ from their
-chords by less than SAGITTA; when a chord enters the outline is exact.
+The crop is sampled at the points of a square lattice, each of which stands for a square. A point is
+cut when a header that is down first covers it, and crushed if a body covers it before that. In the
+frame of a machine a point moves along an arc, which is split into pieces that differ from their
+chords by less than SAGITTA; the instant at which a chord enters the outline is exact.
 
 The lattice lies at the golden angle to the longest edge of the field, so that no row, headland or
-gap between two of them runs along it: of a strip of any width along the field's edges, the part
-that is seen is its area, with an error of about half a square for each square root of the squares
-on its border. Squares are 0.25 m wide up to some 30 ha.
+gap between two of them is parallel to it. So the area that is measured of a strip of any width
+along the field's edges is right but for about half a square times the square root of the number of
+squares on its border. Squares are 0.25 m wide up to some 30 ha.
 
 Whether a header is down between two samples is not logged: it counts as down if it is at either.
-So at most one sample's way is cut too much where it is lifted or let down.
+So where it is lifted or lowered, the way of one sample at most is cut too much.
 """
 
 import math
@@ -25,23 +25,23 @@ from ...compiled import compiled, kernel
 from .harvest_log import HarvestLog, Site
 from .motion import continuous
 
-# An outline may lie along an obstacle or the end of the margin; deeper in is a fault [m].
+# An outline may reach this far into an obstacle or beyond the margin without a fault [m].
 TOUCH = 0.01
 
-# Chords to a quarter of the circles that bound the margin at corners.
+# Number of chords for a quarter circle where the margin goes round a corner.
 CHORDS = 32
 
 # Side of the squares [m], and how many points of crop and of the box round it there are at most.
 SIDE, CROP_POINTS, ALL_POINTS = 0.25, 5e6, 2.5e7
 
-# Between an arc and its chord [m].
+# Largest distance between an arc and its chord [m].
 SAGITTA = 1e-3
 
-# Whatever is cut so much later than covered is cut in time [s].
+# A point that is cut no later than this after a body covers it counts as cut in time [s].
 SAME = 1e-6
 
-# Of the lattice to the longest edge: its slope is the golden ratio, which is as far as can be from
-# the slopes of rows of points [rad].
+# Angle of the lattice to the longest edge: its slope is the golden ratio, which is as far as can be
+# from the slopes of rows of points [rad].
 ANGLE = math.atan((math.sqrt(5) - 1) / 2)
 
 
@@ -51,7 +51,7 @@ class Ground:
 
     Attributes:
         crop: Where crop grows.
-        obstacles: The holes, but for parts of the field that lie in them.
+        obstacles: The holes and no-go areas, without the crop that lies in them.
         allowed: All within the margin, obstacles included.
     """
 
@@ -61,19 +61,19 @@ class Ground:
 
     @property
     def core(self) -> BaseGeometry:
-        """The obstacles less TOUCH all round; those that are thinner stay whole."""
+        """The obstacles shrunk by TOUCH all round; those that would vanish stay whole."""
         polygons = shapely.get_parts(self.obstacles)
         thinner = shapely.buffer(polygons, -TOUCH, join_style="mitre")
         return shapely.union_all(np.where(shapely.is_empty(thinner), polygons, thinner))
 
     @property
     def touched(self) -> BaseGeometry:
-        """All within the margin and TOUCH beyond."""
+        """The allowed ground, grown by TOUCH all round."""
         return self.allowed.buffer(TOUCH, join_style="mitre")
 
 
 def ground_of(site: Site) -> Ground:
-    """The ground of a site: all that is no farther from a part than the margin, corners too."""
+    """The ground of a site; machines may be anywhere no farther from a part than the margin."""
     outlines = [part.boundary for part in site.parts]
     grown = [outline.buffer(site.margin, quad_segs=CHORDS) for outline in outlines]
     crops = [part.boundary.difference(shapely.union_all(part.holes)) for part in site.parts]
@@ -101,10 +101,10 @@ class CropRecord:
     Attributes:
         area: Of the crop [m^2].
         cut: Area cut by each sample, never decreasing, shape (T,) [m^2].
-        crushed: Area that stood when a body first covered it, by machine and by the time between
+        crushed: Area that stood when a body first covered it, by machine and by interval between
             two samples, each shape (T - 1,) [m^2].
-        side: Of the squares [m].
-        grain: On the area cut by each sample, where the site tells what grows; shape (T,) [kg].
+        side: Side of the lattice's squares [m].
+        grain: Grain of the area cut by each sample, if the site has yields; shape (T,) [kg].
     """
 
     area: float
@@ -115,7 +115,7 @@ class CropRecord:
 
 
 def crop_record(log: HarvestLog, site: Site, crop: BaseGeometry) -> CropRecord:
-    """Cut the crop by what the headers did, and look what bodies stood on.
+    """Replay the log: cut the crop under the headers, and find what bodies crush.
 
     Args:
         log: Of the machines.
@@ -153,7 +153,7 @@ def crop_record(log: HarvestLog, site: Site, crop: BaseGeometry) -> CropRecord:
             grid = log.time, reach, low, side, cut_at, covered
             _drive(piece, poses, drives, *grid, crushed[name], cuts)
 
-    # The same pieces of arcs for body and header: in front they are level.
+    # Header and body take the same pieces of arcs, as their front edges lie on one line.
     reaches = [_reach(machine.front, machine.rear) for machine in site.combines]
     for n, machine in enumerate(site.combines):
         down = log.cutting[:, n] > 0
@@ -187,7 +187,7 @@ def _reach(*outlines: np.ndarray) -> float:
 
 
 def _convex_pieces(outline: np.ndarray) -> list[np.ndarray]:
-    """Lines that bound each convex piece: a x + b y + c >= 0 inside; each shape (m, 3)."""
+    """Edges of each convex piece: a, b, c, with a x + b y + c >= 0 inside, and a corner; (m, 5)."""
     whole = shapely.Polygon(outline)
     pieces = [whole]
     if whole.convex_hull.area - whole.area > 1e-9 * whole.area:
@@ -205,7 +205,7 @@ def _convex_pieces(outline: np.ndarray) -> list[np.ndarray]:
 
 @compiled
 def _bare(edges, low, side, rows, columns):
-    """When each point is cut: never, -infinity where no crop is; shape (rows, columns) [s]."""
+    """Initial cut times: infinity on crop, -infinity elsewhere; shape (rows, columns) [s]."""
     cut_at = np.full((rows, columns), -np.inf)
     crossings = np.empty(len(edges))
     for row in range(rows):
@@ -227,7 +227,7 @@ def _bare(edges, low, side, rows, columns):
 
 @kernel
 def _enters(lines, x0, y0, x1, y1):
-    """Share of the way from one point to another at which a convex piece is entered; or 2."""
+    """Share of the way between two points at which it enters a convex piece; 2: it does not."""
     enter, leave = 0.0, 1.0
     for i in range(len(lines)):
         begin = lines[i, 0] * x0 + lines[i, 1] * y0 + lines[i, 2]
@@ -261,7 +261,7 @@ def _between(poses, k, share):
 
 @kernel
 def _pieces(poses, k, reach):
-    """In how many pieces the way of points within reach differs from chords by SAGITTA."""
+    """Number of pieces for which points within reach stay within SAGITTA of their chords."""
     dx, dy = poses[k + 1, 0] - poses[k, 0], poses[k + 1, 1] - poses[k, 1]
     turn = abs(poses[k + 1, 2] - poses[k, 2])
     # A point moves by the chord and with the turn; an arc of a chord bulges by chord turn / 8.
@@ -271,7 +271,7 @@ def _pieces(poses, k, reach):
 
 @kernel
 def _box(lines, x0, y0, t0, x1, y1, t1, low, side, shape, box):
-    """Rows and columns of points that a piece may cover on its way; False if there are none."""
+    """Write which rows and columns a piece may cover on its way; return whether there are any."""
     left, bottom, right, top = math.inf, math.inf, -math.inf, -math.inf
     for end in range(2):
         x, y, theta = (x0, y0, t0) if end == 0 else (x1, y1, t1)
@@ -291,7 +291,7 @@ def _box(lines, x0, y0, t0, x1, y1, t1, low, side, shape, box):
 
 @compiled
 def _drive(lines, poses, drives, time, reach, low, side, cut_at, covered, crushed, cuts):
-    """Let an outline cut what it first covers; or else tell what stands when it covers it."""
+    """Let an outline cut what it first covers or, if it does not cut, count what it crushes."""
     box = np.empty(4, dtype=np.int64)
     slack = 0.0 if cuts else SAME
     for k in range(len(poses) - 1):

@@ -1,4 +1,4 @@
-"""The log of a harvest that anyone can audit, from its two files, and how a fault in it is told."""
+"""The log of a harvest, read from its two files for an audit, and the faults found in it."""
 
 import json
 import math
@@ -14,12 +14,12 @@ import shapely
 
 from ...errors import InvalidInput, require
 
-# Faults of a kind between which less time passes are one [s].
+# Faults of one kind that are less than this apart in time are merged [s].
 APART = 2.0
 
 LOG_FILE, MACHINES_FILE = "log.npz", "machines.json"
 
-# Arrays of the log: what follows the first dimension, time; "N" combines, "K" carts.
+# Arrays of the log, with their dimensions after the first, time; "N" combines, "K" carts.
 ARRAYS: dict[str, tuple[str | int, ...]] = {
     "time": (),
     "combine_pose": ("N", 3),
@@ -32,7 +32,7 @@ ARRAYS: dict[str, tuple[str | int, ...]] = {
     "delivered": (),
 }
 
-# Coordinates beyond are no field's, and nothing is exact there [m].
+# Coordinates beyond this belong to no field, and are not exact [m].
 FAR = 1e6
 
 
@@ -41,12 +41,12 @@ class AuditFault(NamedTuple):
 
     Attributes:
         kind: What is wrong, as "machines too near".
-        machines: With which, as ("combine 0", "cart 1"); none where it is with the whole.
+        machines: Those involved, as ("combine 0", "cart 1"); empty if it concerns all.
         begin: When it begins [s].
         end: When it ends [s].
         time: When it is worst [s].
         amount: How much it is then, in `unit` [-].
-        limit: What it may be, in `unit` [-].
+        limit: The most or the least that it may be, in `unit` [-].
         unit: Of amount and limit.
     """
 
@@ -61,10 +61,10 @@ class AuditFault(NamedTuple):
 
 
 def spells(wrong: np.ndarray, time: np.ndarray) -> Iterator[tuple[int, int]]:
-    """Runs of intervals that are wrong, those less than APART from each other as one.
+    """Runs of intervals that are wrong; runs less than APART from each other are merged.
 
     Args:
-        wrong: By interval between two samples, shape (T - 1,).
+        wrong: Whether each interval between two samples is wrong, shape (T - 1,).
         time: Of the samples, shape (T,) [s].
 
     Yields:
@@ -92,12 +92,12 @@ def faults_where(
 
     Args:
         kind: Of the faults.
-        machines: With which.
+        machines: Those involved.
         amounts: By interval, shape (n,); wrong where they are greater than their limits.
-        limits: What they may be, shape (n,) or for all.
+        limits: Largest amounts allowed, shape (n,) or one for all.
         unit: Of amounts and limits.
         time: Of the samples, shape (n + 1,) [s].
-        at_end: Whether an interval's amount is met at its end, or at its beginning.
+        at_end: Whether an interval's amount occurs at its end rather than at its beginning.
     """
     bounds = np.broadcast_to(limits, amounts.shape)
     found = []
@@ -128,13 +128,13 @@ class HarvestLog:
     Attributes:
         time: Increasing, shape (T,) [s].
         combine_pose: x, y, theta of the frame of the outlines, shape (T, N, 3) [m], [m], [rad].
-        combine_speed: Along the path, negative or positive backwards, shape (T, N) [m/s].
+        combine_speed: Along the path; backwards with either sign, shape (T, N) [m/s].
         tractor_pose: Shape (T, K, 3) [m], [m], [rad].
         trailer_pose: Shape (T, K, 3) [m], [m], [rad].
-        tank: In each combine, shape (T, N) [kg].
-        cart_load: In each cart, shape (T, K) [kg].
+        tank: Grain in each combine, shape (T, N) [kg].
+        cart_load: Grain in each cart, shape (T, K) [kg].
         cutting: Whether the header is down, 1 or 0, shape (T, N).
-        delivered: At the edge of the field, by all carts, shape (T,) [kg].
+        delivered: Grain that all carts have delivered at the edge of the field, shape (T,) [kg].
     """
 
     time: np.ndarray
@@ -155,10 +155,10 @@ class Machine:
     Attributes:
         front: Corners of the header, or of the tractor, in the frame of its pose, shape (m, 2) [m].
         rear: Corners of the body, or of the trailer, shape (m, 2) [m].
-        capacity: What it holds, infinite where it is not said [kg].
-        acceleration: Largest along the way; infinite where it is not said [m/s^2].
-        lateral_acceleration: Largest across it; infinite where it is not said [m/s^2].
-        turning_radius: Least; 0 where it is not said [m].
+        capacity: Grain that it holds; infinite if not stated [kg].
+        acceleration: Largest along the way; infinite if not stated [m/s^2].
+        lateral_acceleration: Largest across the way; infinite if not stated [m/s^2].
+        turning_radius: Smallest; 0 if not stated [m].
     """
 
     front: np.ndarray
@@ -184,7 +184,7 @@ class Part(NamedTuple):
 
 
 class SiteYields(NamedTuple):
-    """Grain in square cells; beyond them counts the nearest.
+    """Yield in square cells; beyond them the nearest cell counts.
 
     Attributes:
         corner: x, y of the corner of the first cell, shape (2,) [m].
@@ -212,8 +212,8 @@ class Site:
         carts: K of them.
         parts: Of the field.
         margin: How far outside of the boundaries machines may drive [m].
-        density: Of the grain, NaN where it is not said [kg/m^2].
-        yields: The same place by place, which counts before it.
+        density: Grain on the ground; NaN if not stated [kg/m^2].
+        yields: The same place by place, which takes precedence over the density.
     """
 
     combines: tuple[Machine, ...]
@@ -288,10 +288,10 @@ def _read_site(path: Path) -> Site:
 
 
 def site_of(about: Any) -> Site:
-    """What the contents of `machines.json` say.
+    """The site that the contents of `machines.json` describe.
 
     Args:
-        about: As they come from JSON.
+        about: The contents as they come from JSON.
 
     Raises:
         InvalidInput: See `read_harvest`.
@@ -394,7 +394,7 @@ def _ring(points: Any, name: str) -> np.ndarray:
 
 
 def _number(entry: dict[str, Any], key: str, prefix: str, default: float | None) -> float:
-    """A number of JSON, which has to be there unless it has a default; null is the default."""
+    """A number from JSON, required unless it has a default; null stands for the default."""
     value = entry.get(key)
     if value is None and default is not None:
         return default

@@ -1,9 +1,9 @@
 """Machines in motion: constant twists between samples, and whether machines can move like that.
 
-Accelerations, turns, jumps, and what a log says of speed are all taken from poses. The mean
-velocity between two samples is the way of the constant twist by the time, and the acceleration the
-difference of two such by the time from the middle of the one to the middle of the other: the mean
-of what it really was, and never more than its greatest.
+Accelerations, turns and jumps are all computed from poses, and the logged speed is checked against
+them. The mean velocity between two samples is the way of the constant twist divided by the time.
+The acceleration is the difference of two such velocities divided by the time between the middles of
+their intervals: a mean of the real acceleration, and so never more than its maximum.
 """
 
 import math
@@ -15,25 +15,25 @@ import shapely
 
 from .harvest_log import AuditFault, HarvestLog, Machine, Site, faults_where
 
-# Samples may be so far apart [s].
+# Longest time between two samples [s].
 PERIOD = 0.5
 
 # Beyond these a pose has jumped: tyres on soil hold half of g, and nothing on a field is faster, or
 # turns so fast [m/s^2], [m/s], [rad/s].
 JUMP_ACCELERATION, JUMP_SPEED, JUMP_RATE = 5.0, 30.0, 1.5
 
-# What is stated may be exceeded so much where a sample falls between two pieces of a path: as a
-# part, [m/s^2], [rad], across the heading [m].
+# By how much stated limits may be exceeded where a sample falls between two pieces of a path:
+# relative [-], [m/s^2], [rad], across the heading [m].
 PART, SLACK_ACCELERATION, SLACK_TURN, SLACK_ACROSS = 0.02, 0.05, 0.02, 0.01
 
-# Between the speed that is logged and that of the poses, beyond what half a period's acceleration
-# changes [m/s].
+# Tolerance between the logged speed and that of the poses, beyond what acceleration can change in
+# half a period [m/s].
 SLACK_SPEED = 0.1
 
-# Of a combine whose acceleration is not stated, to judge its logged speed by [m/s^2].
+# Acceleration assumed for a combine that states none, to judge its logged speed by [m/s^2].
 USUAL_ACCELERATION = 1.0
 
-# A trailer's hitch may be off where it is on all other poses [m].
+# How far a trailer may be from where its hitch holds it [m].
 SLACK_HITCH = 0.05
 
 
@@ -41,14 +41,14 @@ SLACK_HITCH = 0.05
 class MovingOutline:
     """A polygon that moves with a machine.
 
-    The frame of the points is at the middle of their box, and so are the poses: a constant twist
-    of a machine is the same twist of every frame that is fixed to it.
+    Points and poses refer to the middle of the points' bounding box. They may, since a constant
+    twist of a machine is the same twist for every frame that is fixed to it.
 
     Attributes:
-        machine: Whose, as "combine 0".
+        machine: Whose outline it is, as "combine 0".
         points: Corners, counterclockwise, shape (m, 2) [m].
         poses: x, y, theta at the samples, theta continuous, shape (T, 3) [m], [m], [rad].
-        reach: Of the farthest corner from the middle [m].
+        reach: Distance of the farthest corner from the middle [m].
     """
 
     machine: str
@@ -58,12 +58,12 @@ class MovingOutline:
 
 
 def continuous(poses: np.ndarray) -> np.ndarray:
-    """Poses whose headings turn the shorter way round from each to the next, shape (T, 3)."""
+    """Poses with unwrapped headings, which turn the shorter way each time, shape (T, 3)."""
     return np.column_stack([poses[:, :2], np.unwrap(poses[:, 2])])
 
 
 def moving_outline(machine: str, points: np.ndarray, poses: np.ndarray) -> MovingOutline:
-    """An outline that moves with a machine, seen from its middle.
+    """An outline that moves with a machine, in a frame at the outline's own middle.
 
     Args:
         machine: Whose it is.
@@ -139,8 +139,9 @@ class Motion(NamedTuple):
         across: Way to the left of the mean heading, shape (T - 1,) [m].
         turn: Shape (T - 1,) [rad].
         along_acceleration: At the samples between, 0 at both ends, shape (T,) [m/s^2].
-        across_acceleration: Speed by turn rate, shape (T - 1,) [m/s^2].
-        jolt: Of the velocity as a vector, at the samples, 0 at both ends, shape (T,) [m/s^2].
+        across_acceleration: Speed times turn rate, shape (T - 1,) [m/s^2].
+        jolt: Size of the velocity vector's change per time, at the samples, 0 at both ends, shape
+            (T,) [m/s^2].
     """
 
     speed: np.ndarray
@@ -157,7 +158,7 @@ def motion_of(poses: np.ndarray, time: np.ndarray) -> Motion:
     turn = steps[:, 2]
     middle = poses[:-1, 2] + turn / 2
     c, s = np.cos(middle), np.sin(middle)
-    # Of a twist along a circle the chord has the mean heading, and the way is longer by this.
+    # The chord of a twist along a circle has the mean heading; the arc is longer by this factor.
     along = (steps[:, 0] * c + steps[:, 1] * s) / np.sinc(turn / (2 * np.pi))
     speed = along / lasts
     apart = (lasts[1:] + lasts[:-1]) / 2
@@ -176,8 +177,8 @@ def motion_of(poses: np.ndarray, time: np.ndarray) -> Motion:
 def hitch_errors(tractor: np.ndarray, trailer: np.ndarray) -> np.ndarray:
     """How far a trailer is from where its hitch holds it, shape (T, 3) twice -> (T,) [m].
 
-    The hitch is a length behind the tractor's axle and another before the trailer's. Both are
-    taken as those that fit at most samples: by least squares, and again without the worst tenth.
+    The hitch is one length behind the tractor's axle and another ahead of the trailer's. Both are
+    fitted to most of the samples: by least squares, and again without the worst tenth.
     """
     apart = tractor[:, :2] - trailer[:, :2]
     ahead = [np.column_stack([np.cos(p[:, 2]), np.sin(p[:, 2])]) for p in (tractor, trailer)]
@@ -192,7 +193,7 @@ def hitch_errors(tractor: np.ndarray, trailer: np.ndarray) -> np.ndarray:
 
 
 def motion_faults(log: HarvestLog, site: Site) -> tuple[dict[str, float | None], list[AuditFault]]:
-    """Greatest accelerations of combines and carts, and whatever moved as it cannot.
+    """Greatest accelerations of combines and carts, and faults where one moves as it cannot.
 
     Returns:
         Figures by name, None where there is no such machine, and faults.
@@ -236,11 +237,11 @@ def _of_samples(values: np.ndarray) -> np.ndarray:
 def _jumps(
     name: str, which: str, motion: Motion, across: float, time: np.ndarray
 ) -> list[AuditFault]:
-    """What no machine can do.
+    """Faults where a machine moves as no machine can.
 
     Args:
         name: Of the machine.
-        which: "trailer " of one, else nothing.
+        which: "trailer " for a trailer, else empty.
         motion: Of its axle.
         across: Its greatest acceleration across [m/s^2].
         time: Of the samples, shape (T,) [s].
@@ -248,8 +249,8 @@ def _jumps(
     lasts, who = np.diff(time), (name,)
     jolts = _of_samples(motion.jolt)
     speeds, rates = np.abs(motion.speed), np.abs(motion.turn) / lasts
-    # From one bend into the opposite one amid two samples, the axle ends beside the mean heading by
-    # v^2 dt^2 / 4 R.
+    # If one bend changes into the opposite one between two samples, the axle ends beside the mean
+    # heading by v^2 dt^2 / 4 R.
     beside = across * lasts**2 / 4 + SLACK_ACROSS
     return [
         *faults_where(f"{which}pose jumps", who, jolts, JUMP_ACCELERATION, "m/s^2", time),
@@ -272,7 +273,7 @@ def _limits(name: str, motion: Motion, machine: Machine, time: np.ndarray) -> li
             most = limit * (1 + PART) + SLACK_ACCELERATION
             faults += faults_where(kind, who, amounts, most, "m/s^2", time)
     if machine.turning_radius > 0:
-        # Where the gear changes amid two samples the ways cancel, but the turns add up.
+        # If the gear changes between two samples, the ways cancel but the turns add up.
         speeds = np.abs(motion.speed)
         padded = np.concatenate([[0.0], speeds, [0.0]])
         fastest = np.maximum(np.maximum(padded[:-2], padded[2:]), speeds)

@@ -8,9 +8,9 @@ the other's middle, which moves by at most v h within h of an instant, and r its
 |D(q)| <= L = |D(p)| + |w| (r + v h) at all points and all times within h of it. If their distance
 is d at that instant, then it is at least d - L h for as long as h before and after.
 
-Times are halved until this bound rules out that the outlines are nearer there than what is asked
-for, less TOLERANCE. So nothing nearer than that is missed; what is found is nearer by at most
-TOLERANCE than told; and what is told was seen at one instant.
+Intervals are halved until this bound rules out any distance below the one asked for, less
+TOLERANCE. So nothing nearer than that is missed: the true least distance is below the one returned
+by at most TOLERANCE, and the one returned does occur at some instant.
 """
 
 import math
@@ -24,18 +24,18 @@ from .motion import MovingOutline
 # Error of least distances [m].
 TOLERANCE = 1e-3
 
-# So often halved, an interval is left: 1 s is 1e-12 s then.
+# An interval is halved this often at most: 1 s becomes 1e-12 s.
 DEEPEST = 40
 
 
 class Nearness(NamedTuple):
-    """How near two things come between each two samples.
+    """How near two things come in each interval between samples.
 
     Attributes:
-        least: Least distance seen, to TOLERANCE where it is below what was asked for; infinite
-            where they are farther apart than that; shape (T - 1,) [m].
-        share: Of the time from the sample before to the next, at which that is, shape (T - 1,).
-        nearest: Least of all times, if it is below `best`; to TOLERANCE [m].
+        least: Least distance seen, exact to TOLERANCE where it is below what was asked for;
+            infinite where they are farther apart than that; shape (T - 1,) [m].
+        share: When that is, as a share of the interval, shape (T - 1,).
+        nearest: Least distance of all times, exact to TOLERANCE, if it is below `best` [m].
     """
 
     least: np.ndarray
@@ -50,9 +50,9 @@ def nearness(
 
     Args:
         one: An outline.
-        other: At the same times.
-        asked: Below which distances are to be known for all times [m].
-        best: Below which the least of all times is to be known [m].
+        other: Another one, at the same times.
+        asked: Distances below this are found for all times [m].
+        best: The least distance of all times is found if it is below this [m].
     """
     return Nearness(
         *_between_outlines(
@@ -77,14 +77,14 @@ def nearness_to_edges(
     asked: float = 0.0,
     best: float = math.inf,
 ) -> Nearness:
-    """How near an outline comes to where it must not be; 0 is in it, or touching it.
+    """How near an outline comes to forbidden ground; 0: it is in it, or touches it.
 
     Args:
         one: The outline.
         edges: Of all rings round a region, x and y of both ends, shape (e, 4) [m].
         inside: Whether the region itself is forbidden, or all that is outside of it.
-        asked: Below which distances are to be known for all times [m].
-        best: Below which the least of all times is to be known [m].
+        asked: Distances below this are found for all times [m].
+        best: The least distance of all times is found if it is below this [m].
     """
     return Nearness(
         *_to_edges(one.points, one.poses, one.reach, edges, inside, asked, best, TOLERANCE)
@@ -93,7 +93,7 @@ def nearness_to_edges(
 
 @kernel
 def _twist(poses, k):
-    """From a sample to the next: way and direction of the middle's arc's chord, and the turn."""
+    """The middle's motion from a sample to the next: arc length, direction of chord, and turn."""
     dx, dy = poses[k + 1, 0] - poses[k, 0], poses[k + 1, 1] - poses[k, 1]
     turn = poses[k + 1, 2] - poses[k, 2]
     way = math.sqrt(dx * dx + dy * dy)
@@ -105,7 +105,7 @@ def _twist(poses, k):
 
 @kernel
 def _pose(poses, k, way, along, turn, share):
-    """After a share of the time from a sample to the next."""
+    """Pose after a share of the time from a sample to the next."""
     part = turn * share / 2
     chord = way * share
     if abs(part) > 1e-9:
@@ -137,7 +137,7 @@ def _squared_to_segment(px, py, ax, ay, bx, by):
 
 @kernel
 def _squared_between(ax, ay, bx, by, cx, cy, dx, dy):
-    """Of two segments; 0 where they cross."""
+    """Squared distance of two segments; 0 where they cross."""
     o1 = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
     o2 = (bx - ax) * (dy - ay) - (by - ay) * (dx - ax)
     o3 = (dx - cx) * (ay - cy) - (dy - cy) * (ax - cx)
@@ -169,7 +169,7 @@ def _in_polygon(px, py, ring):
 
 @kernel
 def _polygon_distance(a, b):
-    """Of two simple polygons, convex or not; 0 where they overlap or touch [m]."""
+    """Distance of two simple polygons, convex or not; 0 where they overlap or touch [m]."""
     least = math.inf
     i0 = len(a) - 1
     for i in range(len(a)):
@@ -190,7 +190,7 @@ def _polygon_distance(a, b):
 
 @kernel
 def _drift(x, y, theta_rate, vx, vy, ox, oy, other_rate, ux, uy):
-    """Speed of another's middle (ox, oy) as seen from a frame at (x, y) that moves and turns."""
+    """Speed of a middle (ox, oy) seen from a frame at (x, y) that moves and turns; turn rate."""
     dx = ux - vx + theta_rate * (oy - y)
     dy = uy - vy - theta_rate * (ox - x)
     return math.sqrt(dx * dx + dy * dy), abs(other_rate - theta_rate)
@@ -204,8 +204,8 @@ def _between_outlines(
     least, at = np.full(count, np.inf), np.zeros(count)
     a, b = np.empty_like(points_a), np.empty_like(points_b)
     lefts, halves = np.empty(DEEPEST + 2), np.empty(DEEPEST + 2)
-    # The least of all times is near where the middles are nearest: what is seen there rules out
-    # most other times at once.
+    # The least distance is likely to be near the sample where the middles are nearest: the distance
+    # there rules out most other times at once.
     first, squared = 0, np.inf
     for k in range(count + 1):
         dx, dy = poses_a[k, 0] - poses_b[k, 0], poses_a[k, 1] - poses_b[k, 1]
@@ -233,7 +233,7 @@ def _between_outlines(
             dx, dy = xa - xb, ya - yb
             distance = np.sqrt(dx * dx + dy * dy) - reach_a - reach_b
             wanted = low if low < asked else max(asked, best)
-            # Circles round them decide where they are far apart.
+            # Where the outlines are far apart, the circles round them are enough.
             near = distance < wanted
             if near:
                 _place(points_a, xa, ya, ta, a)
@@ -274,7 +274,7 @@ def _in_edges(px, py, edges):
 
 @kernel
 def _distance_to_edges(a, edges, chosen, count):
-    """From a polygon to some of the edges; 0 where it crosses one or holds one [m]."""
+    """Distance of a polygon to some of the edges; 0 where it crosses or contains one [m]."""
     least = math.inf
     for c in range(count):
         e = chosen[c]
@@ -314,7 +314,7 @@ def _to_edges(points, poses, reach, edges, inside, asked, best, tolerance):
                 chosen[chosen_count] = e
                 chosen_count += 1
         if k == 0 or chosen_count > 0:
-            # Else no edge has been passed since it was last looked.
+            # Otherwise no edge has been crossed since the last check.
             within = False
             for end in range(2):
                 _place(points, poses[k + end, 0], poses[k + end, 1], poses[k + end, 2], placed)

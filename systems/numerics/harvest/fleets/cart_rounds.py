@@ -1,11 +1,11 @@
-"""Carts among combines by events: a model of their part of a harvest that takes milliseconds.
+"""A model of carts among combines, from event to event, which takes milliseconds for a harvest.
 
-The combines' paths and times are those of their plan. Carts drive without regard for anybody: a way
-is 4 / pi times the distance, which is the mean over all directions of a way along and across the
-swaths. They come beside combines on straight work only, the tank that is full first before others;
-a combine whose tank is full before a cart is there stands until it is emptied, and is later by that
-from then on, without holding up others. Carts that have no room for another tank drive to their
-place on the margin, where trucks take turns.
+The combines keep the paths and times of their plan. Carts ignore all other machines: their way is
+4 / pi times the distance, which is the mean over all directions of a way along and across the
+swaths. They unload driving combines on straight work only, the one whose tank is full first before
+others. A combine whose tank is full before a cart is there stands until it is emptied; it is later
+by that from then on, but holds up no others. Carts that have no room for another tank drive to
+their place on the margin, where trucks take turns.
 """
 
 import math
@@ -21,26 +21,26 @@ from ..machines import Cart, Combine
 from ..plan.harvest_plan import CombinePlan
 from ..trucks import TruckFleet, TruckPool
 
-# Straight work that is shorter leaves no time beside a combine [m].
+# Straight work that is shorter than this leaves no time to unload [m].
 SHORTEST = 50.0
 
-# Way over distance, on the mean over directions [-].
+# Way over distance, averaged over all directions [-].
 DETOUR = 4.0 / math.pi
-# To come beside a combine and to set out from it, besides the way and the flow of grain [s].
+# Time to draw up and to set out again, besides that of driving and of unloading [s].
 AROUND = 25.0
-# Grain that is nothing [kg].
+# Less grain than this counts as none [kg].
 NOTHING = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class WorkAhead:
-    """A combine's work by its own clock, which stands while it waits for carts.
+    """A combine's work by its own clock, which stops while it waits for carts.
 
     Attributes:
         cut: All that it has cut at moments TICK apart, shape (T,) [kg].
         places: Where it is then, shape (T, 2) [m].
-        opens: The first such moment from each on in which a cart may come beside it, or T; shape
-            (T,).
+        opens: For each moment the first one, from it on, at which a cart may be beside the combine,
+            or T if there is none; shape (T,).
         end: When it parks [s].
     """
 
@@ -54,7 +54,7 @@ def work_ahead(team: CombinePlan, density: float | YieldMap) -> list[WorkAhead]:
     """The work of all combines of a plan.
 
     Args:
-        team: Who drives where and when.
+        team: The plan of the combines.
         density: Of the crop [kg/m^2].
     """
     cut = cut_times(team.field, team.size, team.paths)
@@ -90,12 +90,12 @@ class CartRounds:
 
     Attributes:
         ends: When each combine has parked, shape (N,) [s].
-        grain: That carts fetch from each, shape (N,) [kg].
+        grain: Grain that carts fetch from each, shape (N,) [kg].
         stops: How long each stands for carts, shape (N,) [s].
-        misses: How many times one stands.
-        visits, trips: How many there are.
-        way: Of each cart, beside combines too, shape (K,) [m].
-        hauled: Grain times way, over all carts [kg m].
+        misses: How many times a combine stands for a cart.
+        visits, trips: Numbers of visits to combines and of trips to trucks.
+        way: Of each cart, including that beside combines, shape (K,) [m].
+        hauled: Grain times way, summed over all carts [kg m].
         cart_ends: When each cart is empty for good, shape (K,) [s].
         at_trucks: How long each cart waits for a truck, shape (K,) [s].
         emptying: How long grain flows from each cart, shape (K,) [s].
@@ -134,12 +134,12 @@ def run_carts(
 
     Args:
         work: Of the combines.
-        combines: They.
+        combines: The combines.
         cart: One of the equal carts.
         places: Where each cart begins and is emptied, shape (K, 2) [m].
         trucks: What takes the grain there.
-        truck_rate: At which carts are emptied [kg/s].
-        threshold: Part of a tank from which on carts come.
+        truck_rate: Rate at which carts are emptied [kg/s].
+        threshold: Part of a tank that has to be filled before a cart comes.
     """
     model = _Model(work, combines, cart, places, TruckPool(trucks), truck_rate, threshold)
     while model.serve_next():
@@ -182,18 +182,18 @@ class _Model:
         self.free, self.load, self.way = np.zeros((3, len(places)))
         self.waits, self.gives, self.takes = np.zeros((3, len(places)))
         self.taken, self.late = np.zeros(len(work)), np.zeros(len(work))
-        # When each was left last, on the clock on the wall: visits do not overlap.
+        # When the last visit to each combine ended, in real time: visits do not overlap.
         self.left = np.zeros(len(work))
         self.misses = self.visits = self.trips = 0
         self.hauled = 0.0
 
     def serve_next(self) -> bool:
-        """One visit of the cart that is free first; whether there was grain to fetch."""
+        """Make the next visit or trip of the cart free first; return if grain was left to fetch."""
         waiting = [n for n, each in enumerate(self.work) if each.cut[-1] - self.taken[n] > NOTHING]
         if not waiting:
             return False
         k = int(np.argmin(self.free))
-        # As the planner does: a cart goes on as long as a whole tank fits in.
+        # As in the planner, a cart goes on to combines as long as a whole tank fits in.
         if self.load[k] > NOTHING and self.cart.capacity - self.load[k] < self.largest:
             self.to_truck(k)
             return True
@@ -201,7 +201,7 @@ class _Model:
         return True
 
     def _reaches(self, n: int, amount: float) -> float:
-        """When a combine has so much in its tank; infinite if never [s]."""
+        """When a combine's tank holds an amount; infinite if never [s]."""
         work = self.work[n]
         k = int(np.searchsorted(work.cut, self.taken[n] + amount))
         return math.inf if k >= len(work.cut) else k * TICK + float(self.late[n])
@@ -210,7 +210,7 @@ class _Model:
         return self._reaches(n, self.combines[n].capacity)
 
     def _loaded(self, n: int) -> float:
-        """From when on it is worth while to come [s]."""
+        """Earliest time at which a visit to a combine is worth while [s]."""
         time = self._reaches(n, self.threshold * self.combines[n].capacity)
         return min(time, self.work[n].end + float(self.late[n]))
 
@@ -230,7 +230,7 @@ class _Model:
         if max(begin, open_at) < min(full, ends):
             begin, stands = max(begin, open_at), False
         else:
-            # It gets full before a cart is beside it, or has parked.
+            # The combine fills up, or parks, before a cart is beside it.
             begin, stands = max(begin, min(full, ends)), True
         clock = moment(min(begin, full) - self.late[n], work)
         if begin >= ends and full >= ends:
@@ -258,7 +258,7 @@ class _Model:
         self.visits += 1
 
     def _pour(self, n: int, begin: float, room: float) -> tuple[float, float]:
-        """How long grain flows beside a combine that cuts on, and how much [s], [kg]."""
+        """Duration and amount of unloading beside a combine that cuts on [s], [kg]."""
         work, rate = self.work[n], self.combines[n].unload_rate
         first = moment(begin - self.late[n], work)
         closed = np.flatnonzero(work.opens[first:] > np.arange(first, len(work.opens)))

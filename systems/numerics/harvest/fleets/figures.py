@@ -8,11 +8,12 @@ Engineering in Agriculture 20(5); the form that ASABE EP496.3 and D497 took over
 
     Q = (0.22 X + 0.096) (1 + 0.0045 X N - 0.00877 N) P      [l/h]
 
-A combine in small grains needs, by ASAE D497.7, Table 2, 20 kW and 3.6 kWh for each tonne of what
-is no grain; and any machine on wheels on firm soil, by its clause on motion resistance (1 / B_n +
-0.04 with B_n = 55), 5.8% of its weight as a force along its way. Assumed here, and not taken from
-there: as much straw as grain goes through the combine, four fifths of the power of an engine reach
-the wheels, and engines of machines that stand turn at half their speed without a load.
+By ASAE D497.7, Table 2, a combine in small grains needs 20 kW, and 3.6 kWh for each tonne of
+material other than grain. By its clause on motion resistance (1 / B_n + 0.04 with B_n = 55), any
+machine on wheels on firm soil needs 5.8% of its weight as a force along its way. Assumed here, and
+not taken from there: as much straw as grain goes through the combine, four fifths of the power of
+an engine reach the wheels, and engines of machines that stand turn at half their speed without a
+load.
 """
 
 import math
@@ -32,30 +33,31 @@ from .cart_rounds import CartRounds
 
 # Weight of a kilogram [N].
 GRAVITY = 9.80665
-# Of a combine's threshing, in small grains (D497.7, Table 2): [W], and [J/kg] of what is no grain.
+# For threshing small grains (D497.7, Table 2): [W], and [J/kg] of material other than grain.
 THRESHING, PER_STRAW = 20e3, 3.6 * 3600.0
 # Motion resistance over weight on firm soil (D497.7): 1 / B_n + 0.04, B_n = 55 [-].
 RESISTANCE = 1.0 / 55.0 + 0.04
-# Of an engine: fuel by load, fuel without load [l/(kW h)]; what a percent of speed saves [-].
+# Fuel of an engine by load and without load [l/(kW h)]; effects of a percent less speed [-].
 BY_LOAD, WITHOUT_LOAD, BY_BOTH, BY_SPEED = 0.22, 0.096, 0.0045, 0.00877
-# What goes through a combine besides grain, over the grain, and the part of an engine's power that
-# reaches the wheels, which are assumed [-].
+# Assumed: straw through a combine over grain, and the part of an engine's power that reaches the
+# wheels [-].
 STRAW, DRIVELINE = 1.0, 0.8
-# Speed that engines of standing machines are reduced by [%].
+# By how much the speed of standing machines' engines is reduced [%].
 IDLING = 50.0
 
-# Between two looks at a plan [s].
+# Time between two samples of a plan [s].
 STEP = 1.0
-# Slower is standing [m/s]; a combine so near to a place where it waits for a cart waits there [m].
+# A machine slower than this counts as standing [m/s]; a combine this near to a place where it waits
+# for a cart counts as waiting there [m].
 SLOW, AT_STOP = 1e-3, 0.5
 
 
 def fuel_rate(power: float, load: float, slowed: float = 0.0) -> float:
-    """What an engine burns [l/s].
+    """Fuel rate of an engine [l/s].
 
     Args:
         power: Its rated power [W].
-        load: What is asked of it [W].
+        load: Power that it delivers [W].
         slowed: By how much its speed is reduced [%].
 
     Raises:
@@ -69,7 +71,7 @@ def fuel_rate(power: float, load: float, slowed: float = 0.0) -> float:
 
 
 def idling_rate(power: float) -> float:
-    """What the engine of a machine burns that stands [l/s].
+    """Fuel rate of the engine of a machine that stands [l/s].
 
     Args:
         power: Its rated power [W].
@@ -78,7 +80,7 @@ def idling_rate(power: float) -> float:
 
 
 def driving_energy(mass: float, way: float) -> float:
-    """What an engine gives to move a mass over firm soil [J].
+    """Energy that an engine gives to move a mass over firm soil [J].
 
     Args:
         mass: [kg].
@@ -88,46 +90,46 @@ def driving_energy(mass: float, way: float) -> float:
 
 
 def driving_fuel(power: float, energy: float, time: float) -> float:
-    """What an engine burns at full speed that gives an energy in a time [l].
+    """Fuel that an engine at full speed burns to give an energy in a time [l].
 
     The law is linear in the load, so that only the sum of the energy counts.
 
     Args:
         power: Its rated power [W].
-        energy: [J].
-        time: That it runs [s].
+        energy: Energy that it gives [J].
+        time: How long it runs [s].
     """
     return (BY_LOAD * energy + WITHOUT_LOAD * power * time) / 3.6e6
 
 
 def threshing_energy(grain: float, time: float) -> float:
-    """What a combine's engine gives to thresh [J].
+    """Energy that a combine's engine gives to thresh [J].
 
     Args:
-        grain: That goes through it [kg].
-        time: That it works [s].
+        grain: Grain that goes through it [kg].
+        time: How long it works [s].
     """
     return THRESHING * time + PER_STRAW * STRAW * grain
 
 
 @dataclass(frozen=True, kw_only=True)
 class FleetFigures:
-    """What a fleet takes for a field.
+    """What a fleet needs for a field.
 
     Attributes:
         combines, carts, trucks: How many there are; 0 trucks where these hold any amount, one at
             each cart's place.
         makespan: Until the last grain is in a truck and the last combine has parked [s].
-        combine_engine_time, cart_engine_time: That engines run, from the beginning until each
-            machine has done its work, all together [s].
-        combine_way, cart_way: All together [m].
-        combine_fuel, cart_fuel: By the model above, all together [l].
-        combines_for_carts: That combines stand with full tanks, all together [s].
-        combines_for_combines: That combines wait for one another, likewise [s].
-        carts_for_grain: That carts stand because no tank is due, likewise [s].
-        carts_for_trucks: That carts stand because no truck is there, likewise [s].
+        combine_engine_time, cart_engine_time: Total time that engines run, each from the beginning
+            until its machine has done its work [s].
+        combine_way, cart_way: Total way driven [m].
+        combine_fuel, cart_fuel: Total fuel, by the model above [l].
+        combines_for_carts: Total time that combines stand with full tanks [s].
+        combines_for_combines: Total time that combines wait for one another [s].
+        carts_for_grain: Total time that carts stand because no tank is due [s].
+        carts_for_trucks: Total time that carts stand because no truck is there [s].
         misses: How many times a combine stands for a cart.
-        visits, trips: To combines and to trucks.
+        visits, trips: Numbers of visits to combines and of trips to trucks.
     """
 
     combines: int
@@ -150,22 +152,22 @@ class FleetFigures:
 
     @property
     def machines(self) -> int:
-        """Drivers that are needed."""
+        """Number of machines, each of which needs a driver."""
         return self.combines + self.carts + self.trucks
 
     @property
     def fuel(self) -> float:
-        """Of combines and carts; what trucks burn on the road is not known [l]."""
+        """Fuel of combines and carts; what trucks burn on the road is not known [l]."""
         return self.combine_fuel + self.cart_fuel
 
     @property
     def engine_hours(self) -> float:
-        """Of combines and carts [h]."""
+        """Engine hours of combines and carts [h]."""
         return (self.combine_engine_time + self.cart_engine_time) / 3600.0
 
 
 def figures_of_plan(plan: HarvestPlan, trucks: TruckFleet) -> FleetFigures:
-    """What a whole plan takes, read from the ways and times of its machines.
+    """Figures of a whole plan, read from the ways and times of its machines.
 
     Args:
         plan: Of the harvest.
@@ -229,7 +231,7 @@ def figures_of_model(
     rounds: CartRounds,
     trucks: TruckFleet,
 ) -> FleetFigures:
-    """What a fleet takes whose combines are planned, and whose carts are those of the model.
+    """Figures of a fleet whose combines are planned and whose carts follow the model.
 
     Args:
         team: The combines.
@@ -271,7 +273,7 @@ def figures_of_model(
 
 
 def _standing(timed: TimedPath, stops: list[Stop], combine: int) -> tuple[float, float]:
-    """How long a combine stands for carts, and for others [s]."""
+    """How long a combine stands for carts, and how long for other machines [s]."""
     times = np.arange(0.0, timed.end, STEP)
     stations = timed.station_at(times)
     stands = timed.speed_at(times) < SLOW
@@ -289,7 +291,7 @@ def _combine_fuel(
     works: np.ndarray,
     stands: np.ndarray,
 ) -> float:
-    """Of all combines, with tanks that are half full on the mean; arrays are (N,) [l]."""
+    """Fuel of all combines, with tanks half full on average; arrays have shape (N,) [l]."""
     fuel = 0.0
     for n, combine in enumerate(combines):
         time, power = float(works[n]), combine.engine_power
@@ -300,7 +302,7 @@ def _combine_fuel(
 
 
 def _cart_fuel(cart: Cart, way: float, hauled: float, moves: float, runs: float) -> float:
-    """Of all carts; `hauled` is grain times way, `moves` and `runs` are times [l]."""
+    """Fuel of all carts; `hauled` is grain times way, `moves` and `runs` are times [l]."""
     energy = driving_energy(cart.mass, way) + driving_energy(1.0, hauled)
     power = cart.engine_power
     return driving_fuel(power, energy, moves) + idling_rate(power) * max(runs - moves, 0.0)

@@ -1,4 +1,4 @@
-"""Fleets of all sizes side by side, and the one from which on more machines hardly pay."""
+"""Fleets of all sizes side by side, and the one beyond which more machines hardly pay."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,9 +20,9 @@ class FleetTable:
     """Fleets side by side.
 
     Attributes:
-        rows: One for each fleet that can do it, by combines, carts and trucks.
-        knee: Number of the row of the knee.
-        refused: Fleets that cannot, by their numbers of combines and carts, 0 for any of these,
+        rows: One for each fleet that can do it, in order of combines, carts and trucks.
+        knee: Number of the row of the knee; see `knee_of`.
+        refused: For each fleet that cannot: its number of combines, its number of carts (0: any),
             and why.
     """
 
@@ -57,23 +57,23 @@ def fleet_table(
 ) -> FleetTable:
     """Plan the combines of each fleet, and serve them by the model of carts.
 
-    Who has one more cart or truck may leave it where it is: a larger fleet is given the figures of
-    a smaller one of as many combines where those are better.
+    An additional cart or truck may stay unused: where a smaller fleet with as many combines is
+    quicker, the larger one is given its figures.
 
     Args:
         field: What is harvested.
-        combines: Of the largest team, of one size; smaller teams are the first of them.
+        combines: The largest team, all of one size; smaller teams are the first of them.
         cart: One of the equal carts.
         trucks: What takes the grain; if they hold any amount, there is one for each cart, and they
             are not counted.
         density: Of the crop [kg/m^2].
-        truck_rate: At which carts are emptied [kg/s].
-        threshold: Part of a tank from which on carts come.
+        truck_rate: Rate at which carts are emptied [kg/s].
+        threshold: Part of a tank that has to be filled before a cart comes.
         pattern: Of the combines' paths; see `find_coverages`.
-        seed: Of the orders that are tried.
-        most: How many carts and trucks are tried.
-        planned: Plans of combines that there are already, by their numbers.
-        progress: Told what is done, and which part of it, in [0, 1].
+        seed: Random seed of the orders that are tried.
+        most: Largest numbers of carts and of trucks that are tried.
+        planned: Plans that exist already, by their numbers of combines.
+        progress: Called with what is being done and the share that is done, in [0, 1].
 
     Raises:
         InvalidInput: A value is out of its range, or no fleet can do it.
@@ -121,11 +121,11 @@ def fleet_table(
 
 
 def knee_of(rows: list[FleetFigures]) -> int:
-    """The fleet from which on one more machine saves less than machines did on the mean before.
+    """The knee: the fleet beyond which one more machine saves less time than on average.
 
-    Of the quickest fleet for each number of machines, of which each is quicker than all that are
-    smaller, it is the one farthest below the straight line from the first to the last of them,
-    where both axes are scaled to their ranges.
+    Take the quickest fleet for each number of machines, if it is quicker than all smaller ones. The
+    knee is the one of these that is farthest below the straight line from the first to the last of
+    them, with both axes scaled to their ranges.
 
     Args:
         rows: At least one.

@@ -31,36 +31,37 @@ from ..timing.timed_drive import Journey
 from ..timing.timetable import MachineTimetable, Standstill, time_machines, with_stops
 from ..trucks import TruckFleet
 
-# Combines that wait for no larger part of their time do so for slivers of crop as well.
+# If combines wait for no more than this part of their time, they wait for slivers of crop as well.
 LITTLE_WAITING = 0.03
-# Largest share of the crop over which bodies drive where nobody waited for it, by the times of all;
-# the audit, which finds as much, allows 0.002 [-].
+# Largest share of the crop that bodies may drive over, at the planned times, because nobody waits
+# for it; the audit, which finds as much, allows 0.002 [-].
 MOST_TRODDEN = 0.0019
-# Parts of the crop over which bodies may still drive that are given up for that: less where the
-# first is too much by the times of all.
+# Parts of the crop that bodies may still drive over which are given up for slivers, tried in this
+# order: less if more would be too much at the planned times.
 SLIVERS = (1.0, 0.5, 0.25)
-# How many ways for the combines are tried, where carts cannot serve them.
+# How many plans of the combines are tried, where carts cannot serve them.
 TEAMS = 6
 # Where the first truck stands, as a part of the way round the field, and how much farther round in
 # each further try.
 FIRST_TRUCK = 0.125
 OTHER_TRUCK = 0.38
-# How far a cart is emptied from the place of its truck, at most [m].
+# Largest distance from the place of a truck to where its cart is emptied [m].
 NEAR_TRUCK = 60.0
-# Part of a tank that is counted on where no cart comes.
+# Part of a tank that a combine can surely fill without a cart.
 SURE = 0.9
-# Straight pieces of work that are shorter are no way for a cart [m].
+# Straight pieces of work that are shorter than this are no way for a cart [m].
 SHORTEST_LINE = 30.0
-# Carts come to a truck and leave it on a way that is about straight for so long [m], [rad].
+# Carts come to a truck and leave it on a stretch of this length [m] that bends no more than this
+# [rad].
 RUN = 20.0
 STRAIGHT = 0.6
-# Between a cart at its truck and all combines, at least [m].
+# Least distance between a cart at its truck and all combines [m].
 FREE = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class CombinePlan:
-    """When every combine is where, if nothing goes wrong, and who goes first if something does.
+    """Paths and times of all combines, and the orders that they keep if something goes wrong.
 
     Attributes:
         field: What is cut.
@@ -78,12 +79,12 @@ class CombinePlan:
 
     @property
     def size(self) -> CombineSize:
-        """Of the combines."""
+        """Size of the combines."""
         return size_of(self.machines)
 
     @property
     def paths(self) -> tuple[TimedPath, ...]:
-        """Of the combines."""
+        """Timed paths of the combines."""
         return self.timetable.paths
 
     @property
@@ -93,7 +94,7 @@ class CombinePlan:
 
     @property
     def makespan_over_bound(self) -> float:
-        """The makespan over that of headers that are always full, at top speed, no unit."""
+        """The makespan divided by that of always full headers at top speed, no unit."""
         cuts = sum(combine.header_width * combine.speed for combine in self.machines)
         bound = self.field.area / cuts
         return self.makespan / bound
@@ -112,13 +113,13 @@ def plan_combines(
     seed: int = 0,
     reach: float = np.inf,
 ) -> CombinePlan:
-    """Plan how combines cut a field: of the best ways to cut it the one that is done first.
+    """Plan how combines cut a field: the one of the best ways to cut it that takes least time.
 
     Args:
         field: The field.
-        combines: They, of one size.
+        combines: The combines, all of one size.
         pattern: Of the paths; see `find_coverages`.
-        seed: Of the orders that are tried.
+        seed: Random seed of the orders that are tried.
         reach: How far a combine cuts until its tank is full [m].
 
     Raises:
@@ -131,7 +132,7 @@ def plan_combines(
 
 
 def _require_team(field: Field, combines: Sequence[Combine], seed: int) -> None:
-    """Refuse what is no field and no combines, before planning asks them what they have not."""
+    """Refuse arguments of wrong types, before planning asks them for what they do not have."""
     require_type("field", field, Field)
     require_type("combines", combines, Sequence)
     require(len(combines) > 0, "combines", "be one at least", "none")
@@ -148,15 +149,15 @@ def find_combine_plans(
     seed: int = 0,
     reach: float = np.inf,
 ) -> Iterator[CombinePlan]:
-    """Plans of combines: the best ways to cut a field, what is done first first, then other ways.
+    """Yield plans of combines: the best ways to cut a field, quickest first, then other ways.
 
-    Ways in which combines would block one another are left out.
+    Ways in which combines would block one another, or drive over too much crop, are left out.
 
     Args:
         field: The field.
-        combines: They, of one size.
+        combines: The combines, all of one size.
         pattern: Of the paths; see `find_coverages`.
-        seed: Of the orders that are tried.
+        seed: Random seed of the orders that are tried.
         reach: How far a combine cuts until its tank is full [m].
 
     Raises:
@@ -197,10 +198,10 @@ def find_combine_plans(
 
 
 class TroddenCrop(NamedTuple):
-    """Combines that wait for no slivers of crop drive over more of it than they may.
+    """Combines that do not wait for slivers of crop would drive over more crop than they may.
 
     Attributes:
-        share: Of the crop [-].
+        share: Share of the crop that they would drive over [-].
     """
 
     share: float
@@ -213,7 +214,7 @@ class TroddenCrop(NamedTuple):
 def _time(
     field: Field, combines: Sequence[Combine], coverage: CoveragePaths, seed: int
 ) -> CombinePlan | Standstill | TroddenCrop:
-    """Times for a way to cut a field; combines that wait long wait for no slivers of crop."""
+    """Times for a way to cut a field; if waits are long, slivers of crop are not waited for."""
     size = size_of(combines)
     outline = combine_outline(size)
     journeys = [
@@ -307,28 +308,28 @@ def plan_harvest(
 ) -> HarvestPlan:
     """Plan a whole harvest.
 
-    Where carts cannot serve the combines as they would cut the field best, others of their ways to
-    cut it are tried, with trucks elsewhere if these have no places.
+    If carts cannot serve the best plan of the combines, other plans of them are tried, with trucks
+    elsewhere if the field has no places for these.
 
     Args:
         field: The field.
-        combines: They, of one size.
+        combines: The combines, all of one size.
         cart: One of the equal carts.
         carts: How many.
         density: Of the crop [kg/m^2].
-        truck_rate: At which a cart is emptied into its truck [kg/s].
-        trucks: What takes the grain; by default one that holds any amount.
+        truck_rate: Rate at which a cart is emptied into its truck [kg/s].
+        trucks: What takes the grain; by default one for each cart, which holds any amount.
         strategy: Order in which combines are served, "sequential" or "on-demand"; see
             `serve_combines`.
-        threshold: Part of a tank from which on carts come.
+        threshold: Part of a tank that has to be filled before a cart comes.
         visits: Whether visits are given up for others where a combine would have to wait,
             "revised" or "greedy"; see `serve_combines`.
         pattern: Of the combines' paths; see `find_coverages`.
-        seed: Of the orders that are tried.
-        failure: Of a cart: what comes after it is planned as if nobody had known of it before. So
-            who drives this plan does the same as who plans anew when the cart fails.
+        seed: Random seed of the orders that are tried.
+        failure: Failure of a cart. Nobody knows of it until it happens, so that driving this plan
+            is the same as planning anew when the cart fails.
         team: The plan of these combines, if there is one already.
-        progress: Told what is done, and which part of it, in [0, 1].
+        progress: Called with what is being done and the share that is done, in [0, 1].
 
     Raises:
         InvalidInput: A value is out of its range or of another type; the margin has no room for
@@ -385,11 +386,11 @@ def plan_harvest(
         except NoPlan as fault:
             faults.append(fault)
         except InvalidInput:
-            # Another way may leave no room for trucks: the first one's reason is told.
+            # A later plan may leave no room for trucks: then the first failure is raised.
             if not faults:
                 raise
         if failure is not None:
-            # Nobody would have planned otherwise for a failure that was to come.
+            # If this plan works without the failure, nobody would have chosen another one.
             try:
                 served(each, first_truck, None)
             except InvalidInput:
@@ -399,11 +400,11 @@ def plan_harvest(
 
 
 def tank_reach(field: Field, combines: Sequence[Combine], density: float | YieldMap) -> float:
-    """How far a combine surely cuts until its tank is full [m].
+    """How far a combine can surely cut before its tank is full [m].
 
     Args:
         field: The field.
-        combines: They.
+        combines: The combines.
         density: Of the crop [kg/m^2].
     """
     grain = mean_density(density, field.polygon) * size_of(combines).header_width
@@ -426,14 +427,14 @@ def truck_places(
 ) -> np.ndarray:
     """Poses of the tractor beside trucks on the margin, shape (K, 3).
 
-    They are near the places where the field has room for trucks, else near its gates, else about
-    evenly round it. There carts have room from the beginning on, and no combine ever comes there.
+    They are near the field's places for trucks, else near its gates, else about evenly spaced round
+    it. Carts have room there from the beginning on, and no combine ever comes there.
 
     Args:
         team: Paths of the combines.
         cart: One of the equal carts.
         count: Of carts.
-        first: Where the first truck stands that has no place, as a part of the way round.
+        first: Where the first truck stands if none has a place, as a part of the way round.
 
     Raises:
         InvalidInput: The margin has no room for so many, or none near the places of trucks.
@@ -473,7 +474,7 @@ def truck_places(
         else:
             ideal = edge.length * ((first + k / count) % 1.0)
         apart = np.abs((ways - ideal + edge.length / 2) % edge.length - edge.length / 2)
-        # Where the way bends, as at the tip of a star, only if it is straight nowhere.
+        # Where the way bends, as at the tip of a star, is chosen only if no straight part is left.
         apart[bent] += edge.length
         apart[~fits] = np.inf
         for other in chosen:
@@ -496,11 +497,11 @@ def truck_places(
 
 
 def _bends(course: np.ndarray, reach: int) -> np.ndarray:
-    """How much a closed way bends within so many points of each, shape (n,) [rad].
+    """How much a closed way bends in the neighbourhood of each point, shape (n,) [rad].
 
     Args:
-        course: At its points, shape (n,) [rad].
-        reach: How many, before and behind.
+        course: Heading at its points, shape (n,) [rad].
+        reach: How many points before and behind belong to the neighbourhood.
     """
     near = np.stack([np.roll(course, k) for k in range(-reach, reach + 1)])
     return np.ptp(np.unwrap(near, axis=0), axis=0)

@@ -1,7 +1,7 @@
 """A plan in files: GeoJSON (RFC 7946), and task data of farm machines with guidance lines.
 
-Both tell swaths that combines cut and ways that machines drive, and when. GeoJSON has boundary,
-unloadings, trucks and gates as well; task data is ISO 11783-10, version 4.
+Both have the boundary, obstacles, gates, places of trucks and the swaths that combines cut. GeoJSON
+also has all times, the ways of machines and the unloadings; task data is ISO 11783-10, version 4.
 """
 
 from dataclasses import replace
@@ -16,14 +16,14 @@ from ..field.field_files import ACCESS, BOUNDARY, EXTERIOR, GUIDANCE, INTERIOR, 
 from ..paths import MachinePath, TimedPath
 from .harvest_plan import HarvestPlan
 
-# Between an arc and the chords that stand for it [m].
+# Largest distance between an arc and the chords that stand for it [m].
 CHORD_ERROR = 0.005
-# Turned by less than this a line is straight [rad].
+# A line that turns by less than this is straight [rad].
 STRAIGHT = 1e-6
 
 # Decimals of degrees and of metres: a tenth of a millimetre.
 DECIMALS = {True: 9, False: 4}
-# Between two points of a way [s].
+# Time between two points of a way [s].
 STEP = 2.0
 
 # Longest designator (ISO 11783-10, annex D).
@@ -33,7 +33,7 @@ AB, CURVE = "1", "3"
 POINT_A, POINT_B, POINT_BETWEEN, POINT_OTHER = "6", "7", "9", "2"
 # A pattern is one swath: nothing is copied to its sides, and nothing is driven beyond its ends.
 NO_PROPAGATION, NO_EXTENSION = "4", "4"
-# What a field is called that has no place on Earth: it is laid down in the sea, at 0, 0.
+# Name of a field whose place on Earth is unknown: it is put in the sea, at 0, 0.
 NOWHERE = "not placed: metres from 0N 0E"
 
 
@@ -82,7 +82,7 @@ def swaths_of(plan: HarvestPlan) -> list[Swath]:
                     number,
                     points,
                     straight,
-                    # It leaves the one and comes to the other, by rounding of sums.
+                    # When it leaves the first end and comes to the last; sums are rounded.
                     _time_at(timed, stations[0] + 1e-6),
                     _time_at(timed, stations[1] - 1e-6),
                     float(stations[1] - stations[0]),
@@ -92,10 +92,10 @@ def swaths_of(plan: HarvestPlan) -> list[Swath]:
 
 
 def path_points(path: MachinePath, first: int, last: int) -> np.ndarray:
-    """Points along some pieces of a path, on arcs so many that chords hardly cut them short.
+    """Points along some pieces of a path, so dense that chords stay within CHORD_ERROR of arcs.
 
     Args:
-        path: Where.
+        path: The path.
         first, last: Numbers of the first pose and the last.
 
     Returns:
@@ -111,14 +111,14 @@ def path_points(path: MachinePath, first: int, last: int) -> np.ndarray:
 
 
 def way_points(timed: TimedPath, step: float) -> np.ndarray:
-    """Where a machine is, on its way, at times that are evenly spaced.
+    """Places of a machine on its way at evenly spaced times.
 
     Args:
-        timed: When it is where.
-        step: Between two points [s].
+        timed: Its path and times.
+        step: Largest time between two points [s].
 
     Returns:
-        x, y and time, shape (n, 3) [m], [m], [s]; of a time in which it stands, both ends only.
+        x, y and time, shape (n, 3) [m], [m], [s]; while it stands, the first and last point only.
     """
     count = max(2, int(np.ceil((timed.end - timed.times[0]) / step)) + 1)
     times = np.linspace(timed.times[0], timed.end, count)
@@ -144,7 +144,7 @@ def plan_geojson(plan: HarvestPlan) -> dict[str, Any]:
     """A plan as a FeatureCollection, ready for JSON.
 
     Every feature has a `kind`: field, no-go, gate, swath, way, visit, trip, truck. Coordinates are
-    longitude and latitude (WGS 84), or, where nobody knows where the field lies, the metres of its
+    longitude and latitude (WGS 84), or, if the place of the field is unknown, the metres of its
     file; the member `coordinates` says which. Times are seconds after the beginning.
 
     Args:
@@ -232,7 +232,7 @@ def plan_taskdata(plan: HarvestPlan) -> bytes:
     """A partfield with its boundary, obstacles, gates and places of trucks, and all guidance lines.
 
     For each combine there is a guidance group, in it a pattern for each swath in the order of
-    driving: an A-B line, or a curve. Of a field that nobody knows the place of the zero is put at
+    driving: an A-B line, or a curve. If the place of the field is unknown, its origin is put at
     longitude and latitude 0, and its name says so.
 
     Args:

@@ -23,7 +23,7 @@ from .simulation import (
 
 
 class Holds(Enum):
-    """For whom a certificate holds."""
+    """Which strategies a certificate holds for."""
 
     ANY = "whatever carts do"
     ORDERS = "for every order of visits that empty the tanks"
@@ -32,11 +32,11 @@ class Holds(Enum):
 
 @dataclass(frozen=True)
 class InfeasibilityCertificate:
-    """What there is too little of.
+    """Why there is no schedule: what there is too little of.
 
     Attributes:
         resource: "unload_rate" (augers are too slow for the carts' time) or "travel_time".
-        limit: The largest factor on all ways with which a schedule could still be had; 0: none.
+        limit: The largest factor on all ways with which there could be a schedule; 0: none.
         holds: For which strategies.
     """
 
@@ -85,14 +85,14 @@ class CartSchedule:
 
     Attributes:
         group: Its combines, and what it could do for them at best.
-        round: Its visits: one to each combine, if that will do.
+        round: Its visits: one to each combine, if that is enough.
         plan: Its times, or None if there are none.
         phase: When its first round starts [s].
         period_min: The shortest period it could keep, that of a cart that never waits [s].
-        jitter: What its plan certainly stands, as a part of each time.
-        jitter_max: The largest that any cart stands that serves each combine once a round and
-            needs no truck; of others what the plan of the shortest period certainly stands; a
-            part of each time.
+        jitter: Jitter that its plan certainly tolerates, as a part of each time.
+        jitter_max: Largest jitter that a cart can tolerate at all, if it serves each combine once a
+            round and needs no truck; otherwise what the plan of the shortest period certainly
+            tolerates; a part of each time.
     """
 
     group: CartGroup
@@ -116,12 +116,12 @@ class ScheduleAnswer:
         fleet: The combines.
         truck: Where carts unload; none: they hold any amount.
         carts: One entry for each cart that is used.
-        travel_scale: By which factor all driving could be slower, with whatever groups and visits
+        travel_scale: Factor by which all driving could be slower, with the groups and visits that
             are best then; less than 1: there is no schedule.
-        feasible: Whether every cart has a plan, and one that stands the jitter asked for.
+        feasible: Whether every cart has a plan, and one that tolerates the jitter asked for.
         reasons: Why not, one sentence each.
-        certificate: What there is too little of if no schedule of full tanks is known either;
-            none: there is one.
+        certificate: What there is too little of, if no schedule of full tanks is known either;
+            none: one is known.
     """
 
     fleet: Fleet
@@ -134,7 +134,7 @@ class ScheduleAnswer:
 
     @property
     def jitter_max(self) -> float:
-        """The largest jitter that every cart stands if it never waits."""
+        """The largest jitter that every cart tolerates if it never waits."""
         return min(cart.jitter_max for cart in self.carts)
 
     @property
@@ -153,15 +153,15 @@ def answer_schedule(
 ) -> ScheduleAnswer:
     """Split the combines among carts, and plan each cart's round.
 
-    Carts keep one period where they can (but for plans that stand a jitter), each starts a part
-    of it after the one before, so that they come to the truck in turn.
+    All carts keep the same period where they can, except in plans for a jitter. Each starts a part
+    of its period after the one before, so that they come to the truck in turn.
 
     Args:
         fleet: The combines.
         carts: How many there are at most.
         truck: Where carts of finite capacity unload.
         fill: Part of each tank that is used.
-        jitter: Choose that part so that this jitter is certainly stood, as in `plan_jitter`.
+        jitter: Choose that part so that this jitter is certainly tolerated, as in `plan_jitter`.
         neighbours: Give each cart combines that follow one another.
 
     Raises:
@@ -196,9 +196,9 @@ def answer_schedule(
 
 
 def answer_timetable(answer: ScheduleAnswer, cycles: int) -> Timetable:
-    """The timetable of all carts, as `plan_timetable` makes that of one.
+    """The timetable of all carts, as `plan_timetable` makes it for one.
 
-    Each combine begins by its cart's plan, and that at the cart's phase.
+    Each combine begins when its cart's plan says, shifted by the cart's phase.
 
     Args:
         answer: The schedule.
@@ -229,7 +229,7 @@ def answer_timetable(answer: ScheduleAnswer, cycles: int) -> Timetable:
 def _plan_cart(
     fleet: Fleet, group: CartGroup, truck: Truck | None, fill: float, jitter: float | None
 ) -> CartSchedule:
-    """The plan of one cart by itself: with one visit to each combine a round, if that will do."""
+    """The plan of one cart by itself: with one visit to each combine a round, if that works."""
     if group.carts > 1:
         return _plan_visits(fleet, group, group.best.round, fill, jitter)
     once, _ = best_round(fleet, group.order, truck)
@@ -265,7 +265,7 @@ def _plan_visits(
 
 
 def _period_min(early: PeriodicPlan | None) -> float:
-    """The period of a cart that never waits; none at all where it need not drive."""
+    """The period of a cart that never waits; 0 if it need not drive, infinite without a plan."""
     if early is None:
         return math.inf
     return early.period if any(early.round.travel_times) else 0.0
@@ -287,12 +287,12 @@ def _in_step(fleet: Fleet, carts: list[CartSchedule], fill: float) -> list[CartS
 
 
 def _in_turn(carts: list[CartSchedule]) -> list[CartSchedule]:
-    """The same carts, each by an equal part of its period after the one before."""
+    """The same carts, each starting an equal part of its period after the one before."""
     turn = []
     for k, cart in enumerate(carts):
         assert cart.plan is not None
         sharing = [n for n, other in enumerate(carts) if other.group is cart.group]
-        # Those that share combines are as far apart as their round has it.
+        # Carts that share combines are evenly spaced in their round.
         part = k / len(carts) if len(sharing) == 1 else sharing.index(k) / len(sharing)
         turn.append(replace(cart, phase=part * cart.plan.period))
     return turn
@@ -321,7 +321,7 @@ def _reasons(fleet: Fleet, cart: CartSchedule, fill: float, jitter: float | None
 
 
 def drawn_timetable(answer: ScheduleAnswer, cycles: int) -> Timetable:
-    """Rounds in which each cart finds its first combine as the plan says at its phase.
+    """Timetable in which each cart, starting at its phase, finds its first combine as planned.
 
     Its other combines began, with empty tanks, when it set out for the first one. Carts without
     a plan never wait, and start beside a full tank; some tank will run over.
@@ -334,7 +334,7 @@ def drawn_timetable(answer: ScheduleAnswer, cycles: int) -> Timetable:
     runs: list[CartRun] = []
     for cart in answer.carts:
         if cart.phase == 0.0 or cart.round.carts == 1:
-            # Of carts that share combines the first one finds them so.
+            # Of carts that share combines only the first one finds them so.
             for combine, begin in _begins(answer.fleet, cart.round, cart.plan).items():
                 begins[combine] = cart.phase + begin
         runs.append(CartRun(round=cart.round, first_start=cart.phase, plan=cart.plan))

@@ -1,9 +1,9 @@
-"""The visits that leave one cart most time to drive, in whatever order.
+"""The visits, in any order, that leave one cart most time to drive.
 
 One visit to each combine a round is enough where they are alike. Where one fills faster than the
 others the cart comes to it more often, and where its own room is small it drives by the truck in
 between. For a few combines `best_word` looks at all short words. Longer ones come from a search
-through all orders if there is no truck, and else grow from shorter ones.
+through all orders if there is no truck; otherwise they grow from shorter ones.
 
 **The search for any order** that one cart without a truck can keep up for ever is exhaustive.
 
@@ -39,16 +39,16 @@ from .limits import best_rotation, best_round, unloading_share
 from .periodic_plan import travel_scale_max
 from .word_limit import Tanks, Vector, tanks_of, ways_of, word_limit
 
-# Visits in a row that a branch may have, and states kept for each combine of those that failed.
+# Most visits in a branch, and most failed states that are kept for each combine.
 _DEEPEST, _KEPT = 400, 10_000
 # Part of an amount that rounding may cost.
 _ROUNDING = 1e-12
-# Part of a tank by which a state that comes back may differ: from empty tanks loads only rise
-# towards those of the round that they end in.
+# Part of a tank by which a state that recurs may differ: from empty tanks, loads only rise towards
+# those of the round that the visits end in.
 _BACK = 1e-4
 _FAILED, _FOUND, _GIVEN_UP = 0, 1, 2
 
-# By which factor a better order must let the cart be slower, and orders that are tried at most.
+# By which part the factor of a better order must be larger, and most orders that are tried.
 ACCURACY = 1e-3
 _ORDERS = 30
 # Visits that a search may try: a few tenths of a second; all that seven combines take.
@@ -57,9 +57,9 @@ _MOST_VISITS = 250_000
 _FEW, _MOST_GROWN = 4, 7
 # By which part a word must be better than another.
 _BETTER = 1e-6
-# Where the cart has no plan at all as it is, ways this much quicker are tried first.
+# Factor on ways that is tried first where no larger one is known for which the cart has a plan.
 _LEAST = 1e-3
-# With this factor there is a schedule.
+# From this factor on there is a schedule: 1, but for rounding.
 ENOUGH = 1.0 - 1e-12
 # Visits of the longest words that are all looked at, by the number of combines: at least two to
 # each, and no more than take some hundredths of a second.
@@ -77,7 +77,7 @@ class Outcome(Enum):
 
 
 class VisitSearch(NamedTuple):
-    """What a search says.
+    """Result of a search.
 
     Attributes:
         outcome: How it ended.
@@ -96,7 +96,7 @@ def search_visits(tanks: Tanks, ways: Vector, most_visits: int) -> VisitSearch:
     Args:
         tanks: What is visited.
         ways: From combine (row) to combine (column), (N, N) [s].
-        most_visits: After which the search is given up.
+        most_visits: Number of visits after which the search is given up.
     """
     order = np.zeros(_DEEPEST, dtype=np.int64)
     outcome, first, last, visits = _search(tanks, ways, most_visits, order)
@@ -113,12 +113,12 @@ def _search(
     """The outcome; first and last place in `order` of what can be repeated; visits tried."""
     capacities, fill_rates, net_rates = tanks
     count = len(capacities)
-    # Of each state of the branch: tanks, time, and the next choice to try.
+    # For each state of the branch: tanks, time, and the next choice to try.
     loads = np.zeros((_DEEPEST, count))
     times = np.zeros(_DEEPEST)
     tried = np.zeros(_DEEPEST, dtype=np.int64)
     ranking = np.zeros((_DEEPEST, count), dtype=np.int64)
-    # Of each combine, the states there that failed.
+    # For each combine, the states that failed with the cart there.
     failed = np.zeros((count, _KEPT, count))
     kept = np.zeros(count, dtype=np.int64)
     visits = 0
@@ -190,7 +190,7 @@ def _rank(
     tanks: Tanks,
     ways: Vector,
 ) -> None:
-    """Put the choices in order: first the combine that must be left for soonest."""
+    """Put the choices in order: first the combine for which the cart must set out soonest."""
     for there in range(len(loads)):
         filling = (tanks.capacities[there] - loads[there]) / tanks.fill_rates[there]
         spare = filling - ways[here, there]
@@ -204,7 +204,7 @@ def _rank(
 
 @kernel
 def _all_in_time(loads: Vector, here: int, tanks: Tanks, ways: Vector) -> bool:
-    """Whether each tank, and each of any two after the other, can be come to in time.
+    """Whether each tank can be reached in time, and any two of them, one after the other.
 
     Args:
         loads: Of the tanks now.
@@ -254,7 +254,7 @@ def _is_hopeless(loads: Vector, failed: Vector, kept: int) -> bool:
 
 @kernel
 def _is_back(loads: Vector, before: Vector, capacities: Vector) -> bool:
-    """Whether a state is as good as one before it, but for a little."""
+    """Whether a state is as good as an earlier one, within a tolerance."""
     back = True
     for k in range(len(loads)):
         back = back and loads[k] <= before[k] + _BACK * capacities[k]
@@ -267,9 +267,9 @@ class BestVisits:
 
     Attributes:
         round: The visits.
-        scale: By which factor all its driving could be slower; less than 1: there is no schedule.
-        bound: By which factor it could be with any order of visits that empty the tanks, with
-            certainty: all of them were looked at. Infinite: that is not known.
+        scale: Factor by which all its driving could be slower; less than 1: there is no schedule.
+        bound: Proven upper bound of that factor for any order of visits that empty the tanks, from
+            a search through all of them; infinite: not known.
     """
 
     round: Round
@@ -322,14 +322,14 @@ def _best_by_truck(
     best: tuple[Round, float],
     asked: float = math.inf,
 ) -> tuple[Round, float]:
-    """The best visits of one cart that drives by a truck, and by which factor it could be slower.
+    """The best visits of one cart that drives by a truck, and the factor it could be slower by.
 
     Args:
         fleet: The combines.
         order: Those that are served, at least two.
         truck: Where the cart unloads.
         best: A round that is known.
-        asked: A factor that is enough; nothing is said of those below [-].
+        asked: A factor that is enough; visits with a lower one may be missed [-].
     """
     size = len(order)
     if size > _MOST_GROWN or best[1] >= asked:
@@ -360,7 +360,7 @@ def _better(
     word: RatedWord,
     best: tuple[Round, float],
 ) -> tuple[Round, float]:
-    """The round of a word and its factor, if that is larger than the best one that is known.
+    """The round of a word and its factor if that is larger than the best known, else the best.
 
     Args:
         fleet: The combines.
@@ -387,7 +387,7 @@ def find_visits(
         order: Those that are served.
         scale: Factor on all ways.
     """
-    # Where more is filled than a cart unloads nothing can be kept up.
+    # If the combines cut more than a cart unloads, no visits can be kept up.
     if unloading_share(fleet, order) > 1.0:
         return None, Outcome.NONE
     served = fleet.part(order)

@@ -1,14 +1,14 @@
 """The word of visits with which one cart could drive slowest.
 
-**Short words**, of twice as many visits as combines, say, are looked at one by one: visit by visit,
-until some tank would run over on the ways alone if they were as long as in the best word that is
-known; what is left is judged by its linear programme. The result is exact, so that more of
-anything never makes it worse.
+**Short words**, of twice as many visits as combines, say, are all looked at. They are built visit
+by visit, until some tank would run over during the ways alone, with the factor on ways of the best
+word that is known; each word that is left is judged by its linear programme. The result is exact,
+so that more of anything never makes it worse.
 
-**Longer words** grow: into each of the best words of a length one visit more is put, anywhere, with
-the trips that can go with it, and the best of what comes of all of them are kept. A word told twice
-is another that may grow. The best of each length are changed for the better (`changed_word`).
-Nothing says that no word is better.
+**Longer words** grow: one more visit is put anywhere into each of the best words of a length, with
+each choice of trips that can go with it, and the best words that result are kept. A word repeated
+twice may grow as well. The best words of each length are improved by small changes
+(`changed_word`). There may be better words that are not found.
 """
 
 import math
@@ -33,14 +33,14 @@ from .word_limit import (
     word_limit,
 )
 
-# Which visits, and after which of them the cart drives by the truck.
+# The combine of each visit, and whether the cart drives by the truck after it.
 Visits = tuple[tuple[int, ...], tuple[bool, ...]]
 
-# Which part of the best limit a word must have to grow on.
+# Part of the best limit that a word must reach to grow on.
 _NEAR = 0.7
-# How many of the best of each length are changed for the better.
+# How many of the best words of each length are improved by small changes.
 _CHANGED = 3
-# By which part a word must be better than another.
+# By which part of its limit a word must be better than another.
 _BETTER = 1e-9
 
 
@@ -63,7 +63,7 @@ def best_short_word(tanks: Tanks, ways: Ways, longest: int, least: float) -> Rat
         tanks: What is visited.
         ways: Between visits.
         longest: Visits of the longest words, no fewer than there are combines.
-        least: At least 0 [-].
+        least: Limit that the word must exceed, at least 0 [-].
     """
     word, trips = np.zeros(longest, dtype=np.int64), np.zeros(longest, dtype=np.bool_)
     limit, size = _look_at_all(tanks, ways, least, word, trips)
@@ -78,7 +78,7 @@ def grown_word(
     enough: float,
     seeds: list[Visits],
 ) -> RatedWord:
-    """The best word that grows from some, if any does.
+    """The best word that grows from some seeds, if any does.
 
     Args:
         tanks: What is visited.
@@ -114,7 +114,7 @@ def rounds_of_all(combines: int, with_truck: bool) -> list[Visits]:
 
     Args:
         combines: How many.
-        with_truck: Whether there is a truck; by it carts drive at least once.
+        with_truck: Whether there is a truck; if so, there is at least one trip.
     """
     choices = [(False,) * combines]
     if with_truck:
@@ -127,7 +127,7 @@ class _Garden:
     """The best words of each length, as far as they are known.
 
     Attributes:
-        words: (longest + 1, kept, longest); those of a length from the best one on.
+        words: (longest + 1, kept, longest); for each length the best one first.
         trips: After which visits the cart drives by the truck, likewise.
         limits: (longest + 1, kept); minus infinity where there is no word.
     """
@@ -148,11 +148,11 @@ def _look_at_all(
 ) -> tuple[float, int]:
     """The limit of the best word, minus infinity if none is beyond `least`, and its length.
 
-    Of a branch we know what has passed since the cart left each combine or, of those that it has
-    not come to, since the word began; and what it has driven, which says how many visits and trips
-    there must be at least. Of words that are the same from another visit on only the
-    first in lexical order is looked at, and none that is a shorter one told twice (Lyndon words, by
-    the period of what is written so far, Fredricksen and Maiorana 1978).
+    Of a branch we know the time since the cart left each combine or, if it has not come there yet,
+    since the word began; and the time that it has driven, which says how many visits and trips
+    there must be at least. Of words that are rotations of one another only the first in lexical
+    order is looked at, and none that repeats a shorter one (Lyndon words, by the period of what is
+    written so far, Fredricksen and Maiorana 1978).
     """
     count, longest = len(tanks.capacities), len(best_word)
     with_truck = np.isfinite(ways.room)
@@ -166,7 +166,7 @@ def _look_at_all(
     passed = np.zeros((longest, count))
     visits, driven = np.zeros((longest, count), dtype=np.int64), np.zeros(longest)
     visits[0, 0] = 1
-    # Of the visits before each one.
+    # The period of the word before each visit.
     periods = np.zeros(longest + 1, dtype=np.int64)
     missing[0], periods[0] = count - 1, 1
     limit, size, depth = -np.inf, 0, 0
@@ -226,18 +226,18 @@ def _can_be_enough(
     room: float,
     free: tuple[float, float],
 ) -> bool:
-    """Whether so many visits more, and trips after them, can serve tanks and the cart.
+    """Whether so many more visits, and trips after them, can be enough for all tanks and the cart.
 
-    What is driven leaves the rest of the period, which it bounds, for unloading. Between two visits
-    to one combine its tank fills, during all ways and all stays with others; the truck gets all, no
-    more than a full cart a trip.
+    The time driven bounds the period from below, as unloading takes the rest of it. A tank fills
+    while the cart is away from it, during all ways and all stays with others, and needs a visit for
+    each time that it is full; all grain goes to the truck, at most one full cart a trip.
 
     Args:
         visits: To each combine so far, (N,).
         stops: Trips so far.
-        driven: By then, at least [s].
-        rest: How many visits there may be yet; after the last of these, too, there may be a trip.
-        tanks: Of them.
+        driven: Time driven by then, at least [s].
+        rest: How many more visits there may be; a trip may follow the last of these too.
+        tanks: Of the combines.
         room: Of the cart [kg].
         free: From `time_to_drive`; the second is positive.
     """
@@ -256,12 +256,12 @@ def _can_be_enough(
 
 @kernel
 def _period(word: Word, trips: Trips, last: int, period: int) -> int:
-    """The period of a word up to its last visit, 0 if it begins no first one of its rotations.
+    """Period of a word up to its last visit; 0 if it cannot begin the first of its rotations.
 
     Args:
         word, trips: The word, (V,).
         last: Number of its last visit.
-        period: Of what is before.
+        period: Of the word before that visit.
     """
     if last == 0:
         return 1
@@ -274,7 +274,7 @@ def _period(word: Word, trips: Trips, last: int, period: int) -> int:
 
 @kernel
 def _first_rotation(word: Word, trips: Trips) -> int:
-    """At which visit the first of all words that are the same begins, in lexical order."""
+    """Number of the visit at which the first of a word's rotations begins, in lexical order."""
     size, first = len(word), 0
     for turn in range(1, size):
         for visit in range(size):
@@ -296,12 +296,12 @@ def _keep(
     by_truck: NDArray[np.bool_],
     limits: Vector,
 ) -> None:
-    """Put a word, as it begins first, among the best of its length, if it is one of them.
+    """Put the first rotation of a word among the best of its length, if it is one of them.
 
     Args:
         word, trips: The word, (V,).
         limit: Its limit [-].
-        words, by_truck, limits: The best ones, from the best on.
+        words, by_truck, limits: The best words, the very best first.
     """
     size, kept = len(word), len(limits)
     if limit <= limits[kept - 1]:
@@ -381,15 +381,15 @@ def _grow_one(
     longer: tuple[Word, Trips],
     desk: Desk,
 ) -> None:
-    """Put one more visit anywhere into a word, and keep the best of what comes of it.
+    """Put one more visit anywhere into a word, and keep the best words that result.
 
     Args:
         word, trips: The word, (V,).
         cart: What it visits, and its ways.
-        least: What a word must have [-].
+        least: Limit that a word must exceed [-].
         kept: The best words with one visit more.
-        longer: Where they are written, (V + 1,).
-        desk: Where they are worked out.
+        longer: Where longer words are written, (V + 1,).
+        desk: Where their limits are worked out.
     """
     tanks, ways = cart
     words, by_truck, limits = kept

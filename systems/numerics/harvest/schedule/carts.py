@@ -1,13 +1,13 @@
 """Several carts: which combines each serves, in which order, and what to change if they cannot.
 
-Carts do not wait for one another, so that a split is as good as its worst group: by how much the
-driving of that group's cart could be slower. With one visit to each combine a round every split
+Carts do not wait for one another, so that a split is as good as its worst group, measured by how
+much slower that group's cart could drive. With one visit to each combine a round every split
 is tried up to ten combines (six with trips to a truck, where each group takes a linear programme
 for every number of visits to a trip); more are split into neighbours. Where none of these serves
-all, every split of a few combines is tried again with visits in any order, and then carts share
-what a split gives them: neighbours that several carts serve one after another.
+all, every split of a few combines is tried again with visits in any order, and then groups of
+neighbours are tried that several carts serve one after another.
 
-A remedy changes each input by itself, to where there is just a schedule.
+A remedy changes one input alone, just as far as it takes for a schedule.
 """
 
 import math
@@ -31,18 +31,17 @@ _ANY_ORDER, _ANY_ORDER_WITH_TRUCK, _SHARED = 6, 4, 8
 # Combines up to which nothing is left out, so that more of anything is never worse.
 _FEW = 4
 
-# Of a factor, with the visits that are known.
+# Relative precision of a factor, with the visits that are known.
 _PRECISION = 1e-12
-# Nobody changes a machine by more.
+# Largest factor by which an input is changed.
 _FARTHEST = 1e3
 
 
 def shortest_tour(fleet: Fleet, combines: Sequence[int]) -> tuple[int, ...]:
-    """The quickest way round some combines, from the first of them and back [s].
+    """The order of the quickest way round some combines, from the first of them and back.
 
-    Their given order stands if no other is quicker, and for more than eleven of them: there the
-    order of the rows is taken for good. Exact otherwise (dynamic programming over subsets, Held
-    and Karp 1962).
+    The given order is kept if no other is quicker, and for more than eleven combines, whose order
+    is taken to be good. Exact otherwise (dynamic programming over subsets, Held and Karp 1962).
     """
     given = tuple(combines)
     if len(given) < 4 and _is_symmetric(fleet):
@@ -94,7 +93,7 @@ class CartGroup:
     """One cart's combines, or those of several that follow one another.
 
     Attributes:
-        order: In which it serves them, if each once a round.
+        order: Order in which it serves them, if each once a round.
         best: The visits with which its driving could be slowest.
         carts: How many carts share them.
     """
@@ -105,7 +104,7 @@ class CartGroup:
 
     @property
     def travel_scale(self) -> float:
-        """By which factor its driving could be slower; less than 1: there is no schedule."""
+        """Factor by which its driving could be slower; less than 1: there is no schedule."""
         return self.best.scale
 
 
@@ -117,8 +116,8 @@ def assign_combines(
 ) -> Groups:
     """The split of the combines among at most `carts` carts whose worst group is best.
 
-    Carts share combines only where none of the splits without that serves all. Among equals the
-    one whose next worst group is better; then neighbours in a group.
+    Carts share combines only if no split without sharing serves all. Of equally good splits the one
+    is taken whose next worst group is better, and then the one whose groups are closer together.
 
     Args:
         fleet: The combines.
@@ -147,12 +146,12 @@ def largest_scale(
     *,
     neighbours: bool = False,
 ) -> float:
-    """By which factor all driving could be slower, with whatever groups are best then.
+    """Factor by which all driving could be slower, with the groups that are best then.
 
-    Of many combines that are served anyway, with the groups that `assign_combines` has.
+    For more than a few combines, if all are served, only the groups given are looked at.
 
     Args:
-        groups: From `assign_combines`, which are the best of all where they serve not all.
+        groups: From `assign_combines`; if these do not serve all, there are no better ones.
         fleet, carts, truck, neighbours: As there.
     """
     if _worst(groups) < ENOUGH or fleet.size > _FEW:
@@ -212,7 +211,7 @@ def _worst(groups: Groups) -> float:
 
 
 def _shares(carts: int, groups: int) -> Iterator[tuple[int, ...]]:
-    """Every way to give each group at least one of the carts, and all of them to some."""
+    """Every way to divide all carts among groups, at least one to each."""
     for cuts in combinations(range(1, carts), groups - 1):
         edges = (0, *cuts, carts)
         yield tuple(after - before for before, after in pairwise(edges))
@@ -240,7 +239,7 @@ def _neighbour_splits(combines: Group, carts: int) -> Iterator[Split]:
 
 @dataclass(frozen=True)
 class Remedies:
-    """For each input the factor that makes or would still leave a schedule; nan: none does.
+    """For each input the factor at which there is just a schedule; nan: there is none at any.
 
     For a schedule that is feasible the factors say how far each input may go.
 
@@ -248,8 +247,8 @@ class Remedies:
         factors: Name of an input to its factor, 0 or infinite where any will do. Travel times
             and fill rates may have at most that factor, the others must have at least that.
         combines: How many of the combines, from the first on, the carts can serve.
-        carts: How many carts it takes to serve all, up to one for each combine; 0: those do not.
-        carts_bound: So many it takes at least, whatever they do.
+        carts: How many carts it takes to serve all, up to one for each combine; 0: that is too few.
+        carts_bound: How many carts it takes at least, for any strategy.
     """
 
     factors: dict[str, float]
@@ -264,7 +263,7 @@ def find_remedies(
     truck: Truck | None = None,
     serves: Callable[[Fleet, Round], bool] = can_keep_up,
 ) -> Remedies:
-    """Every single change that turns the answer, by bisection of the exact condition.
+    """For each input alone the change that turns the answer, by bisection of the exact condition.
 
     Combines stay with their carts, except where the number of either changes.
 
@@ -272,10 +271,10 @@ def find_remedies(
         fleet: The combines.
         carts: How many there are.
         truck: Where carts of finite capacity unload, if anywhere.
-        serves: Whether visits will do, of which more may be asked than that no tank runs over.
+        serves: Whether visits are good enough; it may ask for more than that no tank runs over.
     """
     groups = assign_combines(fleet, carts, truck)
-    # Of each group, visits with which some change has a schedule; they may do for others.
+    # For each group, visits that work for some change; they may work for others.
     known = [_rounds_of(fleet, group, truck) for group in groups]
 
     def least(
@@ -367,7 +366,7 @@ def _rounds_of(fleet: Fleet, group: CartGroup, truck: Truck | None) -> list[Roun
 
 
 def _span(values: Sequence[float]) -> tuple[float, float]:
-    """The smallest and the largest factor that leave all values in the range that is asked."""
+    """The smallest and the largest factor that leave all values in the range allowed."""
     return LEAST / min(values), MOST / max(values)
 
 
@@ -387,11 +386,11 @@ def _is_served(
 
     Args:
         fleet: The combines as they are changed.
-        truck: Likewise.
+        truck: The truck as it is changed.
         group: The combines that are served, and by how many carts.
-        known: Visits; what is found is added.
+        known: Visits that are known; those found are added.
         search: Whether to look for others.
-        serves: Whether visits will do.
+        serves: Whether visits are good enough.
     """
     for each in known:
         again = round_of(fleet, each.combines, each.trips, truck, each.carts)
@@ -407,13 +406,13 @@ def _is_served(
 
 
 def _threshold(works: Callable[[float, bool], bool], least: float, most: float) -> float:
-    """The smallest factor that works, if all larger ones do; nan: none, 0: the smallest too.
+    """The smallest factor that works, if all larger ones do; nan: none works, 0: even `least` does.
 
-    Visits that are known say it exactly; others are only looked for where they would let it be
+    With the visits that are known it is exact; others are only looked for where they would make it
     smaller by `ACCURACY`.
 
     Args:
-        works: Whether one does, with visits that are known, or others too.
+        works: Whether a factor works, with the visits that are known or (second argument) others.
         least, most: The smallest and largest factor that are tried; around 1.
     """
     low, high = 1.0, 1.0
@@ -451,6 +450,6 @@ def _combines_served(
 
 
 def _carts_needed(fleet: Fleet, truck: Truck | None, serves: Callable[[Fleet, Round], bool]) -> int:
-    """The smallest number of carts that will do, up to one for each combine; 0: none."""
+    """The smallest number of carts that serve all, up to one for each combine; 0: none does."""
     counts = range(1, fleet.size + 1)
     return next((count for count in counts if is_feasible(fleet, count, truck, serves)), 0)

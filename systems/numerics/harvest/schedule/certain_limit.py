@@ -1,17 +1,17 @@
-"""How slow carts could drive at most, whatever they do: a bound that no strategy beats.
+"""How slowly carts could drive at most: a bound that no strategy beats.
 
 On average over time, carts stay with combine n for a share s_n of it, at least r_f / r_u, since
 the auger delivers no faster. From one visit to the next at most C / r_f passes, or the tank runs
-over, so that visits per second are at least (1 - s_n) r_f / C. Each visit takes a way from
-somewhere and a way to somewhere, as many ways end at a combine as begin there, and the truck must
-be driven by as often as the grain fills a cart. All this takes no more time than the carts have:
+over, so that visits per second are at least (1 - s_n) r_f / C. Each visit takes a way to the
+combine and a way on from it, as many ways end at a combine as begin there, and carts must drive by
+the truck as often as the grain fills a cart. All this takes no more time than the carts have:
 
     sum s_n + sum (ways per second) x (time of the way) + (time at the truck) <= carts.
 
-The least left side is a linear programme; the largest factor on all ways with which it still
-fits is the bound. Nothing is said of the order, the strategy, or who shares what, so that it
-holds for all of them; of one cart it is also known that it cannot stay for ever among some of
-the combines, which links them.
+A linear programme makes the left side as small as it can be; the bound is the largest factor on all
+ways with which it still fits. Nothing is assumed about the order, the strategy, or who shares what,
+so that the bound holds for all of them. A single cart, moreover, cannot stay for ever among some of
+the combines; this links them.
 """
 
 import math
@@ -25,23 +25,23 @@ from .fleet import Fleet, Truck, way_by_truck
 
 # Combines up to which each subset is a constraint of one cart.
 _ALL_SUBSETS = 8
-# A factor on all ways beyond which nothing is driven that would count.
+# If ways longer by this factor still fit, driving does not count.
 _FARTHEST = 1e12
 
 
 def last_factor(
     holds: Callable[[float], bool], low: float, high: float, accuracy: float, most: float
 ) -> tuple[float, float]:
-    """Two factors close together, of which the condition holds at the first alone.
+    """Two factors close together: a condition holds at the first and fails at the second.
 
     Both are infinite if it still holds beyond `most`.
 
     Args:
-        holds: The condition; it holds at `low`, and nowhere beyond where it first does not.
+        holds: The condition; it holds at `low`, and once it fails it fails for all larger factors.
         low: Where the search begins [-].
         high: The first factor that is tried; it is doubled while the condition holds [-].
-        accuracy: By which part of the second the two may differ at the end [-].
-        most: A factor beyond which nobody asks [-].
+        accuracy: Largest difference of the two, as a part of the second [-].
+        most: Factor beyond which the search ends [-].
     """
     while holds(high):
         if high > most:
@@ -56,8 +56,8 @@ def last_factor(
 def certain_limit(fleet: Fleet, carts: int, truck: Truck | None = None) -> float:
     """The factor on all ways beyond which no strategy keeps every tank from running over.
 
-    Less than 1: as things are there is none. 0: not even if carts drove in no time. Infinite:
-    nothing is to be driven that would count.
+    Less than 1: no strategy does as things are. 0: none does even if driving took no time.
+    Infinite: driving does not count.
 
     Args:
         fleet: The combines.
@@ -88,7 +88,7 @@ def is_excluded(fleet: Fleet, carts: int, truck: Truck | None = None) -> bool:
 
 
 def least_carts(fleet: Fleet, truck: Truck | None = None) -> int:
-    """So many carts at least it takes to keep every tank from running over, whatever they do.
+    """Least number of carts that could keep every tank from running over, whatever they do.
 
     Args:
         fleet: The combines.
@@ -100,7 +100,7 @@ def least_carts(fleet: Fleet, truck: Truck | None = None) -> int:
 
 
 def _standing(fleet: Fleet, truck: Truck | None) -> float:
-    """Carts that would be busy if nobody had to drive."""
+    """How many carts would be busy on average if driving took no time."""
     busy = math.fsum(f / u for f, u in zip(fleet.fill_rates, fleet.unload_rates, strict=True))
     if truck is not None:
         cut = math.fsum(fleet.fill_rates)
@@ -109,7 +109,7 @@ def _standing(fleet: Fleet, truck: Truck | None) -> float:
 
 
 class _Averages:
-    """The programme; its unknowns are N shares, N^2 direct ways a second, N^2 by the truck."""
+    """The programme; unknowns: N shares, and per second N^2 direct ways and N^2 by the truck."""
 
     def __init__(self, fleet: Fleet, carts: int, truck: Truck | None) -> None:
         size = fleet.size
@@ -170,7 +170,7 @@ class _Averages:
         self._equal, self._bounds = np.array(equal), bounds
 
     def least_time(self, factor: float) -> float:
-        """Carts that would be busy all the time with ways that are longer by a factor."""
+        """How many carts are busy on average, at least, with ways that are longer by a factor."""
         cost = np.concatenate(
             [
                 np.ones(self._size),

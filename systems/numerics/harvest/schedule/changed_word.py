@@ -10,7 +10,7 @@ import numpy as np
 from ...compiled import compiled, kernel
 from .word_limit import Desk, Tanks, Trips, Ways, Word, limit_beyond
 
-# By which part a word must be better.
+# By which part of its limit a word must be better.
 _BETTER = 1e-9
 
 # What is done with a visit and a partner: another visit, or a combine.
@@ -24,7 +24,7 @@ def change_word(
     """Change a word for the better as long as some change helps.
 
     Args:
-        word, trips: The word and behind it room for longer ones, (longest,); what comes of it is
+        word, trips: The word and behind it room for longer ones, (longest,); the changed word is
             written there.
         size: Visits of the word.
         limit: Of the word [-].
@@ -33,7 +33,7 @@ def change_word(
         desk: For words as long as the longest.
 
     Returns:
-        The limit of what comes of it, and its visits.
+        The limit of the changed word, and its number of visits.
     """
     count, with_truck = len(tanks.capacities), np.isfinite(ways.room)
     other, by_truck = np.zeros_like(word), np.zeros_like(trips)
@@ -72,12 +72,12 @@ def _change(
     other: Word,
     by_truck: Trips,
 ) -> int:
-    """Write a changed word; its visits, or 0 where there is no such change.
+    """Write a changed word; return its number of visits, or 0 if there is no such change.
 
     Args:
         word, trips: The word, (longest,).
-        size: Its visits.
-        what: Is done, with which visit, and with which other one or which combine.
+        size: Its number of visits.
+        what: The kind of change, the visit, and its partner: another visit, or a combine.
         count: Of combines.
         other, by_truck: Where the changed word is written, (longest,).
     """

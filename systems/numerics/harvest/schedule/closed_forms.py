@@ -149,14 +149,14 @@ def first_waits(equal: EqualCombines) -> tuple[float, ...]:
 
 
 def jitter_max(equal: EqualCombines) -> float:
-    """By which part every way and every emptying may at most take longer than planned.
+    """The largest part j by which every way and every emptying may take longer than planned.
 
     If each takes up to 1 + j times as long, a cart that never waits finds loads that grow to
     L = r_f (1 + j) ((2N - 2) dT + (N - 1) L / (r_u - r_f)); that is C for
 
         1 + j = (C / r_f) / ((2N - 2) dT + (N - 1) C / (r_u - r_f)).
 
-    No sequential strategy stands more.
+    No sequential strategy tolerates more.
     """
     others = equal.combines - 1
     busy = others * (2 * equal.travel_time + equal.emptying)

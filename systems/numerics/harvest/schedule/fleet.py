@@ -12,7 +12,7 @@ from math import lcm
 
 from ...errors import InvalidInput, require, require_finite, require_non_negative, require_positive
 
-# Amounts, rates and times lie between.
+# Smallest and largest amounts, rates and times.
 LEAST, MOST = 1e-9, 1e12
 
 
@@ -164,21 +164,21 @@ def line_of(gaps: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
 
 
 def require_measurable(name: str, value: float) -> None:
-    """Refuse amounts and rates that no scale reads, whose quotients leave the range of numbers.
+    """Refuse amounts and rates so small or large that their quotients would be out of range.
 
     Args:
         name: Of the parameter, for the message.
-        value: What came; positive, in any unit [-].
+        value: Its value; positive, in any unit [-].
     """
     require(LEAST <= value <= MOST, name, f"lie between {LEAST:g} and {MOST:g}", value)
 
 
 def require_count(name: str, value: int) -> None:
-    """Refuse what is not a whole number from 1 on.
+    """Refuse anything but a whole number from 1 on.
 
     Args:
         name: Of the parameter, for the message.
-        value: What came.
+        value: Its value.
     """
     if isinstance(value, bool) or not isinstance(value, int):
         raise InvalidInput(f"`{name}` must be a whole number; got {value}")

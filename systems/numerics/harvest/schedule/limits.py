@@ -1,4 +1,4 @@
-"""How far carts reach with one visit to each combine a round.
+"""What carts can achieve with one visit to each combine a round.
 
 **The sequential strategy.** A round without trips to a truck visits each combine once. With rho_n =
 r_fn / r_un and ways of D in all, a cart that never waits has the period P = D / (1 - sum rho_n) and
@@ -21,7 +21,7 @@ from .word_limit import tanks_of, ways_of, word_limit
 _LONGEST_ROUND = 48
 # Combines up to which all choices of trips are tried.
 _ALL_TRIPS = 7
-# Of rounds that are as good, how many are compared by their trips.
+# How many of the best rounds are compared by their exact factors, and by their trips.
 _JUDGED = 4
 
 
@@ -45,7 +45,7 @@ def earliest_loads(fleet: Fleet, round_: Round) -> tuple[float, ...]:
 
 
 def driving_scale(fleet: Fleet, round_: Round) -> float:
-    """By which factor all driving could at most be slower; less than 1: there is no schedule."""
+    """Largest factor by which all driving could be slower; less than 1: there is no schedule."""
     if round_.truck is not None or round_.carts > 1:
         return travel_scale_max(fleet, round_)
     loads = earliest_loads(fleet, round_)
@@ -75,12 +75,12 @@ def first_to_overflow(fleet: Fleet, round_: Round) -> tuple[int, ...]:
 def best_round(fleet: Fleet, order: tuple[int, ...], truck: Truck | None) -> tuple[Round, float]:
     """The round that leaves most time for driving, and its `driving_scale`.
 
-    With a truck, trips after every number of visits are tried, up to what the cart can hold.
-    Among equals the one with fewest trips.
+    With a truck, every number of visits from trip to trip is tried, up to what the cart can hold.
+    Of equally good rounds the one with fewest trips is taken.
 
     Args:
         fleet: The combines.
-        order: In which they are served.
+        order: Order in which they are served.
         truck: Where carts unload, if anywhere.
     """
     if truck is None:
@@ -112,11 +112,11 @@ def best_rotation(
     """The round that several carts make one after another, and its `driving_scale`.
 
     With a truck, every choice of visits after which to drive by it is tried for a few combines,
-    and trips at equal distances for more.
+    and evenly spaced trips for more.
 
     Args:
         fleet: The combines.
-        order: In which they are served.
+        order: Order in which they are served.
         truck: Where carts unload, if anywhere.
         carts: How many there are, at least two.
     """
@@ -129,7 +129,7 @@ def best_rotation(
         everies = [every for every in range(1, size + 1) if size % every == 0]
         choices = [tuple((n + 1) % every == 0 for n in range(size)) for every in everies]
     rounds = [round_of(fleet, order, trips, truck, carts) for trips in choices]
-    # Of equals the one with fewest trips.
+    # Of equally good rounds the one with fewest trips.
     scales = [(round(driving_scale(fleet, each), 9), -sum(each.trips)) for each in rounds]
     best = max(range(len(rounds)), key=lambda number: scales[number])
     return rounds[best], scales[best][0]
@@ -138,7 +138,7 @@ def best_rotation(
 def _trip_intervals(fleet: Fleet, order: tuple[int, ...], truck: Truck) -> Iterator[int]:
     """Numbers of visits from one trip to the next that are worth a try, in rising order."""
     size = len(order)
-    # Full tanks in every visit: what a cart has to hold at the most.
+    # At the most, a cart has to hold a full tank from every visit.
     laps = truck.cart_capacity / math.fsum(fleet.capacities[n] for n in order)
     most = max(2 * size, size * (math.ceil(laps) + 1))
     # A round has no fewer visits than there are to a trip, however much a cart holds.

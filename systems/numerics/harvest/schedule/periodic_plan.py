@@ -23,7 +23,7 @@ from .fleet import Fleet, Round
 
 Vector = NDArray[np.float64]
 
-# By which answers of linear programmes may miss a bound.
+# Tolerance by which answers of linear programmes may miss a bound.
 ACCURACY = 1e-9
 
 
@@ -113,8 +113,8 @@ class PeriodicPlan:
     Attributes:
         fleet: The combines.
         round: The visits.
-        period: After which a cart repeats all [s]; of several carts that make the round one
-            after another each comes to a combine a part of it after the one before.
+        period: Time after which a cart repeats all [s]; if several carts make the round, each comes
+            to a combine an equal part of it after the one before.
         starts: Of unloading, (V,) [s].
         emptied: When the tank is as empty as it gets, (V,) [s].
         leaves: When the cart leaves, (V,) [s].
@@ -167,7 +167,7 @@ def plan_round(
         fleet: The combines.
         round_: The visits.
         fill: Part of each tank, and of the cart, that the plan uses; above 0 up to 1.
-        aim: Which of the possible periods; the longest if the shortest is none at all.
+        aim: Which of the possible periods is taken; the longest if the shortest is zero.
         period: This period instead [s].
 
     Raises:
@@ -294,7 +294,7 @@ class _Model:
                     since[visit, (visit - back) % size] += 1.0
             before[visit, (visit - round_.previous(visit)) % size] = 1.0
         if round_.carts > 1:
-            # All of the round but the stay itself, in parts of which each is another cart's.
+            # Since the cart before left: an equal part of the round, less the stay itself.
             since = np.full((size, size), 1.0 / round_.carts) - np.eye(size)
             since_ways = np.full((size, size), 1.0 / round_.carts)
         unit = (rates / self._load_unit)[:, None]
@@ -339,7 +339,7 @@ class _Model:
         return None if best is None else float(best[-1])
 
     def solve_evenly(self, period: float) -> Vector | None:
-        """The unknowns of a period whose least wait is as long as it can be."""
+        """The unknowns with a given period that make the shortest wait as long as it can be."""
         size = self.round.size
         equal = np.vstack([self._equal, self.period_row])
         equal = np.hstack([equal, np.zeros((size + 1, 1))])

@@ -23,9 +23,9 @@ _ROUNDING = 1e-9
 
 Matrix = NDArray[np.float64]
 
-# Halvings of the range of a plan's fill; rounds until the worst case has settled.
+# Bisection steps for a plan's fill; most rounds until the worst case has settled.
 _STEPS, _ROUNDS = 40, 10_000
-# A plan that stands times so many times as long stands any.
+# A plan that tolerates times longer by this factor tolerates any.
 _ALWAYS = 1e9
 
 
@@ -36,14 +36,14 @@ class CartRun:
     Attributes:
         round: The visits that it repeats.
         first_start: When it is beside the first combine [s].
-        plan: It neither starts to unload nor leaves before this plan does; none: it starts when
-            it comes and leaves when the tank is empty. It never leaves more in a tank than the
-            plan does, unless the cart is full, and then drives by the truck at once, or would
-            have no room for what the plan takes before the next trip: a little more here would
-            mean a little less there, more and more so from round to round.
-        travel_factors: By how much longer each way takes than planned; one number or one for
+        plan: The cart neither starts to unload nor leaves before this plan does; none: it starts
+            when it comes and leaves when the tank is empty. It never leaves more in a tank than the
+            plan does, with two exceptions: it is full, and then drives by the truck at once; or it
+            needs the room for what the plan takes before the next trip, as otherwise a little more
+            here would mean a little less there, more and more so from round to round.
+        travel_factors: Factor by which each way takes longer than planned; one number or one for
             each visit of the whole run, repeated as needed.
-        unload_factors: The same for emptying a tank: by as much its load falls more slowly.
+        unload_factors: The same for emptying a tank, whose load falls more slowly by it.
     """
 
     round: Round
@@ -99,7 +99,7 @@ def simulate_schedule(
     visits = [visit for cart in carts for visit in cart.visits]
     end = max([*begins, *(visit.leave for visit in visits)])
     for n, tank in enumerate(tanks):
-        # Until the first of its carts has made all its rounds, and is missed.
+        # Until the first of its carts has made all its rounds, and does not come any more.
         last = [cart.visits[-1].leave for cart in carts if n in cart.run.round.combines]
         tank.fill_until(max(min(last, default=end), tank.time))
     return Timetable(
@@ -129,7 +129,7 @@ class _Tank:
         self._points.append((time, load))
 
     def fill_until(self, time: float) -> None:
-        """Cut with no cart beside."""
+        """Let the combine cut until a time, with no cart beside it."""
         load = self.load + self.rate * (time - self.time)
         if load > self.capacity * (1.0 + _ROUNDING):
             self.overflow = min(self.overflow, self.time + (self.capacity - self.load) / self.rate)
@@ -264,11 +264,11 @@ def plan_timetable(
     start_times: Sequence[float] | None = None,
     ready: float = -math.inf,
 ) -> Timetable:
-    """What the cart follows: the visits of a plan from where the tanks are now.
+    """The timetable of a plan's visits that starts from the loads that tanks have now.
 
-    The first round comes as late as no tank holds more than the plan says; tanks with less are
-    emptied sooner, and the cart waits there for longer (t'_n of the thesis). If the cart cannot
-    be there in time it starts when it is ready, and catches up while the plan has waits.
+    The first round starts as late as it can without any tank holding more than the plan says; tanks
+    with less are emptied sooner, and the cart waits there for longer (t'_n of the thesis). A cart
+    that cannot be there in time starts when it is ready, and catches up while the plan has waits.
 
     Args:
         plan: Which visits, and how far apart.
@@ -291,10 +291,10 @@ def first_run(
     """The cart's run of `plan_timetable`, and when the combines begin.
 
     Args:
-        plan: Which.
+        plan: The plan.
         initial_loads: Of the tanks, (N,) [kg].
         start_times: When combines begin to cut, (N,) [s].
-        ready: When the cart is, at the earliest [s].
+        ready: When the cart can be beside the first combine [s].
 
     Raises:
         InvalidInput: A value is out of its range.
@@ -325,7 +325,7 @@ def jitter_limit(fleet: Fleet, round_: Round) -> float:
     Each way and each emptying may take up to 1 + j times as long as planned, each by itself. The
     loads grow with each of these times, so that the worst is that all take as long as they can:
     combine n then needs the part s_n = x / (1 + x) of the period, x = (1 + j) r_f / (r_u - r_f).
-    No sequential strategy stands more. Negative: there is no schedule even without jitter;
+    No sequential strategy tolerates more. Negative: there is no schedule even without jitter;
     infinite for one combine. For rounds without a truck.
     """
     driving = math.fsum(round_.travel_times)
@@ -343,7 +343,7 @@ def jitter_limit(fleet: Fleet, round_: Round) -> float:
 
     if len(numbers) == 1 and driving == 0:
         return math.inf
-    # At factor 0 every tank has all its room; at the factor that no tank's others allow, none.
+    # At factor 0 every tank has all its room; at a factor that is large enough there is none.
     high = 1.0
     while margin(high) > 0:
         high *= 2.0
@@ -354,18 +354,19 @@ def jitter_limit(fleet: Fleet, round_: Round) -> float:
 def plan_jitter(plan: PeriodicPlan) -> float:
     """A j with which a plan's timetable certainly lets no tank run over.
 
-    The cart never leaves before the plan, and is 1 + j times as slow from where it was last on
-    time. Exact where that is the place before, as in the thesis's plan, which stands no jitter at
-    all: its tanks are full to the brim when the cart comes; and for the shortest period, whose
-    plan stands `jitter_limit`. For trips, the cart must hold the grain as well. Nothing is certain
-    of carts that share combines, or of tanks that are not emptied.
+    The cart never leaves before the plan does, and takes 1 + j times as long from the place where
+    it was last on time. The result is exact if that is the place before, as in the thesis's plan,
+    which tolerates no jitter at all: its tanks are full to the brim when the cart comes. It is also
+    exact for the shortest period, whose plan tolerates `jitter_limit`. With trips, the cart must
+    hold the grain as well. Nothing is certain of carts that share combines, or of tanks that are
+    not emptied.
     """
     if _never_late(plan):
         return math.inf
     if plan.round.carts > 1 or any(plan.left_over):
         return 0.0
     low, _ = last_factor(lambda factor: stands_factor(plan, factor), 1.0, 2.0, 1e-10, _ALWAYS)
-    # The rounding that capacities are given makes a little of nothing.
+    # The rounding that is allowed on capacities turns a jitter of zero into a tiny one.
     return low - 1.0 if low - 1.0 > 10 * _ROUNDING else 0.0
 
 
@@ -383,7 +384,7 @@ def stands_factor(plan: PeriodicPlan, factor: float) -> bool:
     visits, before, passed, ways = _lateness(plan)
     planned = np.array(plan.loads_at_start)
     loads = planned
-    # Least loads that no lateness exceeds, from below: they rise to the worst case.
+    # The loads of the worst case are found by iteration: they rise to it from the planned ones.
     for _ in range(_ROUNDS):
         late = passed + factor * (ways + before @ (loads / net))
         worst = planned.copy()
@@ -397,7 +398,7 @@ def stands_factor(plan: PeriodicPlan, factor: float) -> bool:
 
 
 def can_stand(fleet: Fleet, round_: Round, jitter: float) -> bool:
-    """Whether some plan of a round certainly stands a jitter: that of full tanks, or the earliest.
+    """Whether the plan of full tanks of a round, or the earliest, certainly tolerates a jitter.
 
     Args:
         fleet: The combines.
@@ -409,7 +410,7 @@ def can_stand(fleet: Fleet, round_: Round, jitter: float) -> bool:
 
 
 def plan_for_jitter(fleet: Fleet, round_: Round, jitter: float) -> PeriodicPlan | None:
-    """The plan of the longest period that certainly stands a jitter; None: there is none.
+    """The plan of the longest period that certainly tolerates a jitter; None: there is none.
 
     Raises:
         InvalidInput: The jitter is negative.
@@ -475,7 +476,7 @@ def _lateness(plan: PeriodicPlan) -> tuple[NDArray[np.int64], Matrix, Matrix, Ma
 
 
 def _has_room(plan: PeriodicPlan, loads: Matrix, factor: float) -> bool:
-    """Whether the cart holds until each trip what such loads, and stays beside them, bring."""
+    """Whether the cart can hold, until each trip, such loads and what is cut during its stays."""
     round_, fleet = plan.round, plan.fleet
     if round_.truck is None:
         return True

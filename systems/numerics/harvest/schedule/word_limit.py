@@ -1,17 +1,17 @@
-"""How slowly a cart can drive at most that repeats a word of visits.
+"""How slowly a cart that repeats a word of visits can drive at most.
 
 A word is what a cart repeats: which combine each visit is to, and after which it drives by the
 truck. It may wait, and leave grain behind: because it is full, or because others need it sooner.
-With s the factor on all ways, and for each visit how long the cart stays and what it takes, and
-for each combine what its tank holds when the cart leaves it last, the largest s is a linear
-programme: no tank runs over before a visit, none holds less than nothing after it, no auger
-delivers faster than it can, no cart takes more than it holds between two trips, and at the end
-of the word no tank holds more than at its beginning.
+The largest factor s on all ways comes from a linear programme. Its other unknowns are, for each
+visit, how long the cart stays and what it takes, and for each combine what its tank holds when the
+cart leaves it last. Its conditions: no tank runs over before a visit, none holds less than nothing
+after it, no auger delivers faster than it can, no cart takes more than it holds between two trips,
+and at the end of the word no tank holds more than at its beginning.
 
-It is the programme of `periodic_plan`, whose answers are the same, in the form in which a search
-through thousands of words needs it. A bound on s that no programme is needed for rules most words
-out. From there the dual simplex method lowers s until all conditions hold, or until s is no better
-than another word's, which ends most of the others after a few steps.
+The programme has the same answers as that of `periodic_plan`, in a form that suits a search through
+thousands of words. A bound on s, which takes no programme, rules most words out. From that bound
+the dual simplex method lowers s until all conditions hold, or until s is no better than another
+word's, which ends most of the others after a few steps.
 """
 
 import math
@@ -27,10 +27,10 @@ Vector = NDArray[np.float64]
 Word = NDArray[np.int64]
 Trips = NDArray[np.bool_]
 
-# Steps of the simplex method, of which words of sixteen visits take some forty.
+# Most steps of the simplex method; words of sixteen visits take some forty.
 _MOST_STEPS = 1000
-# By which conditions may be missed, coefficients that are none, and the cost of whatever is not s,
-# so that no two steps are equally good; amounts are in tanks, times in those that tanks take.
+# Tolerance of conditions, coefficients that count as zero, and the cost of all unknowns but s, so
+# that no two steps are equally good; the units are a tank and the time that one takes to fill.
 _TOLERANCE, _NOTHING, _COST = 1e-9, 1e-9, 1e-8
 
 
@@ -56,7 +56,7 @@ class Ways(NamedTuple):
         by_truck: The same by way of the truck, without the time there, (N, N) [s].
         stop: Time at the truck besides unloading [s].
         unloading: How long the truck takes over one unit of grain [s/kg].
-        room: Of the cart; infinite: there is no truck [kg].
+        room: What the cart holds; infinite: there is no truck [kg].
     """
 
     direct: Vector
@@ -95,7 +95,7 @@ def ways_of(fleet: Fleet, truck: Truck | None, scale: float = 1.0) -> Ways:
 
 
 class Desk(NamedTuple):
-    """Where words are worked out.
+    """Workspace in which the limits of words are worked out.
 
     Attributes:
         table: Coefficients of all conditions, (rows, columns).
@@ -103,7 +103,7 @@ class Desk(NamedTuple):
         costs: Of each unknown, (columns,).
         level: Coefficients of what one tank holds, and a constant, (columns + 1,).
         visits: How often each combine is visited, (N,).
-        inside: The same between two visits to one of them, (N,).
+        inside: How often between two visits to one of them, (N,).
     """
 
     table: Vector
@@ -116,7 +116,7 @@ class Desk(NamedTuple):
 
 @compiled
 def desk_for(combines: int, visits: int) -> Desk:
-    """Room for words of at most so many visits to so many combines."""
+    """Workspace for words of at most `visits` visits to `combines` combines."""
     columns = 1 + 2 * visits + combines
     rows = 4 * visits + combines
     return Desk(
@@ -140,7 +140,7 @@ def word_limit(word: Word, trips: Trips, tanks: Tanks, ways: Ways, least: float)
         trips: Whether the cart drives by the truck after each, (V,).
         tanks: What is visited.
         ways: Between visits.
-        least: What is asked, at least 0 [-].
+        least: Factor that it must exceed, at least 0 [-].
     """
     return limit_beyond(word, trips, tanks, ways, least, desk_for(len(tanks[0]), len(word)))
 
@@ -149,15 +149,15 @@ def word_limit(word: Word, trips: Trips, tanks: Tanks, ways: Ways, least: float)
 def limit_beyond(
     word: Word, trips: Trips, tanks: Tanks, ways: Ways, least: float, desk: Desk
 ) -> float:
-    """`word_limit`, at a desk that is large enough.
+    """`word_limit`, with a workspace that is large enough.
 
     Args:
         word, trips, tanks, ways: As there.
-        least: What is asked, at least 0 [-].
+        least: Factor that it must exceed, at least 0 [-].
         desk: For words of as many visits, or more.
     """
     most = _bound(word, trips, tanks, ways, desk)
-    # A way through a programme that only rounding opens is none.
+    # A bound that exceeds `least` by no more than rounding does not count.
     if most <= least * (1.0 + _TOLERANCE):
         return -np.inf
     if most == np.inf:
@@ -168,12 +168,12 @@ def limit_beyond(
 
 @kernel
 def _bound(word: Word, trips: Trips, tanks: Tanks, ways: Ways, desk: Desk) -> float:
-    """What no plan of a word exceeds: by its period, and by each way back to a combine.
+    """Upper bound of a word's limit: by its period, and by each way back to a combine.
 
-    In a period P the cart unloads f P at each combine, which takes f / u of it at least, and P less
-    v C / f if its v visits are to find no more than full tanks. The truck gets all, a cart full a
-    trip. What is left is driven. Between two visits to one combine its tank fills, during the ways
-    and, of combines that are not visited at any other time, all their stays.
+    In a period P the cart unloads f P at each combine. This takes at least f / u of P, and at least
+    P - v C / f if its v visits are to find no more than full tanks. The truck gets all, a full cart
+    a trip. The rest of P is left for driving. Between two visits to one combine its tank fills
+    during the ways, and during all stays with combines that are visited at no other time.
     """
     capacities, fill_rates, net_rates = tanks
     visits, inside = desk.visits, desk.inside
@@ -187,7 +187,7 @@ def _bound(word: Word, trips: Trips, tanks: Tanks, ways: Ways, desk: Desk) -> fl
             stops += 1
             driven += ways.by_truck[word[here], word[there]]
         elif word[here] == word[there] and size > 1:
-            # One visit, told as two.
+            # One visit, written as two.
             return -np.inf
         else:
             driven += ways.direct[word[here], word[there]]
@@ -200,7 +200,7 @@ def _bound(word: Word, trips: Trips, tanks: Tanks, ways: Ways, desk: Desk) -> fl
     longest = stops * ways.room / filled if np.isfinite(ways.room) else np.inf
     most: float = -np.inf
     for n in range(count + 1):
-        # Where the sum of all stays bends.
+        # Periods at which the sum of all stays, as a function of the period, has a bend.
         period = longest
         if n < count:
             net_part = net_rates[n] / (net_rates[n] + fill_rates[n])
@@ -247,7 +247,7 @@ def _bound(word: Word, trips: Trips, tanks: Tanks, ways: Ways, desk: Desk) -> fl
 
 @kernel
 def time_to_drive(tanks: Tanks, unloading: float) -> tuple[float, float]:
-    """What is filled in all [kg/s], and the part of a cart's time that unloading leaves at most.
+    """Fill rate of all tanks [kg/s], and largest part of a cart's time that is left for driving.
 
     Args:
         tanks: What it visits.
@@ -262,7 +262,7 @@ def time_to_drive(tanks: Tanks, unloading: float) -> tuple[float, float]:
 
 @kernel
 def _write(word: Word, trips: Trips, tanks: Tanks, ways: Ways, most: float, desk: Desk) -> int:
-    """Write down all conditions, coefficients @ unknowns <= right; how many there are.
+    """Write all conditions, coefficients @ unknowns <= right; return how many there are.
 
     The unknowns are most - s, stays, what is taken, and last levels, none less than 0.
     """
@@ -341,7 +341,7 @@ def _write(word: Word, trips: Trips, tanks: Tanks, ways: Ways, most: float, desk
 
 @kernel
 def _lower(most: float, least: float, rows: int, columns: int, desk: Desk) -> float:
-    """The largest s, from `most` down by the dual simplex method."""
+    """The largest s, found from `most` downwards by the dual simplex method."""
     table, right, costs = desk.table, desk.right, desk.costs
     for column in range(columns):
         costs[column] = _COST * (1.0 + 0.37 * column)

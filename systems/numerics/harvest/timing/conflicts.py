@@ -1,12 +1,12 @@
 """Where two machines would be too near each other, for every pair of cells of their paths.
 
 Cells i of one path and j of another are in conflict if what the machines cover on them may be
-nearer than the gap: their polygons are nearer than the gap and the margins of both sweeps. So two
-machines whose cells are not in conflict are never nearer than the gap, wherever on their cells they
-are.
+nearer than the gap: if their polygons are nearer than the gap plus the margins of both sweeps. So
+two machines whose cells are not in conflict are never nearer than the gap, wherever on their cells
+they are.
 
-Which cells may be near is found by discs round runs of cells of both paths, then by discs round
-cells and polygons; only then are polygons compared.
+Discs round runs of cells of both paths rule most pairs out, then discs round cells and polygons;
+polygons are compared only where these leave a doubt.
 """
 
 from typing import NamedTuple
@@ -20,7 +20,7 @@ from .sweep import Sweep
 # Distance between outlines that plans keep [m].
 GAP = 0.5
 
-# Cells of a path that are looked at together first.
+# Number of consecutive cells that are looked at together first.
 RUN = 32
 
 
@@ -28,7 +28,7 @@ class CellIntervals(NamedTuple):
     """Cells of another machine that are in conflict with each cell of a machine.
 
     Attributes:
-        rows: Where the intervals of each cell begin, and their number last, shape (n + 1,).
+        rows: Index of the first interval of each cell, then their total number, shape (n + 1,).
         begins: First cell of each interval; within a row they increase and do not touch,
             shape (k,).
         ends: One after its last cell, shape (k,).
@@ -44,10 +44,10 @@ class CellIntervals(NamedTuple):
 class ConflictSet(NamedTuple):
     """Conflicts of two machines, a and b, and the encounters they are parts of.
 
-    An encounter is a connected part of the set in the plane of cells (i, j), cells that touch at a
-    corner included. Machines only drive on, so that i and j never decrease, and one cell at a time:
-    such a way through the plane cannot cross an encounter, but passes all of it on one side. So one
-    of the two is first at all of it.
+    An encounter is a connected part of the set in the plane of cells (i, j); cells that touch at a
+    corner are connected. Machines only drive on, one cell at a time, so that i and j never
+    decrease. Such a way through the plane cannot cross an encounter, but passes all of it on one
+    side. So one of the two machines goes first at the whole encounter.
 
     Attributes:
         of_a: For each cell of a the cells of b.
@@ -77,7 +77,7 @@ def find_conflicts(a: Sweep, b: Sweep, gap: float = GAP) -> ConflictSet:
 
 
 def conflict_set(rows: np.ndarray, begins: np.ndarray, ends: np.ndarray, cells: int) -> ConflictSet:
-    """Conflicts and their encounters, of intervals for each cell of the first machine.
+    """Conflicts and their encounters, from the intervals of each cell of the first machine.
 
     Args:
         rows, begins, ends: As in `CellIntervals`, shapes (n + 1,), (k,), (k,).
@@ -136,7 +136,7 @@ def run_discs(sweep):
 
 @kernel
 def near_runs(disc, runs, first, behind, gap, near):
-    """Write which of some runs a disc is nearer to than a gap, in rising order; return how many.
+    """Write the numbers of runs that are nearer than a gap to a disc, rising; return how many.
 
     Args:
         disc: x, y and radius [m].
@@ -196,9 +196,9 @@ def cells_are_near(a, b, i, j, gap):
 def _are_near(one, other, distance):
     """Whether two convex polygons, counterclockwise, are nearer than a distance.
 
-    A line along an edge that has all of the other polygon beyond the distance settles most cases;
-    if no edge has the other beyond it they overlap; else the nearest points are a corner and a
-    point of an edge.
+    In most cases all of the other polygon lies beyond the line of some edge by the distance, which
+    settles it. If it lies beyond no edge they overlap. Otherwise the nearest points are a corner
+    and a point of an edge.
     """
     apart = max(
         _gap_beyond_edges(one, other, distance),
@@ -213,7 +213,7 @@ def _are_near(one, other, distance):
 
 @kernel
 def _gap_beyond_edges(one, other, enough):
-    """Largest distance of a line along an edge from all of the other polygon, beyond it."""
+    """Largest distance by which all of the other polygon lies beyond the line of an edge."""
     largest = -np.inf
     for p in range(len(one)):
         ax, ay = one[p, 0], one[p, 1]
@@ -255,7 +255,7 @@ def _corner_is_near(one, other, distance):
 
 @compiled
 def _encounters(rows, begins, ends):
-    """Number of the connected part of each interval, in the order of first cells; their count."""
+    """Number of the encounter of each interval, in the order of first cells; how many there are."""
     parent = np.arange(len(begins))
     for i in range(1, len(rows) - 1):
         above, here = rows[i - 1], rows[i]

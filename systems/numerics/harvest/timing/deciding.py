@@ -1,38 +1,39 @@
 """Who goes first at each encounter: machines drive by nominal times, first come, first served.
 
 A machine enters its next cell as soon as the `rule` allows it, no other machine is on a cell in
-conflict with it, and the state after it is *safe*: running machines on, one after another, without
-harm to the others, brings all to their ends. That is Dijkstra's banker (EWD 623), whose loans are
-cells in conflict with what is left of others' ways.
+conflict with it, and the state after it is *safe*: all can be brought to their ends by running
+machines on, one after another, without harm to the others. This is Dijkstra's banker's algorithm
+(EWD 623); the loans are cells in conflict with what is left of others' ways.
 
-**Steps without harm.** What a machine is in the way of, on a cell, are those cells in conflict with
-it which others are on or will come to. There is no harm in running a machine on
+**Steps without harm.** On a cell a machine is *in the way of* those cells in conflict with it which
+others are on or will come to. There is no harm in running a machine on
 
 - to a *free* cell, where it is in the way of nothing, if the way there is clear, or
 - to its next cell, if it is in the way of nothing there that it was not in the way of before.
 
-For whatever way to the ends there was before, there is one after: the others move as they did, and
-the machine stays ahead on the cell it was run on to until it would have got there anyway. What it
-is in the way of meanwhile it was in the way of before, and what others need of its progress is met
-the more. So the order of such steps does not matter: the test finds a way by them if there is any.
+If there was a way for all to their ends before such a step, there is one after it: the others move
+as they did, and the machine waits on the cell it was run on to until it would have got there
+anyway. Meanwhile it is in the way of nothing new, and its greater progress meets what others need
+of it no less. So the order of such steps does not matter: if any order of them leads to the ends,
+the test finds that it does.
 
-**There is always one that may enter its next cell.** In a safe state with a machine that has not
+**Some machine may always enter its next cell.** In a safe state with a machine that has not
 arrived, the banker's first step runs some machine m on without harm. From each cell on that way the
-rest of the step leads to the same state, from which the banker goes on: all of them are safe, and
-the rule and the conflicts allow them, or the step would not have been possible. So m may enter its
-next cell. All machines move one cell at a time and cells are finite, hence all
-arrive. The events in this order are those that the proof of the `rule` asks for.
+rest of the step leads to the same state, from which the banker goes on. So all these states are
+safe, and the rule and the conflicts allow them, or the step would not have been possible. Hence m
+may enter its next cell. All machines move one cell at a time and cells are finite, so that all
+arrive. These events, in this order, are those that the proof of the `rule` asks for.
 
-**Convoys.** Machines that follow one another round a field are all in the way of one another: no
-state of theirs is safe in that sense, and yet they arrive. Up to the first safe state it is enough
-that no two of them are in a dead end. They may come to stand for ever all the same, which shows in
-the end; if they do not, their order is as good as any.
+**Convoys.** Machines that follow one another round a field are all in the way of one another: none
+of their states is safe in that sense, and yet they arrive. So before the first safe state it is
+enough that no two of them are in a dead end. They may still block one another for ever, which shows
+in the end; if they do not, their order is as good as any.
 
 **Where steps without harm do not lead to the ends**, machines are run on without harm, and then one
-of them to somewhere it may wait: as far as it can drive, or to a cell from which it would get in
-the way of more; nothing else needs to be tried, as driving on from any other cell is without harm.
-All such ways are searched, depth first, the longest steps first. That there is none is known for
-sure if the search ends before its budget does.
+of them to a cell where it may wait: the last one that it can drive to, or one whose next cell would
+put it in the way of more. No other cell needs to be tried, as driving on from it is without harm.
+All such ways are searched, depth first, the longest steps first. If the search ends before its
+budget is used up, it is certain that there is no way.
 """
 
 from typing import NamedTuple
@@ -42,7 +43,7 @@ import numpy as np
 from ...compiled import compiled, kernel
 from .rule import DeadEnds, Meetings, Rule, first_nodes, hold_of, is_dead_end, is_within
 
-# So many cells are entered from one look whether a convoy's state is safe to the next.
+# Number of cells entered between two checks whether a convoy's state is safe.
 BETWEEN = 8
 
 # States that are looked at before the search is given up.
@@ -50,11 +51,11 @@ BUDGET = 20_000
 
 
 class Course(NamedTuple):
-    """In which order machines entered cells.
+    """The order in which machines entered cells.
 
     Attributes:
-        entered: Number of the event at which each machine had each progress, the numbers of one
-            machine after those of another, shape (sum of cells + N,); -1 if it never had it.
+        entered: Number of the event at which each machine reached each progress, machine by
+            machine, shape (sum of cells + N,); -1 if it never did.
         progress: Of each machine in the end, shape (N,).
         arrived: Whether all have arrived; if not, no way was found from the beginning, and
             `progress` is how far they were brought.
@@ -123,7 +124,7 @@ def reach_of(meetings: Meetings, rule: Rule, m, progress):
 
 @kernel
 def run_on(meetings, rule, m, progress):
-    """Run a machine on without harm as far as it can be; whether it has moved.
+    """Run a machine on as far as is possible without harm; return whether it has moved.
 
     Args:
         meetings: Conflicts.
@@ -146,7 +147,7 @@ def run_on(meetings, rule, m, progress):
 
 @kernel
 def bring_on(meetings, rule, progress):
-    """Run machines on without harm until none can be; whether all arrive.
+    """Run machines on without harm until none can go on; return whether all arrive.
 
     Args:
         meetings: Conflicts.
@@ -167,11 +168,11 @@ def bring_on(meetings, rule, progress):
 
 @kernel
 def _may_enter(meetings, rule, dead_ends, m, progress, trial, refused, is_safe):
-    """Whether machine m may enter its next cell; safe states stay safe, others no dead ends.
+    """Whether machine m may enter its next cell: a safe state stays safe, others avoid dead ends.
 
-    Where it was refused the cell before, and the others have not got beyond where they could have
-    been brought then, the banker is not asked again. Whom his first step runs on he is not asked
-    about at all.
+    The banker is not asked at all if the step is without harm, or if the machine could be run on
+    from there to a free cell. He is not asked again if he refused the cell before, and no other
+    machine has got beyond where it could have been brought then.
     """
     k = progress[m] + 1
     if hold_of(rule, m, progress) < k:
@@ -223,9 +224,9 @@ def drive_first_come(
         meetings: Conflicts.
         rule: Crop precedence, and orders that are told beforehand.
         dead_ends: Of pairs of machines.
-        durations: Of each cell if nothing is in the way, those of one machine after those of
-            another, shape (sum of cells,) [s].
-        priority: Machines in the order in which those that wait are asked, shape (N,).
+        durations: Of each cell if nothing is in the way, machine by machine, shape
+            (sum of cells,) [s].
+        priority: Order in which waiting machines are asked whether they may go on, shape (N,).
     """
     count = len(meetings.cells)
     nodes = first_nodes(meetings.cells)
@@ -236,7 +237,7 @@ def drive_first_come(
     refused = np.full((count, count), -1)
     is_safe = bring_on(meetings, rule, trial)
     event = asked = 0
-    # When each machine is at the end of its cell; those that wait there have no time.
+    # When each machine is at the end of its cell; the times of those that wait are not used.
     due = np.empty(count)
     for m in range(count):
         entered[nodes[m]] = event
@@ -292,7 +293,7 @@ def orders_of(meetings: Meetings, course: Course) -> np.ndarray:
 
 
 def search_course(meetings: Meetings, rule: Rule, budget: int = BUDGET) -> Course:
-    """Search a way for all machines to their ends, where the quick one of first come finds none.
+    """Search a way for all machines to their ends, where first come, first served finds none.
 
     Args:
         meetings: Conflicts.
@@ -307,7 +308,7 @@ def search_course(meetings: Meetings, rule: Rule, budget: int = BUDGET) -> Cours
     start = np.zeros(count, dtype=np.int64)
     least = start.copy()
     _close(meetings, rule, least)
-    # States as machines were brought on from, and as the search comes to them before that.
+    # States after running machines on without harm, and states as the search first comes to them.
     seen: set[bytes] = set()
     met: set[bytes] = set()
     # Each state with the moves that led to it: who went, and the moves before.
@@ -372,7 +373,7 @@ def _close(meetings, rule, progress):
 
 @compiled
 def _stops(meetings, rule, m, progress):
-    """Where a machine may wait next, the farthest last."""
+    """The cells where a machine may wait next, the farthest last."""
     if progress[m] == meetings.cells[m]:
         return np.empty(0, dtype=np.int64)
     reach = reach_of(meetings, rule, m, progress)

@@ -1,13 +1,13 @@
 """The one rule by which machines drive, in plans and on the field.
 
-A machine is on a cell of its path, whole cells up to which it has got being its *progress*: cell k
-while it drives on it and while it stands at its end; the number of cells once it has arrived at the
-end of its path, where it stays on the last cell. Each cell of machine m may need progress of
-machine n: of crop precedence, so that the ground is cut before a body is on it, and of the order of
-an encounter at which n goes first, so that n has left all cells in conflict with it.
+The *progress* of a machine is the number of the cell that it is on: k while it drives on cell k and
+while it stands at its end; the number of cells once it has arrived at the end of its path, where it
+stays on the last cell. Each cell of machine m may need progress of machine n: for crop precedence,
+so that the ground is cut before a body is on it, and for the order of an encounter at which n goes
+first, so that n has left all cells in conflict with it.
 
-**Rule.** A machine drives on to the last cell of its path up to which every cell has what it needs,
-its hold, and stands at the end of that until more is met.
+**Rule.** The *hold* of a machine is the last cell of its path up to which every cell has what it
+needs. A machine drives on to its hold, and stands at the end of that until more needs are met.
 
 **No two machines are nearer than the gap.** Let cells i of a and j of b be in conflict. They belong
 to one encounter, at which one goes first, say a. Then j needs the progress i + 1 of a, and b is not
@@ -16,18 +16,18 @@ on j before a has left i. This does not depend on speeds.
 **No deadlock.** Orders come with the plan's own events: in order of time, each machine enters each
 of its cells once, and never before what the cell needs has happened. On the field, let some machine
 not have arrived, and take of all cells that have not been entered the one that the plan enters
-first, cell k of machine m. What k needs happened earlier in the plan, so on the field it has
-happened as well; so have the cells of m before k. Hence m may drive on to k. So while any machine
+first, cell k of machine m. What k needs happened earlier in the plan, so it has happened on the
+field as well, and m has entered all cells before k. Hence m may drive on to k. So while any machine
 has not arrived, one may drive on, in whatever way the others are late.
 
-What progress each cell needs is kept the other way round, as the hold of m for every progress of n:
-the rule is then one look at a table for each of the other machines.
+The progress that each cell needs is stored the other way round, as the hold of m for every progress
+of n, so that the rule takes one look at a table for each of the other machines.
 
 **Dead ends of two machines** are states from which one of them never arrives, whatever they do. For
-two machines alone, all that matters is how far each has come. From the ends backwards a state is a
-dead end if the two are in conflict in it, or if neither may drive on to one that is none: all of
-them are found, exactly. Machines that keep out of the dead ends of every pair may still block one
-another in a ring of three or more.
+two machines alone, all that matters is how far each has come. Going backwards from the ends, a
+state is a dead end if the two are in conflict in it, or if neither may drive on to a state that is
+no dead end. This finds exactly all of them. Machines that keep out of the dead ends of every pair
+may still block one another in a ring of three or more.
 """
 
 from typing import NamedTuple
@@ -37,7 +37,7 @@ import numpy as np
 from ...compiled import compiled, kernel
 from .conflicts import CellIntervals, ConflictSet
 
-# Of an encounter at which nobody has been told to go first.
+# Stands for the first machine at an encounter whose order is not decided.
 UNDECIDED = -1
 
 
@@ -52,10 +52,10 @@ class Meetings(NamedTuple):
         encounters: Number of the encounter of each interval, among all pairs, shape (k,).
         pairs: The two machines of each encounter, shape (E, 2).
         examples: A pair of cells of each encounter, shape (E, 2).
-        cells_at: Number of the first cell of each machine, those of one machine after those of
-            another, shape (N,).
-        farthest: For each cell one after the last cell of each other machine that it is in conflict
-            with, 0 where there is none, shape (sum of cells, N).
+        cells_at: Number of the first cell of each machine, if cells are numbered machine by
+            machine, shape (N,).
+        farthest: For each cell and each other machine, one after the last cell of that machine in
+            conflict with it, 0 where there is none, shape (sum of cells, N).
     """
 
     cells: np.ndarray
@@ -77,8 +77,8 @@ class Rule(NamedTuple):
         cells: Of each machine's path, shape (N,).
         places: Where the table of machine m with regard to machine n begins, shape (N, N); it has
             an entry for each progress of n, from 0 to its number of cells.
-        by_crop: Last cell that m may enter for crop precedence, shape (t,).
-        by_order: Last cell that m may enter for the orders of encounters, shape (t,).
+        by_crop: Last cell that m may enter by crop precedence, shape (t,).
+        by_order: Last cell that m may enter by the orders of encounters, shape (t,).
     """
 
     cells: np.ndarray
@@ -198,7 +198,7 @@ def set_orders(rule, meetings, first, m, n):
 
 @kernel
 def _write_holds(needed, table, place, progress_of_other):
-    """Turn the progress that cells need into the last cell that may be entered, by progress."""
+    """Turn the progress that each cell needs into the last cell that each progress allows."""
     k = 0
     for progress in range(progress_of_other + 1):
         while k < len(needed) and needed[k] <= progress:
@@ -225,7 +225,7 @@ def hold_of(rule, m, progress):
 
 @kernel
 def cause_of(rule, m, progress):
-    """Which other machine sets the hold of machine m, or -1, and whether for its crop.
+    """Which other machine sets the hold of machine m, or -1, and whether by crop precedence.
 
     Args:
         rule: Tables.
@@ -250,7 +250,7 @@ class DeadEnds(NamedTuple):
         rows_at: Where the rows of machines a < b begin, one for each progress of a from 0 to its
             number of cells, shape (N, N).
         rows: Where the intervals of each row begin; that of the next row is their end, shape (r,).
-        begins, ends: First progress of b in each interval, and first one behind it, shape (k,).
+        begins, ends: First progress of b in each interval, and one after its last, shape (k,).
     """
 
     rows_at: np.ndarray
@@ -332,8 +332,8 @@ def is_within(intervals, row, j):
 def _dead_ends_of(meetings, rule, a, b):
     """Number of intervals of each row of a pair, and the intervals, row by row.
 
-    Rows are told from the last to the first, and each from its end backwards in stretches of b on
-    which nothing changes: conflicts, whether a may drive on, and whether b may.
+    Rows are worked out from the last to the first, each from its end backwards in stretches of b on
+    which nothing changes: neither conflicts, nor whether a may drive on, nor whether b may.
     """
     last_a, last_b = meetings.cells[a], meetings.cells[b]
     crop_of_a = rule.by_crop[rule.places[a, b] : rule.places[a, b] + last_b + 1]
@@ -341,7 +341,7 @@ def _dead_ends_of(meetings, rule, a, b):
     begins, ends = np.empty(1024, dtype=np.int64), np.empty(1024, dtype=np.int64)
     count = 0
     for i in range(last_a, -1, -1):
-        # The row behind, whose intervals stand before these, and the conflicts of this one.
+        # The first intervals of row i + 1 and of this row, and the conflicts of this row.
         behind, own = count - (sizes[i + 1] if i < last_a else 0), count
         at = meetings.rows_at[a, b] + min(i, last_a - 1)
         first, near = meetings.rows[at], meetings.rows[at + 1] - 1
@@ -358,7 +358,7 @@ def _dead_ends_of(meetings, rule, a, b):
                 near -= 1
             conflict = False
             if near >= first:
-                # Who has arrived stays on the last cell.
+                # A machine that has arrived stays on the last cell.
                 beyond = meetings.ends[near] + (1 if meetings.ends[near] == last_b else 0)
                 conflict = j < beyond
                 begin = max(begin, meetings.begins[near] if conflict else beyond)
@@ -388,5 +388,5 @@ def _dead_ends_of(meetings, rule, a, b):
             if dead:
                 begins[count - 1] = begin
             upto = begin
-    # Rows and their intervals were told from the last one to the first.
+    # Rows and their intervals were worked out from the last one to the first.
     return sizes, begins[:count][::-1].copy(), ends[:count][::-1].copy()

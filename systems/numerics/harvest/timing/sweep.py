@@ -4,8 +4,9 @@ Cell k is the way from station k to station k + 1. The first and the last cell h
 them the machine stands where it begins and where it ends. What a part of the machine (a header, a
 body, a trailer) covers on a cell lies within the cell's margin of a convex polygon: the hull of the
 part's corners at a few poses on the way. Between two of these poses, phi apart in heading, a corner
-drives along an arc over a chord d, which it leaves by no more than d / 2 tan(phi / 4); every other
-point of the part is a mean of its corners, and the hull is convex, so the margin is enough for all.
+moves along an arc with the chord d, from which it departs by no more than d / 2 tan(phi / 4). Every
+other point of the part is a weighted mean of its corners, and the hull is convex, so the margin is
+enough for all.
 """
 
 from collections.abc import Sequence
@@ -28,7 +29,7 @@ class Sweep(NamedTuple):
     Attributes:
         stations: Where cells begin and end, shape (n + 1,) [m].
         points: Corners of all polygons, counterclockwise, shape (p, 2) [m].
-        starts: Where the corners of each polygon begin among the points, and their number last;
+        starts: Index of the first corner of each polygon in `points`, then their total number;
             cell k has the polygons k * parts to (k + 1) * parts - 1; shape (n * parts + 1,).
         parts: Number of polygons of a cell.
         margins: How far the ground covered on each cell reaches beyond its polygons, shape (n,)
@@ -63,7 +64,7 @@ def grid_stations(
         path: Where the machine drives.
         spacing: Longest cell [m].
         stops: Stations at which it stands for a reason of its own, shape (k,) [m].
-        moved: Way on each piece of the path of what counts for the length of a cell, by default the
+        moved: Way on each piece of the path by which cells are measured, by default that of the
             reference point; see `outline_ways`; shape (p - 1,) for p poses [m].
 
     Returns:
@@ -91,7 +92,7 @@ def grid_stations(
 
 
 def outline_ways(poses: np.ndarray, outline: Sequence[np.ndarray]) -> np.ndarray:
-    """How far some point of a machine moves at most between poses, shape (n - 1,) [m].
+    """Bound on the way that any point of a machine moves between poses, shape (n - 1,) [m].
 
     In a turn the end of a header, and the tail, go much farther than the reference point: over an
     arc of length l that turns by phi a point (x, y) goes no more than |(l + phi |y|, phi x)|.
@@ -129,8 +130,8 @@ def cart_sweep(
     Args:
         path: Of the tractor's rear axle.
         trailer_poses: Of the trailer's axle at each pose of the path, theta continuous; in between
-            the trailer moves by a constant twist too, so they want to be dense (0.5 m), shape
-            (n, 3) [m], [m], [rad].
+            the trailer is taken to move by a constant twist too, so they should be dense (0.5 m),
+            shape (n, 3) [m], [m], [rad].
         outline: Of both.
         stations: Of the grid, from `grid_stations`, shape (n + 1,) [m].
 
@@ -177,7 +178,7 @@ def _away(even: np.ndarray, kept: np.ndarray) -> np.ndarray:
 
 
 def _fine(path: MachinePath, stations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Stations of cells, of their middles and of the path's poses, and which begin cells.
+    """Stations of cells, their middles and the path's poses, and the numbers of those of cells.
 
     The twist is constant between any two of them.
     """
@@ -195,7 +196,7 @@ def _sweep(stations, first, parts) -> Sweep:
         hulls.append(points)
         sizes.append(np.diff(starts))
         margins = np.maximum(margins, beyond)
-    # One part after the other, as they were made; wanted is one cell after the other.
+    # Polygons were made part by part; they are put in order cell by cell.
     sizes = np.stack(sizes)
     begins = np.cumsum(sizes.ravel()) - sizes.ravel()
     order = np.arange(sizes.size).reshape(sizes.shape).T.ravel()

@@ -1,4 +1,4 @@
-"""Times of all machines that drive by the rule, with orders told, within their accelerations.
+"""Times of all machines that drive by the rule, in given orders, within their accelerations.
 
 At the beginning of each cell a machine looks at its hold, and chooses how fast it will be at the
 end of the cell: as fast as its limits and its acceleration allow, but so that it can stand at the
@@ -24,10 +24,10 @@ class Journey:
     """A machine's path, the ground it covers on it, and how fast it may drive.
 
     Attributes:
-        path: Where.
-        sweep: What it covers; its stations have the path's cusps and the stops among them.
+        path: The path.
+        sweep: What it covers; its stations include the path's cusps and the stops.
         limits: Largest speed on each piece of the path, one number or shape (n - 1,) [m/s].
-        acceleration: Largest, speeding up and slowing down [m/s^2].
+        acceleration: Largest acceleration, speeding up and slowing down [m/s^2].
         stops: Stations at which it stands for a reason of its own, shape (k,) [m].
         dwells: How long at each of them, shape (k,) [s].
 
@@ -62,7 +62,7 @@ class Journey:
 class Paces(NamedTuple):
     """How fast machines may be, in one piece for compiled functions.
 
-    Cells and stations stand machine by machine.
+    Cells and stations are listed machine by machine.
 
     Attributes:
         lengths: Of cells, shape (c,) [m].
@@ -84,7 +84,7 @@ class Paces(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """What came of driving.
+    """Result of driving.
 
     Attributes:
         arrivals: When each machine was at each station, shape (c + N,) [s].
@@ -92,9 +92,9 @@ class Drive(NamedTuple):
         squares: Its squared speed there, shape (c + N,) [m^2/s^2].
         peaks: Largest speed in each cell if it was larger than at both ends, else 0, shape (c,)
             [m/s].
-        progress: In the end, shape (N,).
-        waiting: Time lost by each machine to each other one, for an encounter and for its crop,
-            shape (N, N, 2) [s].
+        progress: Of each machine in the end, shape (N,).
+        waiting: Time lost by each machine to each other one, at encounters and for crop, shape
+            (N, N, 2) [s].
         by_encounter: Time lost at each encounter, shape (E,) [s].
     """
 
@@ -182,7 +182,7 @@ def crossing(first, last, length, limit, acceleration):
 
 @compiled
 def nominal_durations(cells, paces):
-    """How long each cell takes if nothing is in the way, what the machine dwells at its end too.
+    """How long each cell takes if nothing is in the way, including the dwell at its end.
 
     Args:
         cells: Of each machine, shape (N,).
@@ -235,7 +235,7 @@ def drive_by_rule(rule: Rule, meetings: Meetings, first, paces: Paces) -> Drive:
     progress[:] = -1
     waits = np.ones(count, dtype=np.bool_)
     due = np.zeros(count)
-    # Who set the hold that a machine was last held up by, and the encounter or -1.
+    # Who last held up each machine, whether for crop, and the number of the encounter or -1.
     causes = np.full((count, 3), -1)
     nominal = nominal_durations(rule.cells, paces)
     seen = np.zeros(count, dtype=np.int64)
@@ -358,7 +358,7 @@ def _timed_path(journey, drive, limits, nodes, own) -> TimedPath:
 
 
 def _telling(times: np.ndarray, stations: np.ndarray, speeds: np.ndarray) -> np.ndarray:
-    """Which moments are needed: not those that repeat, nor those on the way at an even speed."""
+    """Which moments are needed: not those that repeat, nor those amid a stretch at even speed."""
     kept = np.append(True, np.diff(times) > 0)
     numbers = np.flatnonzero(kept)
     before, here, after = numbers[:-2], numbers[1:-1], numbers[2:]

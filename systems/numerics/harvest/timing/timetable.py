@@ -1,12 +1,12 @@
 """The plan of all machines' times: who goes first at each encounter, and when each is where.
 
-`drive_first_come` gives orders without deadlock; `drive_by_rule` gives the times of orders. First
-come, first served is not always best. So the search goes on from the best timetable so far: at one
-of the encounters where most time is lost it lets the other machine go first, with the rest as it is
-or decided anew, and keeps what is quicker. That may leave no way for all to their ends: then the
+`drive_first_come` gives orders without deadlock; `drive_by_rule` gives the times for given orders.
+First come, first served is not always best. So the search goes on from the best timetable so far:
+at one of the encounters where time is lost it lets the other machine go first, with the rest as it
+is or decided anew, and keeps what is quicker. That may leave no way for all to their ends: then
 machines do not arrive, or the banker says so at once, and another encounter is tried.
 
-Where there is no timetable, `find_standstill` tells which machines block one another, and where.
+Where there is no timetable, `explain_standstill` tells which machines block one another, and where.
 """
 
 from collections.abc import Mapping, Sequence
@@ -52,10 +52,11 @@ from .timed_drive import (
     timed_paths,
 )
 
-# Of the mean end of all machines, beside the last one's: others should not lose time for nothing.
+# Weight of the mean arrival of all machines, added to the last arrival, so that none loses time for
+# nothing.
 MEAN_WEIGHT = 0.02
 
-# How much durations are varied to find other orders, at most.
+# Largest relative variation of durations by which other orders are found.
 VARIATION = 0.15
 
 
@@ -68,8 +69,8 @@ class Block:
         station: How far it can drive [m].
         place: x, y of the middle of what it covers there [m].
         by: Number of the machine that blocks it.
-        by_station: Where that one is, or, if the machine has no place to let it pass, where it
-            would come by [m].
+        by_station: Where that one is or, if the machine has no place to let it pass, where it would
+            come by [m].
         cause: Why it cannot go on: "crop", "order", "in the way" or "no place to pass".
     """
 
@@ -99,8 +100,8 @@ class Standstill:
     """There is no safe way to drive these paths: wherever all wait, some block one another.
 
     Attributes:
-        blocks: One of each machine that cannot arrive.
-        progress: Of all machines when no more can be brought on.
+        blocks: One for each machine that cannot arrive.
+        progress: Of all machines when none can be brought on any more.
     """
 
     blocks: tuple[Block, ...]
@@ -113,7 +114,7 @@ class Standstill:
 def explain_standstill(
     meetings: Meetings, rule: Rule, progress: np.ndarray, sweeps: list[Sweep]
 ) -> Standstill:
-    """Who blocks whom where the banker could bring no machine on.
+    """Explain who blocks whom in a state from which the banker can bring no machine on.
 
     Args:
         meetings: Conflicts.
@@ -162,7 +163,7 @@ class MachineTimetable:
         rule: By which machines drive, with the orders told.
         meetings: Conflicts of all machines, with their encounters.
         first: The machine that goes first at each encounter, shape (E,).
-        waiting: Time lost by each machine to each other one, for encounters and for its crop, shape
+        waiting: Time lost by each machine to each other one, at encounters and for crop, shape
             (N, N, 2) [s].
         stations: Of each machine's grid, N arrays of shape (n + 1,) [m].
     """
@@ -197,7 +198,7 @@ def time_machines(
             station of machine n that n must have passed before m is there, -inf for none, shape
             (cells of m + 1,) [m].
         trials: How many orders to try after the first.
-        seed: Of what is varied.
+        seed: Random seed of the search.
 
     Returns:
         The timetable, or why there is none.
@@ -217,7 +218,7 @@ def time_machines(
     search = _Search(meetings, rule, paces_of(list(journeys)))
     nobody = np.full(len(meetings.pairs), UNDECIDED)
     course = search.decide(nobody, search.durations)
-    # Two of them that never both arrive, whatever they do, leave nothing to search for.
+    # If two machines never both arrive, whatever they do, there is nothing to search for.
     hopeless = search.begins_in_dead_end()
     if not course.arrived:
         course = search_course(meetings, rule, 0 if hopeless else BUDGET)
@@ -247,9 +248,9 @@ def with_stops(
     journeys: Sequence[Journey],
     stops: Sequence[tuple[int, float, float]],
 ) -> list[TimedPath]:
-    """The times of machines of which some stand for a while, in the orders of a timetable.
+    """The times of machines if some of them stand for a while, in the orders of a timetable.
 
-    Who waits for them stands as well; orders that lead all to their ends still do so.
+    Machines that have to wait for these stand as well; the orders still lead all to their ends.
 
     Args:
         timetable: Without the stops.
@@ -294,7 +295,7 @@ def needed_progress(stations: np.ndarray, others: np.ndarray, passed: np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """Orders, those of them that were told, and what came of them."""
+    """Orders, which of them were told beforehand, and the drive that came of them."""
 
     told: np.ndarray
     first: np.ndarray
@@ -327,9 +328,9 @@ class _Search:
                 set_orders(rule, self.meetings, first, m, n)
 
     def decide(self, told: np.ndarray, durations: np.ndarray) -> Course:
-        """First come, first served, where nothing is told."""
+        """Drive first come, first served, at encounters whose order is not told."""
         self.tell(self.told, told)
-        # Who has the longest way is asked first.
+        # The machine that takes longest is asked first.
         ends = np.add.reduceat(durations, np.cumsum(self.told.cells) - self.told.cells)
         return drive_first_come(
             self.meetings, self.told, self.dead_ends, durations, np.argsort(-ends)
@@ -371,13 +372,13 @@ class _Search:
         return best
 
     def vary(self, rng: np.random.Generator) -> np.ndarray:
-        """Durations that vary from place to place, which brings others first."""
+        """Durations varied from place to place, so that other machines come first."""
         places = np.arange(len(self.durations)) // 50
         factors = rng.uniform(1 - VARIATION, 1 + VARIATION, places[-1] + 1)
         return self.durations * factors[places]
 
     def decide_anew(self, told: np.ndarray, durations: np.ndarray) -> _Trial | None:
-        """Decide what is not told, and drive; None if what is told leaves no way."""
+        """Decide the orders that are not told, and drive; None if those told leave no way."""
         course = self.decide(told, durations)
         return self.try_orders(told, orders_of(self.meetings, course)) if course.arrived else None
 

@@ -1,7 +1,7 @@
 """Borders of ground, on a raster of distances and in buckets, and the crop that still stands.
 
-The distance tells at once where a machine is well clear; where it is not, its outline is compared
-with the edges themselves.
+The raster shows at once where a machine is well clear of a border; where it is not, its outline is
+compared with the edges themselves, which are sorted into buckets.
 
 Standing crop is a raster as well: what is cut is marked as the harvest goes on.
 """
@@ -16,14 +16,14 @@ from shapely.geometry.base import BaseGeometry
 from ...compiled import compiled, kernel
 from ..raster import cells_inside
 
-# Between nodes of the raster, and side of the buckets [m].
+# Spacing of the raster's nodes, and side of the buckets [m].
 CELL = 0.5
 BUCKET = 4.0
 
-# Distances beyond this are not told [m].
+# Distances are cut off at this value [m].
 FARTHEST = 12.0
 
-# How far the distance between nodes may be off: it changes by no more than the way does [m].
+# Largest error of distances between nodes: they change by no more than the place does [m].
 RASTER_ERROR = CELL * math.sqrt(0.5)
 
 # Edges are cut into pieces no longer than this, for which the raster round them is small [m].
@@ -78,7 +78,7 @@ def make_borders(region: BaseGeometry) -> Borders:
 
 @compiled
 def _brush(distances, origin, edges):
-    """Lower the distances near each edge to those to the edge."""
+    """Lower the distances of nodes near each edge to their distance to that edge."""
     rows, columns = distances.shape
     for k in range(len(edges)):
         ax, ay, bx, by = edges[k]
@@ -226,7 +226,7 @@ class StandingCrop:
         self.cells = cells_inside(region, self.origin, CROP_CELL, (rows, columns))
 
     def mark(self, region: BaseGeometry, *, stands: bool) -> None:
-        """Tell where crop stands again, or has been cut.
+        """Mark where crop stands again, or has been cut.
 
         Args:
             region: Polygons that do not overlap each other, within the first ones.
@@ -235,7 +235,7 @@ class StandingCrop:
         self.cells[cells_inside(region, self.origin, CROP_CELL, self.cells.shape)] = stands
 
     def copy(self) -> "StandingCrop":
-        """Another of the same cells, for what might be cut."""
+        """A copy, in which to try what might be cut."""
         other = object.__new__(StandingCrop)
         other.origin, other.cells = self.origin, self.cells.copy()
         return other

@@ -1,4 +1,4 @@
-"""Ground: what a machine may drive on, of any polygons, and what it covers of it."""
+"""Ground that a machine may drive on, given as any polygons, and the outline that it covers."""
 
 import math
 from collections.abc import Sequence
@@ -18,14 +18,14 @@ _NO_CROP = np.zeros((0, 0), dtype=np.bool_), np.zeros(2)
 
 
 class Footprint(NamedTuple):
-    """Of a combine, in the frame of its pose; parts are the header and the body.
+    """Footprint of a combine in the frame of its pose; parts are the header and the body.
 
     Attributes:
         corners: Of each part, counterclockwise, shape (parts, 4, 2) [m].
-        around: Of each part a disc that covers it: x, y, radius; shape (parts, 3) [m].
+        around: For each part a disc that covers it: x, y, radius; shape (parts, 3) [m].
         inside: Discs that the parts cover: x, y, radius; shape (discs, 3) [m].
         body: Points of the body, at most a cell of standing crop apart, shape (points, 2) [m].
-        reach: Farthest corner from the pose [m].
+        reach: Distance of the farthest corner from the pose [m].
     """
 
     corners: np.ndarray
@@ -63,7 +63,7 @@ def _spread(low: float, high: float) -> np.ndarray:
 
 
 class Site(NamedTuple):
-    """Where, and with what outline.
+    """Ground and standing crop, and the outline of the machine on it.
 
     Attributes:
         borders: Of the ground.
@@ -93,10 +93,10 @@ class Motion(NamedTuple):
 
 
 class Ground:
-    """What outlines must not leave, and where they must not touch obstacles.
+    """Ground that outlines must not leave, nor must they reach into its holes.
 
     Attributes:
-        region: The same as polygons.
+        region: The ground as polygons.
         borders: Its edges, for kernels.
     """
 

@@ -1,11 +1,11 @@
 """Turns: the quickest way found from one pose to another that stays on the ground.
 
-Where no word fits, a search on a lattice of short arcs and straights ends by a word.
+Where no word fits, a lattice of short arcs and straights is searched; a word completes the way.
 
 It is a hybrid A* search: poses are exact, and of those in one cell of place, heading and gear only
-the first is gone on from. What remains to a pose is estimated by the longer of the quickest word
-and the way round obstacles on a coarse raster. The way found is shortened by words between its own
-poses.
+the first is expanded. The time that remains from a pose is estimated by the longer of the quickest
+word and the way round obstacles on a coarse raster. The way found is shortened by words between its
+own poses.
 
 Source: Dolgov, Thrun, Montemerlo and Diebel, Path planning for autonomous vehicles in unknown
 semi-structured environments, 2010.
@@ -35,20 +35,20 @@ from .words import (
     stays_on_ground,
 )
 
-# Poses that the search may go on from, unless told otherwise.
+# How many poses the search may expand, unless told otherwise.
 EXPANSIONS = 6000
 
 # Headings of the lattice.
 _HEADINGS = 24
 
-# Side of its cells, and way of a long move, both in those of a short move.
+# Side of the lattice's cells, and way of a long move, both in ways of a short move.
 _CELL_SHARE = 0.6
 _LONG_MOVE = 4.0
 
-# How much the estimate counts for: more finds a way sooner, less a quicker one.
+# Weight of the estimate: a larger one finds a way sooner, a smaller one a quicker way.
 _GREED = 1.6
 
-# Every how many expansions a word to the goal is tried.
+# A word to the goal is tried once in so many expansions.
 _SHOT_EVERY = 8
 
 # Nodes of the borders' raster from one node of the coarse raster to the next.
@@ -57,7 +57,7 @@ _STRIDE = 4
 # Poses between which the way found is shortened, at most.
 _WAYPOINTS = 32
 
-# Places of the table of cells, a power of two.
+# Size of the hash table of cells, a power of two.
 _TABLE = 1 << 17
 
 # Longest arc between two poses of a path [rad].
@@ -74,7 +74,7 @@ def search_lattice(site, motion, start, goal, gears, expansions):
         start: x, y, theta, shape (3,) [m], [m], [rad].
         goal: The same.
         gears: In which the machine arrives and goes on at full speed; 0: it stands.
-        expansions: How many poses it may go on from, at most.
+        expansions: How many poses may be expanded, at most.
 
     Returns:
         Curvatures of the pieces [1/m] and their lengths, negative backwards [m], shape (n,); n is
@@ -106,7 +106,7 @@ def search_lattice(site, motion, start, goal, gears, expansions):
 
 @compiled
 def _explore(site, motion, start, goal, gears, expansions, ahead, bends, ways):
-    """Nodes, and the number of the one from which the word written leads to the goal, or -1."""
+    """The nodes, and the number of the one from which the word written leads to the goal, or -1."""
     most = 8 * expansions + 1
     poses, moves = np.zeros((most, 3)), np.zeros((most, 2))
     parents, costs = np.full(most, -1, dtype=np.int64), np.zeros(most)
@@ -169,7 +169,7 @@ def _key(pose, gear, start, cell):
 
 @kernel
 def _table_place(table, key):
-    """Where a key belongs in a table of hashes; -1: it is there already."""
+    """Place of a key in the hash table; -1: it is there already."""
     place = (key * 7046029254386353131 >> 20) & (len(table) - 1)
     while table[place] >= 0:
         if table[place] == key:
@@ -199,10 +199,10 @@ def _rest(site, motion, pose, goal, gear, after, ahead, turns, pieces):
 
 @compiled
 def _ways_to_goal(site, start, goal):
-    """Ways to the goal on a coarse raster round obstacles, eight neighbours; infinite: none [m].
+    """Ways to the goal round obstacles, on a coarse raster of eight neighbours; infinite: none [m].
 
-    A machine's middle has to be on the ground and off standing crop. Nothing is told much farther
-    away than the start.
+    A machine's middle has to be on the ground and off standing crop. The search ends a little
+    farther away than the start.
     """
     fine = site.borders.distances.shape
     rows, columns = fine[0] // _STRIDE + 2, fine[1] // _STRIDE + 2
@@ -321,7 +321,7 @@ def _shortened(site, motion, track, steps, bends, ways, gears):
 
 @compiled
 def _joined(found):
-    """Pieces told from the last to the first, in the order of driving; alike neighbours are one."""
+    """Pieces in the order of driving, from a list in reverse; equal neighbours are joined."""
     curvatures, lengths = np.zeros(len(found)), np.zeros(len(found))
     count = 0
     for k in range(len(found) - 1, -1, -1):
@@ -375,7 +375,7 @@ def turn_between(
         ground: Which no part of the outline leaves.
         combine: Which turns.
         crop: Where its body must not be; the raised header may be over it.
-        expansions: Bound of the search; 0: there is none.
+        expansions: How many poses the search may expand; 0: there is no search.
     """
     site = ground.site(combine_footprint(combine), crop)
     motion = motion_of(combine)

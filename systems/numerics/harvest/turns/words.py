@@ -1,15 +1,15 @@
 """Words: paths of three pieces, arc straight arc or arc arc arc, each driven in either gear.
 
-Where the circles are tells the headings at which the pieces meet, whatever the gears are; an arc
-that is driven forwards through an angle a can as well be driven backwards through 2 pi - a. So
-there are 32 words with a straight and 32 of arcs alone. Those of Dubins are among them, those of
+The positions of the circles give the headings at which the pieces meet, whatever the gears are; an
+arc that is driven forwards through an angle a can as well be driven backwards through 2 pi - a. So
+there are 32 words with a straight and 32 of arcs alone. They include those of Dubins, those of
 three pieces of Reeds and Shepp, and the fishtail turn (an arc forwards, a straight backwards, an
 arc forwards).
 
-**On the ground.** Does a machine stay on its ground all along arcs and straights, with its swing?
-Between two poses the outline sweeps no more than the convex hull of both outlines, but for the
-arcs' heights above their chords, for which the steps are short. Only where discs leave a doubt are
-hulls compared with the ground's edges. The quickest word that stays on the ground is the one taken.
+**On the ground.** The quickest word is taken on which the outline, with its swing, stays on the
+ground all along. Between two poses the outline sweeps no more than the convex hull of both
+outlines, but for the heights of arcs above their chords, which short steps keep small. Hulls are
+compared with the ground's edges only where discs leave a doubt.
 """
 
 import math
@@ -123,7 +123,7 @@ def _write_gears(count, turns, lengths, first, middle, last, begin, between, end
 
 @kernel
 def _arc(angle, gear):
-    """The way round a circle in a gear that turns by an angle, but for whole turns."""
+    """Length of the arc that turns by an angle, but for whole turns, in a gear; the radius is 1."""
     ahead = angle % math.tau
     if ahead < NO_ARC or ahead > math.tau - NO_ARC:
         return 0.0
@@ -132,7 +132,7 @@ def _arc(angle, gear):
 
 @kernel
 def driving_time(lengths, count, speed, acceleration, before, after):
-    """Time that pieces take, with what stopping and starting costs, also before and after [s].
+    """Time that pieces take, with the cost of stops and starts, also before and after them [s].
 
     A stop between ways that are long enough costs speed / acceleration; half of it is counted where
     the machine brakes and half where it starts. A way between two stops may be too short for the
@@ -196,7 +196,7 @@ def quickest_time(motion, start, goal, before, after, turns, lengths):
 
 @compiled
 def quickest_times(motion, starts, goals):
-    """Times of the quickest words between poses, for who drives forwards before and after.
+    """Times of the quickest words between poses, with forward drives before and after them.
 
     Args:
         motion: Of the machine.
@@ -270,7 +270,7 @@ def drive(x, y, theta, way, curvature):
 
 @kernel
 def _may_stay(borders, footprint, pose, curvatures, lengths, count):
-    """Whether no disc inside of the outline is over the border at some poses: quick to say no."""
+    """Quick test at some poses: False if a disc inside of the outline is over the border."""
     x, y, theta = pose[0], pose[1], pose[2]
     for piece in range(count):
         steps = math.ceil(abs(lengths[piece]) / _FIRST_LOOK)
@@ -290,7 +290,7 @@ def _may_stay(borders, footprint, pose, curvatures, lengths, count):
 
 @kernel
 def _clear(site, x, y, theta, step, curvature, room):
-    """Whether one step from a pose is clear, and where it leads to as well."""
+    """Whether one step from a pose is clear, and the pose that it leads to as well."""
     borders, footprint, crop = site.borders, site.footprint, site.crop
     nx, ny, heading = drive(x, y, theta, step, curvature)
     c, s = math.cos(heading), math.sin(heading)
@@ -345,7 +345,7 @@ def path_stays(site, pose, curvatures, lengths):
 
 @compiled
 def fitting_word(site, motion, start, goal, gears, least, with_runs, curvatures, lengths):
-    """Write the quickest word that stays on the ground, where it is quick enough.
+    """Write the quickest word that stays on the ground, if it is quick enough.
 
     Nine arguments: the ground and the machine, the task, and where the answer is written.
 
@@ -355,7 +355,7 @@ def fitting_word(site, motion, start, goal, gears, least, with_runs, curvatures,
         start: x, y, theta, shape (3,) [m], [m], [rad].
         goal: The same.
         gears: In which the machine arrives and goes on at full speed; 0: it stands.
-        least: Time that it must take less than [s].
+        least: The word has to take less time than this [s].
         with_runs: Whether there may be straights before and after the word.
         curvatures: Written: of the pieces, shape (PIECES,) [1/m].
         lengths: Written: of the pieces, negative backwards, shape (PIECES,) [m].
