@@ -310,6 +310,28 @@ def test_programs_that_are_started_leave_signals_of_the_terminal_to_those_who_st
     assert reports(MODULES, belongs_to_the_terminal) == []
 
 
+def constants_given_twice(source: str, file: Path) -> list[str]:
+    """Constants of a module that a later line gives another value, which all functions then see."""
+    seen: set[str] = set()
+    found = []
+    for node in ast.parse(source).body:
+        targets = node.targets if isinstance(node, ast.Assign) else []
+        names = [each for target in targets for each in ast.walk(target)]
+        for name in (each.id for each in names if isinstance(each, ast.Name)):
+            if name.isupper() and name in seen:
+                found.append(f"line {node.lineno}: {name}")
+            seen.add(name)
+    return found
+
+
+def test_every_constant_is_given_once():
+    assert reports(MODULES, constants_given_twice) == []
+
+
+def test_a_constant_that_is_given_twice_is_seen():
+    assert constants_given_twice("A, B = 1, 2\nC = 3\nB = 4\n", Path("a.py")) == ["line 3: B"]
+
+
 def unexplained_ignores(source: str, file: Path) -> list[str]:
     """Ignores of ruff or pyright without words beside them or in a comment line above."""
     ignore = re.compile(r"#\s*(?:noqa|type:\s*ignore|pyright:\s*ignore)(?P<rest>[^#]*)(?P<why>.*)")

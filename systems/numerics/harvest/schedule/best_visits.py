@@ -41,8 +41,8 @@ from .word_limit import Tanks, Vector, tanks_of, ways_of, word_limit
 
 # Most visits in a branch, and most failed states that are kept for each combine.
 _DEEPEST, _KEPT = 400, 10_000
-# Part of an amount that rounding may cost.
-_ROUNDING = 1e-12
+# Relative error by rounding of loads, and of the limits of words [-].
+_ROUNDING = 1e-9
 # Part of a tank by which a state that recurs may differ: from empty tanks, loads only rise towards
 # those of the round that the visits end in.
 _BACK = 1e-4
@@ -64,8 +64,6 @@ ENOUGH = 1.0 - 1e-12
 # Visits of the longest words that are all looked at, by the number of combines: at least two to
 # each, and no more than take some hundredths of a second.
 _ALL_UP_TO = {2: 10, 3: 8, 4: 8}
-# By which limits of words are rounded [-].
-_ROUNDING = 1e-9
 
 
 class Outcome(Enum):
