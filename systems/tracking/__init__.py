@@ -1,4 +1,4 @@
-"""LeafSystems of the tracking story: agents, sight, assignment, pursuit, evasion."""
+"""LeafSystems for tracking: agents, sight, assignment, pursuit, evasion."""
 
 from .adversarial_evaders import AdversarialEvaders
 from .agent_team import AgentTeam, AgentTeam_, DifferentialDriveTeam, DifferentialDriveTeam_

@@ -12,10 +12,10 @@ from .game_ports import GamePorts
 
 
 class AdversarialEvaders(LeafSystem):
-    """Each evader makes for the corner that it can reach best, as the corner game tells it to.
+    """Each evader makes for the corner that it can reach best, by the corner game.
 
-    Evaders know where every pursuer is, and who sees what. One that nobody sees waits; one that
-    no corner can hide runs from the nearest pursuer that sees it.
+    Evaders know where every pursuer is, and who sees what. An evader that nobody sees waits; one
+    that no corner can hide runs from the nearest pursuer that sees it.
 
     .. pydrake_system::
 
@@ -46,7 +46,7 @@ class AdversarialEvaders(LeafSystem):
         evaders: Number of evaders Ne.
         top_speed: Of the evaders [m/s].
         speed_ratio: a = v_e / v_p, in (0, 1).
-        radius: Of an evader: how near its centre comes to a wall [m].
+        radius: Of an evader: least distance of its centre from a wall [m].
 
     Raises:
         InvalidInput: A number is out of its range.

@@ -27,13 +27,13 @@ NOTHING_HELD = -2.0
 class Assignment(LeafSystem):
     """Gives each pursuer an evader that it sees, or none (-1), by a rule on the team's risks.
 
-    The rule says whom the team would choose, `hold` when it follows the rule: at every step
-    ("none", as in the thesis); when a pursuer has lost its evader, or could be spared for one that
-    nobody has ("until_lost"); or also when that moves the total risk by a quarter ("cost").
-    What is held is discrete state, sampled with the period.
+    The rule says which assignment the team would choose, `hold` when it follows the rule: at every
+    step ("none", as in the thesis); when a pursuer has lost its evader, or a spare pursuer sees an
+    evader that nobody has ("until_lost"); or also when that changes the total risk by a quarter
+    ("cost"). The held assignment is discrete state, sampled with the period.
 
     With a finite `radio_range` there is no centre: each pursuer applies the rule to what it sees
-    itself and what the pursuers within that range tell it, and keeps its own part of the result.
+    itself and what the pursuers within that range report, and keeps its own part of the result.
 
     .. pydrake_system::
 
@@ -61,7 +61,7 @@ class Assignment(LeafSystem):
         pursuers: Number of pursuers Np.
         evaders: Number of evaders Ne.
         hold: When to follow the rule, a name in `HOLDS`.
-        period: Sampling period of what is held; without one nothing is held [s].
+        period: Sampling period of the held assignment; 0 only if nothing is held [s].
         rule: A name in `ASSIGNMENT_RULES`, or a function of a TeamView.
         risk_functions: Names in `RISK_FUNCTIONS`, one for all pursuers or one each.
         extra: What pursuers beyond a matching do: "stay" or "riskiest".
@@ -70,7 +70,7 @@ class Assignment(LeafSystem):
 
     Raises:
         InvalidInput: A name is unknown, the number of risk functions is wrong, or the range is
-            negative; at run time, a rule returns something else than an evader or -1 per pursuer.
+            negative; at run time, a rule does not return an evader or -1 for each pursuer.
     """
 
     def __init__(
@@ -97,12 +97,12 @@ class Assignment(LeafSystem):
         require_one_of("extra", extra, EXTRA_PURSUERS)
         require(radio_range >= 0, "radio_range", "be zero or positive", radio_range)
         self._hold = hold
-        # Before anything is made of its answer, such as a whole number of 0.5.
+        # The answer is checked before any conversion, which would turn 0.5 into 0.
         self._rule = decentralised(checked(rule), radio_range)
         self._kinds = codes_of("risk_functions", risk_functions, RISK_FUNCTIONS, pursuers)
         self._extra, self._seed = extra, seed
         self._game = GamePorts(self, world, pursuers, evaders)
-        # Kept, because finding it by name takes as long as a small matching.
+        # Stored, because finding the port by name takes as long as a small matching.
         self._chosen = self.DeclareVectorOutputPort("assignment", pursuers, self._calc_assignment)
         if hold != "none":
             self._held = self.DeclareDiscreteState(state_vector(np.full(pursuers, NOTHING_HELD)))
@@ -112,7 +112,7 @@ class Assignment(LeafSystem):
         game, held = self._game, self._what_is_held(context)
         (n, m), visible = game.shape, game.visible(context)
         if self._hold == "until_lost" and held is not None and not is_broken(visible, held):
-            # As `hold_or_choose` would find, without the risks that it would not look at.
+            # The same result as that of `hold_or_choose`, without computing risks.
             output.set_value(held)
             return
         pursuers, evaders = game.positions(context)

@@ -1,4 +1,4 @@
-"""Evaders that answer the pursuers' rule."""
+"""Evaders that choose the best response to the pursuers' rule."""
 
 import math
 from collections.abc import Sequence
@@ -39,14 +39,13 @@ from .game_ports import GamePorts, codes_of
 
 
 class Foresight(NamedTuple):
-    """How plans are tried, and how often.
+    """How plans are simulated, and how often.
 
     Attributes:
-        rollout: How far and how finely.
+        rollout: How far ahead and how finely plans are simulated.
         decision_period: Time between decisions [s].
-        beyond: How plans are tried again where none breaks sight in the first way, once `patience`
-            is over.
-        patience: From the first decision on [s].
+        beyond: A second rollout, used after `patience` if no plan breaks sight in the first.
+        patience: Time from the first decision until `beyond` is used [s].
     """
 
     rollout: Rollout
@@ -55,8 +54,8 @@ class Foresight(NamedTuple):
     patience: float = 0.0
 
 
-# Measured best among those of equal cost, see BENCHMARKS.md: games of one evader are long; of
-# several some evader soon gets away, or else has to look farther ahead.
+# The best of several settings of equal cost, see BENCHMARKS.md. Games of one evader are long. In
+# games of several evaders, some evader soon gets away; otherwise they have to look farther ahead.
 ALONE = Foresight(Rollout(horizon=20.0, step=0.25, headings=12), 0.7)
 IN_TEAMS = Foresight(
     Rollout(horizon=8.0, step=0.1, headings=32),
@@ -65,22 +64,22 @@ IN_TEAMS = Foresight(
     patience=12.0,
 )
 
-# Names of pursuits that the evaders know, or take for one that they know.
+# Pursuits by name, with the code of the one that the evaders assume.
 KNOWN_PURSUITS = {
     **FIELDS,
     "lookahead": LOOKAHEAD_PURSUIT,
     **dict.fromkeys(("guarantee", "certified"), FIELDS["margin"]),
 }
-# Holds that the evaders know, or take for "until_lost".
+# Names of holds that are accepted; all except "none" are taken for "until_lost".
 KNOWN_HOLDS = tuple(dict.fromkeys((*HOLDS, *SWITCHES)))
 _MATCHINGS = {"hungarian": LEAST_RISK, "hungarian_max": GREATEST_RISK}
 
 
 class BestResponseEvaders(LeafSystem):
-    """Each evader plays its plans against the pursuers' rule beforehand, and takes the best.
+    """Each evader simulates its plans against the pursuers' rule, and takes the best.
 
-    At every decision each evader tries straight runs all round, runs to the corners that it
-    sees, and the corner game's best play, each against the pursuers' own rule. In between it
+    At every decision each evader tries straight runs in all directions, runs to the corners that
+    it sees, and the corner game's best play, each against the pursuers' own rule. In between it
     follows its plan. An evader that nobody sees waits.
 
     .. pydrake_system::
@@ -104,10 +103,10 @@ class BestResponseEvaders(LeafSystem):
     velocity          2 Ne                 m/s   world  all
     ================  ===================  ====  =====  ===========
 
-    Where pursuers share evaders out, `responsible` (Ne) is an input port too, the pursuer that
-    answers for each, as `TeamGuaranteePursuit` gives it.
+    If pursuers share the evaders out, there is also an input port `responsible` (Ne), the pursuer
+    responsible for each evader, as from `TeamGuaranteePursuit`.
 
-    Plans are discrete state: kind and place of each evader's.
+    Plans are discrete state: the kind of each evader's plan, and its direction or place.
 
     Source: ours; see `numerics.tracking.best_response.rollouts`.
 
@@ -118,23 +117,23 @@ class BestResponseEvaders(LeafSystem):
         evaders: Number of evaders Ne.
         pursuer_speed, evader_speed: Top speeds [m/s].
         pursuit: The pursuers' rule, a name in `KNOWN_PURSUITS`.
-        risk_vectors: Theirs, names in `RISK_VECTORS`, one for all pursuers or one each.
-        assignment: Their rule of assignment. "hungarian" and "hungarian_max" are known; of others,
-            and of more than MOST_EVADERS evaders, only what it says now.
+        risk_vectors: Of the pursuers, names in `RISK_VECTORS`, one for all or one each.
+        assignment: Their assignment rule. "hungarian" and "hungarian_max" are simulated; with other
+            rules, or more than MOST_EVADERS evaders, the present assignment is assumed to stay.
         hold: When they follow it, a name in `KNOWN_HOLDS`; all but "none" are taken for
             "until_lost".
         extra: What pursuers beyond a matching do: "stay" or "riskiest".
-        risk_functions: Theirs, names in `RISK_FUNCTIONS`, one for all pursuers or one each.
-        radius: Of an evader: how near its centre comes to a wall [m].
-        foresight: How plans are tried; None: ALONE for one evader, IN_TEAMS for more.
-        table: The visibility game that pursuers play by whose rule is "guarantee", or by the lower
-            bound "certified"; without it they are taken for ones that follow the margin field.
-        double: The game of two evaders, where pursuers share evaders out by it; then `responsible`
+        risk_functions: Of the pursuers, names in `RISK_FUNCTIONS`, one for all or one each.
+        radius: Of an evader: least distance of its centre from a wall [m].
+        foresight: How plans are simulated; None: ALONE for one evader, IN_TEAMS for more.
+        table: The visibility game by which pursuers play with the rule "guarantee", or, by the
+            lower bound, "certified"; without it they are assumed to follow the margin field.
+        double: The game of two evaders, if pursuers share the evaders out by it; then `responsible`
             is an input port.
 
     Raises:
-        InvalidInput: A name is unknown, or a number out of its range; the table is by another bound
-            than the pursuers play by, or too large.
+        InvalidInput: A name is unknown, or a number out of its range; the table is not by the bound
+            that the pursuers use, or too large.
     """
 
     def __init__(
@@ -209,7 +208,7 @@ class BestResponseEvaders(LeafSystem):
             self._responsible = self.DeclareVectorInputPort("responsible", evaders)
         plans = np.zeros((evaders, 3))
         self._plans = self.DeclareDiscreteState(state_vector(plans.ravel()))
-        # When the first decision was made, -1 before: a run that is resumed makes no other.
+        # Time of the first decision, -1 before it: a resumed run does not decide again at once.
         self._begun = self.DeclareDiscreteState(state_vector(np.array([-1.0])))
         self.DeclareInitializationDiscreteUpdateEvent(self._begin)
         self.DeclarePeriodicDiscreteUpdateEvent(period, period, self._decide)
@@ -269,7 +268,7 @@ class BestResponseEvaders(LeafSystem):
 
 
 def _checked(rollout: Rollout) -> Rollout:
-    """The same, once it is sound, in types that compiled functions know."""
+    """Check a rollout, and convert it to types that compiled functions accept."""
     require_positive("rollout.horizon", rollout.horizon)
     require_positive("rollout.step", rollout.step)
     require(rollout.headings >= 0, "rollout.headings", "be 0 or positive", rollout.headings)

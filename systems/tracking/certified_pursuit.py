@@ -1,4 +1,4 @@
-"""Pursuers that keep their word: the lower bound's own policy."""
+"""Certified pursuers: they keep what the lower bound guarantees, by its own policy."""
 
 from collections.abc import Sequence
 
@@ -14,15 +14,16 @@ from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
 from .collision_avoidance import body_radii
 from .game_ports import FieldRule, GamePorts
 
-# Of each pursuer's commitment: where to, how many periods are left, after whom, how long the
-# evader will be kept from the end of these, and from where.
+# A pursuer's commitment: its destination, the number of periods left, its evader, how long that is
+# kept in sight after these periods, and the starting point.
 COMMITMENT = 7
 X, Y, LEFT, EVADER, PROMISE, FROM_X, FROM_Y = range(COMMITMENT)
 
-# Who is this far off its way is off it, in parts of how far it goes in a step: above rounding.
+# Deviation from its way beyond which a pursuer is off course, in parts of the distance that it goes
+# in a step: above rounding.
 OFF_COURSE = 1e-5
 
-# Gap to teammates on their ways, and to evaders that stand, by which ways are chosen, in parts of
+# Gap to keep, when ways are chosen, to teammates on their ways and to standing evaders, in parts of
 # the distance at which bodies touch.
 ROOM = 0.05
 
@@ -30,20 +31,19 @@ NOTHING = [0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0]
 
 
 class CertifiedPursuit(LeafSystem):
-    """Each pursuer commits itself to a place for a step of the table, and keeps the time it says.
+    """Each pursuer commits itself to a place for one step of the table, and keeps its guarantee.
 
-    At the beginning of a step it takes the place with which the lower bound guarantees the longest
-    time, goes straight there, at a speed with which it is there when the step is over, and commits
-    itself again. While it is not kept from that, its evader stays in sight for as long as
-    `guaranteed_time` says. Where it is, and where its evader changes, the promise is void: it
-    commits itself anew from where it is. Where nothing can be promised it follows the margin field.
+    At the beginning of a step it chooses the place with which the lower bound guarantees the
+    longest time, goes straight there, at the speed with which it arrives when the step is over, and
+    commits itself again. As long as nothing stops it, its evader stays in sight for at least
+    `guaranteed_time`. If it is stopped, or its evader changes, the promise is void, and it commits
+    itself anew from its position. Where nothing can be promised it follows the margin field.
 
-    Pursuers with bodies choose their places such that nobody is in the way: not where an evader
-    could be in it, nor a teammate on its own. Only if they can promise less so they go where
-    somebody may stop them.
+    Pursuers with bodies prefer places to which no evader could block the way, nor a teammate on its
+    own way. Only if that would shorten their promise do they go where somebody may stop them.
 
-    Differential drives turn in place at the beginning of a step, and drive the rest of it: their
-    table is one with a turning time.
+    Differential drives turn in place at the beginning of a step, and drive for the rest of it:
+    their table has a turning time.
 
     .. pydrake_system::
 
@@ -75,10 +75,10 @@ class CertifiedPursuit(LeafSystem):
     ================  ===================  =============  =====  =============
 
     `guaranteed_time` is how long each pursuer will keep its evader from now on, infinite for ever,
-    and `certificate` how long the team keeps all evaders. A commitment is a place [m], the periods
-    left until then, the evader or -1, the time that is guaranteed from then on [s], and where it
-    was made [m]. It is discrete state: so much of it as is left after the period that has begun.
-    `committed` is 1 for each pursuer that has one.
+    and `certificate` how long the team keeps all evaders. A commitment is a place [m], the number
+    of periods left until the pursuer is there, the evader or -1, the time that is guaranteed from
+    then on [s], and where the commitment was made [m]. It is discrete state, stored as of the end
+    of the present period. `committed` is 1 for each pursuer that has one.
 
     Source: ours; see `numerics.tracking.visibility_game`.
 
@@ -93,8 +93,9 @@ class CertifiedPursuit(LeafSystem):
         radii, evader_radii: Of the bodies, one for all or one each [m]; 0 for points.
 
     Raises:
-        InvalidInput: The table is by another bound, or its step is no number of periods; a name is
-            unknown or a number out of its range; at run time, an assignment names no evader.
+        InvalidInput: The table is not by the lower bound, or its step is not a whole number of
+            periods; a name is unknown or a number out of its range; at run time, an assignment
+            names no evader.
     """
 
     def __init__(
@@ -126,7 +127,7 @@ class CertifiedPursuit(LeafSystem):
         self._kept = self.DeclareDiscreteState(state_vector(nothing))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._go_on)
         self.DeclareVectorOutputPort("velocity", 2 * pursuers, self._calc_velocity)
-        # Sight is for pursuers that promise nothing.
+        # Only the field uses sight, for pursuers that promise nothing.
         promised = {
             self._game.pursuers.ticket(),
             self._game.evaders.ticket(),
@@ -141,7 +142,7 @@ class CertifiedPursuit(LeafSystem):
         self.DeclareVectorOutputPort("committed", pursuers, self._calc_committed, promised)
 
     def _calc_commitment(self, context, output):
-        """What holds now: what is kept, or where that is over or void, anew."""
+        """The present commitments: the stored ones, renewed where they are over or void."""
         commitments = context.get_discrete_state(self._kept).value().reshape(-1, COMMITMENT).copy()
         pursuers, evaders = (each.reshape(-1, 2) for each in self._game.positions(context))
         assignment = self._game.targets(context)
@@ -159,7 +160,7 @@ class CertifiedPursuit(LeafSystem):
         output.set_value(commitments.ravel())
 
     def _is_on_course(self, commitment, p):
-        """Whether a pursuer is on the straight way that it said, and not late."""
+        """Whether a pursuer is on the straight way of its commitment, and not late."""
         start, end = commitment[[FROM_X, FROM_Y]], commitment[[X, Y]]
         way, rest = end - start, end - p
         length, left = np.hypot(*way), np.hypot(*rest)
@@ -169,14 +170,14 @@ class CertifiedPursuit(LeafSystem):
         return left <= due + rounding and aside <= rounding * length + rounding**2
 
     def _commit(self, i, pursuers, evaders, evader, commitments):
-        """A commitment of pursuer i for a step; for no period where nothing is guaranteed."""
+        """A commitment of pursuer i for a step; 0 periods are left if nothing is guaranteed."""
         if evader < 0:
             return NOTHING
         p = pursuers[i]
         try:
             place, time = self._best_step(i, pursuers, evaders, evader, commitments)
         except InvalidInput:
-            # Off the map, as a robot that was pushed.
+            # Off the map, for example after being pushed.
             place, time = p, 0.0
         if time == 0.0:
             return [0.0, 0.0, 0.0, float(evader), 0.0, 0.0, 0.0]
@@ -184,13 +185,13 @@ class CertifiedPursuit(LeafSystem):
         return [place[0], place[1], float(self._periods), float(evader), left, p[0], p[1]]
 
     def _best_step(self, i, pursuers, evaders, evader, commitments):
-        """Where pursuer i goes in the next step, and what it can guarantee so [s]."""
+        """Where pursuer i goes in the next step, and the time that it can then guarantee [s]."""
         p, table = pursuers[i], self._table
         place, time = table.best_step(p, evaders[evader])
         ways = self._ways(i, pursuers, evaders, commitments)
         if time == 0.0 or any(way(place) for way in ways[:1]) or not ways:
             return place, time
-        # What was promised before is enough.
+        # A detour is fine if it guarantees at least the time promised before.
         kept = commitments[i, EVADER] == evader and commitments[i, PROMISE] > 0.0
         enough = min(time, commitments[i, PROMISE]) if kept else time
         for is_clear in ways:
@@ -200,7 +201,7 @@ class CertifiedPursuit(LeafSystem):
         return place, time
 
     def _ways(self, i, pursuers, evaders, commitments):
-        """What says whether nobody is on the way of pursuer i to a place, strictest first."""
+        """Tests of whether the way of pursuer i to a place is clear of robots, strictest first."""
         p, radius, table = pursuers[i], self._radii[i], self._table
         strangers = radius + self._evader_radii
         others = (commitments[:, LEFT] > 0) & (np.arange(len(pursuers)) != i)
@@ -226,7 +227,7 @@ class CertifiedPursuit(LeafSystem):
         return np.asarray(self._commitment.Eval(context)).reshape(-1, COMMITMENT)
 
     def _go_on(self, context, discrete_state):
-        """A period begins; by its end there is one less."""
+        """Store the commitments at the beginning of a period, with one period less left."""
         commitments = self._now(context).copy()
         commitments[:, LEFT] = np.maximum(commitments[:, LEFT] - 1.0, 0.0)
         discrete_state.set_value(self._kept, commitments.ravel())

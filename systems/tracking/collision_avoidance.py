@@ -1,4 +1,4 @@
-"""Commands that keep robots off one another and out of the walls, of points and of unicycles."""
+"""Commands of points and unicycles that keep robots off one another and out of walls."""
 
 from collections.abc import Sequence
 
@@ -19,20 +19,19 @@ from ..numerics.tracking.collision_avoidance import YIELDING_TIME, avoid
 from ..numerics.tracking.collision_stop import NEAR, stop_at_robots, stop_at_walls
 from ..numerics.tracking.turn_taking import still_waiting, take_turns
 
-# Of a team: it yields, is among equals, or is yielded to.
+# Rank of a team: it yields, is among equals, or has the right of way.
 RANKS = (-1, 0, 1)
 
 
 class CollisionAvoidance(LeafSystem):
-    """Replaces velocities by the nearest in spirit that touch no robot and no wall.
+    """Replaces velocities by similar ones with which agents touch no robot and no wall.
 
     Held for the period, the new velocities keep each agent that starts in free space inside it,
     and the bodies of all agents apart, at any speed and any period, also between samples: each
-    agent uses up half of the gap to another at most, so the other team needs the same rule and no
-    agreement. Before that, agents turn aside for one another and yield to teammates, and slide
-    along walls; teammates that hold each other up take turns. An agent that is not in free space
-    is led there. For how long each has waited, and whose turn it is, is discrete state, sampled
-    with the period.
+    agent uses up at most half of the gap to another, so the other team needs the same rule but no
+    agreement. Before that rule is applied, agents turn aside for one another, yield to teammates
+    and slide along walls; teammates that hold each other up take turns. An agent outside free space
+    is led back to it. Waiting times and turns are discrete state, sampled with the period.
 
     .. pydrake_system::
 
@@ -57,10 +56,10 @@ class CollisionAvoidance(LeafSystem):
     deflection      N     m/s   -      all
     ==============  ====  ====  =====  ===========
 
-    `other_position` is there where there are others. `right_of_way` is there with rank 1, and may
-    be left open: 1 for robots that keep a promise. They go as they wish, and are stopped only where
-    a gap is used up; their teammates make room for them. `deflection` is the length of the
-    difference between each safe velocity and the one that was asked for.
+    The port `other_position` exists if there are others. `right_of_way` exists with rank 1, and may
+    be left open; it is 1 for robots that keep a promise. These keep their desired velocity, and are
+    stopped only where a gap is used up; their teammates make room for them. `deflection` is the
+    length of the difference between each safe velocity and the desired one.
 
     Source: the orange boundaries of Zhang 2014, 2.2.8, for walls; the rules are ours, see
     `numerics.tracking.collision_avoidance`.
@@ -69,13 +68,14 @@ class CollisionAvoidance(LeafSystem):
         regions: Where the agents' centres may be, from `shrink_world`.
         count: Number of agents N.
         period: For how long velocities are held: the plant's time step [s].
-        top_speed: Of the agents, at which they turn aside and are pushed [m/s].
+        top_speed: Of the agents, also when they turn aside or are pushed [m/s].
         radii: Of the bodies, one for all or one each [m]; 0 for points, which may meet.
         other_radii: Of the robots of other teams, shape (M,) [m].
         rank: 1 for a team to which the others yield, -1 for one that yields to them: it keeps away
-            from them, and leaves the whole of a small gap to them; 0 among equals. Both teams have
-            to be told.
-        pace: Top speed of the team that is yielded to, the same for both; None: this one's [m/s].
+            from them, and leaves the whole of a small gap to them; 0 among equals. Both teams need
+            matching ranks.
+        pace: Top speed of the team with the right of way, the same value for both teams; None:
+            `top_speed` [m/s].
 
     Raises:
         InvalidInput: A number is out of its range.
@@ -111,8 +111,8 @@ class CollisionAvoidance(LeafSystem):
             self._others = self.DeclareVectorInputPort("other_position", 2 * len(other_radii))
         if rank == 1:
             self._first = self.DeclareVectorInputPort("right_of_way", count)
-        # For how long each has waited and its turn lasts [s], then where each was last [m]: one
-        # vector is read and written faster than three.
+        # Waiting times and times left of turns [s], then last positions [m]: one vector is read and
+        # written faster than three.
         state = np.concatenate([np.zeros(2 * count), np.full(2 * count, np.nan)])
         self._state = self.DeclareDiscreteState(state_vector(state))
         self._count = count
@@ -180,12 +180,12 @@ def body_radii(name: str, radii: float | Sequence[float], count: int) -> np.ndar
     """Radii of `count` bodies, a single number standing for all; shape (count,) [m].
 
     Args:
-        name: What to call them in an error.
+        name: Name of the parameter in error messages.
         radii: One for all or one each, shape (count,) [m].
-        count: How many.
+        count: Number of bodies.
 
     Raises:
-        InvalidInput: A radius is negative, or their number is another.
+        InvalidInput: A radius is negative, or the number of radii is wrong.
     """
     each = np.broadcast_to(radii, count) if np.ndim(radii) == 0 else np.array(radii, dtype=float)
     require(each.shape == (count,), name, f"have {count} entries", np.shape(radii))
@@ -197,12 +197,12 @@ def body_radii(name: str, radii: float | Sequence[float], count: int) -> np.ndar
 class CollisionStop(LeafSystem):
     """Slows robots that would come too near to a wall or to another robot, and lets them turn.
 
-    A wheeled robot cannot slide: its speed is cut and its turn rate kept, so that it turns in
-    place until its way is clear. The end of a turn away from a wall it makes faster, as soon as a
-    step along the wall is within the top turn rate. Held for the period, the new commands keep
+    A wheeled robot cannot slide: its speed is reduced and its turn rate kept, so that it turns in
+    place until its way is clear. It makes the last part of a turn away from a wall faster, as soon
+    as the top turn rate allows a step along the wall. Held for the period, the new commands keep
     each robot of a DifferentialDriveTeam with the same limits and time step in free space, and the
-    bodies of all robots apart: each uses up half of the gap to another at most, so the others need
-    the same rule and no agreement.
+    bodies of all robots apart: each uses up at most half of the gap to another, so the others need
+    the same rule but no agreement.
 
     .. pydrake_system::
 
@@ -227,23 +227,24 @@ class CollisionStop(LeafSystem):
     deflection      N     m/s         -      all
     ==============  ====  ==========  =====  ===========
 
-    `other_position` is there where there are others. `right_of_way` is there with rank 1, and may
-    be left open: 1 for robots to which teammates leave the whole of a small gap. `deflection` is by
-    how much each robot's speed differs from the one that was asked for.
+    The port `other_position` exists if there are others. `right_of_way` exists with rank 1, and may
+    be left open; it is 1 for robots to which teammates leave the whole of a small gap. `deflection`
+    is the absolute difference between each robot's safe speed and the commanded one.
 
     Source: the orange boundaries of Zhang 2014, 2.2.8, for walls; the rules are ours.
 
     Args:
-        regions: Where the robots' centres may be, from `shrink_world`; none: everywhere.
+        regions: Where the robots' centres may be, from `shrink_world`; empty: everywhere.
         count: Number of robots N.
         top_speed: [m/s].
         top_turn_rate: [rad/s].
         period: For how long commands are held: the plant's time step [s].
-        horizon: Longer than a command takes to have its effect [s]: half of a gap to a robot is
-            used up in no less. None: the period, as in a simulation without delay.
+        horizon: Shortest time in which half of a gap to a robot may be used up, longer than a
+            command takes to have its effect [s]. None: the period, as in a simulation without
+            delay.
         radii: Of the bodies, one for all or one each [m]; 0 for points, which may meet.
         other_radii: Of the robots of other teams, shape (M,) [m].
-        rank, pace: As of `CollisionAvoidance`.
+        rank, pace: See `CollisionAvoidance`.
 
     Raises:
         InvalidInput: A number is out of its range.

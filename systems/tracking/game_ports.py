@@ -1,4 +1,4 @@
-"""Input ports that systems of a tracking game have in common, and the pursuit field behind them."""
+"""Input ports shared by the systems of a tracking game, and the pursuit field based on them."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ from ..numerics.tracking.team_pursuit import team_pursuit
 
 
 class GamePorts:
-    """Ports `pursuer_position`, `evader_position` and `sight`; of pursuers `assignment` too.
+    """Ports `pursuer_position`, `evader_position` and `sight`, and `assignment` if `assigned`.
 
     Attributes:
         corners: Of the world, from `corner_table`.
@@ -34,14 +34,14 @@ class GamePorts:
         *,
         assigned: bool = False,
     ):
-        """Declares the ports; called while a system is made, once.
+        """Declares the ports; to be called once, in the system's constructor.
 
         Args:
-            system: Whose ports they are.
-            world: Whose corners the sight port tells of.
+            system: System on which the ports are declared.
+            world: Whose corners the sight port refers to.
             pursuers: Number of pursuers Np.
             evaders: Number of evaders Ne.
-            assigned: Whether the system has an assignment.
+            assigned: Whether to declare the port `assignment`.
         """
         self.corners = corner_table(world)
         self.shape = (pursuers, evaders)
@@ -73,10 +73,10 @@ class GamePorts:
 
 
 class FieldRule:
-    """The pursuit field (2.2) by which pursuers run, over the corners of a system's ports."""
+    """The pursuit field (2.2) of a team, evaluated from the ports of a system."""
 
     def __init__(self, ports: GamePorts, field: str, risk_vectors: Sequence[str], period: float):
-        """Checks what it is made of.
+        """Checks and stores the parameters of the field.
 
         Args:
             ports: Of the system.
@@ -118,14 +118,14 @@ class FieldRule:
 
 
 def require_assignment(assignment: np.ndarray, evaders: int) -> None:
-    """Refuse an assignment that names no evader: compiled code does not look where it reads.
+    """Refuse an assignment with invalid entries, because compiled code does not check indices.
 
     Args:
         assignment: Each pursuer's evader, -1 for none, shape (Np,).
         evaders: How many there are.
 
     Raises:
-        InvalidInput: An entry is no evader.
+        InvalidInput: An entry is neither an evader nor -1.
     """
     if not names_evaders(assignment, evaders):
         raise InvalidInput(

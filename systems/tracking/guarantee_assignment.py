@@ -1,4 +1,4 @@
-"""Whom each pursuer watches, by the solved visibility game."""
+"""Assignment of pursuers to evaders by the solved visibility game."""
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem
@@ -23,18 +23,19 @@ from ..numerics.tracking.visibility_game.regain import steps_to_guard
 from .assignment import NOTHING_HELD
 from .game_ports import GamePorts
 
-# A step that is promised is worth more than all that the middle bound says of a pair.
+# Weight of a promised step: it counts more than any value of a pair by the middle bound.
 PROMISED = 1e6
 
 
 class GuaranteeAssignment(LeafSystem):
     """Matches pursuers with evaders so that the least of the guaranteed times is greatest.
 
-    If each pursuer plays the game of one against one with its own evader, all evaders stay in
-    sight for as long as that, whatever they do. What is held is discrete state, sampled with the
-    period; it is left when another matching guarantees more by a tenth and a step of the game. An
-    evader that its own pursuer does not see counts for as long as a teammate can mind it. One that
-    no pursuer can be spared for is given to one that does not see it and could guard it soonest.
+    If each pursuer plays the one-against-one game with its own evader, all evaders stay in sight
+    for that time, whatever they do. The held matching is discrete state, sampled with the period.
+    It is changed when another one guarantees a time longer by a tenth and a step of the game. For
+    an evader that its own pursuer does not see, the time counts for which a teammate can mind it.
+    Pursuers left over help, first with evaders that nobody watches; one that none of them sees goes
+    to the pursuer that could guard it soonest.
 
     .. pydrake_system::
 
@@ -59,17 +60,17 @@ class GuaranteeAssignment(LeafSystem):
 
     Args:
         table: The game of one pursuer and one evader.
-        world: Whose corners the sight port tells of.
+        world: Whose corners the sight port refers to.
         pursuers: Number of pursuers Np.
         evaders: Number of evaders Ne.
         hold: When to change: a name in SWITCHES.
-        period: Sampling period of what is held; without one nothing is held [s].
-        promised: The game by the lower bound, where pursuers play by that: then what they promise
-            comes first, and the table tells apart what nothing is promised of.
+        period: Sampling period of the held matching; 0 only if nothing is held [s].
+        promised: The game by the lower bound, if pursuers play by it: then promised times are
+            compared first, and `table` ranks pairs with equal or no promises.
 
     Raises:
         InvalidInput: A name is unknown or a number out of its range; the table is too large, or
-            `promised` is by another bound.
+            `promised` is not by the lower bound.
     """
 
     def __init__(
@@ -122,8 +123,8 @@ class GuaranteeAssignment(LeafSystem):
         output.set_value(chosen)
 
     def _guarantees(self, game):
-        """For how long a matching keeps all evaders, as a function of it; the more certain of
-        several answers comes first [s]."""
+        """Make a function that gives how long a matching keeps all evaders; of two answers the
+        more certain one comes first [s]."""
         if self._promising is None:
             step, (pursuers, evaders, seen) = self._steps[0], game
             return lambda targets: (
@@ -144,11 +145,11 @@ class GuaranteeAssignment(LeafSystem):
         return worth + PROMISED * np.minimum(promised_steps(self._promising, *game), FOR_EVER)
 
     def _is_better(self, chosen, held, visible, lasts, before):
-        """Whether to leave what is held: for more evaders in sight, or a longer certificate."""
+        """Whether to change the held matching: for more evaders in sight, or a longer guarantee."""
         if self._hold == "until_lost":
             return covered(chosen, visible) > covered(held, visible)
         times = zip(lasts(chosen), before, self._steps, strict=True)
-        # The first that differ decide.
+        # The first times that differ decide.
         return next((is_longer(*each) for each in times if each[0] != each[1]), False)
 
     def _what_is_held(self, context):

@@ -1,4 +1,4 @@
-"""Pursuers that know the solved visibility games of their world: one each, or shared out."""
+"""Pursuers that play by solved visibility games: with one evader each, or with shares of them."""
 
 from collections.abc import Sequence
 
@@ -28,9 +28,9 @@ from .game_ports import FieldRule, GamePorts
 class GuaranteePursuit(LeafSystem):
     """Each pursuer takes the step that leaves the longest time, whatever its evader does.
 
-    Of several it takes the one after which the evader is farthest from where it would be lost. One
-    whose evader is hidden goes to where it could guard it; meanwhile a teammate that sees that
-    evader minds both. Where the table knows nothing they follow the margin field.
+    Of several such steps it takes the one after which the evader is farthest from where it would be
+    lost. A pursuer whose evader is hidden goes to where it could guard it; meanwhile a teammate
+    that sees that evader minds both. Where the table has no answer they follow the margin field.
 
     .. pydrake_system::
 
@@ -101,12 +101,12 @@ class GuaranteePursuit(LeafSystem):
 
 
 class TeamGuaranteePursuit(LeafSystem):
-    """Every evader is answered for by a pursuer that sees it, and pursuers keep all of theirs.
+    """Each evader has a responsible pursuer, which keeps all of its evaders in sight.
 
-    The team shares the evaders out so that the least guaranteed time is the largest, and holds to
-    that until another way gains enough. While a pursuer does not see an evader of its own, a
-    teammate watches that too. A pursuer that watches one evader plays by the game of one, with
-    several by the game of two.
+    The team shares the evaders out so that the least guaranteed time is the largest, and keeps the
+    shares until others gain enough. While a pursuer does not see an evader of its own, a teammate
+    watches that too. A pursuer that watches one evader plays by the game of one, with several by
+    the game of two.
 
     .. pydrake_system::
 
@@ -134,9 +134,9 @@ class TeamGuaranteePursuit(LeafSystem):
     ================  ===================  ====  =====  ===========
 
     `certificate` is for how long all evaders can be kept, by the middle bounds, infinite for ever.
-    `responsible` is the pursuer of each evader, or -1; one that nobody sees any more stays with its
-    own. `assignment` is the evader that each pursuer watches and can keep for the shortest time,
-    or -1. Who is responsible is discrete state.
+    `responsible` is the pursuer responsible for each evader, or -1; an evader that nobody sees any
+    more keeps its pursuer. `assignment` is, of the evaders that each pursuer watches, the one that
+    it can keep for the shortest time, or -1. `responsible` is held as discrete state.
 
     Source: ours; see `numerics.tracking.visibility_game`.
 
@@ -145,9 +145,9 @@ class TeamGuaranteePursuit(LeafSystem):
         world: Whose corners threaten.
         pursuers: Number of pursuers Np.
         evaders: Number of evaders Ne.
-        period: For how long a velocity is held, and who is responsible [s].
+        period: For how long velocities and responsibilities are held [s].
         risk_vectors: Names in `RISK_VECTORS`, one for all pursuers or one each, for the field that
-            decides where the tables know nothing.
+            decides where the tables have no answer.
 
     Raises:
         InvalidInput: A name is unknown or a number out of its range; a table is too large.
@@ -174,7 +174,7 @@ class TeamGuaranteePursuit(LeafSystem):
         nobody = state_vector(np.full(evaders, float(NOBODY)))
         self._held = self.DeclareDiscreteState(nobody)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
-        # Looked up once at a time, whichever outputs are asked for.
+        # Cached, so that it is looked up once for all outputs.
         looked_up = ValueProducer(lambda: AbstractValue.Make([]), self._look_up)
         ports = self._game.pursuers, self._game.evaders, self._game.sight
         self._known = self.DeclareCacheEntry(
@@ -205,7 +205,7 @@ class TeamGuaranteePursuit(LeafSystem):
         output.set_value(responsibilities(one, two, visible, held, step))
 
     def _owners(self, context):
-        """The pursuer that answers for each evader, or NOBODY, shape (Ne,)."""
+        """The pursuer responsible for each evader, or NOBODY, shape (Ne,)."""
         return np.asarray(self._responsible.Eval(context)).astype(int)
 
     def _watching(self, context):

@@ -1,4 +1,4 @@
-"""For how long a team's evaders can be kept in sight, as a signal, and what of it stands."""
+"""For how long a team can keep its evaders in sight, as a signal, and the part that still holds."""
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem
@@ -12,11 +12,11 @@ from .game_ports import require_assignment
 
 
 class GuaranteedTime(LeafSystem):
-    """Looks up for how long each pursuer can keep its evader; and the team all of them.
+    """Looks up for how long each pursuer can keep its evader, and the team all evaders.
 
-    The solved game is asked once a step of its own, and in between time runs down. What pursuers
-    can keep is not what they will: they have to play as the table does. Those that do say so
-    themselves, see `CertifiedPursuit`.
+    The table is looked up once per step of the game, and in between the times count down. They are
+    what pursuers could achieve by playing as the table does. For what pursuers actually promise,
+    see `CertifiedPursuit`.
 
     .. pydrake_system::
 
@@ -39,8 +39,8 @@ class GuaranteedTime(LeafSystem):
     certificate       1     s     -      all
     ================  ====  ====  =====  ===========
 
-    Both are infinite for ever. The certificate is that of the evader that is kept the shortest, 0
-    where one has no pursuer. The times looked up last are discrete state, with when that was.
+    Both are infinite for ever. The certificate is the shortest time over all evaders, 0 if one has
+    no pursuer. The times looked up last, and when that was, are discrete state.
 
     Source: ours; see `numerics.tracking.visibility_game`.
 
@@ -48,7 +48,7 @@ class GuaranteedTime(LeafSystem):
         table: The game of one pursuer and one evader.
         pursuers: Number of pursuers Np.
         evaders: Number of evaders Ne.
-        period: Between commands: what is looked up is looked up at the beginning of one [s].
+        period: Between commands; look-ups are made at the beginning of a period [s].
 
     Raises:
         InvalidInput: The period is not positive; at run time, an assignment names no evader.
@@ -61,7 +61,7 @@ class GuaranteedTime(LeafSystem):
         self._pursuers = self.DeclareVectorInputPort("pursuer_position", 2 * pursuers)
         self._evaders = self.DeclareVectorInputPort("evader_position", 2 * evaders)
         self._assignment = self.DeclareVectorInputPort("assignment", pursuers)
-        # Times; then when they were looked up, before the start for never.
+        # The times, and when they were looked up, negative for never.
         self._known = self.DeclareDiscreteState(state_vector(np.append(np.zeros(pursuers), -1.0)))
         every = max(round(table.step / period), 1) * period
         self.DeclarePeriodicDiscreteUpdateEvent(every, 0.0, self._look_up)
@@ -73,7 +73,7 @@ class GuaranteedTime(LeafSystem):
         discrete_state.set_value(self._known, known)
 
     def _times_now(self, context):
-        """By the table, shape (Np,) [s]."""
+        """Look up the times in the table, shape (Np,) [s]."""
         pursuers = read(self._pursuers, context).reshape(-1, 2)
         evaders = read(self._evaders, context).reshape(-1, 2)
         assignment = read(self._assignment, context)
@@ -84,12 +84,12 @@ class GuaranteedTime(LeafSystem):
                 try:
                     times[i] = self._table.time(pursuers[i], evaders[int(evader)])
                 except InvalidInput:
-                    # Off the map, as a robot that was pushed.
+                    # Off the map, for example after being pushed.
                     times[i] = 0.0
         return times
 
     def _times(self, context):
-        """Shape (Np,) [s]."""
+        """The times looked up last, less the time since then, shape (Np,) [s]."""
         *times, since = context.get_discrete_state(self._known).value()
         if since < 0.0:
             return self._times_now(context)
@@ -103,17 +103,17 @@ class GuaranteedTime(LeafSystem):
         output.set_value([team_certificate(self._times(context), assignment, self._evader_count)])
 
 
-# A robot that is kept from its velocity by less than this part of its top speed is not deflected:
-# what walls that it runs along take from it is rounding.
+# Deflection, in parts of the top speed, up to which a robot does not count as deflected: running
+# along walls causes deflections of the order of rounding errors.
 ROUNDING = 1e-5
 
 
 class StandingCertificate(LeafSystem):
-    """Withdraws the promise of each pursuer that is deflected, for as long as it is.
+    """Withdraws the promise of each pursuer while it is deflected.
 
-    What a pursuer promises holds if it goes where it says. One whose velocity for the period that
-    begins is another than the one that it asked for promises nothing for that moment; at the next
-    sample it may commit itself anew from where it then is.
+    A pursuer's promise holds if it moves as committed. A pursuer whose velocity for the present
+    period differs from the one that it asked for promises nothing during that period; at the next
+    sample it may commit itself anew from its new position.
 
     .. pydrake_system::
 
@@ -136,10 +136,10 @@ class StandingCertificate(LeafSystem):
     withdrawn        Np    -     -      guaranteed_time, deflection
     ===============  ====  ====  =====  ===========================
 
-    `deflection` is by how much what drives the team changes what was asked of it, as
-    `CollisionAvoidance` and `CollisionStop` say; their sum, where there are several. `certificate`
-    is how long the team keeps all evaders, and `withdrawn` is 1 for each pursuer that has promised
-    something and is deflected. Numeric parameters: `top_speed`.
+    `deflection` is by how much the desired velocities are changed, as given by `CollisionAvoidance`
+    and `CollisionStop`; the sum, if there are several. `certificate` is how long the team keeps all
+    evaders, and `withdrawn` is 1 for each pursuer that has promised something and is deflected.
+    Numeric parameters: `top_speed`.
 
     Source: ours; see `numerics.tracking.visibility_game`.
 
@@ -169,7 +169,7 @@ class StandingCertificate(LeafSystem):
         self.DeclareVectorOutputPort("withdrawn", pursuers, self._calc_withdrawn, kept)
 
     def _withdrawn(self, context):
-        """Who has promised something and is deflected, shape (Np,)."""
+        """Which pursuers have promised something and are deflected, shape (Np,)."""
         least = ROUNDING * self.parameters(context).top_speed
         deflected = read(self._deflection, context) > least
         return deflected & (read(self._times, context) > 0.0)

@@ -1,4 +1,4 @@
-"""How a differential-drive robot follows a velocity meant for a point, or a straight way."""
+"""Controllers for differential drives: follow a velocity meant for a point, or a straight way."""
 
 import sys
 from typing import Any
@@ -23,10 +23,11 @@ def HeadingController_(T):
     law = _compiled_law if T is float else heading_commands
 
     class Impl(LeafSystem_[T]):
-        """Turns each robot towards its desired velocity, and drives by the part along it.
+        """Turns each robot towards its desired velocity, and drives with the component along it.
 
         v = |d| cos(error), omega = gain * error, with d the desired velocity and error the angle
-        from the robot's heading to it. A robot that is to go backwards reverses while it turns.
+        from the robot's heading to it. A robot whose desired velocity points backwards reverses
+        while it turns.
 
         .. pydrake_system::
 
@@ -89,11 +90,11 @@ _heading_commands, _turn_first_command = compiled(heading_commands), compiled(tu
 
 
 class TurnFirstController(LeafSystem):
-    """Turns robots that keep a promise in place before they drive; the others drive as they turn.
+    """Robots that keep a promise turn in place before they drive; the others drive while they turn.
 
-    A robot that is committed turns to the nearer end of its axis, as fast as it can, and then
-    drives straight, forwards or backwards, with all of the desired speed. One that is not, or that
-    is deflected, does as `HeadingController` has it.
+    A committed robot turns its front or its back to the desired direction, whichever is nearer, as
+    fast as it can, and then drives straight, forwards or backwards, with the desired speed. A robot
+    that is not committed, or is deflected, is controlled as by `HeadingController`.
 
     .. pydrake_system::
 
@@ -116,8 +117,8 @@ class TurnFirstController(LeafSystem):
     command       2 N   m/s, rad/s  robot  all
     ============  ====  ==========  =====  ===========
 
-    `deflection` is that of `CollisionAvoidance`, and `right_of_way` 1 for robots that are
-    committed; left open it is 0. Numeric parameters: `gain`, `top_speed`.
+    `deflection` is that of `CollisionAvoidance`, and `right_of_way` is 1 for committed robots, 0 if
+    left open. Numeric parameters: `gain`, `top_speed`.
 
     Source: ours.
 

@@ -24,8 +24,8 @@ class LineOfSight(LeafSystem):
     corner each evader sees (Ne x K). Corners are the reflex vertices of the world, in the order
     of `World.corners`; `split_sight` takes the blocks apart.
 
-    With `body_radii` a pursuer does not see an evader past a third robot either, through the
-    inside of whose round body the line passes. Corners are seen past bodies, which move on.
+    With `body_radii` a pursuer does not see an evader either if the line passes through the
+    interior of a third robot's round body. Corners are seen past bodies, which move on.
 
     .. pydrake_system::
 
@@ -79,9 +79,9 @@ class LineOfSight(LeafSystem):
 class SightLossMonitor(LeafSystem):
     """Locates the moment at which some evader is first seen by no pursuer.
 
-    It samples positions, takes the motion between samples as straight, and solves for the moment
-    exactly: nothing depends on the period but how early the loss is reported, at the first
-    sample after it. The first loss is kept.
+    It samples positions, assumes straight motion between samples, and solves for the moment
+    exactly. The loss is reported at the first sample after it; only this delay depends on the
+    period. The first loss is kept.
 
     .. pydrake_system::
 
@@ -100,7 +100,7 @@ class SightLossMonitor(LeafSystem):
     loss              2     s, -  -      -
     ================  ====  ====  =====  ===========
 
-    `loss` holds the time of loss, infinite while there is none, and the evader's number, or -1.
+    `loss` holds the time of loss, infinite before a loss, and the evader's number, or -1.
 
     Source: Zhang 2014, 2.2.1 (tracking time).
 

@@ -14,10 +14,10 @@ from .game_ports import GamePorts
 
 
 class LookaheadPursuit(LeafSystem):
-    """Each pursuer takes the step after which the least threat of all is least.
+    """Each pursuer takes the step after which the least margin of all corners is greatest.
 
-    The threats are the corner game's margins, over the corners that it shares with its own evader,
-    and with others that it sees, as far as no teammate has them better in hand. A pursuer without
+    The margins are those of the corner game, over the corners that the pursuer shares with its own
+    evader, and with others that it sees, unless a teammate guards those better. A pursuer without
     an evader helps with those that it sees.
 
     .. pydrake_system::

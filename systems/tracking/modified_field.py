@@ -11,9 +11,9 @@ from ..numerics.tracking.modified_field import modified_velocities
 class ModifiedField(LeafSystem):
     """Adds a pull towards each pursuer's own evader to the pursuit field.
 
-    v = w v_o + (1 - w) v', v' of the length top_speed and towards the evader. The part of v towards
-    the evader is limited to top_speed (distance - stand_off) / fade, from -top_speed to top_speed.
-    Pursuers without an evader stay.
+    v = w v_o + (1 - w) v', with v' of length top_speed and directed to the evader. The component of
+    v towards the evader is limited to top_speed (distance - stand_off) / fade, from -top_speed to
+    top_speed. Pursuers without an evader stay.
 
     .. pydrake_system::
 
@@ -46,7 +46,7 @@ class ModifiedField(LeafSystem):
         weight: w, from 0 (the pull alone) to 1 (the field alone).
         top_speed: Of the pursuers [m/s].
         stand_off: Distance from the evader to keep [m].
-        fade: From there, the way over which the limit grows to the top speed [m].
+        fade: Distance beyond the stand-off over which the limit grows to the top speed [m].
 
     Raises:
         InvalidInput: A number is out of its range.

@@ -19,10 +19,10 @@ from .game_ports import GamePorts
 class OptimalEvaders(LeafSystem):
     """Each evader takes the move that leaves its pursuers the least time, whatever they do.
 
-    Of several pursuers that see it, what counts is the longest of their times. Between moves that
-    are worth the same, as where it can be kept for ever, it plays as `AdversarialEvaders` do; or,
-    with the distance, it makes for the nearest place where it would be lost some day. One that
-    nobody sees waits.
+    If several pursuers see it, the longest of their times counts. Among moves with the same value,
+    as where it can be kept for ever, it plays as `AdversarialEvaders` do; or, with the distance, it
+    makes for the nearest place where it would not be kept for ever. An evader that nobody sees
+    waits.
 
     .. pydrake_system::
 
@@ -51,8 +51,8 @@ class OptimalEvaders(LeafSystem):
         evader_regions: Where the centres of evaders may be, from `shrink_world`.
         pursuers: Number of pursuers Np.
         evaders: Number of evaders Ne.
-        with_distance: Whether the distance to losing decides between moves worth the same.
-        radius: Of an evader: how near its centre comes to a wall [m].
+        with_distance: Whether the distance to losing decides between moves with the same value.
+        radius: Of an evader: least distance of its centre from a wall [m].
 
     Raises:
         InvalidInput: A number is out of its range; the table is too large.

@@ -1,4 +1,4 @@
-"""Evaders that heed nobody: they wander at random, or follow waypoints."""
+"""Evaders that do not react to pursuers: they wander at random, or follow waypoints."""
 
 from collections.abc import Sequence
 
@@ -79,7 +79,7 @@ class RandomWalkEvaders(LeafSystem):
 class WaypointEvaders(LeafSystem):
     """Each evader runs straight from waypoint to waypoint, and round again.
 
-    A waypoint is reached within the distance of one period's run; the last run before it is
+    A waypoint counts as reached within the distance of one period's run; the last run before it is
     shortened so that it ends there. An evader without waypoints rests.
 
     .. pydrake_system::
@@ -107,7 +107,7 @@ class WaypointEvaders(LeafSystem):
         period: For how long a velocity is held [s].
 
     Raises:
-        InvalidInput: A number is out of its range, or waypoints are no points.
+        InvalidInput: A number is out of its range, or a waypoint is not a finite point.
     """
 
     def __init__(self, waypoints: Sequence[object], *, top_speed: float, period: float):

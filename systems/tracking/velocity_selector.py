@@ -1,4 +1,4 @@
-"""One team, several policies: each member takes its velocity from its own source."""
+"""Several policies in one team: each member takes its velocity from its own source."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ from ..numerics.errors import require
 
 
 class VelocitySelector(LeafSystem):
-    """Passes on, for each member of a team, the velocity that one of several sources gives it.
+    """Passes on, for each member of a team, its velocity from one of several sources.
 
     .. pydrake_system::
 

@@ -6,16 +6,16 @@ later one may replace the chain between them if
 1. no vertex of the chain is farther from it than the tolerance, and
 2. the area between chain and chord holds no mark: no vertex of another chain, no guard.
 
-Both hold of a chord whatever the other chords are, so the fewest of them, and among those the
-ones that sweep the least area, are a shortest path around the ring (Imai and Iri 1988, "Polygonal
-approximations of a curve"). And chords that obey 2. never cross. One that crossed another would
-enter the area between it and its chain; it cannot leave through the chain, because then its own
-sweep would hold a vertex of that chain, nor through the chord, which two straight lines cross
-only once.
+Both conditions on a chord are independent of the other chords. So the ring with the fewest chords,
+and among those with the least swept area, is a shortest path around the ring (Imai and Iri 1988,
+"Polygonal approximations of a curve"). Chords that obey 2. never cross: a chord that crossed
+another would enter the area between that chord and its chain. It cannot leave through the chain,
+because its own sweep would then hold a vertex of that chain, nor through the chord, because two
+straight lines cross only once.
 
-The tolerance test is by wedges (Chan and Chin 1996): the directions from a vertex that pass
-within the tolerance of every vertex seen so far. The sweep is followed by adding up, for every
-mark, how often the triangles between successive chords wind around it.
+The tolerance test uses wedges (Chan and Chin 1996): the directions from a vertex that pass
+within the tolerance of every vertex seen so far. To test 2., the winding numbers of the triangles
+between successive chords are added up for every mark.
 """
 
 from dataclasses import dataclass
@@ -68,11 +68,12 @@ def trace_cells(inside: np.ndarray) -> CellOutline:
 
 
 def without_pinches(outline: CellOutline, leg: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cut the region's tip off at every pinched corner, and offer more places for a vertex.
+    """Cut the region's tip off at every pinched corner, and add candidate vertices.
 
-    The cut joins the points `leg` before and after the corner: what meets there diagonally is
-    joined by a bridge 2^0.5 `leg` wide. The points half a cell from either end of a side are
-    added: an oblique wall runs through those, not through the corners of its stairs.
+    The cut joins the points `leg` before and after the corner, so that the cells outside the
+    region that meet there diagonally are joined by a bridge 2^0.5 `leg` wide. The points half a
+    cell from either end of a side are added, because an oblique wall runs through them and not
+    through the corners of its staircase.
 
     Args:
         outline: As traced.
@@ -155,10 +156,10 @@ def _trace(inside, corners, pinched, starts):
     return rings
 
 
-# Vertices that one chord may replace: bounds the work where a tolerance is very coarse.
+# Most vertices that one chord may replace. It bounds the work where a tolerance is very coarse.
 REACH = 250
 
-# What rounding may do to a direction [rad] or to the end of an interval.
+# Allowance for rounding in a direction [rad] or at the end of an interval.
 ROUNDING = 1e-9
 
 
@@ -221,7 +222,7 @@ def fewest_chords(points, on_ring, first, last, start, marks, tolerance):
                     and not touched
                     and low - ROUNDING <= direction <= high + ROUNDING
                 ):
-                    # Well inside the wedge, with nothing beyond its end, a chord needs no look.
+                    # A chord well inside the wedge, with no vertex beyond its end, needs no check.
                     safe = farthest <= distance and low + ROUNDING < direction < high - ROUNDING
                     if safe or _within(points, first, size, start, a, b, tolerance):
                         chords[b] = chords[a] + 1
@@ -255,7 +256,7 @@ def _turn(points, a, b, c):
 
 @njit(cache=True)
 def _crossing(ax, ay, bx, by, x, y):
-    """How a ray east from (x, y) crosses an edge: 1 upwards, -1 downwards, 0 not at all."""
+    """Whether an edge crosses the ray east from (x, y) upwards (1), downwards (-1) or not (0)."""
     side = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
     if ay <= y:
         return 1 if by > y and side > 0 else 0
@@ -264,7 +265,7 @@ def _crossing(ax, ay, bx, by, x, y):
 
 @njit(cache=True)
 def _extent(ax, ay, bx, by, bottom, top, left, right):
-    """Widen an interval of x by the part of a segment between two heights."""
+    """Widen the x interval [left, right] to cover a segment's part between two heights."""
     if ay > by:
         ax, ay, bx, by = bx, by, ax, ay
     if by < bottom or ay > top:
@@ -295,10 +296,10 @@ def _within(points, first, size, start, a, b, tolerance):
 
 @njit(cache=True)
 def _sweep(points, tail, corner, head, first, size, start, a, b, marks):
-    """Wind the triangle between two successive chords around the marks in it.
+    """Add the triangle between two successive chords to the winding numbers of the marks in it.
 
     Returns:
-        change: By how many more marks, not of the chain itself, the sweep winds around.
+        change: Change in the number of enclosed marks, those of the chain itself not counted.
         touched: Whether a mark lies on the new chord.
     """
     ax, ay = points[tail]
@@ -349,7 +350,7 @@ def _sweep(points, tail, corner, head, first, size, start, a, b, marks):
 # Side of a bucket of marks; 4 to 16 are equally fast [cells].
 BUCKET = 4.0
 
-# Rings of up to so many points are searched from several of them.
+# Rings of at most this many points are searched from every vertex of a first solution.
 SMALL_RING = 100
 
 
@@ -363,9 +364,9 @@ class MarkGrid(NamedTuple):
         starts: Where each bucket starts in `items`, row by row, and their end,
             shape (buckets + 1,).
         items: Numbers of points, shape (m,).
-        winding, stamp: Scratch of the search: how often the area swept from the current tail winds
-            around each point, valid where the stamp is the current serial number; shape (m,).
-        serial: That number, shape (1,).
+        winding, stamp: Scratch of the search: winding number of the area swept from the current
+            tail around each point, valid where the stamp equals `serial`; shape (m,).
+        serial: Current serial number, shape (1,).
     """
 
     points: np.ndarray
@@ -383,16 +384,16 @@ class MarkGrid(NamedTuple):
 def simplify_outline(
     outline: CellOutline, guards: np.ndarray, tolerance: float
 ) -> list[np.ndarray]:
-    """Replace each ring by one of the fewest vertices within a tolerance.
+    """Replace each ring by the ring with the fewest vertices within a tolerance.
 
-    The new rings cross neither themselves nor each other, enclose each other as before and pass
-    no guard. They do not even touch: where old rings met in a pinched corner, a bridge now joins
-    what is not in the region. Every point of a new ring is within the tolerance of the old one,
-    and the other way round.
+    The new rings cross neither themselves nor each other, enclose each other as before and keep
+    every guard on its side. They do not touch either: where old rings met in a pinched corner, a
+    bridge now joins the cells outside the region. Every point of a new ring is within the
+    tolerance of the old one, and vice versa.
 
     Args:
         outline: The rings.
-        guards: Points to leave on their side, shape (n, 2) [cells].
+        guards: Points that no chord may sweep over, shape (n, 2) [cells].
         tolerance: Positive [cells].
 
     Returns:
@@ -412,11 +413,11 @@ def _shortest_ring(
     marks: MarkGrid,
     tolerance: float,
 ) -> np.ndarray:
-    """The ring of fewest vertices, and of those the one that sweeps the least area.
+    """The ring with the fewest vertices, and among those the one that sweeps the least area.
 
-    The search needs a vertex to start from, and the best ring through one may have one vertex
-    more than the best of all. So what the first corner gives is only taken for a choice of
-    starts: around a small ring every vertex of it, around a large one that half a turn away.
+    The search needs a start vertex, and the best ring through it may have one vertex more than
+    the best of all. So the result from the first corner only serves to choose better starts: all
+    its vertices for a small ring, the vertex half a turn away for a large one.
     """
     first, last = span
 

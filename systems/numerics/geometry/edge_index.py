@@ -44,13 +44,13 @@ class EdgeIndex(NamedTuple):
 def build_edge_index(*worlds: World) -> EdgeIndex:
     """Index the edges of one world, or of several that do not overlap, as one free region.
 
-    Called again with the same worlds it returns the same arrays: they are not to be written to.
+    Results are cached: the same worlds give the same arrays, which must not be written to.
 
-    The grid has about five cells per edge: the fastest of 1 to 16 for segments in worlds of
-    200 edges.
+    The grid has about five cells per edge, the fastest choice between 1 and 16 for segments in
+    worlds of 200 edges.
 
     Raises:
-        InvalidInput: There is no world, or something else among them.
+        InvalidInput: No world is given, or an argument is not a world.
     """
     require(len(worlds) > 0, "world", "be given", "none")
     for world in worlds:
@@ -59,14 +59,14 @@ def build_edge_index(*worlds: World) -> EdgeIndex:
 
 
 def index_regions(name: str, regions: Sequence[World]) -> EdgeIndex:
-    """The edges of all regions of a team; see `build_edge_index`.
+    """Index the edges of all regions of a team; see `build_edge_index`.
 
     Args:
-        name: Of the parameter, for the message.
-        regions: Its worlds.
+        name: Name of the parameter, for the error message.
+        regions: Worlds in which the team may be.
 
     Raises:
-        InvalidInput: It is one world instead of several, has none, or something else among them.
+        InvalidInput: `regions` is a single world, is empty, or contains something else.
     """
     require(not isinstance(regions, World), name, "be a list of worlds", "one World")
     require_type(name, regions, Sequence)
@@ -76,7 +76,7 @@ def index_regions(name: str, regions: Sequence[World]) -> EdgeIndex:
     return _index(*regions)
 
 
-# A handful: the systems of one diagram ask for the same two or three again and again.
+# A small cache: the systems of one diagram ask for the same two or three indices repeatedly.
 @lru_cache(maxsize=8)
 def _index(*worlds: World) -> EdgeIndex:
     rings = [ring for world in worlds for ring in world.rings]
@@ -160,7 +160,7 @@ def point_is_free(index: EdgeIndex, x: float, y: float) -> bool:
 
 @kernel
 def _separates(edges: np.ndarray, e: int, ax: float, ay: float, bx: float, by: float) -> bool:
-    """Whether an edge crosses the segment a-b, each vertex counted on one side only."""
+    """Whether an edge crosses the segment a-b, with each vertex assigned to one side only."""
     cx, cy, dx, dy = edges[e, START], edges[e, START + 1], edges[e, END], edges[e, END + 1]
     side_c = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) >= 0.0
     side_d = (bx - ax) * (dy - ay) - (by - ay) * (dx - ax) >= 0.0
@@ -239,7 +239,7 @@ def _probe_cells(
                     probes[cell, 0], probes[cell, 1] = x, y
             crossings = 0
             for e in range(len(edges)):
-                # A ray to the right of the probe, each vertex counted on one side only.
+                # Crossings of a ray to the right, with each vertex assigned to one side only.
                 y = probes[cell, 1]
                 if (edges[e, START + 1] > y) == (edges[e, END + 1] > y):
                     continue

@@ -1,9 +1,9 @@
-"""ROS occupancy maps: what each cell is, by the map's own thresholds.
+"""ROS occupancy maps: cells classified by the map's own thresholds.
 
 A map is a YAML file beside a picture, in the format of `map_server`
 (http://wiki.ros.org/map_server, "Map format"; nav2_map_server's `map_io` where that leaves
-something open). OpenCV fills what a truncated picture lacks with zeros, which a map would show as
-walls: so the length of a file is checked here against what its own header promises.
+something open). OpenCV fills the missing part of a truncated picture with zeros, which a map would
+show as walls. So the length of a file is checked here against its header.
 """
 
 import re
@@ -20,7 +20,7 @@ from ..files import read_yaml
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
-# "P5 width height maxval", apart by white space and comments, then ONE white space.
+# "P5 width height maxval", separated by white space and comments, then ONE white space.
 _GAP = rb"(?:\s|#[^\r\n]*[\r\n])+"
 _GRAYMAP_HEADER = re.compile(
     rb"P([25])" + _GAP + rb"(\d{1,9})" + _GAP + rb"(\d{1,9})" + _GAP + rb"(\d{1,9})\s"
@@ -46,8 +46,8 @@ def read_gray_image(path: Path, name: str = "image") -> GrayImage:
     """Read a PGM (P2 or P5, 8 or 16 bits) or PNG file.
 
     Args:
-        path: The file; what is in it decides, not its suffix.
-        name: What to call it in an error.
+        path: The file; its format is recognised by its content, not its suffix.
+        name: Name of the parameter in error messages.
 
     Raises:
         InvalidInput: Missing, another format, no pixels, truncated or damaged.
@@ -97,7 +97,7 @@ def _graymap(data: bytes, path: Path, name: str) -> GrayImage:
 
 
 def _png(data: bytes, path: Path, name: str) -> GrayImage:
-    """Decode a PNG file after checking that every chunk of it is there and whole."""
+    """Decode a PNG file after checking that every chunk is present and complete."""
     fault = _png_fault(data)
     if fault:
         raise InvalidInput(f"`{name}` must be a whole PNG file; got {fault} in {path}")
@@ -115,7 +115,7 @@ def _png(data: bytes, path: Path, name: str) -> GrayImage:
 
 
 def _png_fault(data: bytes) -> str:
-    """What is wrong with the chunks of a PNG file (PNG specification, section 5); '' if nothing."""
+    """Describe a fault in the chunks of a PNG file (PNG specification, section 5); '' if none."""
     position, packed, kind = len(PNG_SIGNATURE), b"", b""
     while kind != b"IEND":
         length = int.from_bytes(data[position : position + 4], "big")
@@ -141,7 +141,7 @@ FREE, OCCUPIED, UNKNOWN = 0, 1, 2
 REQUIRED_KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")
 MODES = ("trinary", "scale", "raw")
 
-# Sizes of a cell that still give areas and coordinates with digits to spare [m].
+# Cell sizes for which areas and coordinates keep enough digits [m].
 RESOLUTION_RANGE = (1e-6, 1e6)
 
 
@@ -177,10 +177,10 @@ def read_occupancy_map(path: str | Path) -> OccupancyMap:
     averaged. The modes differ as in nav2_map_server:
 
     - trinary: alpha, if any, is averaged in as one more channel.
-    - scale: pixels that are not opaque are unknown; those between the thresholds are graded,
-      which makes the ones that round to 0 % free, to 100 % occupied, and the others unknown.
+    - scale: pixels that are not opaque are unknown; those between the thresholds are graded:
+      values that round to 0 % are free, to 100 % occupied, and the others unknown.
     - raw: the brightness on a scale of 255 IS the occupancy in percent, above 100 unknown;
-      `negate` has no say. It is compared with the thresholds.
+      `negate` is ignored. The occupancy is compared with the thresholds.
 
     Raises:
         InvalidInput: The YAML or the picture is missing or malformed, a key is missing, unknown,
@@ -219,7 +219,7 @@ def _classify(
     """Class of every pixel, shape (rows, columns)."""
     channels, white = image.channels, image.white
     if mode == "trinary" and image.alpha is not None:
-        # A gray picture has its three colours all the same.
+        # A gray picture has three equal colours.
         colours = np.broadcast_to(channels, (*channels.shape[:2], 3))
         channels = np.concatenate([colours, image.alpha[:, :, None]], axis=2)
     brightness = channels.mean(axis=2)
@@ -239,7 +239,7 @@ def _classify(
 
 
 def _read_settings(path: Path) -> dict[str, object]:
-    """The keys of a map's YAML file, checked for being the right ones."""
+    """Read a map's YAML file and check its keys."""
     try:
         text = path.read_text(encoding="utf-8")
         settings = read_yaml(text)
@@ -265,7 +265,7 @@ def _read_settings(path: Path) -> dict[str, object]:
 
 
 def _number(name: str, value: object) -> float:
-    """A finite number; YAML 1.1 takes 5e-2 for a text, map_server for a number."""
+    """A finite number; YAML 1.1 reads 5e-2 as text, map_server as a number."""
     if isinstance(value, str):
         try:
             value = float(value)

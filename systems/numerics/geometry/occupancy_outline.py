@@ -26,9 +26,9 @@ class FreeCells:
 
     Attributes:
         inside: True for the cells of the region, shape (rows + 2, columns + 2); 4-connected. The
-            others are 8-connected to the frame or fill a hole.
-        speckle_area: Cells that were turned free [cells].
-        unreachable_area: Free cells outside of the region [cells].
+            other cells are 8-connected to the frame or fill a hole.
+        speckle_area: Number of cells that were turned free [cells].
+        unreachable_area: Number of free cells outside the region [cells].
     """
 
     inside: np.ndarray
@@ -39,13 +39,13 @@ class FreeCells:
 def select_free_cells(
     occupancy: OccupancyMap, unknown_is_free: bool, speckle: float, wall_length: float
 ) -> FreeCells:
-    """Choose the largest free region of a map and clear it of speckle.
+    """Choose the largest free region of a map and remove speckle from it.
 
-    Two free cells belong together when they share a side; occupied ones also when they share
+    Two free cells are connected when they share a side, two occupied cells also when they share
     only a corner, so that neither sight nor motion leaks through a diagonal wall. Of several
-    regions the one with most cells that are KNOWN to be free is taken: where unknown cells count
-    as free, the unexplored outside must not win. What the region encloses is an obstacle, free
-    pockets that cannot be reached included.
+    regions the one with most cells KNOWN to be free is taken: where unknown cells count as free,
+    the unexplored outside must not win. Everything that the region encloses is an obstacle,
+    including unreachable free pockets.
 
     An obstacle smaller than `speckle` is dropped, unless it has the shape of a wall: a bounding
     box with a diagonal of at least `wall_length`, and at least WALL_SLENDERNESS times as long as
@@ -53,9 +53,9 @@ def select_free_cells(
 
     Args:
         occupancy: The map; at least one cell of it is free.
-        unknown_is_free: What unknown cells count as.
-        speckle: [cells].
-        wall_length: [cell sides].
+        unknown_is_free: Whether unknown cells count as free.
+        speckle: Smallest area of an obstacle without a wall's shape [cells].
+        wall_length: Smallest length of a wall [cell sides].
     """
     known_free = np.pad(occupancy.cells == FREE, 1)
     free = known_free | np.pad(unknown_is_free & (occupancy.cells == UNKNOWN), 1)
@@ -68,9 +68,9 @@ def select_free_cells(
     )
     length = np.hypot(table[:, _WIDTH], table[:, _HEIGHT])
     wall = (length >= wall_length) & (length**2 >= WALL_SLENDERNESS * table[:, _AREA])
-    # Areas stated in m^2 have lost a few bits on the way to cells.
+    # Areas converted from m^2 to cells are rounded.
     small = (table[:, _AREA] < speckle * (1.0 - 1e-9)) & ~wall
-    small[rest[0, 0]] = False  # the frame and all that hangs on it
+    small[rest[0, 0]] = False  # the frame and everything connected to it
     small[0] = False  # OpenCV's label of the region itself
     dropped = small[rest] if count > 1 else np.zeros_like(inside)
     inside |= dropped
@@ -82,16 +82,16 @@ GUARD = 0.25
 
 
 def wall_guards(inside: np.ndarray, tolerance: float) -> np.ndarray:
-    """Points that a simplified outline of a region must leave on the side where they are.
+    """Guard points that a simplified outline of a region must keep on their side.
 
-    Two faces of a wall may each move by the tolerance, so a wall up to two tolerances thick could
+    Each face of a wall may move by the tolerance, so a wall up to two tolerances thick could
     lose all its thickness. Along the ridge of such walls every cell is guarded by four points
-    around its centre; a wall keeps about half a cell of thickness there. What grows out of
+    around its centre, so that about half a cell of thickness remains. A part that grows out of
     something thicker and reaches no further than the tolerance is a bump, not a wall, and is not
     guarded.
 
-    The region's own narrow places are not guarded (they never close, but may become narrower),
-    except when it is nowhere wider than two tolerances.
+    Narrow places of the region itself are not guarded (they never close, but may become narrower),
+    except when the region is nowhere wider than two tolerances.
 
     Args:
         inside: True for the cells of the region, False in the outermost rows and columns;
@@ -112,13 +112,13 @@ def wall_guards(inside: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def _thin_ridge(cells: np.ndarray, block: int, tolerance: float) -> np.ndarray:
-    """Middle cells of what is thinner than a block in a set of cells, of the shape of `cells`."""
-    # What touches the border goes on beyond it.
+    """Ridge cells of the parts of a set of cells thinner than a block, of the shape of `cells`."""
+    # Parts that touch the border are continued beyond it.
     margin = block + 1
     cells = np.pad(cells, margin, mode="edge")
     depth = cv2.distanceTransform(cells.astype(np.uint8), cv2.DIST_C, 3)
     ridge = cells & (depth >= cv2.dilate(depth, np.ones((3, 3), np.uint8)))
-    # A bump may grow out of something that is itself thinner than the block: look at all scales.
+    # A bump may grow out of a part that is itself thinner than the block: test all scales.
     side = 2
     while side < block:
         ridge &= _thick(cells, side) | _walls(cells, side, tolerance)
@@ -127,7 +127,7 @@ def _thin_ridge(cells: np.ndarray, block: int, tolerance: float) -> np.ndarray:
 
 
 def _walls(cells: np.ndarray, block: int, tolerance: float) -> np.ndarray:
-    """The cells that are thinner than a block and no bump on something thicker."""
+    """The cells of parts that are thinner than a block and not bumps on something thicker."""
     thick = _thick(cells, block)
     thin = cells & ~thick
     count, labels = cv2.connectedComponents(thin.astype(np.uint8), connectivity=8)
@@ -141,8 +141,8 @@ def _walls(cells: np.ndarray, block: int, tolerance: float) -> np.ndarray:
 def _thick(cells: np.ndarray, block: int) -> np.ndarray:
     """The cells covered by square blocks that fit into a set of cells."""
     square = np.ones((block, block), np.uint8)
-    # Opposite anchors, so that a block of an even side returns to its place; nothing fits
-    # across the border of the picture.
+    # Opposite anchors, so that a block with an even side is not shifted; no block fits across
+    # the border of the picture.
     fits = cv2.erode(
         cells.astype(np.uint8),
         square,
@@ -162,10 +162,10 @@ def _grown(cells: np.ndarray, by: int) -> np.ndarray:
 def hausdorff_distance(rings: list[np.ndarray], others: list[np.ndarray], accuracy: float) -> float:
     """Largest distance from a point of either outline to the other outline [cells].
 
-    It need not be at a vertex. Along a straight piece the distance to ONE edge of the other
-    outline is convex, so the distance to that outline is nowhere larger than the larger of the
-    two ends' distances to the same edge. Pieces for which this bound, taken with the edge nearest
-    to either end, exceeds the largest distance found so far are halved.
+    The maximum need not be at a vertex. Along a straight piece the distance to ONE edge of the
+    other outline is convex, so the larger of the two ends' distances to that edge is an upper
+    bound of the distance to the outline. Pieces for which this bound, with the edge nearest to
+    either end, exceeds the largest distance found so far are halved.
 
     Args:
         rings, others: Closed rings without repeated ends, each shape (n, 2) [cells].
@@ -210,13 +210,13 @@ class OutlineOptions(Checked):
         InvalidInput: A number is out of its range.
     """
 
-    # What unknown cells count as: "occupied" or "free".
+    # Whether unknown cells count as "occupied" or "free".
     unknown: Annotated[str, one_of(("occupied", "free"))] = "occupied"
     # A smaller obstacle without a wall's shape is speckle [m^2].
     min_obstacle_area: NonNegative = 0.02
-    # A slender obstacle this long is a wall, however small [m].
+    # A slender obstacle at least this long is a wall, however small its area [m].
     min_wall_length: NonNegative = 0.3
-    # Between cells and polygons [m]; None: the side of a cell.
+    # Largest distance between cells and polygons [m]; None: the side of a cell.
     tolerance: float | None = None
 
     def __post_init__(self) -> None:
@@ -227,7 +227,7 @@ class OutlineOptions(Checked):
 
 @dataclass(frozen=True, eq=False)
 class OccupancyOutline:
-    """A world made from an occupancy map, and what making it has changed.
+    """A world made from an occupancy map, and how it differs from the map.
 
     Attributes:
         world: The free region.
@@ -250,8 +250,8 @@ def outline_occupancy_map(
     """Make the largest free region of a map into a world.
 
     Free cells are connected through sides only, occupied ones through corners as well. Speckle is
-    dropped; outlines are simplified within the tolerance, without a change of topology, thin
-    walls keeping some of their thickness. See `select_free_cells`, `simplify_outline` and
+    dropped. Outlines are simplified within the tolerance; their topology is preserved, and thin
+    walls keep some of their thickness. See `select_free_cells`, `simplify_outline` and
     `wall_guards` for the rules.
 
     Args:
@@ -267,14 +267,14 @@ def outline_occupancy_map(
         options.min_wall_length / side,
     )
     tolerance = 1.0 if options.tolerance is None else options.tolerance / side
-    # A coarser one would mean the same, and cost time.
+    # A larger tolerance would have the same effect, and cost time.
     tolerance = min(tolerance, float(sum(cells.inside.shape)))
     outline = trace_cells(cells.inside)
     simplified = simplify_outline(outline, wall_guards(cells.inside, tolerance), tolerance)
     error = hausdorff_distance(outline.rings, simplified, ERROR_ACCURACY)
     if error < tolerance * (1.0 + 1e-9):
-        error = min(error, tolerance)  # a distance of one cell may round to a little more
-    # One cell of frame lies around the map.
+        error = min(error, tolerance)  # an exact distance may be rounded up a little
+    # The map has a frame one cell wide around it.
     rings = [occupancy.to_world(ring - 1.0) for ring in simplified]
     rim = int(np.argmax([ring_area(ring) for ring in simplified]))
     holes = rings[:rim] + rings[rim + 1 :]

@@ -1,7 +1,7 @@
 """Square arenas with rectangular obstacles at random places.
 
-Source: Zhang 2014, 2.2.7 ("a 4000 x 4000 environment with rectangular obstacles"); how many, how
-large and where the thesis does not say.
+Source: Zhang 2014, 2.2.7 ("a 4000 x 4000 environment with rectangular obstacles"); the thesis does
+not say how many, how large or where.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InvalidInput, require, require_non_negative, require_positive
 from .world import World, make_world
 
-# Draws for one obstacle before the others are drawn anew, and how often that is tried.
+# Draws for one obstacle before all are drawn again, and how often that is tried.
 _DRAWS = 200
 _ATTEMPTS = 50
 
@@ -28,10 +28,10 @@ class Arena:
     side: float = 4.0
     # Number of rectangles.
     obstacles: int = 5
-    # Their sides are uniform between these [m].
+    # Their side lengths are drawn uniformly between these [m].
     shortest: float = 0.4
     longest: float = 0.9
-    # They keep this far from each other and from the walls [m].
+    # Least distance between rectangles, and from rectangles to the walls [m].
     gap: float = 0.3
 
     def __post_init__(self) -> None:
@@ -56,15 +56,15 @@ class Arena:
 def draw_arena(arena: Arena, seed: int) -> World:
     """Draw a world.
 
-    Rectangles are parallel to the walls. Each is uniform among the places that those before it
-    leave; where none is found all are drawn again.
+    Rectangles are parallel to the walls. Each is placed uniformly in the room that earlier ones
+    leave; if no place is found, all are drawn again.
 
     Args:
-        arena: What it is like.
-        seed: Same seed, same world; nothing here is shared with `np.random.default_rng(seed)`.
+        arena: Sizes and number of the obstacles.
+        seed: Same seed, same world. The stream differs from that of `np.random.default_rng(seed)`.
 
     Raises:
-        InvalidInput: The obstacles find no room.
+        InvalidInput: There is no room for the obstacles.
     """
     require(seed >= 0, "seed", "be zero or positive", seed)
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0,)))

@@ -2,17 +2,17 @@
 
 A segment is clear when the closed free region covers it. So a segment that grazes a vertex, runs
 along an edge, starts or ends on the boundary, or passes between two obstacles that touch it from
-either side is clear; a segment of zero length is clear when its point is free. Depths up to the
-world's tolerance count as touching, which keeps the answer the same when the scene is rotated,
-moved, mirrored or its vertices are listed in another order.
+either side is clear; a segment of zero length is clear when its point is free. Penetrations up to
+the world's tolerance count as touching, so that the answer does not change when the scene is
+rotated, moved or mirrored, or when its vertices are listed in another order.
 
 The test is local. Coming from free space, a segment enters an obstacle either by crossing the
-inside of an edge, or at a vertex that it touches, when it leaves that vertex (or arrives there)
-through the obstacle's wedge.
+interior of an edge, or at a vertex that it touches, when it leaves (or reaches) that vertex through
+the obstacle's wedge.
 
-In a small world it is faster to try every edge than to walk a grid: on which side of each edge's
-line a corner lies is known beforehand, and a viewer's own side is found once for all corners. What
-comes within the tolerance of anything is left to `segment_is_clear`, so the answers are its own.
+In a small world it is faster to try every edge than to walk a grid: the side of each edge's line on
+which a corner lies is computed beforehand, and the viewer's side once for all corners. Cases within
+the tolerance of an edge are left to `segment_is_clear`, so both methods give the same answers.
 """
 
 import math
@@ -37,7 +37,7 @@ from .edge_index import (
 )
 from .world import World
 
-# What an edge does to a segment.
+# Effect of an edge on a segment.
 APART, TOUCHES, BLOCKS = 0, 1, 2
 
 
@@ -127,7 +127,7 @@ def segment_is_clear(index: EdgeIndex, ax: float, ay: float, bx: float, by: floa
         else:
             j += j_step
             j_next = (j + (dy > 0) - y) / dy if j != j_end else np.inf
-    # Where the boundary was touched the local tests have placed the segment in free space.
+    # If the boundary was touched, the local tests have shown that the segment is in free space.
     return touched or point_is_free(index, ax, ay)
 
 
@@ -146,7 +146,7 @@ def _contact(
     d_side: float,
     tolerance: float,
 ) -> int:
-    """What edge `e`, whose ends lie c_side and d_side left of the line a-b, does to a-b."""
+    """Effect of edge `e`, whose ends lie c_side and d_side left of the line a-b, on a-b."""
     cx, cy = edges[e, START] - ax, edges[e, START + 1] - ay
     dx, dy = edges[e, END] - ax, edges[e, END + 1] - ay
     if abs(c_side) > tolerance and abs(d_side) > tolerance:
@@ -178,7 +178,8 @@ def leaves_through_obstacle(
 ) -> bool:
     """Whether direction u, from the start of edge `e`, points into the obstacle there.
 
-    Over the distance `reach`, a course within `tolerance` of one of the two edges follows it.
+    A course that stays within `tolerance` of one of the two edges over the distance `reach` runs
+    along that edge and does not enter the obstacle.
 
     Args:
         edges: Of an `EdgeIndex`, shape (n, 6) [m].
@@ -214,7 +215,7 @@ SMALL_WORLD = 64
 
 
 class CornerIndex(NamedTuple):
-    """Corners of a world and what is known of them; make one with `build_corner_index`.
+    """Corners of a world with precomputed geometry; make one with `build_corner_index`.
 
     Attributes:
         points: Shape (k, 2) [m].
@@ -232,7 +233,7 @@ class CornerIndex(NamedTuple):
 
 
 def build_corner_index(world: World, index: EdgeIndex) -> CornerIndex:
-    """Index the corners of a world whose edges are indexed already."""
+    """Precompute the corners of a world whose edges are indexed already."""
     points = np.ascontiguousarray(world.corners.points)
     edges = index.edges
     starts, ends = edges[:, START : START + 2], edges[:, END : END + 2]
@@ -288,21 +289,21 @@ def _sees(
     length = math.sqrt(dx * dx + dy * dy)
     if length <= tolerance:
         return True
-    # Most corners that are not seen are hidden by their own obstacle.
+    # Most hidden corners are hidden by their own obstacle: test that first.
     number = corners.numbers[c]
     if leaves_through_obstacle(edges, number, -dx / length, -dy / length, length, tolerance):
         return False
     if len(own) == 0:
         return segment_is_clear(index, x, y, cx, cy)
-    # Without a branch in the loop, so that the compiler can take several edges at a time.
+    # No branch in the loop, so that the compiler can vectorise it.
     lines, heights, margin = corners.lines, corners.heights, tolerance * length
     crossed, doubtful = False, False
     for e in range(len(own)):
-        # The edge's line between viewer and corner, or near one of them? An edge that meets at
-        # the corner is infinitely far: its wedge was asked above.
+        # Is the edge's line between viewer and corner, or near one of them? Edges that meet at
+        # the corner have infinite height: their wedge was tested above.
         low, high = min(own[e], heights[c, e]), max(own[e], heights[c, e])
         beside = (low > tolerance) | (high < -tolerance) | (high == np.inf)
-        # The line of sight between the edge's ends, or near one of them?
+        # Is the line of sight between the edge's ends, or near one of them?
         start = dx * (lines[4, e] - y) - dy * (lines[3, e] - x)
         end = dx * (lines[6, e] - y) - dy * (lines[5, e] - x)
         left, right = max(start, end), min(start, end)

@@ -2,10 +2,10 @@
 
 Between samples everyone moves in a straight line at constant speed. The line between two movers
 can only become blocked (or clear) when it touches a vertex, which is a quadratic equation in
-time, or where bodies block sight the rim of a third robot's body, which is one of the fourth
-degree. Its roots cut the interval into pieces in which every line of sight keeps its state; the
-first piece in which nobody sees the target starts at the moment of loss. Nothing is missed,
-however long the step: neither the moment nor a short loss inside it.
+time, or, where bodies block sight, the rim of a third robot's body, which is a quartic equation.
+The roots cut the interval into pieces in which every line of sight keeps its state. The first
+piece in which nobody sees the target starts at the moment of loss. So even a short loss within a
+long step is found.
 """
 
 import math
@@ -44,7 +44,7 @@ def first_loss(
     targets_after: np.ndarray,
     radii: np.ndarray | None = None,
 ) -> tuple[float, int]:
-    """When, and which target is first seen by nobody.
+    """Return when the first target is lost from everybody's sight, and which target that is.
 
     Args:
         index: Edges of the world that blocks sight.
@@ -65,7 +65,7 @@ def first_loss(
     return _first_loss_past_bodies(*index, viewers, viewers_after, targets, targets_after, radii)
 
 
-# Numba takes the arrays one by one in a fraction of the time that it takes a named tuple.
+# Passing the arrays one by one costs Numba a fraction of the time of a named tuple.
 @compiled
 def _first_loss(
     edges: np.ndarray,
@@ -99,7 +99,7 @@ def _first_loss_past_bodies(
     return _first_of_all(index, Motion(viewers, viewers_after, targets, targets_after), radii)
 
 
-# From here on all is compiled twice: where `radii` is None, Numba leaves out what is about bodies.
+# The functions below are compiled twice: if `radii` is None, Numba leaves out the code for bodies.
 @compiled
 def _first_of_all(index: EdgeIndex, motion: Motion, radii: np.ndarray | None) -> tuple[float, int]:
     first, lost = np.inf, -1
@@ -118,7 +118,7 @@ def loss_of_target(index: EdgeIndex, motion: Motion, radii: np.ndarray | None, j
         index: Edges of the world that blocks sight.
         motion: Of everybody.
         radii: Of the bodies that block sight, shape (n + m,) [m], or None.
-        j: Where the target's x stands in `motion.targets`.
+        j: Index of the target's x coordinate in `motion.targets`.
     """
     viewers = len(motion.viewers)
     cuts = np.empty(2 * len(index.edges) + 2)
@@ -178,7 +178,7 @@ def _pair_is_clear(
 
 @kernel
 def _relative(motion: Motion, i: int, k: int) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Where robot k is at first, seen from viewer i, and by how much that changes."""
+    """Initial position of robot k relative to viewer i, and its change over the interval [m]."""
     viewers, viewers_after, targets, targets_after = motion
     before, after = viewers, viewers_after
     at = k
@@ -235,7 +235,7 @@ def _contact_times(index: EdgeIndex, motion: Motion, i: int, j: int, times: np.n
                 continue
             lx, ly = dx + root * wx, dy + root * wy
             along = lx * (cx - root * vx) + ly * (cy - root * vy)
-            # Generous at the ends of the line: a cut too many costs nothing.
+            # Generous at the ends of the line: an extra cut does no harm.
             if -1e-9 <= along <= (lx * lx + ly * ly) * (1.0 + 1e-9):
                 times[count] = root
                 count += 1

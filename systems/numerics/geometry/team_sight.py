@@ -1,13 +1,13 @@
-"""Sight between two teams, with walls and the round bodies of robots in its way.
+"""Sight between two teams, blocked by walls and by the round bodies of robots.
 
 Bodies are discs about all members of both teams. A line of sight is blocked where it passes
-through the inside of the disc of a third robot; the robots at its two ends never block it. So who
-stands inside the disc of another sees nobody else, and is seen by nobody else. A disc that is
-touched, or entered to a depth of at most the world's tolerance, is clear, as corners of obstacles
-are: what blocks is the disc smaller by that tolerance. When a disc begins to block is when its rim
-is touched.
+through the interior of the disc of a third robot; the robots at its two ends never block it. So a
+robot inside the disc of another sees nobody else, and is seen by nobody else. A line that touches
+a disc, or enters it no deeper than the world's tolerance, is clear, as at corners of obstacles:
+the blocking disc is smaller by that tolerance. The time at which a disc begins to block is taken
+to be the time at which the line touches its rim.
 
-Lines and centres are counted from the viewer: the line leads from 0 to d, the centre is c.
+Lines and centres are relative to the viewer: the line leads from 0 to d, the centre is c.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ from .segment_sight import segment_is_clear
 
 
 def checked_radii(radii: Sequence[float], robots: int) -> np.ndarray | None:
-    """Radii of bodies as functions of sight take them.
+    """Check radii of bodies, and return them in the form that the sight functions take.
 
     Args:
         radii: Of each robot, viewers first [m]; empty: bodies do not block sight.
@@ -32,7 +32,7 @@ def checked_radii(radii: Sequence[float], robots: int) -> np.ndarray | None:
         Shape (robots,) [m], or None where bodies do not block sight.
 
     Raises:
-        InvalidInput: The number of radii is another one; a radius is negative or not finite.
+        InvalidInput: The number of radii is wrong; a radius is negative or not finite.
     """
     if len(radii) == 0:
         return None
@@ -43,14 +43,14 @@ def checked_radii(radii: Sequence[float], robots: int) -> np.ndarray | None:
 
 
 def require_a_radius_each(radii: np.ndarray, viewers: np.ndarray, targets: np.ndarray) -> None:
-    """Refuse radii that are not one for each robot, before a kernel reads beyond them.
+    """Require one radius for each robot, so that no kernel reads beyond the array.
 
     Args:
         radii: Shape (n + m,) [m].
         viewers, targets: Positions, shapes (2 n,) and (2 m,) [m].
 
     Raises:
-        InvalidInput: Their number is another one.
+        InvalidInput: The number of radii is wrong.
     """
     robots = (len(viewers) + len(targets)) // 2
     require(radii.shape == (robots,), "radii", f"have the shape ({robots},)", radii.shape)
@@ -66,7 +66,7 @@ def hide_behind_bodies(
         seen: 1.0 where the viewer sees the target, row by row of viewers, shape (at least n m,).
         viewers, targets: Shapes (2 n,) and (2 m,) [m].
         radii: Viewers first, shape (n + m,) [m].
-        tolerance: Depth to which a body is entered and still only touched [m].
+        tolerance: Depth of penetration up to which a line only touches a body [m].
     """
     n, m = len(viewers) // 2, len(targets) // 2
     for i in range(n):
@@ -92,7 +92,7 @@ def disc_blocks(line: tuple[float, float], centre: tuple[float, float], radius: 
     Args:
         line: From the viewer to the target, x and y [m].
         centre: From the viewer to the disc's centre [m].
-        radius: Of the disc [m]; one that is not positive has no inside.
+        radius: Of the disc [m]; without a positive radius it has no interior.
     """
     if radius <= 0.0:
         return False
@@ -108,7 +108,7 @@ def disc_blocks(line: tuple[float, float], centre: tuple[float, float], radius: 
     return cross * cross < radius * radius * square
 
 
-# Pairs of numbers, so that a moving line and a moving disc are five arguments instead of nine.
+# Vectors are pairs, so that a moving line and a moving disc are five arguments instead of nine.
 @compiled
 def rim_times(
     line: tuple[float, float],
@@ -117,22 +117,22 @@ def rim_times(
     centre_rate: tuple[float, float],
     radius: float,
 ) -> np.ndarray:
-    """When the rim of a moving disc touches a moving line of sight, if not only its extension.
+    """Times at which the rim of a moving disc touches a moving line of sight (not its extension).
 
-    With d = line + line_rate t and c = centre + centre_rate t the line is touched between its
-    ends where cross(d, c)^2 = r^2 |d|^2, of the fourth degree in t, and at its ends where
-    |c|^2 = r^2 or |c - d|^2 = r^2. Between these times the disc blocks all the time or never.
+    With d = line + line_rate t and c = centre + centre_rate t the disc touches the line between
+    its ends where cross(d, c)^2 = r^2 |d|^2, of the fourth degree in t, and at its ends where
+    |c|^2 = r^2 or |c - d|^2 = r^2. Between two such times the disc blocks all the time or never.
 
     Args:
         line: From the viewer to the target at t = 0, x and y [m].
-        line_rate: What is added to it until t = 1 [m].
+        line_rate: Change of that vector until t = 1 [m].
         centre: From the viewer to the disc's centre at t = 0 [m].
-        centre_rate: What is added to it until t = 1 [m].
+        centre_rate: Change of that vector until t = 1 [m].
         radius: Of the disc [m].
 
     Returns:
-        Shape (at most 8,), fractions of the interval in [0, 1], in no order; a time too many may
-        be among them.
+        Shape (at most 8,), fractions of the interval in [0, 1], unordered; they may include
+        superfluous times.
     """
     times = np.empty(8)
     dx, dy = line
@@ -163,7 +163,7 @@ def rim_times(
     for t in unit_roots(quartic):
         lx, ly = dx + t * wx, dy + t * wy
         along = lx * (x + t * vx) + ly * (y + t * vy)
-        # Generous at the ends of the line: a time too many costs nothing.
+        # Generous at the ends of the line: an extra time does no harm.
         if -1e-9 <= along <= (lx * lx + ly * ly) * (1.0 + 1e-9):
             times[count] = t
             count += 1

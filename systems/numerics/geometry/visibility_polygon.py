@@ -1,9 +1,9 @@
 """Visibility polygon of a point: all that a camera of unlimited range sees from there.
 
 A ray is cast towards every vertex. Just clockwise and just counter-clockwise of the ray the view
-ends at two distances, which differ where the vertex is a silhouette; these ends, in order of
-angle, are the polygon. What is seen along a single ray only (between two obstacles that touch
-the ray from either side) has no area and is left out.
+ends at two distances, which differ where the vertex is a silhouette. These end points, sorted by
+angle, are the polygon's vertices. What is seen along a single ray only (between two obstacles
+that touch the ray from either side) has no area and is left out.
 """
 
 import numpy as np
@@ -27,7 +27,7 @@ from .segment_sight import leaves_through_obstacle
 
 
 def visibility_polygon(index: EdgeIndex, point: object) -> np.ndarray:
-    """What is seen from a point of the free region.
+    """Return the polygon that is seen from a point of the free region.
 
     Args:
         index: The world's edges, from `build_edge_index`.
@@ -68,7 +68,7 @@ def _visibility_polygon(index: EdgeIndex, x: float, y: float) -> np.ndarray:
     filled = 0
     for k in range(count):
         event = events[order[k]]
-        # Another vertex on the same ray has told the whole story; at +-pi it may be the first.
+        # Skip a vertex on the ray of the one before; at +-pi that one may be the first in order.
         if (k > 0 and _same_ray(event, events[order[k - 1]], tolerance)) or (
             k > 1 and k == count - 1 and _same_ray(event, events[order[0]], tolerance)
         ):
@@ -93,7 +93,7 @@ def _same_ray(event: np.ndarray, other: np.ndarray, tolerance: float) -> bool:
 
 @kernel
 def _apart(points: np.ndarray, i: int, j: int, tolerance: float) -> bool:
-    """Whether two rows of an array of points are two points."""
+    """Whether two points of an array are farther apart than the tolerance."""
     return np.hypot(points[i, 0] - points[j, 0], points[i, 1] - points[j, 1]) > tolerance
 
 
@@ -150,7 +150,7 @@ def _ends_of_view(
     if abs(c_side) > tolerance and abs(d_side) > tolerance:
         ex, ey = dx - cx, dy - cy
         height = (ey * cx - ex * cy) / np.hypot(ex, ey)
-        if abs(height) <= tolerance:  # the start is on the edge: does the ray leave it freely?
+        if abs(height) <= tolerance:  # the start is on the edge: does the ray enter the obstacle?
             return (0.0, 0.0) if ex * uy - ey * ux < 0.0 else (far, far)
         along = c_along + (d_along - c_along) * c_side / (c_side - d_side)
         return (along, along) if along > 0.0 else (far, far)

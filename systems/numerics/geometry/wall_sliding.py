@@ -1,9 +1,9 @@
 """Motion among walls: a step that would enter an obstacle slides along it instead.
 
-A step is straight. It ends at a small distance, the skin, from the first wall that it meets; what
-is left of it continues along that wall. The whole step is then replaced by its chord, and taken
-only if the chord is clear too, so that a point that starts in free space is never out of it, at
-any speed or step, not even between the samples.
+A step is straight. It ends at a small distance, the skin, from the first wall that it meets; the
+rest of it continues along that wall. The whole step is then replaced by its chord, which is taken
+only if it is clear too. So a point that starts in free space never leaves it, at any speed or
+step, not even between samples.
 """
 
 import math
@@ -25,23 +25,25 @@ from .edge_index import (
 )
 from .segment_sight import segment_is_clear
 
-# Distance kept from walls, in tolerances of the world: well above rounding, far below any robot.
+# Distance kept from walls, in tolerances of the world: well above rounding, far below the size of
+# any robot.
 SKIN = 1000.0
 
-# Walls met in one step before what is left of it is given up.
+# Most walls met in one step; the rest of the step is then dropped.
 MAX_CONTACTS = 4
 
 
 @kernel
 def slide(index: EdgeIndex, x: float, y: float, dx: float, dy: float) -> tuple[float, float]:
-    """The admissible displacement nearest in spirit to (dx, dy) [m] from a point (kernel).
+    """Return the displacement (dx, dy) of a point, slid along walls where they block it (kernel).
 
-    A point that is not free is led to the nearest wall instead, by at most the length asked for.
+    A point that is not free is moved towards the free side of the nearest wall instead, by at most
+    the desired length.
 
     Args:
-        index: Edges of where the point may be.
+        index: Edges of the region in which the point may be.
         x, y: The point [m].
-        dx, dy: The displacement asked for [m].
+        dx, dy: The desired displacement [m].
     """
     length = math.sqrt(dx * dx + dy * dy)
     if length == 0.0:
@@ -74,7 +76,7 @@ def first_contact(
     """How far along a displacement the first wall is met, and that wall's direction (kernel).
 
     Args:
-        index: Edges of where the point may be.
+        index: Edges of the region in which the point may be.
         x, y: The point [m].
         dx, dy: The displacement [m].
 
@@ -86,7 +88,7 @@ def first_contact(
     cell, columns, rows = frame[CELL], int(frame[COLUMNS]), int(frame[ROWS])
     x_low, x_high = min(x, x + dx) - 2.0 * skin, max(x, x + dx) + 2.0 * skin
     y_low, y_high = min(y, y + dy) - 2.0 * skin, max(y, y + dy) + 2.0 * skin
-    # A course along a wall must not meet that wall again by rounding.
+    # Rounding must not make a course along a wall meet that wall again.
     parallel = 1e-9 * math.sqrt(dx * dx + dy * dy)
     first, tangent_x, tangent_y = 1.0, 0.0, 0.0
     for j in range(
@@ -141,7 +143,7 @@ def stop_team(index: EdgeIndex, poses: np.ndarray, steps: np.ndarray) -> np.ndar
     Args:
         index: Edges of the region for the robots' centres.
         poses: x, y and heading of each member, shape (3 n,) [m], [m], [rad].
-        steps: What the step adds to them, shape (3 n,).
+        steps: Change of the poses in the step, shape (3 n,).
 
     Returns:
         Shape (n,), each in [0, 1]; 0 from a point that is not free.

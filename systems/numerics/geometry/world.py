@@ -3,8 +3,8 @@
 The free region is closed. Every ring is stored so that free space lies to the LEFT of each of
 its directed edges: the boundary runs counter-clockwise, obstacles run clockwise.
 
-Obstacles grow by mitred corners (the orange boxes of Zhang 2014, 2.2.8), which contain the exact
-rounded offset, so that a centre outside them keeps at least the radius from every obstacle.
+Obstacles are grown with mitred corners (the orange boxes of Zhang 2014, 2.2.8). These contain the
+exact rounded offset, so that a centre outside them is at least the radius from every obstacle.
 """
 
 import math
@@ -19,8 +19,8 @@ from shapely.geometry.base import BaseGeometry
 
 from ..errors import InvalidInput, require, require_non_negative
 
-# Farther from the origin a wall cannot be told from a crack, and squares of squares soon are no
-# numbers any more [m].
+# Farthest coordinate. Beyond it a wall cannot be told from a crack, and fourth powers soon
+# overflow [m].
 FARTHEST = 1e12
 
 # A vertex this close to the line of its neighbours, relative to the ring's size, is collinear.
@@ -38,7 +38,7 @@ def clean_ring(name: str, ring: object) -> np.ndarray:
     """Return a ring as a counter-clockwise float array without repeated or collinear vertices.
 
     Args:
-        name: What to call the ring in an error.
+        name: Name of the ring in error messages.
         ring: Vertices in order, shape (n, 2) [m]; the first may be repeated at the end.
 
     Raises:
@@ -81,12 +81,12 @@ def _drop_redundant(points: np.ndarray) -> np.ndarray:
         height = height / np.where(length > 0, length, 1.0)
         repeated = np.hypot(*offset.T) <= COLLINEAR * size
         # A spike that doubles back has height 0 too, but its tip lies beyond both neighbours;
-        # it is left for the validity check to name.
+        # the validity check reports it later.
         between = np.einsum("ij,ij->i", offset, points - after) <= 0
         redundant = repeated | ((height <= COLLINEAR * size) & between)
         if not redundant.any():
             break
-        # One at a time in each run: a neighbour of a dropped vertex is judged afresh.
+        # One at a time in each run: a neighbour of a dropped vertex is tested again.
         keep = ~redundant | np.roll(redundant, 1)
         if redundant.all():
             keep[:] = True
@@ -167,8 +167,8 @@ class World:
     def tolerance(self) -> float:
         """Depth to which a line may enter an obstacle and still count as touching it [m].
 
-        Relative to the size of the world, so that results do not depend on its scale or pose;
-        never below what rounding leaves of coordinates far from the origin.
+        It is relative to the size of the world, so that results do not depend on scale or pose,
+        and never below the rounding error of coordinates far from the origin.
         """
         return _tolerance(self.boundary)
 
@@ -208,9 +208,9 @@ class World:
 def make_world(boundary: object, obstacles: Iterable[object] = ()) -> World:
     """Make a world from rings in any vertex order, checking that they bound one free region.
 
-    Obstacles that overlap, or touch along an edge, become one: their union. What comes closer than
-    the world's tolerance to another ring touches it. Obstacles that touch in a point stay apart.
-    Repeated and collinear vertices are dropped.
+    Obstacles that overlap, or touch along an edge, are merged. Rings closer to each other than the
+    world's tolerance count as touching. Obstacles that touch in a point stay separate. Repeated and
+    collinear vertices are dropped.
 
     Args:
         boundary: Outer ring, shape (n, 2) [m]; may be non-convex.
@@ -235,10 +235,10 @@ def make_world(boundary: object, obstacles: Iterable[object] = ()) -> World:
 
 
 def _with_common_vertices(areas: list[shapely.Polygon]) -> list[shapely.Polygon]:
-    """Polygons of which those that touch do so in vertices that both have, exactly.
+    """Snap polygons that touch, so that they share exactly the same vertices there.
 
     A vertex that lies on another ring only up to rounding would leave a crack in their union, or
-    none, depending on how the world is turned.
+    not, depending on how the world is rotated.
 
     Args:
         areas: The first one's ring is the boundary of a world.
@@ -250,7 +250,7 @@ def _with_common_vertices(areas: list[shapely.Polygon]) -> list[shapely.Polygon]
     if len(touching) == 0:
         return areas
     points = np.unique(shapely.get_coordinates(rings[touching]), axis=0)
-    # Of vertices that are one point the first stands for all.
+    # Of several vertices at one point the first is kept.
     first = np.ones(len(points), dtype=bool)
     for i, j in sorted(KDTree(points).query_pairs(tolerance)):
         first[j] &= not first[i]
@@ -258,7 +258,7 @@ def _with_common_vertices(areas: list[shapely.Polygon]) -> list[shapely.Polygon]
     snapped = list(areas)
     for k in touching:
         moved = shapely.snap(areas[k], common, tolerance)
-        # What is hardly larger than the tolerance would collapse, and stays.
+        # A polygon hardly larger than the tolerance would collapse: it is left as it is.
         if isinstance(moved, shapely.Polygon) and moved.is_valid and not moved.is_empty:
             snapped[k] = moved
     return snapped
@@ -305,13 +305,13 @@ def world_from_polygon(polygon: object) -> World:
 
 
 def begin_leftmost(world: World) -> World:
-    """The same world, with rings that begin at their leftmost corner, of several at the lowest.
+    """The same world, with each ring starting at its leftmost corner (the lowest of several).
 
-    Its obstacles are in the order of these corners, from the left.
+    Obstacles are sorted by these corners, from the left.
     """
 
     def begun(ring: np.ndarray) -> np.ndarray:
-        # To the millimetre: corners above one another differ by rounding once they are projected.
+        # Rounded to 1 mm: after projection, corners above one another differ by rounding errors.
         x, y = np.round(ring, 3).T
         return np.roll(ring, -int(np.lexsort((y, x))[0]), axis=0)
 
@@ -327,7 +327,7 @@ MITRE_LIMIT = 2.0
 def shrink_world(world: World, radius: float) -> tuple[World, ...]:
     """Shrink a free region by a radius [m]; narrow passages may split it into several.
 
-    Games in one world are given the same parts, so that they share what is solved for them.
+    Results are cached: games in one world get the same parts, so that they share solved tables.
 
     Returns:
         The parts, largest first; the world itself for radius 0.

@@ -62,12 +62,12 @@ def from_local_plane(points: np.ndarray, origin: np.ndarray) -> np.ndarray:
     points = np.asarray(points, dtype=float)
     base = _earth_centred(np.asarray(origin, dtype=float)[None])
     base = base + points[:, :1] * east + points[:, 1:] * north
-    # The ellipsoid is a sphere where z is stretched by a / b; the nearer of the two meetings.
+    # Stretching z by a / b makes the ellipsoid a sphere; take the nearer of two intersections.
     stretch = np.array([1.0, 1.0, 1.0 / (1.0 - FLATTENING)])
     at, along = base * stretch, up * stretch
     half, square = at @ along, float(along @ along)
     rest = (at**2).sum(axis=1) - SEMI_MAJOR_AXIS**2
-    # In this form nothing is lost where the point is near the ellipsoid.
+    # This form of the root avoids cancellation where the point is near the ellipsoid.
     height = -rest / (half + np.sqrt(half**2 - square * rest))
     x, y, z = (base + height[:, None] * up).T
     latitude = np.arctan2(z, (1.0 - FLATTENING * (2.0 - FLATTENING)) * np.hypot(x, y))
@@ -98,23 +98,23 @@ SUFFIXES = {
     ".yml": "map_server",
 }
 
-# Larger places are not flat enough for one local plane [degrees]; what spans less, within the
-# globe, is taken for degrees, not metres.
+# Widest extent for one local plane [degrees]. Coordinates within +-180 and +-90 that span less
+# are taken for degrees, not metres.
 WIDEST_SPAN = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class LoadedWorld:
-    """A world, where it came from and what loading has changed.
+    """A world loaded from a file, its source, and how it differs from the file.
 
     Attributes:
         world: The free region.
-        source: What the file was: "wkt", "geojson" or "map_server".
+        source: Format of the file: "wkt", "geojson" or "map_server".
         simplification_error: Hausdorff distance between the outline of the world and that in the
             file [m]; 0 for polygons, which are taken as they are.
         speckle_area: Area of dropped speckle [m^2].
-        unreachable_area: Area that the file has as free, but that cannot be reached from the
-            world's free region [m^2].
+        unreachable_area: Area that is free in the file, but not reachable from the world's free
+            region [m^2].
         geographic_origin: Longitude and latitude of the world's origin [degrees]; None if the
             file was in metres.
     """
@@ -133,11 +133,11 @@ def load_world(
     options: OutlineOptions | None = None,
     coordinates: str = "metres",
 ) -> LoadedWorld:
-    """Load a world; the suffix says from what: .wkt, .geojson, .json, .yaml or .yml.
+    """Load a world; the suffix gives the format: .wkt, .geojson, .json, .yaml or .yml.
 
-    A polygon's exterior is the boundary, its interiors are obstacles. Of several polygons in a
-    file the one that contains all others is the boundary and the others are obstacles; a hole in
-    one of those cannot be reached, and is filled. Obstacles that overlap become one.
+    A polygon's exterior is the boundary, its interiors are obstacles. If a file has several
+    polygons, the one that contains all others is the boundary and the others are obstacles; holes
+    in these cannot be reached, and are filled. Overlapping obstacles are merged.
 
     Args:
         path: The file.
@@ -147,7 +147,7 @@ def load_world(
 
     Raises:
         InvalidInput: The file is missing or malformed, or holds no world; options are given for
-            what is no occupancy map.
+            a file that is not an occupancy map.
     """
     path = Path(path)
     require_one_of("coordinates", coordinates, ("metres", "wgs84"))
@@ -198,7 +198,7 @@ def _pockets(rim: shapely.Polygon, others: list[shapely.Polygon]) -> float:
 
 
 def read_geometry(path: Path, source: str) -> BaseGeometry:
-    """What a file of WKT or GeoJSON holds, without heights.
+    """Read the geometry of a WKT or GeoJSON file, without heights.
 
     Args:
         path: The file.
@@ -209,7 +209,7 @@ def read_geometry(path: Path, source: str) -> BaseGeometry:
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
-        # A coordinate that is not a number is reported below, not warned of.
+        # No warnings of NaN coordinates: they are reported as errors below.
         with np.errstate(invalid="ignore"):
             geometry = (
                 shapely.from_wkt(text) if source == "wkt" else shapely.from_geojson(_located(text))
@@ -225,7 +225,7 @@ def read_geometry(path: Path, source: str) -> BaseGeometry:
 
 
 def _located(text: str) -> str:
-    """GeoJSON without features that lie nowhere, which are none for GEOS (RFC 7946, 3.2)."""
+    """Drop GeoJSON features without a geometry (RFC 7946, 3.2), which GEOS does not accept."""
     try:
         whole = json.loads(text)
     except (ValueError, RecursionError):
@@ -239,10 +239,10 @@ def _located(text: str) -> str:
 
 
 def polygons_of(geometry: BaseGeometry) -> list[shapely.Polygon]:
-    """The polygons of a geometry, out of however many collections.
+    """The polygons of a geometry, with nested collections taken apart.
 
     Raises:
-        InvalidInput: There is none, or something else, or one that crosses itself.
+        InvalidInput: There is no polygon, something that is not a polygon, or an invalid polygon.
     """
     if isinstance(geometry, shapely.GeometryCollection | shapely.MultiPolygon):
         found = [polygon for part in geometry.geoms for polygon in polygons_of(part)]

@@ -1,13 +1,13 @@
 """Evaders that play to escape, each round the corner that it can reach best.
 
 For each corner in sight an evader computes the margin M1 = D_e - a D_p of the corner game against
-every pursuer that sees both the evader and the corner. The worst of these is the corner's; the
-evader makes for the corner where it is smallest, by the best play of the game against the pursuer
-that defends that corner best. A corner whose star region holds one of these pursuers hides
-nothing: it does not count.
+every pursuer that sees both the evader and the corner. The largest of these, that of the best
+defender, is the margin of the corner. The evader makes for the corner with the smallest margin,
+by the best play of the game against its best defender. A corner hides nothing, and is left out, if
+one of these pursuers is in its star region.
 
-A robot has a width: it can come no nearer to a corner than the corner of its grown obstacle. So
-the evader's position is taken relative to that point, and the pursuer's relative to the true
+A robot has a width: it comes no nearer to a corner than the corner of the grown obstacle. So the
+evader's position is taken relative to the grown corner, and the pursuer's relative to the true
 corner, which is the one that blocks sight.
 
 Source: Zhang 2014, Table 2.1 (policy A), extended to many corners and pursuers.
@@ -32,7 +32,7 @@ def corner_stance(
     Args:
         x, y: The corner [m]; the offset is the same wherever it is.
         heading, angle: Of the corner [rad].
-        standoff: How near the evader's centre comes to a wall [m].
+        standoff: Least distance of the evader's centre from a wall [m].
     """
     reach = standoff / max(math.sin(0.5 * angle), 0.5)
     # The obstacle's bisector lies at angle/2 - pi in the corner's frame; the offset is opposite.
@@ -53,9 +53,9 @@ def escape_velocity(
     speed: float,
     standoff: float,
 ) -> tuple[float, float]:
-    """Velocity of evader j (kernel), with the blocks of sight one by one.
+    """Velocity of evader j (kernel), given the blocks of sight separately.
 
-    For the rest see `adversarial_velocities`.
+    For the other arguments see `adversarial_velocities`.
     """
     c, i, _ = _best_corner(
         j,
@@ -113,7 +113,7 @@ def _best_corner(
             if margin > worst:
                 worst, worst_i = margin, i
                 if worst >= best:
-                    break  # some corner is better than this one can still become
+                    break  # this corner cannot become better than the best one so far
         if worst < best and worst_i >= 0:
             best, best_c, best_i = worst, c, worst_i
     return best_c, best_i, best
@@ -129,7 +129,7 @@ def _meet(
     corners: np.ndarray,
     standoff: float,
 ) -> tuple[float, float, float, float, bool]:
-    """Pursuer i and evader j in the frame of corner c, the evader as seen from its stance."""
+    """Pursuer i in the frame of corner c, and evader j in that of the grown corner."""
     x, y, heading, angle = corners[c, 0], corners[c, 1], corners[c, 2], corners[c, 3]
     offset_x, offset_y = corner_stance(x, y, heading, angle, standoff)
     ex, ey = evaders[2 * j] - offset_x, evaders[2 * j + 1] - offset_y
@@ -168,11 +168,11 @@ def adversarial_velocities(
         corners: Shape (k, 6), from `corner_table`.
         ratio: Speed ratio a = v_e / v_p.
         speed: Evaders' top speed [m/s].
-        standoff: How near an evader's centre comes to a wall [m].
+        standoff: Least distance of an evader's centre from a wall [m].
 
     Returns:
-        Shape (2 m,) [m/s]. An evader that nobody sees waits; one that is seen where no corner
-        can hide it runs away from the nearest pursuer that sees it.
+        Shape (2 m,) [m/s]. An evader that nobody sees waits; one that is seen but that no corner
+        can hide runs away from the nearest pursuer that sees it.
     """
     n, m, k = len(pursuers) // 2, len(evaders) // 2, len(corners)
     visibility, pursuer_corners, evader_corners = split_sight(sight, n, m, k)
@@ -203,15 +203,15 @@ def escape_outlooks(
     speed: float,
     standoff: float,
 ) -> np.ndarray:
-    """What the corner game has each evader do, and promises it at the corner that it makes for.
+    """Each evader's velocity by the corner game, and its prospects at the corner it makes for.
 
     Args:
-        pursuers, evaders, sight, corners, ratio, speed, standoff: As of `adversarial_velocities`.
+        pursuers, evaders, sight, corners, ratio, speed, standoff: See `adversarial_velocities`.
 
     Returns:
-        Velocity, as `adversarial_velocities` has it [m/s]; time until sight is lost [s], infinite
-        where the corner can be defended; and the margin of that corner, below zero where it cannot
-        [m]; against the pursuer that defends it best, shape (m, 4). Time and margin are infinite
+        For each evader, shape (m, 4): the velocity of `adversarial_velocities` [m/s]; the time
+        until sight is lost [s], infinite if the corner can be defended; and the corner's margin
+        [m], negative if it cannot. Both are against the best defender of the corner, and infinite
         where no corner can hide the evader.
     """
     n, m, k = len(pursuers) // 2, len(evaders) // 2, len(corners)

@@ -1,4 +1,4 @@
-"""Room between bodies: from a log of where robots were, and along a path among robots that move.
+"""Gaps between robots' bodies: from a log of positions, and along a path among moving robots.
 
 Source: ours; closest approach of points in uniform motion.
 """
@@ -22,7 +22,7 @@ def pair_gaps(positions: np.ndarray, radii: np.ndarray) -> np.ndarray:
 
 
 def gaps_between_samples(positions: np.ndarray, radii: np.ndarray) -> np.ndarray:
-    """Least gap of each pair from one sample to the next, all moving straight in between [m].
+    """Least gap of each pair between consecutive samples, with straight motion in between [m].
 
     Args:
         positions: Shape (T, N, 2) [m].
@@ -42,19 +42,19 @@ def gaps_between_samples(positions: np.ndarray, radii: np.ndarray) -> np.ndarray
 
 
 def count_contacts(gaps: np.ndarray) -> int:
-    """How often a pair comes to overlap that did not before.
+    """Count how often a pair that did not overlap before begins to overlap.
 
     Args:
-        gaps: In time, from `gaps_between_samples`, shape (T, pairs) [m].
+        gaps: Over time, from `gaps_between_samples`, shape (T, pairs) [m].
     """
     overlaps = gaps < 0.0
     return int(overlaps[:1].sum() + (overlaps[1:] & ~overlaps[:-1]).sum())
 
 
-# Room along a path, for choosing among paths: a path is looked at in samples, so a gap may be a
-# little less between two of them. That robots do not touch is the rule of `collision_stop`.
+# Gaps along a path, for choosing among paths. A path is sampled, so a gap may be a little less
+# between two samples. `collision_stop` is what guarantees that robots do not touch.
 
-# Places along a path.
+# Number of samples along a path.
 SAMPLES = 9
 
 
@@ -66,14 +66,14 @@ def gap_to_runners(
     contacts: np.ndarray,
     top_speed: float,
 ) -> float:
-    """Least gap on a path to robots that may run anywhere [m]; negative where they may be met.
+    """Least gap on a path to robots that may move anywhere [m]; negative if they may be hit.
 
     Args:
         start, end: Of the path, shape (2,) [m].
-        seconds: When the robot sets off, and when it arrives [s].
-        runners: Where the others are at time 0, shape (m, 2) [m].
+        seconds: Times at which the robot starts and arrives [s].
+        runners: Positions of the others at time 0, shape (m, 2) [m].
         contacts: Distance at which bodies touch, shape (m,) [m].
-        top_speed: Of the others; 0 for what is there if they stand [m/s].
+        top_speed: Of the others; 0 if they stand [m/s].
     """
     if len(runners) == 0:
         return np.inf
@@ -87,7 +87,7 @@ def gap_to_runners(
 def gap_to_paths(
     start: np.ndarray, end: np.ndarray, paths: np.ndarray, contacts: np.ndarray
 ) -> float:
-    """Least gap between a path and straight paths of others, at whatever times [m].
+    """Least gap between a path and the straight paths of others, regardless of timing [m].
 
     Args:
         start, end: Of the path, shape (2,) [m].

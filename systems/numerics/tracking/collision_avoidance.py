@@ -1,17 +1,17 @@
 """Motion of round robots with foresight: they turn aside, make room, and take turns.
 
-That no two ever touch is the rule of `collision_stop`. That rule alone would leave robots in front
-of one another. So before it, velocities are chosen with foresight: a robot turns aside, to the
-nearer side, where another is in its way within a second, and teammates yield to one another: their
-velocities are moved, by the least total change, to where nobody closes in on a teammate faster than
-their gap allows. A robot that stands is then pushed along by one that wants to pass. Teammates that
-hold each other up take turns, see `turn_taking`: the one whose turn it is turns aside for the other
-team only, as if its teammates were not there, and counts for more than they do when they yield.
-Otherwise one that stands between a teammate and another team's robot would see no way out on either
-side. Robots that keep a promise have the right of way: they go as they wish, and stop only where a
-gap is used up; their teammates, and the other team where it yields, make room for them. Everything
-is a function of relative positions alone, so it turns, mirrors and renumbers with the team. Walls
-are kept off by `wall_sliding`.
+The rule of `collision_stop` guarantees that no two robots touch, but alone it would leave robots
+blocked in front of one another. So velocities are first chosen with foresight. A robot turns aside,
+to the nearer side, if it would meet another within a second. Teammates yield to one another: their
+velocities are changed, as little as possible in total, so that nobody approaches a teammate faster
+than their gap allows. A standing robot is then pushed along by one that wants to pass. Teammates
+that hold each other up take turns, see `turn_taking`: the one whose turn it is turns aside for the
+other team only, as if its teammates were not there, and has a greater weight when they yield.
+Otherwise a robot between a teammate and another team's robot would find no way out on either side.
+Robots that keep a promise have the right of way: they keep their desired velocity, and stop only
+where a gap is used up; their teammates, and the other team if it yields, make room for them.
+Everything is a function of relative positions alone, so it does not depend on rotation, mirroring
+or numbering. `wall_sliding` keeps robots out of walls.
 """
 
 import math
@@ -24,35 +24,35 @@ from ..geometry.edge_index import END, START, TOLERANCE, EdgeIndex, point_is_fre
 from ..geometry.wall_sliding import SKIN, slide
 from .collision_stop import clear_parts
 
-# A robot that is this near to being met turns aside [s].
+# A robot turns aside if it would meet another within this time [s].
 FORESIGHT = 1.0
 
-# For this long a way aside must be clear of walls [s].
+# Time for which a way aside must be clear of walls [s].
 WALL_FORESIGHT = 0.5
 
-# Turns that are tried, of this size each [rad], up to a little beyond a right angle.
+# Size [rad] and number of the turns that are tried, up to a little beyond a right angle.
 TURN, TURNS = math.pi / 18.0, 11
 
-# Teammates close the gap between them no faster than in this time [s].
+# Shortest time in which teammates may close the gap between them [s].
 CLOSING_TIME = 0.15
 
 # Rounds of the common projection; more change velocities by less than a hundredth.
 ROUNDS = 60
 
-# Gap that robots would rather keep, in parts of the distance at which they touch: without it one
-# that turns, but not quite aside, could not move at all.
+# Gap that robots prefer to keep, in parts of the distance at which they touch: without it a robot
+# that does not turn quite aside could not move at all.
 ROOM = 0.03
 
-# By how much a robot counts for more when it is its turn.
+# Weight of a robot whose turn it is, relative to the others.
 PRECEDENCE = 30.0
 
-# By how much a robot with the right of way counts for more.
+# Weight of a robot with the right of way.
 RIGHT_OF_WAY = 1e6
 
-# A team that yields keeps as far from the other as that goes in this time, where it can [s].
+# A yielding team keeps, where it can, as far from the other team as that moves in this time [s].
 YIELDING_TIME = 0.5
 
-# Walls that a robot heeds when it yields; `slide` heeds all.
+# Most walls that are considered when a robot yields; `slide` considers all.
 WALLS = 8
 
 
@@ -76,25 +76,25 @@ def avoid(
     top_speed: float,
     period: float,
 ) -> np.ndarray:
-    """Velocities near the desired ones that, held for a period, touch nobody and no wall.
+    """Velocities near the desired ones that, held for a period, touch no robot and no wall.
 
     Args:
-        edges, frame, starts, items, probes: The arrays of an EdgeIndex of where centres may be,
-            shapes as there, one by one: Numba takes them so in a fraction of the time.
+        edges, frame, starts, items, probes: Arrays of an EdgeIndex of where centres may be, shapes
+            as there; passed one by one because that is much faster in Numba.
         positions: Of the team, shape (2 n,) [m].
         velocities: Desired, shape (2 n,) [m/s].
         radii: Of the team, shape (n,) [m].
         others: Positions of the other robots, which keep the rule of `clear_parts` too, shape
             (2 m,) [m].
-        other_radii: Theirs, shape (m,) [m].
-        turns: How much longer it is the turn of each, from `take_turns`, shape (n,) [s].
+        other_radii: Of the other robots, shape (m,) [m].
+        turns: Time left of each robot's turn, from `take_turns`, shape (n,) [s].
         first, rank, near: Who has the right of way, as in `clear_parts`.
-        room: Gap that a team that yields would rather keep to the other robots [m].
+        room: Gap that a yielding team prefers to keep to the other robots [m].
         top_speed: Of the team [m/s].
         period: For how long velocities are held [s].
 
     Returns:
-        Shape (2 n,) [m/s]. Where nobody is near they are the desired ones, slid along walls.
+        Shape (2 n,) [m/s]. If nobody is near, these are the desired velocities, slid along walls.
     """
     region = EdgeIndex(edges, frame, starts, items, probes)
     count = len(radii)
@@ -108,7 +108,7 @@ def avoid(
             wished[2 * i], wished[2 * i + 1] = scale * vx, scale * vy
         turn = (turns > 0.0) & ~first
         weights = np.where(first, RIGHT_OF_WAY, np.where(turn, PRECEDENCE, 1.0))
-        # First those whose turn it is; the others then see where these go.
+        # Those whose turn it is choose first; the others then know their velocities.
         for now in (True, False):
             for i in range(count):
                 if first[i]:
@@ -154,7 +154,7 @@ def _someone_is_near(
     top_speed: float,
     room: float,
 ) -> bool:
-    """Whether foresight can matter to anybody."""
+    """Whether any two robots are so near that foresight can change a velocity."""
     count = len(radii)
     for i in range(count):
         for j in range(i):
@@ -176,7 +176,7 @@ def _someone_is_near(
 
 @kernel
 def _meeting_time(rx: float, ry: float, wx: float, wy: float, contact: float) -> float:
-    """When two discs touch first [s], the other at r [m], we at velocity w towards it [m/s]."""
+    """Time until two discs touch [s]; the other disc is at r [m], our relative velocity w [m/s]."""
     towards = rx * wx + ry * wy
     if towards <= 0.0 or contact <= 0.0:
         return np.inf
@@ -203,10 +203,10 @@ def _first_meeting(
     others: np.ndarray,
     other_radii: np.ndarray,
 ) -> tuple[float, float, float]:
-    """When robot i, at velocity v, meets somebody first [s], and where that one is from it [m].
+    """Time until robot i, at velocity v, meets a robot [s], and that robot's relative position [m].
 
-    Teammates are taken to move as they wish, the others to stand; whose turn it is heeds no
-    teammate but those whose turn it is too, and those with the right of way.
+    Teammates are assumed to move at their desired velocities, the others to stand. A robot whose
+    turn it is ignores teammates except those whose turn it is too, or with the right of way.
     """
     soonest, soonest_x, soonest_y = np.inf, 0.0, 0.0
     x, y = positions[2 * i], positions[2 * i + 1]
@@ -237,7 +237,7 @@ def _turned_aside(
     others: np.ndarray,
     other_radii: np.ndarray,
 ) -> tuple[float, float]:
-    """The wish of robot i, turned as little as it takes to meet nobody soon; else as it is."""
+    """Desired velocity of robot i, turned as little as needed to meet nobody soon, if possible."""
     vx, vy = wished[2 * i], wished[2 * i + 1]
     if vx == 0.0 and vy == 0.0:
         return 0.0, 0.0
@@ -246,7 +246,7 @@ def _turned_aside(
     )
     if time >= FORESIGHT:
         return vx, vy
-    # First to the side on which the other is not.
+    # Try the side away from the other robot first.
     side = 1.0 if vx * ry - vy * rx <= 0.0 else -1.0
     for k in range(1, TURNS + 1):
         cosine, sine = math.cos(k * TURN), math.sin(k * TURN)
@@ -270,7 +270,7 @@ class Constraints(NamedTuple):
     Attributes:
         normals: Unit vectors n, shape (c, 2).
         rates: Shape (c,) [m/s].
-        first, second: Numbers of the robots, shape (c,); a second of -1 does not move.
+        first, second: Numbers of the robots, shape (c,); second is -1 for v_second = 0.
     """
 
     normals: np.ndarray
@@ -293,12 +293,12 @@ def _yield_to_teammates(
     room: float,
     top_speed: float,
 ) -> None:
-    """Move velocities, by the least weighted square, to where gaps close no faster than they may.
+    """Change velocities in place, by least weighted squares, so that no gap closes too fast.
 
     n . (v_i - v_j) >= -(gap - room) / CLOSING_TIME between teammates, half of that towards others,
-    and -distance / CLOSING_TIME towards the walls beside robots that are near somebody. Those of
-    `fixed` robots stay as they are; `near` is the room towards them, and `room` that towards
-    others, if these are more than usual.
+    and -distance / CLOSING_TIME towards walls, for robots that are near somebody. Velocities of
+    `fixed` robots are not changed. The gap to keep is `near` towards these, and `room` towards
+    others, where that is more than usual.
     """
     count, strangers = len(radii), len(other_radii)
     most = count * (count - 1) // 2 + count * (strangers + WALLS)
@@ -360,7 +360,7 @@ def _keep_gap(
     i: int,
     j: int,
 ) -> bool:
-    """Write the constraint of robot i, at (dx, dy) from another, if that one is within reach."""
+    """Write the constraint of robot i, at (dx, dy) from another; False if that is out of reach."""
     distance = math.sqrt(dx * dx + dy * dy)
     gap = distance - contact
     if contact <= 0.0 or distance == 0.0 or gap >= reach:
@@ -391,7 +391,7 @@ def _keep_walls(
         along = min(1.0, max(0.0, (px * ex + py * ey) / (ex * ex + ey * ey)))
         dx, dy = px - along * ex, py - along * ey
         distance = math.sqrt(dx * dx + dy * dy)
-        # Only walls on whose free side the robot is: thin ones have two.
+        # Only edges on whose free side the robot is: thin walls have two edges.
         if 0.0 < distance < reach and ex * py - ey * px > 0.0 and total < last:
             constraints.normals[total, 0] = dx / distance
             constraints.normals[total, 1] = dy / distance
@@ -407,8 +407,8 @@ def _project(
 ) -> None:
     """Project velocities on the first `total` constraints, in place, by Hildreth's method.
 
-    All multipliers are raised or lowered at once, which needs more rounds than one after the
-    other, but knows no order.
+    All multipliers are updated at once. That needs more rounds than updating them one after the
+    other, but does not depend on their order.
     """
     normals, rates, first, second = constraints
     degree = np.zeros(len(velocities) // 2)
@@ -426,7 +426,7 @@ def _project(
                 speed -= normals[c, 0] * velocities[2 * j] + normals[c, 1] * velocities[2 * j + 1]
                 mobility += degree[j] / weights[j]
             raised[c] = max(multipliers[c] + (rates[c] - speed) / mobility, 0.0)
-        # Where nothing changes, nothing would in further rounds.
+        # If nothing changes in this round, nothing will in later ones.
         settled = True
         for c in range(total):
             change = raised[c] - multipliers[c]

@@ -1,13 +1,13 @@
-"""Steps cut short, so that round robots never touch one another, nor a wall.
+"""Steps cut short, so that round robots never touch one another or a wall.
 
 Safety comes from one rule, which needs no agreement: **a step may use up half of the gap to
-anybody**. Two robots that both keep it stay apart at every moment of the step, whoever they are,
-however they are numbered, whatever the other does: along the line between their centres each comes
-closer by at most half of the gap, and the distance along that line is never more than their true
-distance. `collision_avoidance` chooses velocities with foresight, and ends with this rule.
+anybody**. Two robots that both keep it stay apart at every moment of the step, whatever else they
+do and however they are numbered: along the line between their centres each comes closer by at most
+half of the gap, and the distance along that line is never more than their true distance.
+`collision_avoidance` chooses velocities with foresight, and then applies this rule.
 
-Halves may be shared out otherwise, if both know it: near to each other, one that has the right of
-way may use up all of a gap, and one that yields nothing of it.
+The gap may be shared unequally if both robots know it: near each other, a robot with the right of
+way may use up all of it, and one that yields nothing.
 
 Source: the half of a gap is the reciprocity of van den Berg, Guy, Lin and Manocha, "Reciprocal
 n-body collision avoidance" (ISRR 2009), on a fixed line instead of a chosen one; the rest is ours.
@@ -22,11 +22,11 @@ from ..geometry.edge_index import EdgeIndex
 from ..geometry.wall_sliding import first_contact, stop_team
 from .mobile_agents import clip_symmetric, drive_step
 
-# Gaps in which a right of way counts, in steps: in half of a wider one two robots at top speed have
-# room for a step each.
+# Gaps below which a right of way counts, in steps: half of a wider gap has room for a full step at
+# top speed of both robots.
 NEAR = 4.0
 
-# Two bodies stay this far apart, in parts of the sum of their radii: well above rounding.
+# Gap that two bodies always keep, in parts of the sum of their radii: well above rounding.
 MARGIN = 1e-6
 
 
@@ -42,9 +42,9 @@ def half_gap_part(
     rank: int = 0,
     near: float = 0.0,
 ) -> float:
-    """The part in [0, 1] of a step (dx, dy) that uses up its share of the gap to a robot (kernel).
+    """Largest part in [0, 1] of a step (dx, dy) within its share of the gap to a robot (kernel).
 
-    The share is one half. In gaps below `near` it is all of the gap for one that has the right of
+    The share is one half. In gaps below `near` it is the whole gap for a robot with the right of
     way, and nothing for one that yields.
 
     Args:
@@ -53,10 +53,11 @@ def half_gap_part(
         ox, oy: The other robot [m].
         contact: Distance of the centres at which the bodies touch [m]; 0: no bodies.
         rank: 1 with the right of way, -1 for one that yields, else 0.
-        near: Where that counts; for both the same, and at least four steps [m].
+        near: Gap below which `rank` counts, the same for both; at least four steps [m].
 
     Returns:
-        1 for a step that leads away. Two on one spot have no direction: they are free.
+        The part; 1 for a step that leads away. It is also 1 for two robots at the same point,
+        because no direction is defined.
     """
     rx, ry = ox - x, oy - y
     distance = math.sqrt(rx * rx + ry * ry)
@@ -79,7 +80,7 @@ def clear_parts(
     rank: int,
     near: float,
 ) -> np.ndarray:
-    """The part of each robot's straight step after which no gap is used up by more than its share.
+    """The part of each robot's straight step that uses up no more than its share of any gap.
 
     Robots that all take their parts at the same time, each at constant speed, do not touch one
     another on the way. Robots that overlap come apart or stay where they are.
@@ -93,7 +94,7 @@ def clear_parts(
         first: Who has the right of way over the others of its team, shape (n,), bool.
         rank: 1 for a team that has the right of way over the other robots, -1 for one that yields
             to them, 0 among equals.
-        near: Gaps in which that counts, for all the same [m]; see `half_gap_part`.
+        near: Gap below which that counts, the same for all [m]; see `half_gap_part`.
 
     Returns:
         Shape (n,), each in [0, 1].
@@ -136,7 +137,7 @@ def stop_at_robots(
         commands: Shape (2 n,) [m/s], [rad/s].
         limits: Top speed and top turn rate, shape (2,) [m/s], [rad/s].
         period: For how long commands are held [s].
-        horizon: In which half of a gap may be used up [s], the period or longer.
+        horizon: Time in which half of a gap may be used up [s], the period or longer.
         radii, others, other_radii, first, rank, near: As in `clear_parts`.
 
     Returns:
@@ -164,22 +165,22 @@ def stop_at_walls(
     limits: np.ndarray,
     period: float,
 ) -> np.ndarray:
-    """Commands of unicycles whose step ends before the first wall.
+    """Commands of unicycles, slowed so that each step ends before the first wall.
 
-    One that a wall stops while it turns away from it turns faster, if it can turn within this step
-    as far as the wall's direction: its step then runs along the wall. A turn rate in proportion to
-    what is left to turn would never be done with it, and the robot would stand all that time.
+    A robot that a wall stops while it turns away from that wall turns faster if it can reach the
+    wall's direction within this step: the step then runs along the wall. With a turn rate
+    proportional to the remaining angle the turn would never end, and the robot would stand still.
 
     Args:
-        edges, frame, starts, items, probes: The arrays of an EdgeIndex of where centres may be,
-            shapes as there, one by one: Numba takes them so in a fraction of the time.
+        edges, frame, starts, items, probes: Arrays of an EdgeIndex of where centres may be, shapes
+            as there; passed one by one because that is much faster in Numba.
         poses, commands, limits, period: As in `stop_at_robots`.
 
     Returns:
         Shape (2 n,), within the limits; other turn rates are kept.
     """
     index = EdgeIndex(edges, frame, starts, items, probes)
-    # The plant's own limits first: the step that it will take is the step to check.
+    # Apply the plant's limits first, so that the step checked is the step that it will take.
     safe = clip_symmetric(commands.reshape((-1, 2)), limits)
     steps = drive_step(poses, commands, limits, period) - poses
     parts = stop_team(index, poses, steps)

@@ -1,8 +1,8 @@
 """Pursuit fields around one corner: which way the pursuer should run, from positions alone.
 
 `table_field` is Table 2.2 of Zhang 2014 in one right-handed frame; `margin_field` blends the same
-two directions by the margin that each protects, and keeps what the game says can be kept. With
-p = (r_p, phi_p) they are
+two directions by the margin that each protects, and keeps sight wherever the game says that it can
+be kept. With p = (r_p, phi_p) the directions are
 
     t = (-sin phi_p, cos phi_p)    turns the sight ray towards edge A fastest,
     s                              leads to the star region by the shortest way.
@@ -34,7 +34,7 @@ TABLE = 0
 MARGIN = 1
 TABLE_UP = 2
 
-# What the fields are called, and the code by which numba kernels select one.
+# Names of the fields, and the codes by which numba kernels select one.
 FIELDS = {"table": TABLE, "margin": MARGIN, "table_up": TABLE_UP}
 
 
@@ -45,8 +45,8 @@ def margin_field(
     """The margin field: u = normalise(|M1| t + M2 s), and t where that vanishes.
 
     Where the evader is hidden, u is the shortest way to the line from the evader through the
-    corner, at right angles to it, or to the corner itself where that is nearer (g <= -pi/2):
-    the way that regains sight of a resting evader soonest.
+    corner, at right angles to it, or to the corner itself where that is nearer (g <= -pi/2).
+    That regains sight of a resting evader soonest.
 
     Args:
         r_p, phi_p, r_e, phi_e: Pursuer and evader in the corner's frame [m], [rad].
@@ -82,8 +82,8 @@ def table_field(
 ) -> tuple[float, float, float]:
     """Table 2.2 with its LD rows: left of the corner in Region 1, run straight for the corner.
 
-    A hidden evader, of whom the table says nothing, is treated as in Region 1, where it came
-    from. Arguments and results as in `margin_field`.
+    The table does not cover a hidden evader; it is treated as in Region 1, from which it came.
+    Arguments and results as in `margin_field`.
     """
     return _table(r_p, phi_p, r_e, phi_e, alpha, a, False)
 
@@ -152,13 +152,13 @@ def corner_field(
     return ux, uy, reach
 
 
-# The game over whole arrays of positions, as maps. Positions are Cartesian, in the corner's frame;
+# Maps of the game over whole arrays of positions. Positions are Cartesian, in the corner's frame;
 # pursuers on either side of the star region are handled. Source: Zhang 2014, Figures 2.1 to 2.3.
 
-# The code of positions inside the obstacle, beside the region codes of `corner_game`.
+# The code of positions inside the obstacle, besides the region codes of `corner_game`.
 BLOCKED = -1
 
-# How far from a corner the game is decided on lengths, and not by the STAR_RIM of an angle [m].
+# Farthest position from a corner: up to there the angle STAR_RIM is a negligible length [m].
 FARTHEST = 1e6
 
 # A point this close to an edge, relative to its distance from the corner, belongs to free space.
@@ -176,7 +176,7 @@ def inside_obstacle(points: object, alpha: float) -> np.ndarray:
         Booleans, shape (...).
 
     Raises:
-        InvalidInput: `alpha` is out of range, or `points` are no positions within FARTHEST.
+        InvalidInput: `alpha` is out of range, or `points` are not positions within FARTHEST.
     """
     _require_angle(alpha)
     x, y = np.moveaxis(_positions("points", points), -1, 0)
@@ -315,10 +315,10 @@ def _positions(name: str, points: object) -> np.ndarray:
 
 
 def require_near(name: str, points: ArrayLike) -> None:
-    """Refuse positions so far from a corner that a metre is less than the rim of its star region.
+    """Require positions within FARTHEST of a corner, where STAR_RIM is a negligible length.
 
     Args:
-        name: What to call them.
+        name: Name of the parameter in error messages.
         points: In the corner's frame, shape (..., 2) [m].
 
     Raises:

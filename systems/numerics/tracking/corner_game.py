@@ -1,15 +1,15 @@
-"""The corner game: who wins, and how long sight holds, from two positions around one corner.
+"""The corner game: who wins, and how long sight lasts, from two positions around one corner.
 
 The corner is the origin of its frame, the obstacle a wedge of interior angle alpha. Edge A lies
 along the negative x axis (polar angle pi), edge B at polar angle alpha - pi; free directions are
-[alpha - pi, pi]. See `Corners` in `geometry.world` for where a polygon's corners get their
-headings. Nothing that follows depends on which of the two edges is called A: a pursuer beyond
-the star region on the far side is reflected about the obstacle's bisector.
+[alpha - pi, pi]. See `Corners` in `geometry.world` for the headings of a polygon's corners.
+Nothing that follows depends on which of the two edges is called A: a pursuer beyond the star
+region on the far side is reflected about the obstacle's bisector.
 
 Functions of the game take polar coordinates in that frame, with phi_p <= alpha, and the speed
-ratio a = v_e / v_p in (0, 1). Lengths decide the game. D_p is how far the pursuer is from the star
-region, from which it sees round the corner; D_e how far the evader is from edge A, where it is out
-of sight of every pursuer short of the star region. The evader wins iff M1 = D_e - a D_p < 0.
+ratio a = v_e / v_p in (0, 1). Two distances decide the game: D_p from the pursuer to the star
+region, from which it sees round the corner, and D_e from the evader to edge A, where it is out of
+sight of every pursuer short of the star region. The evader wins iff M1 = D_e - a D_p < 0.
 
 Source: Zhang 2014, section 2.2.2, Table 2.1, worked out in one right-handed frame, its figures
 being lost.
@@ -23,8 +23,8 @@ from numba import njit
 from ..errors import require_type
 from ..geometry.world import World
 
-# A pursuer this near to the star region is in it [rad]. Pursuers run exactly to its rim, where
-# rounding would otherwise decide whether the corner threatens.
+# A pursuer within this angle of the star region counts as inside [rad]. Pursuers run exactly to
+# its rim, where rounding would otherwise decide whether the corner threatens.
 STAR_RIM = 1e-9
 
 
@@ -32,8 +32,8 @@ STAR_RIM = 1e-9
 def free_angle(x: float, y: float, alpha: float) -> float:
     """Polar angle of a frame point in [alpha - pi, pi] [rad].
 
-    The branch cut runs along the obstacle's bisector, so that a point on an edge, or a rounding
-    error behind one, gets the angle of that edge and never that of the other.
+    The branch cut runs along the obstacle's bisector, so that a point on an edge, or behind it by
+    a rounding error, gets the angle of that edge and never that of the other.
 
     Args:
         x, y: The point in the corner's frame [m].
@@ -86,7 +86,7 @@ def to_corner_frame(
     if -STAR_RIM <= phi_p <= alpha + STAR_RIM:
         phi_p = min(max(phi_p, 0.0), alpha)
     if mirrored:
-        # alpha - pi <= alpha - phi_p < 0; the outer clamp takes off what rounding adds.
+        # alpha - pi <= alpha - phi_p < 0; the outer clamp removes rounding errors.
         phi_p = max(alpha - phi_p, alpha - math.pi)
         phi_e = min(alpha - phi_e, math.pi)
     if r_e == 0.0:
@@ -128,7 +128,7 @@ REGION_4 = 4
 REGION_5 = 5
 HIDDEN = 6
 
-# What each region of the partition is called, by its number.
+# Names of the regions of the partition, by number.
 REGION_NAMES = {
     IN_STAR: "star",
     REGION_1: "1",
@@ -176,8 +176,8 @@ def margins(
 def region(r_p: float, phi_p: float, r_e: float, phi_e: float, alpha: float, a: float) -> int:
     """Return the region code of a state: IN_STAR, HIDDEN or REGION_1 to REGION_5.
 
-    The pursuer wins everywhere but in Region 1 and where the evader is hidden already. That the
-    regions cover all states is proved; where 2 ends and 4 begins, and 3 and 5, is our reading.
+    The pursuer wins everywhere but in Region 1 and where the evader is hidden already. It is proved
+    that the regions cover all states; the borders between 2 and 4, and 3 and 5, are our reading.
 
     Arguments as in `margins`.
     """
@@ -197,7 +197,7 @@ def region(r_p: float, phi_p: float, r_e: float, phi_e: float, alpha: float, a: 
 def escape_time(
     r_p: float, phi_p: float, r_e: float, phi_e: float, alpha: float, a: float, v_p: float
 ) -> float:
-    """Return T*, how long sight holds when both play as well as they can [s].
+    """Return T*, how long sight lasts when both players play optimally [s].
 
     Infinite where the pursuer wins, zero where the evader is hidden already.
 
@@ -215,10 +215,10 @@ def escape_time(
 
 @njit(cache=True)
 def dash(r_p: float, phi_p: float, r_e: float, phi_e: float, a: float) -> float:
-    """How far a winning evader runs until sight is lost [m]: v_e T*, by formula in any state.
+    """Distance that a winning evader runs until sight is lost [m]: v_e T*, by formula in any state.
 
-    Where the pursuer wins it is the length of a dash that comes too late; zero where the evader
-    is hidden already. Arguments as in `margins`, phi_p < 0.
+    Where the pursuer wins it is the length of a dash that would come too late; it is zero where
+    the evader is hidden already. Arguments as in `margins`, phi_p < 0.
     """
     gap = math.pi + phi_p - phi_e
     if gap < 0.0:
@@ -227,21 +227,21 @@ def dash(r_p: float, phi_p: float, r_e: float, phi_e: float, a: float) -> float:
     wy = r_e * math.sin(phi_e) + a * r_p * math.sin(phi_p)
     along = wx * math.cos(phi_e) + wy * math.sin(phi_e)
     if r_e > 0.0 and gap < 0.5 * math.pi and along < 0.0:
-        # e + a p stays fixed while both run at right angles to it; sight goes when p, O and e
-        # are in line.
+        # e + a p stays fixed while both run at right angles to it; sight is lost when p, O and e
+        # are collinear.
         return a * r_p * r_e * math.sin(gap) / math.hypot(wx, wy)
     return r_e
 
 
 def corner_table(world: World) -> np.ndarray:
-    """Corners of a world, one a row.
+    """Table of the corners of a world, one per row.
 
     Returns:
         Shape (k, 6): x, y [m], heading of the frame, interior angle [rad], lengths of edges A and
         B [m].
 
     Raises:
-        InvalidInput: It is no world.
+        InvalidInput: `world` is not a World.
     """
     require_type("world", world, World)
     corners = world.corners

@@ -1,4 +1,4 @@
-"""The players' policies in the corner game: the evader's best play, and Table 2.1 to the letter.
+"""The players' policies in the corner game: the evader's best play, and Table 2.1 as printed.
 
 Source: Zhang 2014, Table 2.1, in the frame of `corner_game` with phi_p <= alpha.
 """
@@ -15,10 +15,10 @@ from .corner_game import HIDDEN, IN_STAR, REGION_1, REGION_2, REGION_3, REGION_4
 def table_evader_policy(
     r_p: float, phi_p: float, r_e: float, phi_e: float, alpha: float, a: float
 ) -> tuple[float, float]:
-    """Table 2.1's policy A, extended to every region: by the shortest way to edge A.
+    """Table 2.1's policy A, extended to every region: take the shortest way to edge A.
 
-    Straight to the corner where phi_e <= pi/2, straight down otherwise. At the corner, and on
-    edge A, it runs on along the edge, away from the corner.
+    The evader runs straight to the corner where phi_e <= pi/2, straight down otherwise. At the
+    corner, and on edge A, it continues along the edge, away from the corner.
 
     Args:
         r_p, phi_p, r_e, phi_e: Pursuer and evader in the corner's frame [m], [rad].
@@ -39,13 +39,13 @@ def table_evader_policy(
 def evader_policy(
     r_p: float, phi_p: float, r_e: float, phi_e: float, alpha: float, a: float
 ) -> tuple[float, float]:
-    """The evader that breaks sight soonest, where it can, and tries the same where it cannot.
+    """Policy of an evader that breaks sight soonest where it can; elsewhere it does the same.
 
-    With w = e + a p: at right angles to w, along (w_y, -w_x)/|w|, where g < pi/2 and e . w < 0,
-    that is inside the circle whose diameter joins O and -a p; otherwise to the nearest point of
-    edge A. This is time-optimal in Region 1. A hidden evader makes for edge A, where only a
-    pursuer in the star region sees it, and on along it; with the pursuer in the star region it
-    makes for the corner, where it threatens most.
+    With w = e + a p: it runs at right angles to w, along (w_y, -w_x)/|w|, where g < pi/2 and
+    e . w < 0, that is inside the circle whose diameter joins O and -a p; otherwise to the nearest
+    point of edge A. This is time-optimal in Region 1. A hidden evader runs to edge A, where only a
+    pursuer in the star region sees it, and then along it. If the pursuer is in the star region,
+    the evader runs to the corner, where it threatens most.
 
     Arguments and results as in `table_evader_policy`.
     """
@@ -72,11 +72,11 @@ def pursuer_policy(
     vx: float,
     vy: float,
 ) -> tuple[float, float]:
-    """Table 2.1's pursuer, which in Region 3 answers the evader's velocity.
+    """Table 2.1's pursuer policy, which in Region 3 reacts to the evader's velocity.
 
     Region 2, 4: straight up. Region 3: the mirror, u_t = (r_p/r_e) |v_t| and
     u_r = -(r_p/r_e) |v_r|, which never lets the gap or r_e/r_p shrink. Region 5: full speed
-    along t. Region 1 and hidden evaders, of which the table says nothing: the margin field.
+    along t. Region 1 and hidden evaders, which the table does not cover: the margin field.
 
     Args:
         r_p, phi_p, r_e, phi_e, alpha, a: As in `table_evader_policy`.

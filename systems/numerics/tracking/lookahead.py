@@ -1,9 +1,9 @@
-"""A pursuer that looks a moment ahead: it goes where the least threat is least.
+"""A pursuer that looks a moment ahead: it goes where the least margin of all corners is greatest.
 
-What threatens are the signed margins of the corners, with edges as long as they are. A pursuer
-tries a ring of steps and takes the one after which their soft minimum, -b log(sum exp(-M / b)), is
-greatest: over the corners that it shares with the evader it is assigned to, and with others that it
-sees, as far as no teammate has them better in hand.
+Threats are measured by the signed margins of the corners, with the edges' true lengths. A pursuer
+tries a ring of steps and takes the one after which the soft minimum of the margins,
+-b log(sum exp(-M / b)), is greatest: over the corners that it shares with its assigned evader, and
+with other evaders that it sees, unless a teammate guards those better.
 
 Source: ours, on the game of Zhang 2014, 2.2.2.
 """
@@ -17,16 +17,16 @@ from ..geometry.edge_index import EdgeIndex
 from ..geometry.wall_sliding import slide
 from .sight_state import split_sight
 
-# The corner game's margin with edges as long as they are, on both sides, and in the star region.
+# The corner game's margin extended: to edges of finite length, both sides, and the star region.
 #
-# M1 = D_e - a D_p takes an obstacle's edge for endless and stops counting where the pursuer stands
-# in the star region. Here each of a corner's two edges s has a margin of its own,
+# M1 = D_e - a D_p takes an obstacle's edge to be infinite, and does not vary with the pursuer's
+# position in the star region. Here each of a corner's two edges s has a margin of its own,
 #
 #     M_s = |e - s| - a D_s(p),
 #
-# with |e - s| the evader's distance from the edge [m], and D_s the pursuer's distance from the
-# place where it sees along it, negative beyond. The corner's margin is the lesser of the two. It
-# changes continuously as the pursuer enters the star region, and mirrors with the obstacle.
+# with |e - s| the evader's distance from the edge [m], and D_s the pursuer's distance from where
+# it sees along that edge, negative beyond. The corner's margin is the lesser of the two. It changes
+# continuously as the pursuer enters the star region, and mirrors with the obstacle.
 #
 # Source: ours, on the game of Zhang 2014, 2.2.2.
 
@@ -35,7 +35,7 @@ from .sight_state import split_sight
 def signed_margin(
     px: float, py: float, ex: float, ey: float, corners: np.ndarray, c: int, ratio: float
 ) -> float:
-    """Signed margin of one corner, the lesser of its two edges' [m] (kernel).
+    """Signed margin of one corner: the lesser of its two edges' margins [m] (kernel).
 
     Args:
         px, py, ex, ey: World positions of pursuer and evader [m].
@@ -61,7 +61,7 @@ def _edge_margin(x: float, y: float, u: float, v: float, length: float, ratio: f
     """Margin of an edge along the negative x axis; pursuer at (x, y), evader at (u, v)."""
     beyond = u - min(max(u, -length), 0.0)
     to_edge = math.sqrt(beyond * beyond + v * v)
-    # Straight up where the pursuer is right of the corner, round the corner where it is left.
+    # Right of the corner the shortest way is straight up; left of it, to the corner.
     to_star = -y if x >= 0.0 else math.copysign(math.sqrt(x * x + y * y), -y)
     return to_edge - ratio * to_star
 
@@ -77,7 +77,7 @@ def least_threat(
     corners: np.ndarray,
     ratio: float,
 ) -> float:
-    """Margin of the corner round which evader j comes nearest to escaping [m] (kernel).
+    """Least margin over all corners round which evader j could escape [m] (kernel).
 
     Args:
         j: The evader.
@@ -88,7 +88,7 @@ def least_threat(
         ratio: Speed ratio a = v_e / v_p.
 
     Returns:
-        For each corner the best defender counts; infinite where no corner is shared.
+        The least margin, with the best defender of each corner; infinite if no corner is shared.
     """
     least = np.inf
     for c in range(len(corners)):
@@ -105,13 +105,13 @@ def least_threat(
     return least
 
 
-# Steps that are tried, all round, beside staying.
+# Number of step directions that are tried, besides staying.
 DIRECTIONS = 32
 
-# How far ahead a step is tried [s].
+# Duration of a tried step [s].
 AHEAD = 0.1
 
-# Width b of the soft minimum, as the time in which a pursuer runs it [s].
+# Width b of the soft minimum, given as the time that a pursuer needs to run it [s].
 SOFTNESS = 0.17
 
 
@@ -129,7 +129,7 @@ def _soft_minimum(
     ratio: float,
     width: float,
 ) -> float:
-    """Soft minimum over the corners that pursuer i, taken to be at (px, py), and evader j share."""
+    """Soft minimum over the corners that pursuer i, moved to (px, py), and evader j share."""
     least, total = np.inf, 0.0
     for c in range(len(corners)):
         if pursuer_corners[i, c] < 0.5 or evader_corners[j, c] < 0.5:
@@ -171,7 +171,7 @@ def lookahead_velocities(
     n, m, k = len(pursuers) // 2, len(evaders) // 2, len(corners)
     visibility, pursuer_corners, evader_corners = split_sight(sight, n, m, k)
     width = SOFTNESS * speed
-    # How well each pursuer has each evader in hand where it stands.
+    # How well each pursuer guards each evader from its present position.
     hold = np.full((n, m), -np.inf)
     for i in range(n):
         for j in range(m):
@@ -239,7 +239,7 @@ def lookahead_velocities(
 def _direction_to_evader(
     i: int, target: int, pursuers: np.ndarray, evaders: np.ndarray, visibility: np.ndarray
 ) -> float:
-    """From where the ring of steps is counted [rad]: it turns and mirrors with the game."""
+    """Reference direction of the ring of steps [rad], which is rotated with the game."""
     nearest, x, y = np.inf, 1.0, 0.0
     for j in range(len(evaders) // 2):
         dx, dy = evaders[2 * j] - pursuers[2 * i], evaders[2 * j + 1] - pursuers[2 * i + 1]

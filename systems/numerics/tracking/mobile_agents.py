@@ -10,7 +10,7 @@ differential-drive robots (2.2.8).
 import numpy as np
 from numba.extending import register_jitable
 
-# A robot whose heading is off by less drives straight [rad].
+# A robot with a smaller heading error drives straight [rad].
 STRAIGHT = 1e-7
 
 
@@ -136,10 +136,10 @@ def heading_commands(poses, velocities, gain: float):
 
 @register_jitable
 def turn_first_command(headings, velocities, period: float):
-    """Speed and turn rate of a unicycle that turns in place before it drives, straight.
+    """Speed and turn rate of a unicycle that turns in place before it drives straight.
 
-    It turns to the nearer end of its axis, so by a right angle at most. What is left to turn after
-    `STRAIGHT` it corrects while it drives.
+    It turns its front or its back to the direction, whichever is nearer, so by a right angle at
+    most. A heading error below `STRAIGHT` is corrected while it drives.
 
     Args:
         headings: Shape (n,) [rad].
@@ -147,7 +147,7 @@ def turn_first_command(headings, velocities, period: float):
         period: For how long commands are held [s].
 
     Returns:
-        Shape (n, 2) [m/s], [rad/s]; turn rates as they would be without a limit.
+        Shape (n, 2) [m/s], [rad/s]; turn rates are not limited.
     """
     c, s = np.cos(headings), np.sin(headings)
     ahead = c * velocities[:, 0] + s * velocities[:, 1]

@@ -1,7 +1,7 @@
 """The modified pursuit: the pursuit field, and a pull towards the evader that keeps it near.
 
-Source: Zhang 2014, 2.2.5, (2.7) and Figure 2.14. The thesis's robots may close in on their evaders
-without end; here the speed at which they do is limited near by, since robots have bodies.
+Source: Zhang 2014, 2.2.5, (2.7) and Figure 2.14. The thesis's robots may come arbitrarily near
+their evaders; here their speed of approach is limited nearby, because robots have bodies.
 """
 
 import math
@@ -27,15 +27,15 @@ def modified_velocities(
 ) -> np.ndarray:
     """v = w v_o + (1 - w) v' for each pursuer (2.7).
 
-    v' is as long as the speed and points at the pursuer's own evader. The part of v towards the
-    evader is then limited to speed * (distance - stand_off) / fade, from -speed to speed, so
+    v' has the length `speed` and points to the pursuer's own evader. The component of v towards
+    the evader is then limited to speed * (distance - stand_off) / fade, from -speed to speed, so
     that at the stand-off distance the pursuer comes no nearer, and nearer than that it backs off.
 
     Args:
         weight: w, from 0 (the pull alone) to 1 (the field alone).
         speed: Top speed [m/s].
         stand_off: Distance from the evader to keep [m].
-        fade: From there, the way over which the limit grows to the speed [m].
+        fade: Distance beyond the stand-off over which the limit grows to `speed` [m].
         pursuers, evaders: Positions, shapes (2 n,), (2 m,) [m].
         assignment: Each pursuer's evader, -1 for none, shape (n,).
         field: Velocities v_o of the pursuit field, shape (2 n,) [m/s].

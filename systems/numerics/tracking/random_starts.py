@@ -31,7 +31,7 @@ def draw_starts(
     Args:
         world: Whose obstacles block sight.
         pursuer_region, evader_region: Where centres may be: parts of the shrunk world.
-        pursuer_radius, evader_radius: No two robots overlap [m].
+        pursuer_radius, evader_radius: Radii of the bodies, which do not overlap [m].
         pursuers, evaders: Sizes of the teams.
         seed: Same seed, same starts.
 

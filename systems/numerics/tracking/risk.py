@@ -1,14 +1,14 @@
-"""How much an evader threatens to escape: risk vectors over corners, and risk of whole pairs.
+"""How much an evader threatens to escape: risk vectors over corners, and risks of pairs.
 
 A corner counts for a pair when both see it. Distances are from the evader to the corner.
 
-A risk vector weighs corners by how remote the threat of each is [m]. In the thesis that is the
-evader's distance d, whatever the pursuer can do about it. Two more take it from the corner game:
-the margin M1, by which the pursuer is in time, and what the evader has yet to run,
+A risk vector weights corners by how remote the threat of each is [m]. In the thesis that is the
+evader's distance d, regardless of the pursuer's position. Two more measures come from the corner
+game: the margin M1, by which the pursuer is in time, and the distance that the evader lacks,
 
     v_e T* + max(M1, 0),
 
-its dash out of sight, and the margin by which that comes too late.
+its dash out of sight, plus the margin by which that comes too late.
 
 Source: Zhang 2014, 2.2.3.1 (risk vectors of (2.2)) and (2.13); game's margins: ours.
 """
@@ -27,9 +27,9 @@ PROPORTIONAL = 2
 LEAST_MARGIN = 3
 URGENCY = 4
 
-# Risk vectors: how the fields of the corners are weighted in (2.2). "least_margin" takes the
-# corner alone that the game's best evader makes for, "urgency" weighs each by the inverse of what
-# the evader has yet to run.
+# Risk vectors: how the fields of the corners are weighted in (2.2). "least_margin" uses only the
+# corner with the least M1, for which the game's best evader makes; "urgency" weights each corner
+# by the inverse of v_e T* + max(M1, 0).
 RISK_VECTORS = {
     "uniform": UNIFORM,
     "majority": MAJORITY,
@@ -48,7 +48,7 @@ MEAN = 2  # the mean of 1/d
 # risk functions without saying which; these are the scalar companions of its risk vectors.
 RISK_FUNCTIONS = {"total": TOTAL, "nearest": NEAREST, "mean": MEAN}
 
-# Distances below this count as this, so that an evader on a corner has a finite risk [m].
+# Lower limit of distances, so that an evader on a corner has a finite risk [m].
 SHORTEST_DISTANCE = 1e-6
 
 
@@ -65,7 +65,7 @@ def remoteness(
     alpha: float,
     a: float,
 ) -> float:
-    """How remote the threat of a corner is, as a risk vector sees it [m] (kernel).
+    """How remote the threat of a corner is, by the measure of a risk vector [m] (kernel).
 
     Args:
         kind: Code of the risk vector (`RISK_VECTORS`).

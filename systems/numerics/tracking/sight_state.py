@@ -1,7 +1,7 @@
 """All that two teams see, in one vector: each other, and the corners behind which to hide.
 
-One signal instead of three, because in a diagram every signal that a system reads costs as much as
-the geometry behind it.
+It is one signal instead of three, because in a diagram reading a signal costs as much as the
+geometry behind it.
 """
 
 import numpy as np
@@ -47,10 +47,10 @@ def observe(
     evaders: np.ndarray,
     radii: np.ndarray | None = None,
 ) -> np.ndarray:
-    """See who sees whom and which corner.
+    """Compute which evaders each pursuer sees, and which corners each agent sees.
 
-    Bodies come between a pursuer and an evader only. Corners are seen past them: they say where
-    an evader may hide for good, and a body moves on.
+    Bodies block only the sight between a pursuer and an evader. Corners are seen past bodies: they
+    are the places where an evader may hide for good, while a body moves on.
 
     Args:
         index: The world's edges.
@@ -59,7 +59,7 @@ def observe(
         radii: Of the bodies that block sight, pursuers first, shape (n + m,) [m]; None: none does.
 
     Returns:
-        The vector that `split_sight` takes apart.
+        The vector, to be taken apart by `split_sight`.
 
     Raises:
         InvalidInput: There is not one radius for each robot.
@@ -71,7 +71,7 @@ def observe(
     return sight
 
 
-# Numba takes the arrays one by one in a fraction of the time that it takes a named tuple.
+# Passing the arrays one by one costs Numba a fraction of the time of a named tuple.
 @compiled
 def _observe(
     edges: np.ndarray,

@@ -1,7 +1,7 @@
 """Where each pursuer runs: the weighted sum of the pursuit fields of the corners it shares.
 
-Source: Zhang 2014, (2.2). The sum gives the direction; the speed is the pursuer's, except that
-a step never overshoots the farthest of the star regions that it makes for.
+Source: Zhang 2014, (2.2). The sum gives the direction; the speed is the pursuer's top speed,
+reduced where a step would overshoot the farthest of the star regions that it makes for.
 """
 
 import math
@@ -15,7 +15,7 @@ from .corner_fields import corner_field
 from .risk import remoteness, risk_weights
 from .sight_state import split_sight
 
-# A weighted sum shorter than this is a balance of threats: the pursuer waits.
+# If the weighted sum is shorter than this, the threats balance and the pursuer waits.
 BALANCE = 1e-9
 
 

@@ -1,10 +1,10 @@
-"""Who goes first, where teammates hold each other up.
+"""Which robot goes first, where teammates hold each other up.
 
-A robot that does not come on as it wishes waits. Of teammates that have waited for a while, each
-near the next, one has its turn, the one that has waited longest, and of several the one nearest to
-the other team. The others make room for it, see `collision_avoidance`. A turn lasts as long whether
-it is used or not: it would otherwise end with the first step that it allows. Then it is the next
-one's.
+A robot that moves much slower than it wishes is waiting. In a group of teammates close to one
+another, the one that has waited longest gets a turn, if that is long enough; of several, the one
+nearest to the other team. The others make room for it, see `collision_avoidance`. A turn has a
+fixed length: otherwise it would end with the first step that it allows. Then it is the next
+robot's turn.
 """
 
 import math
@@ -13,13 +13,14 @@ import numpy as np
 
 from ..compiled import compiled
 
-# A robot waits when it moves at less than this part of its wish, until it moves at half of it.
+# A robot's waiting time grows below the first part of its desired speed, and is reset above the
+# second.
 WAITING, GOING = 0.1, 0.5
 
 # After waiting this long a robot may have a turn [s].
 PATIENCE = 0.6
 
-# A turn lasts so long [s]: a wheeled robot turns about in one second, and then leaves.
+# Length of a turn [s]: a wheeled robot turns about in one second, and then leaves.
 TURN_LENGTH = 1.5
 
 # Teammates with a smaller gap hold each other up, in parts of the distance at which they touch.
@@ -34,16 +35,16 @@ def still_waiting(
     velocities: np.ndarray,
     period: float,
 ) -> np.ndarray:
-    """For how long each robot has not come on as it wishes.
+    """For how long each robot has been kept from moving as desired.
 
     Args:
-        waiting: Until the last sample, shape (n,) [s].
-        before, positions: At the last sample and now, shape (2 n,) [m].
+        waiting: Waiting times at the last sample, shape (n,) [s].
+        before, positions: Positions at the last sample and now, shape (2 n,) [m].
         velocities: Desired, shape (2 n,) [m/s].
         period: Between samples [s].
 
     Returns:
-        Shape (n,) [s]; zero for a robot that comes on, or wishes for nothing.
+        Shape (n,) [s]; zero for a robot that makes progress, or has a desired speed of zero.
     """
     longer = np.zeros(len(waiting))
     for i in range(len(waiting)):
@@ -69,7 +70,7 @@ def take_turns(
     """Whose turn it is among teammates that hold each other up.
 
     Args:
-        turns: How much longer the turn of each lasted at the last sample, shape (n,) [s].
+        turns: Time left of each robot's turn at the last sample, shape (n,) [s].
         waiting: For how long each has waited, from `still_waiting`, shape (n,) [s].
         positions: Of the team, shape (2 n,) [m].
         radii: Of the team, shape (n,) [m].
@@ -82,7 +83,7 @@ def take_turns(
     """
     count = len(turns)
     left, waited = np.maximum(turns - period, 0.0), waiting.copy()
-    # A rest of less than half a period is rounding.
+    # A remainder of less than half a period is a rounding error.
     left[left < 0.5 * period] = 0.0
     if waited.max() >= PATIENCE:
         group, nearest = _groups(positions, radii), _nearness(positions, others)
@@ -104,7 +105,7 @@ def take_turns(
 
 @compiled
 def _groups(positions: np.ndarray, radii: np.ndarray) -> np.ndarray:
-    """A label for each robot, the same for those that a chain of small gaps joins, shape (n,)."""
+    """A label for each robot, equal for robots connected by a chain of small gaps, shape (n,)."""
     count = len(radii)
     group = np.arange(count)
     for i in range(count):
@@ -125,7 +126,7 @@ def _nearness(positions: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Squared distance of each robot from the nearest of the other team, shape (n,) [m^2]."""
     count = len(positions) // 2
     nearest = np.full(count, np.inf)
-    # With nobody of another team about, who is farthest from the middle of the team goes first.
+    # Without another team, the robot farthest from the middle of its team goes first.
     if len(others) == 0:
         for i in range(count):
             dx = positions[2 * i] - positions[::2].mean()

@@ -1,9 +1,10 @@
-"""When a team changes its mind: an assignment is held until there is a reason to leave it.
+"""When a team changes its assignment: it is held until there is a reason to change it.
 
-A rule asked anew at every step answers to every small change of the risks, and pursuers turn about
-as fast as they can. So the rule says whom it would choose, and a hold says when to follow it.
+A rule applied at every step reacts to every small change of the risks, and pursuers would turn
+back and forth at every step. So the rule says which assignment it would choose, and a hold says
+when to follow it.
 
-Source: ours; the thesis (2.2.3.2) asks its rule at every step, which is the hold "none".
+Source: ours; the thesis (2.2.3.2) applies its rule at every step, which is the hold "none".
 """
 
 import numpy as np
@@ -12,27 +13,27 @@ from ...compiled import compiled
 from .rules import AssignmentRule
 from .team_view import UNASSIGNED, TeamView
 
-# When a team follows its rule: at every step; when what it holds is broken; or also when the
-# rule's choice moves the total risk by more than COST.
+# When a team follows its rule: at every step; when the held assignment is broken; or also when
+# the rule's choice changes the total risk by more than COST.
 HOLDS = ("none", "until_lost", "cost")
 
-# A change is worth it when it moves the total risk by more than this share.
+# The assignment changes when that changes the total risk by more than this share.
 COST = 0.25
 
 
 def hold_or_choose(
     view: TeamView, held: np.ndarray | None, rule: AssignmentRule, hold: str
 ) -> np.ndarray:
-    """What the team does now.
+    """Keep the held assignment, or choose one by the rule.
 
     Args:
         view: The game.
-        held: What it did last, shape (n,); None at the start.
-        rule: Whom it would choose.
+        held: The last assignment, shape (n,); None at the start.
+        rule: Chooses an assignment.
         hold: One of HOLDS.
 
     Returns:
-        Each pursuer's evader, -1 for none, shape (n,): what is held, or what the rule chooses.
+        Each pursuer's evader, -1 for none, shape (n,).
     """
     if held is None or hold == "none" or is_broken(view.visible, held):
         return rule(view)
@@ -46,9 +47,9 @@ def hold_or_choose(
 
 @compiled
 def is_broken(visible: np.ndarray, held: np.ndarray) -> bool:
-    """Whether a pursuer has lost its evader, or could be spared for one that nobody has.
+    """Whether a pursuer has lost its evader, or a spare one sees an evader that nobody has.
 
-    A pursuer can be spared if it has no evader or shares it with others.
+    A pursuer is spare if it has no evader or shares its evader with others.
 
     Args:
         visible: Whether pursuer i sees evader j, shape (n, m), bool.

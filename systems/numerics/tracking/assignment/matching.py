@@ -2,9 +2,9 @@
 
 As many pairs as possible, then the least (or greatest) total: the Hungarian problem, solved by
 SciPy on a matrix in which pairs out of sight have a large finite cost and are dropped afterwards.
-SciPy's solver cannot be called from compiled code. For games that are played ahead the best total
-over every set of a few evaders is found pursuer by pursuer (Held and Karp's dynamic programme over
-subsets), exactly.
+SciPy's solver cannot be called from compiled code. For rollouts the exact best total over every
+set of a few evaders is therefore found pursuer by pursuer (Held and Karp's dynamic programme over
+subsets).
 """
 
 import numpy as np
@@ -14,10 +14,10 @@ from ...compiled import compiled
 from ...errors import require
 from .team_view import UNASSIGNED, TeamView
 
-# How little the distance counts beside the risk.
+# Weight of the distance relative to the risk: small, so that it only breaks ties.
 TIE = 1e-6
 
-# More evaders than this have too many sets.
+# Most evaders for `match_small`: it looks at every set of them.
 MOST_EVADERS = 10
 
 
@@ -25,10 +25,10 @@ MOST_EVADERS = 10
 def nearer_first(
     risk: np.ndarray, pursuers: np.ndarray, evaders: np.ndarray, greatest: bool
 ) -> np.ndarray:
-    """Risks among which equal ones are told apart by the distance, the nearer being the better.
+    """Break ties between equal risks by distance: the nearer pair is the better one.
 
-    The risk (2.13) does not know where the pursuer is: pursuers that share the same corners with
-    the evaders have equal risks, and rounding or their numbers would decide.
+    The risk (2.13) does not depend on the pursuer's position: pursuers that share the same corners
+    with the evaders have equal risks, and rounding or their numbers would decide.
 
     Args:
         risk: Shape (n, m) [1/m].
@@ -51,7 +51,7 @@ def nearer_first(
 
 @compiled
 def match_small(risk: np.ndarray, visible: np.ndarray, greatest: bool) -> np.ndarray:
-    """Match as `matching.match` does: as many pairs as possible, then the least total risk.
+    """Match as `match_pairs` does: as many pairs as possible, then the least total risk.
 
     Args:
         risk: Shape (n, m), m at most MOST_EVADERS.
@@ -107,7 +107,7 @@ def match_pairs(cost: np.ndarray, visible: np.ndarray, *, maximise: bool = False
         Column of each row, -1 for none, shape (n,).
 
     Raises:
-        InvalidInput: The two differ in shape, or a cost is not finite.
+        InvalidInput: `cost` and `visible` differ in shape, or a cost is not finite.
     """
     # Compiled code below would read beyond the end of the smaller one.
     require(cost.ndim == 2, "cost", "be a table of rows and columns", cost.shape)
@@ -146,7 +146,7 @@ def _kept(rows: np.ndarray, columns: np.ndarray, visible: np.ndarray) -> np.ndar
 
 
 def place_extra(targets: np.ndarray, view: TeamView, score: np.ndarray) -> np.ndarray:
-    """Give pursuers that were left over the highest-scored evader in their sight, if asked to.
+    """Give unmatched pursuers the highest-scored evader that they see, if `view.extra` says so.
 
     Args:
         targets: From `match_pairs`, shape (n,).
@@ -171,7 +171,7 @@ def hungarian(view: TeamView) -> np.ndarray:
 
 
 def hungarian_max(view: TeamView) -> np.ndarray:
-    """Greatest total risk: the pursuers on whom most depends are kept on their evaders.
+    """Greatest total risk, so that pairs with a high risk are preferred.
 
     Returns:
         Each pursuer's evader, -1 for none, shape (n,).

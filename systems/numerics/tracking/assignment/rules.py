@@ -1,7 +1,7 @@
-"""The rules by which pursuers are assigned, by name: to add one, write a function and enter it.
+"""Assignment rules by name: to add one, write a function and enter it in `ASSIGNMENT_RULES`.
 
-Beside the matchings and votes there are rules to compare with, every pursuer for itself, and any
-rule may be applied without a centre (`decentralised`).
+Besides the matchings and votes there are baseline rules, in which every pursuer chooses for itself.
+Any rule may also be applied without a centre (`decentralised`).
 """
 
 from collections.abc import Callable
@@ -17,25 +17,25 @@ _MASK = (1 << 64) - 1
 
 
 def own_riskiest(view: TeamView) -> np.ndarray:
-    """The evader that this pursuer itself ranks riskiest, shape (n,)."""
+    """The evader in sight that each pursuer itself ranks riskiest, shape (n,)."""
     return _best_visible(view.visible, view.risk)
 
 
 def nearest(view: TeamView) -> np.ndarray:
-    """The nearest evader in sight, shape (n,)."""
+    """The evader in sight that is nearest to each pursuer, shape (n,)."""
     offsets = view.pursuers[:, None, :] - view.evaders[None, :, :]
     return _best_visible(view.visible, -np.hypot(offsets[..., 0], offsets[..., 1]))
 
 
 def random_visible(view: TeamView) -> np.ndarray:
-    """An evader in sight by lot, shape (n,), drawn anew when what the pursuer sees changes."""
+    """A random evader in sight, shape (n,), redrawn when the set that the pursuer sees changes."""
     targets = np.full(len(view.visible), UNASSIGNED)
     numbers = view.numbers if len(view.numbers) else np.arange(len(targets))
     for i, row in enumerate(view.visible):
         seen = np.flatnonzero(row)
         if len(seen):
-            # The lot is a function of what is seen: the rule needs no memory, and no
-            # generator whose state would depend on how often it was asked.
+            # The draw is a function of what is seen: the rule needs no memory, and no
+            # generator whose state would depend on how often the rule is called.
             ticket = _mix(_mix(_mix(view.seed) ^ int(numbers[i])) ^ sum(1 << int(j) for j in seen))
             targets[i] = seen[ticket % len(seen)]
     return targets
@@ -62,7 +62,7 @@ def _mix(value: int) -> int:
 # A rule gives each pursuer an evader that it sees, or -1: shape (n,) of int.
 AssignmentRule = Callable[[TeamView], np.ndarray]
 
-# The rules that scenarios and `Assignment` know by name; one of yours may be entered.
+# The rules that scenarios and `Assignment` know by name; you may add your own.
 ASSIGNMENT_RULES: dict[str, AssignmentRule] = {
     "hungarian": hungarian,
     "hungarian_max": hungarian_max,
@@ -77,21 +77,21 @@ ASSIGNMENT_RULES: dict[str, AssignmentRule] = {
 
 
 def checked(rule: AssignmentRule) -> AssignmentRule:
-    """A rule that refuses to answer anything else than an evader, or none, for each pursuer.
+    """Wrap a rule so that its answer is checked: an evader, or none, for each pursuer.
 
     Args:
-        rule: Anybody's.
+        rule: Any rule, also a user's own.
 
     Returns:
-        The rule; it answers whole numbers, shape (n,) of int, and raises InvalidInput where the
-        answer has another shape, is of another type, or names nobody.
+        The checked rule. It returns shape (n,) of int, and raises InvalidInput if the answer has
+        another shape or type, or an entry that is neither an evader nor -1.
     """
 
     def answers(view: TeamView) -> np.ndarray:
         n, m = view.visible.shape
         answer = np.asarray(rule(view))
         numbers = answer.shape == (n,) and answer.dtype.kind in "iuf"
-        # Compiled code does not look where it reads.
+        # Compiled code does not check its indices.
         if not (numbers and names_evaders(answer.astype(float), m)):
             who = f"return an evader from 0 to {m - 1}, or -1, for each of {n} pursuers"
             raise InvalidInput(f"`rule` must {who}; got {answer.tolist()!r:.200}")
@@ -100,25 +100,25 @@ def checked(rule: AssignmentRule) -> AssignmentRule:
     return answers
 
 
-# Assignment without a centre: each pursuer decides on what it and its neighbours see.
+# Assignment without a centre: each pursuer decides by what it and its neighbours see.
 #
-# A pursuer hears the pursuers within radio range tell where they are and what they see, and no
-# more: what those hear from others is not passed on. It applies the team's rule to the game as it
-# knows it, and keeps its own part of the result. Pursuers that know different things may well
-# choose the same evader, which is what communication would have prevented.
+# A pursuer receives positions and sightings from the pursuers within radio range. What those
+# receive from others is not passed on. It applies the team's rule to the game as it knows it, and
+# keeps its own part of the result. Pursuers that know different things may choose the same evader,
+# which full communication would have prevented.
 #
 # Source: ours; the thesis has a centre that knows all positions (2.2.1, 2.2.8).
 
 
 def decentralised(rule: AssignmentRule, radio_range: float) -> AssignmentRule:
-    """A rule applied by each pursuer to what it knows.
+    """Make a rule that each pursuer applies to what it knows itself.
 
     Args:
-        rule: Of the team.
-        radio_range: How far a pursuer is heard, obstacles or not [m]; infinite: the rule itself.
+        rule: The team's rule.
+        radio_range: Range of the radio, also through obstacles [m]; infinite: `rule` itself.
 
     Returns:
-        A rule of the whole view, of which each pursuer uses its own part only.
+        A rule of the whole view, in which each pursuer uses only its own part.
     """
     if np.isinf(radio_range):
         return rule
@@ -136,7 +136,7 @@ def decentralised(rule: AssignmentRule, radio_range: float) -> AssignmentRule:
 
 
 def known_view(view: TeamView, members: np.ndarray) -> TeamView:
-    """What some pursuers know together: of evaders out of the sight of one it reports no risk.
+    """The view that some pursuers have together; the risk of pairs out of sight is 0.
 
     Args:
         view: The whole game.

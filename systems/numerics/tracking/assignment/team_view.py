@@ -1,4 +1,4 @@
-"""What an assignment rule may look at."""
+"""The input of an assignment rule."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from ...compiled import compiled
 
-# What pursuers do that a matching leaves over: wait, or go after the riskiest evader they see.
+# What unmatched pursuers do: wait, or go after the riskiest evader that they see.
 EXTRA_PURSUERS = ("stay", "riskiest")
 
 
@@ -32,7 +32,7 @@ class TeamView(NamedTuple):
     numbers: np.ndarray = np.empty(0, dtype=int)
 
 
-# Who tracks nobody is assigned to this one.
+# Assigned to pursuers that track nobody.
 UNASSIGNED = -1
 
 

@@ -1,15 +1,15 @@
-"""Pursuers with risks that cannot be compared vote: one ranking of the evaders out of many.
+"""Voting: pursuers whose risks cannot be compared agree on one ranking of the evaders.
 
-What pursuers vote is which of the evaders that they see is riskier. Ballots are partial: a pursuer
-says nothing of evaders out of its sight, neither that they are riskier nor that they are not. Borda
-(Zhang 2014, Algorithm 1 and (2.3)) gives the one at place j (from 1) of m evaders m - j points. An
-aggregation gives every evader a score, highest for the one that the pursuers together hold
+Each pursuer ranks the evaders that it sees by risk. Ballots are partial: a pursuer says nothing
+about evaders out of its sight, neither that they are riskier nor that they are not. Borda (Zhang
+2014, Algorithm 1 and (2.3)) gives the evader at place j (from 1) of m evaders m - j points. An
+aggregation gives every evader a score, highest for the one that the pursuers together consider
 riskiest, and pursuers are matched to the evaders that they see by score: `_min` takes the least
-total, as in print, `_max` the greatest, as the words suggest.
+total, as in the printed algorithm, `_max` the greatest, as the text suggests.
 
-In print an extra pursuer ends with the least risky evader in its sight, because the loop over the
-ranking has no break, and evaders out of sight are ranked too: `borda_printed` keeps both, the
-others follow the text of 2.2.3.2.
+In the printed algorithm an extra pursuer ends with the least risky evader in its sight, because the
+loop over the ranking has no break, and evaders out of sight are ranked too. `borda_printed` keeps
+both, the others follow the text of 2.2.3.2.
 
 Sources: A. H. Copeland, A reasonable social welfare function (seminar, University of Michigan,
 1951); J. G. Kemeny, Mathematics without numbers, Daedalus 88 (1959), 577-591; B. Reilly, Social
@@ -59,16 +59,16 @@ def preferences(risk: np.ndarray, ranked: np.ndarray) -> np.ndarray:
 
 
 # Finding Kemeny's ranking is NP-hard; for small teams the recursion over subsets of M. Held and
-# R. M. Karp (SIAM J. 10, 1962) does it in 2^m m^2 steps: the best order of a set puts some evader
-# last, and how much that costs does not depend on the order of the others.
+# R. M. Karp (SIAM J. 10, 1962) takes 2^m m^2 steps: the best order of a set puts some evader
+# last, and the cost of that does not depend on the order of the others.
 
-# Above this the recursion would hold up a simulation: 12 evaders take a millisecond or so.
+# With more evaders the recursion would slow down a simulation: 12 take about a millisecond.
 MOST_EVADERS = 12
 
 
 @compiled
 def kemeny_ranking(preferred: np.ndarray) -> np.ndarray:
-    """The order with the least disagreement: over all pairs, ballots that say the opposite.
+    """The order with the least disagreement: the number of ballots against it, over all pairs.
 
     Args:
         preferred: How many ballots put j above k, shape (m, m), m <= MOST_EVADERS.
@@ -115,7 +115,7 @@ def borda_scores(risk: np.ndarray, ranked: np.ndarray) -> np.ndarray:
 
 
 def borda_printed(view: TeamView) -> np.ndarray:
-    """Algorithm 1 to the letter; extra pursuers are always assigned, whatever `view.extra`.
+    """Algorithm 1 exactly as printed; extra pursuers are always assigned, whatever `view.extra`.
 
     Returns:
         Each pursuer's evader, shape (n,).
@@ -141,7 +141,7 @@ def dowdall_scores(risk: np.ndarray, ranked: np.ndarray) -> np.ndarray:
 
 
 def copeland_scores(risk: np.ndarray, ranked: np.ndarray) -> np.ndarray:
-    """Duels won by majority, a tie or a duel that nobody judged being half of one.
+    """Number of duels won by majority; a tie, or a duel that nobody judges, counts one half.
 
     Arguments as in `borda_scores`; a duel is judged by the pursuers that rank both.
     """
@@ -151,7 +151,7 @@ def copeland_scores(risk: np.ndarray, ranked: np.ndarray) -> np.ndarray:
 
 
 def kemeny_scores(risk: np.ndarray, ranked: np.ndarray) -> np.ndarray:
-    """Places from the end of Kemeny's ranking: m - 1 for the first, 0 for the last.
+    """Score by Kemeny's ranking: m - 1 for the first evader, 0 for the last.
 
     Arguments as in `borda_scores`; pairs count on the ballots that rank both.
 

@@ -1,1 +1,1 @@
-"""Evaders that know the pursuers' rule, and answer it."""
+"""Evaders that know the pursuers' rule, and choose the best response to it."""

@@ -1,8 +1,8 @@
-"""What the games have in common in which one evader tries its plans.
+"""Results shared by the rollouts in which one evader tries its plans.
 
-Only that evader does otherwise from game to game. The other evaders go on as they do, and pursuers
-that do not mind it answer them as before, as long as they stand where they stood. So what each of
-them sees and does is found once for all plans.
+Only that evader moves differently from rollout to rollout. The other evaders keep their motion, and
+pursuers that do not mind it (keep an eye on it) react as before as long as they are at the same
+places. So what each of them sees and does is computed once for all plans.
 
 Source: ours.
 """
@@ -18,12 +18,12 @@ from ..sight_state import split_sight
 
 
 class CommonPlay(NamedTuple):
-    """What was found in the first game that got so far, turn by turn.
+    """Results of the first rollout that reached each turn.
 
     Attributes:
-        turns: For how many who stood where and saw what is known, and for how many the answers,
-            shape (2,), int.
-        pursuers, evaders: Where they stood, shapes (t, 2 n), (t, 2 m) [m].
+        turns: Number of turns with known positions and sight, and number of turns with known
+            velocities, shape (2,), int.
+        pursuers, evaders: Positions, shapes (t, 2 n), (t, 2 m) [m].
         sight: Who saw what, shape (t, n m + n k + m k), as from `observe`.
         assigned: Each pursuer's evader, -1 for none, shape (t, n), int.
         minded: Which evaders each pursuer minded, shape (t, n, m), bool.
@@ -41,10 +41,10 @@ class CommonPlay(NamedTuple):
 
 @compiled
 def no_common_play(turns: int, pursuers: int, evaders: int, corners: int) -> CommonPlay:
-    """Room for games of which nothing is known yet.
+    """Allocate a `CommonPlay` of which nothing is known yet.
 
     Args:
-        turns, pursuers, evaders, corners: How many.
+        turns, pursuers, evaders, corners: Their numbers.
     """
     size = pursuers * evaders + (pursuers + evaders) * corners
     return CommonPlay(
@@ -60,11 +60,12 @@ def no_common_play(turns: int, pursuers: int, evaders: int, corners: int) -> Com
 
 @kernel
 def stands_as_before(common: CommonPlay, turn: int, pursuers: np.ndarray, i: int) -> bool:
-    """Whether a pursuer stands where it stood at this turn in the first game (kernel).
+    """Whether a pursuer is where it was at this turn in the first rollout (kernel).
 
     Args:
-        common, turn: Of the games.
-        pursuers: Where they stand, shape (2 n,) [m].
+        common: Results shared by the rollouts.
+        turn: The present turn.
+        pursuers: Present positions, shape (2 n,) [m].
         i: The pursuer.
     """
     return (
@@ -84,13 +85,13 @@ def see_whom(
     evaders: np.ndarray,
     visibility: np.ndarray,
 ) -> bool:
-    """Fill in which evader each pursuer sees; whether somebody sees the one that tries its plans.
+    """Fill in which evaders each pursuer sees; return whether any pursuer sees evader j.
 
     Args:
-        common, turn: Of the games.
+        common, turn: See `stands_as_before`.
         j: The evader that tries its plans.
         index: The world's edges.
-        pursuers, evaders: Where they stand, shapes (2 n,), (2 m,) [m].
+        pursuers, evaders: Present positions, shapes (2 n,), (2 m,) [m].
         visibility: Filled with 1.0 and 0.0, shape (n, m).
     """
     n, m = visibility.shape
@@ -124,13 +125,13 @@ def see_which_corners(
     own: np.ndarray,
     sight: np.ndarray,
 ) -> None:
-    """Fill in which corners each agent sees, and remember a turn that no game got to before.
+    """Fill in which corners each agent sees, and store a turn that no rollout reached before.
 
     Args:
-        common, turn, j, index, pursuers, evaders: As of `see_whom`.
+        common, turn, j, index, pursuers, evaders: See `see_whom`.
         corners: The world's corners.
-        own: Scratch, as of `see_corners`.
-        sight: Whose visibility of evaders is filled in, shape (n m + n k + m k,).
+        own: Scratch, see `see_corners`.
+        sight: Shape (n m + n k + m k,); which evaders are seen is filled in already.
     """
     n, m, k = len(pursuers) // 2, len(evaders) // 2, len(corners.points)
     _, pursuer_corners, evader_corners = split_sight(sight, n, m, k)
@@ -162,11 +163,11 @@ def answers_as_before(
     i: int,
     j: int,
 ) -> bool:
-    """Whether pursuer i goes as it went at this turn in the first game (kernel).
+    """Whether pursuer i has the same velocity as at this turn in the first rollout (kernel).
 
     Args:
-        common, turn: Of the games.
-        pursuers: Where they stand, shape (2 n,) [m].
+        common, turn: See `stands_as_before`.
+        pursuers: Present positions, shape (2 n,) [m].
         assigned: Each one's evader, -1 for none, shape (n,).
         minded: Which evaders each minds, shape (n, m), bool.
         i: The pursuer.
@@ -190,10 +191,10 @@ def remember_answers(
     minded: np.ndarray,
     velocities: np.ndarray,
 ) -> None:
-    """Remember what pursuers do at a turn that no game got to before.
+    """Store the pursuers' velocities at a turn that no rollout reached before.
 
     Args:
-        common, turn, assigned, minded: As of `answers_as_before`.
+        common, turn, assigned, minded: See `answers_as_before`.
         velocities: Of pursuers, shape (2 n,) [m/s].
     """
     if turn == common.turns[1]:

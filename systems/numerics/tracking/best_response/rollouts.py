@@ -1,9 +1,9 @@
-"""Evaders that know the pursuers' rule, and play each of their own plans against it beforehand.
+"""Evaders that know the pursuers' rule, and test each of their own plans against it in rollouts.
 
 A plan is a straight run, a run to a corner, or the corner game's best play (`adversarial_evasion`).
-For each, the game is played some time ahead: pursuers are assigned and run by their rule, the other
-evaders go on as they do, all of them points without bodies. The plan that breaks sight first is
-taken; where none does, the one that leaves the least margin at the end.
+For each plan the game is simulated some time ahead: pursuers are assigned and move by their rule,
+the other evaders keep their velocities, and all are points without bodies. The plan that breaks
+sight first is chosen; if none does, the one that leaves the least margin at the end.
 
 Source: ours; rollouts against a base policy as in Bertsekas, "Rollout, policy iteration, and
 distributed reinforcement learning" (2020).
@@ -49,12 +49,12 @@ from .common_play import (
 # Plans: by the corner game, along a direction, to a point. A row is kind, x, y.
 BY_THE_GAME, ALONG, TO_POINT = 0.0, 1.0, 2.0
 
-# Code of the pursuit that is no field of corners.
+# Code of the pursuit by lookahead, which is not a field of corners.
 LOOKAHEAD_PURSUIT = -1
 
 
-# What the evaders know of the assignment: nothing, so that it stays as it is, or that it is the
-# Hungarian one of the least or the greatest total risk.
+# The evaders' model of the assignment: it stays as it is, or it is the Hungarian one with the
+# least or the greatest total risk.
 FIXED, LEAST_RISK, GREATEST_RISK = 0, 1, 2
 
 
@@ -65,18 +65,18 @@ class GameRules(NamedTuple):
         world: Its edges.
         corner_index: Its corners, as `observe` wants them.
         corners: From `corner_table`, shape (k, 6).
-        pursuer_region, evader_region: Edges of where the centres may be.
+        pursuer_region, evader_region: Edges of the regions in which the centres may be.
         field: Code of the pursuit field, or LOOKAHEAD_PURSUIT.
         weightings: Code of each pursuer's risk vector, shape (n,).
         matching: FIXED, LEAST_RISK or GREATEST_RISK.
         held: Whether pursuers keep an assignment until it is broken (`holding.is_broken`).
-        riskiest: Whether those left over go after the riskiest evader that they see.
+        riskiest: Whether unmatched pursuers go after the riskiest evader that they see.
         risk_kinds: Code of each pursuer's risk function, shape (n,).
         ratio: Speed ratio a = v_e / v_p.
         pursuer_speed, evader_speed: Top speeds [m/s].
-        standoff: How near an evader's centre comes to a wall [m].
-        committed: For how many steps of a rollout pursuers with promises commit themselves to a
-            place; 0 where there are none.
+        standoff: Least distance of an evader's centre from a wall [m].
+        committed: Number of rollout steps for which certified pursuers commit themselves to a
+            place; 0 for other pursuers.
     """
 
     world: EdgeIndex
@@ -98,13 +98,13 @@ class GameRules(NamedTuple):
 
 
 class Rollout(NamedTuple):
-    """How far and how finely plans are played beforehand.
+    """How far and how finely plans are simulated.
 
     Attributes:
         horizon: How far ahead [s].
-        step: Of the games that are played ahead [s].
-        headings: Number of straight runs that are tried, all round.
-        leg: After this long a straight run goes on by the corner game [s].
+        step: Time step of the simulation [s].
+        headings: Number of straight runs that are tried, evenly spaced over all directions.
+        leg: Time after which a straight run continues by the corner game [s].
     """
 
     horizon: float
@@ -123,7 +123,7 @@ def follow_plan(
         kind, ax, ay: The plan: ALONG a unit vector, or TO_POINT [m].
         x, y: Where the evader is [m].
         speed: Its top speed [m/s].
-        step: A run to a point does not overshoot it in this time [s].
+        step: Time in which a run to a point must not overshoot it [s].
     """
     if kind == ALONG:
         return speed * ax, speed * ay
@@ -149,25 +149,25 @@ def choose_plan(
     team: TeamBoard | None = None,
     responsible: np.ndarray | None = None,
 ) -> tuple[np.ndarray, float]:
-    """The best plan of one evader, and what it comes to.
+    """Return the best plan of one evader, and its value.
 
     Args:
-        rules: Of the game.
-        rollout: How plans are tried.
+        rules: What the evaders know of the game.
+        rollout: How plans are simulated.
         j: The evader.
         pursuers, evaders: Positions, shapes (2 n,), (2 m,) [m].
-        velocities: Of the evaders, which the others keep, shape (2 m,) [m/s].
+        velocities: Of the evaders; all but evader j keep theirs, shape (2 m,) [m/s].
         assignment: Each pursuer's evader, -1 for none, shape (n,), int.
-        plan: What it does so far, shape (3,).
-        board: The solved visibility game where pursuers play by it, with the field where that
-            knows nothing; by the lower bound, as certified pursuers do, or by the middle one. None
-            where they follow the field.
-        team, responsible: The solved games of one evader and of two, and the pursuer that answers
-            for each evader, shape (m,), int, where pursuers share evaders out; their assignment is
-            not asked for then.
+        plan: The present plan of evader j, shape (3,).
+        board: The solved visibility game if pursuers play by it (by the lower bound, as certified
+            pursuers do, or by the middle one); where it has no answer they follow the field. None
+            if they always follow the field.
+        team, responsible: For pursuers that share the evaders out: the solved games of one evader
+            and of two, and the pursuer responsible for each evader, shape (m,), int. Then
+            `assignment` is not used.
 
     Returns:
-        The plan, shape (3,), and how long until nobody sees the evader, as of `play_plan` [s].
+        The plan, shape (3,), and the time until nobody sees the evader, as in `play_plan` [s].
     """
     x, y = evaders[2 * j], evaders[2 * j + 1]
     forward = _away_from_viewer(rules, j, pursuers, evaders)
@@ -182,8 +182,8 @@ def choose_plan(
         if number < 0:
             trial[0], trial[1], trial[2] = BY_THE_GAME, 0.0, 0.0
         elif number < rollout.headings:
-            # 0, +1, -1, +2, ...: runs that a wall turns into one are equally good, and the one
-            # nearest to straight away is taken, on either side.
+            # 0, +1, -1, +2, ...: where a wall makes several runs the same, they tie, and the one
+            # nearest to straight away from the viewer is taken, on either side.
             turns = (number + 1) // 2 if number % 2 == 1 else -(number // 2)
             angle = forward + 2.0 * math.pi * turns / rollout.headings
             trial[0], trial[1], trial[2] = ALONG, math.cos(angle), math.sin(angle)
@@ -219,16 +219,16 @@ def play_plan(
     team: TeamBoard | None = None,
     responsible: np.ndarray | None = None,
 ) -> float:
-    """What a plan comes to: how long until nobody sees the evader, the less the better [s].
+    """Return the value of a plan: the time until nobody sees the evader; less is better [s].
 
     Args:
-        rules, rollout, j, pursuers, evaders, velocities, assignment, plan: As of `choose_plan`.
-        least: What another plan comes to: a game is not played further than that [s].
-        board, team, responsible: As of `choose_plan`.
+        rules, rollout, j, pursuers, evaders, velocities, assignment, plan: See `choose_plan`.
+        least: Value of the best other plan: the simulation stops beyond it [s].
+        board, team, responsible: See `choose_plan`.
 
     Returns:
-        The time of loss; where there is none within the horizon, more than that, and the more
-        the greater the margin is that is left.
+        The time of loss. If there is no loss within the horizon, a value above the horizon that
+        grows with the margin left at the end.
     """
     game = rules, rollout, j, pursuers, evaders, velocities, assignment
     common = _common_play(rules, rollout, pursuers, evaders)
@@ -242,7 +242,7 @@ def _turns(rollout: Rollout) -> int:
 
 @compiled
 def _common_play(rules, rollout, pursuers, evaders):
-    """Room for what the games of one evader's plans have in common."""
+    """Allocate the results shared by the rollouts of one evader's plans."""
     turns = _turns(rollout) + 1
     return no_common_play(turns, len(pursuers) // 2, len(evaders) // 2, len(rules.corners))
 
@@ -263,7 +263,7 @@ def _play(
     team,
     responsible,
 ):
-    """`play_plan`, with what the games of several plans have in common."""
+    """`play_plan`, with the results shared by the rollouts of several plans."""
     n, m, k = len(pursuers) // 2, len(evaders) // 2, len(rules.corners)
     at, others = pursuers.copy(), evaders.copy()
     sight = np.zeros(n * m + (n + m) * k)
@@ -277,7 +277,7 @@ def _play(
         if not see_whom(common, turn, j, index, at, others, visibility):
             if turn == 0:
                 return 0.0
-            # To the moment: plans whose losses were counted in steps would tie.
+            # The exact moment of loss: counted in steps, plans would tie.
             motion = Motion(at_before, at, others_before, others)
             return (turn - 1 + min(loss_of_target(index, motion, None, 2 * j), 1.0)) * step
         if turn * step > least:
@@ -286,7 +286,7 @@ def _play(
         if turn == steps:
             break
         seen_by = visibility > 0.5
-        # Compiled for each case: with None the branch is not there at all.
+        # Compiled separately for each case: with None the branch is left out.
         if team is not None:
             one, two = prospects(team, at, others, seen_by)
             owners = responsibilities(one, two, seen_by, owners, team.steps[1])
@@ -363,7 +363,7 @@ def _play(
         rules.corners,
         rules.ratio,
     )
-    # A margin below zero is an escape that the horizon cuts off.
+    # A negative margin means an escape that would succeed after the horizon.
     return rollout.horizon + math.exp(min(margin / (rules.evader_speed * rollout.horizon), 50.0))
 
 
@@ -397,7 +397,7 @@ def _field_velocities(rules, pursuers, evaders, sight, assigned, step):
 
 @compiled
 def _guarantee_velocities(rules, common, turn, j, board, pursuers, evaders, sight, assigned, step):
-    """`guarantee_velocities`, of which those that no plan of evader j changes are found once."""
+    """`guarantee_velocities`, reusing the velocities that no plan of evader j changes."""
     n, m = len(assigned), len(evaders) // 2
     nodes = nodes_of(board, evaders)
     minded = who_minds_whom(board, pursuers, nodes, sight[: n * m].reshape((n, m)) > 0.5, assigned)
@@ -458,7 +458,7 @@ def _assign(
 def _away_from_viewer(rules: GameRules, j: int, pursuers: np.ndarray, evaders: np.ndarray) -> float:
     """Heading away from the nearest pursuer that sees evader j [rad]; infinite if none does.
 
-    Straight runs are counted from it, so that they turn and mirror with the game.
+    Straight runs are measured from it, so that they are rotated and mirrored with the game.
     """
     nearest, forward = np.inf, np.inf
     x, y = evaders[2 * j], evaders[2 * j + 1]

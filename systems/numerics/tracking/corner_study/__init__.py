@@ -1,1 +1,1 @@
-"""The corner game solved and played numerically: what the closed forms are checked against."""
+"""The corner game solved and played numerically, as a check of the closed forms."""

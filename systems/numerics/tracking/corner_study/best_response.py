@@ -1,7 +1,7 @@
 """The evader's best response to a pursuer whose rule is fixed, by dynamic programming on a grid.
 
-The same two values as in `game_solution`, but with one player left to choose. Both move at once:
-the evader knows what the pursuer is about to do.
+The same two values as in `game_solution`, but only the evader chooses. Both players move at once,
+and the evader knows the pursuer's next move.
 """
 
 import math
@@ -37,8 +37,8 @@ TURN = 4
 CHASE = 5
 STAND = 6
 
-# What the pursuers are called: the fields, always towards the star region, always turning the
-# sight ray, straight at the evader, standing still.
+# Names of the pursuers: the fields, always towards the star region, always turning the sight ray,
+# straight at the evader, standing still.
 PURSUERS = {**FIELDS, "to_star": TO_STAR, "turn": TURN, "chase": CHASE, "stand": STAND}
 
 
@@ -75,7 +75,7 @@ def pursuer_direction(
     return 0.0, 0.0
 
 
-# What `time` is where the evader never gets out of sight [r_p / v_p].
+# Value of `time` where the evader never gets out of sight [r_p / v_p].
 NEVER = 4.0
 
 
@@ -98,8 +98,8 @@ def solve_best_response(
         tolerance: Largest change of a value in the last sweep, in units of the step.
 
     Returns:
-        The values: `lead` is negative where the evader gets out of sight, `time` how long that
-        takes it, NEVER where it does not.
+        The values: `lead` is negative where the evader gets out of sight, `time` is how long that
+        takes, or NEVER.
 
     Raises:
         InvalidInput: An argument is out of range.
@@ -173,10 +173,10 @@ def _pursuer_steps(kind, a, alpha, phi_p, phi_e, rho, step):
 
 @njit(cache=True)
 def _sweep(value, limit, phi, r, spare, cell, share, distance, phi_p, phi_e, rho, step, timed):
-    """Give each node the smallest value that one step of the evader leads to; the largest change.
+    """Give each node the least value after one evader's step; return the largest change.
 
-    Pursuers run towards the star region, evaders for the corner and edge A: in this order what
-    they run to has been renewed before.
+    Pursuers run towards the star region, evaders to the corner and edge A. Nodes are visited in
+    such an order that the nodes they run to are updated first.
     """
     n_p, n_e, n_r = value.shape
     n = cell.shape[2]

@@ -6,8 +6,8 @@ the pursuer gets there. `time` is how long it takes the evader to get out of sig
 pursuer is in the star region the clock runs on until the evader is at edge A, which changes
 nothing where the evader wins and keeps the value continuous.
 
-The players take turns, first the evader, then the pursuer, each for one step; a turn of one leaves
-the other's coordinates alone, so that each looks up its own two dimensions only.
+The players take turns, first the evader, then the pursuer, each for one step. A turn of one player
+does not change the other's coordinates, so that each interpolates in two dimensions only.
 
 Source: the motion model (2.1) of Zhang 2014; Isaacs 1965 for games of kind and of degree.
 """
@@ -60,8 +60,7 @@ def solve_corner_game(
     lead, n_lead, r_lead = _iterate(grid, limit, star, pursuer, evader, angles, False, tolerance)
     limit = np.where(limit > 0, math.inf, 0.0)
     time, n_time, r_time = _iterate(grid, limit, star, pursuer, evader, angles, True, tolerance)
-    # The evader moved first in every round; half a step for the pursuer puts the turns in the
-    # middle of each other.
+    # The evader moved first in every round; half a step for the pursuer makes up for that.
     half = pursuer_landings(grid, angles, 0.5 * grid.step)
     balanced = np.empty_like(time)
     pursuer_turn(time, balanced, half.cell, half.share, half.distance)
@@ -88,8 +87,8 @@ def _iterate(
 ) -> tuple[np.ndarray, int, float]:
     """Sweep until nothing changes; returns the value, the number of sweeps, the last change.
 
-    Arrays are of shape (p, r, e) here, and (e, r, p) in the evader's turn: its inner loop, too,
-    then runs along memory.
+    Arrays are of shape (p, r, e) here, and (e, r, p) in the evader's turn, so that both inner
+    loops run along contiguous memory.
     """
     value = np.zeros_like(limit) if timed else limit.copy()
     value[-1] = star

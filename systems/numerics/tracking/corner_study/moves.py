@@ -1,7 +1,7 @@
-"""How the players move round a corner, and how a value is read off a grid of their positions.
+"""How the players move round a corner, and how values are interpolated on a grid.
 
-The numerical solutions of the corner game forget scale: lengths are in units of r_p, the
-evader's also divided by the speed ratio, so that both players have speed one and the state is
+The numerical solutions of the corner game are scaled: lengths are in units of r_p, the evader's
+also divided by the speed ratio, so that both players have speed one and the state is
 (phi_p, phi_e, rho) with rho = r_e / (a r_p). A value is in units of r_p as well.
 """
 
@@ -49,9 +49,9 @@ class CornerGrid:
 def corner_grid(alpha: float, nodes: int) -> CornerGrid:
     """Make a grid with `nodes` pursuer angles, and spacings in proportion.
 
-    Both players' angles have one spacing, so that every sight ray passes through nodes. rho = 1,
-    which is where the game turns for many states, lies half-way between two nodes, so that none
-    is on the barrier by accident.
+    Both players' angles have the same spacing, so that every sight ray passes through nodes.
+    rho = 1, where the barrier lies for many states, is half-way between two nodes, so that no
+    node is on the barrier by accident.
 
     Args:
         alpha: Interior angle of the obstacle, in (0, pi) [rad].
@@ -116,7 +116,7 @@ def pursuer_move(
     """
     x = math.cos(phi_p) + step * ux
     y = math.sin(phi_p) + step * uy
-    # Not free is what lies clockwise of edge B: move on along the edge instead.
+    # Points clockwise of edge B are in the obstacle: move on along the edge instead.
     bx = -math.cos(alpha)
     by = -math.sin(alpha)
     if bx * y - by * x < 0.0:
@@ -137,8 +137,8 @@ def evader_move(
 ) -> tuple[float, float]:
     """Move the evader from (rho, phi_e) along (wx, wy), sliding along the obstacle's edges.
 
-    A straight line that would pass through the obstacle from one edge to the other is refused;
-    `round_corner` is the way round.
+    A straight step that would pass through the obstacle from one edge to the other is refused: the
+    evader stays. Use `round_corner` for the way round.
 
     Args:
         phi_e, rho: The evader's polar coordinates [rad], [r_p].
@@ -169,7 +169,7 @@ def evader_move(
 
 @njit(cache=True)
 def round_corner(phi_e: float, rho: float, step: float) -> tuple[float, float]:
-    """Move the evader straight to the corner, and with what is left along edge A.
+    """Move the evader straight to the corner, and with the rest of the step along edge A.
 
     Args:
         phi_e, rho: The evader's polar coordinates [rad], [r_p].
@@ -188,10 +188,10 @@ def edge_distance(phi_e: float, rho: float) -> float:
 
 @njit(cache=True)
 def growth(value: float, ratio: float) -> float:
-    """Value at a state that is `ratio` >= 1 times as far out as the end of the grid.
+    """Extrapolate a value to `ratio` >= 1 times the evader's distance at the end of the grid.
 
-    There the evader's distance is the only scale left, and times and distances grow with it. A
-    negative lead is an angle, which does not.
+    There the evader's distance is the only scale left, so times and distances grow in proportion.
+    A negative lead is an angle, which does not grow.
     """
     return value * ratio if value > 0.0 else value
 
@@ -207,8 +207,8 @@ def look_up(
 ) -> float:
     """Interpolate trilinearly in values of shape (phi_p, phi_e, rho), r_p = 1.
 
-    The grid ends at phi_p = 0 and at phi_e = pi and begins at rho = 0. Beyond the largest rho a
-    value is that at the largest rho, grown by `growth`.
+    The grid ends at phi_p = 0 and at phi_e = pi and begins at rho = 0. Beyond the largest rho the
+    value there is extrapolated by `growth`.
 
     Args:
         values: At the grid's nodes, shape (p, e, r).
@@ -241,13 +241,13 @@ def look_up(
 
 @dataclass(frozen=True, eq=False)
 class Landings:
-    """Where steps lead, the pursuer's of shape (p, d), the evader's (e, r, d + 1).
+    """End points of steps: arrays of shape (p, d) for the pursuer, (e, r, d + 1) for the evader.
 
     Attributes:
-        cell: Index of the interval of the player's angle that it lands in; of that shape.
-        share: How far into the interval, 0 to 1; of that shape.
-        distance: The pursuer's from the corner [r_p]; the evader's, in nodes of rho; of
-            that shape.
+        cell: Index of the interval of the player's angle in which it lands.
+        share: Position in the interval, 0 to 1.
+        distance: Distance from the corner, the pursuer's [r_p], the evader's in units of the
+            spacing in rho.
     """
 
     cell: np.ndarray
@@ -256,14 +256,14 @@ class Landings:
 
 
 def pursuer_landings(grid: CornerGrid, angles: np.ndarray, step: float) -> Landings:
-    """Where steps at given angles, shape (d,) [rad], lead the pursuer."""
+    """End points of the pursuer's steps at given angles, shape (d,) [rad]."""
     return Landings(
         *_pursuer_landings(grid.phi_p, np.cos(angles), np.sin(angles), step, grid.alpha)
     )
 
 
 def evader_landings(grid: CornerGrid, angles: np.ndarray) -> Landings:
-    """Where steps at given angles, and last that round the corner, lead the evader.
+    """End points of the evader's steps at given angles, then of the step round the corner.
 
     Angles have the shape (d,) [rad].
 
@@ -277,7 +277,7 @@ def evader_landings(grid: CornerGrid, angles: np.ndarray) -> Landings:
 
 @njit(cache=True)
 def _pursuer_landings(phi_p, cosines, sines, step, alpha):
-    """Arrays of `Landings` for the pursuer; from the last node, in the star region, none leads."""
+    """Arrays of `Landings` for the pursuer; it does not move from the last node (star region)."""
     shape = (len(phi_p), len(cosines))
     cell = np.zeros(shape, np.int64)
     share, distance = np.zeros(shape), np.ones(shape)
@@ -323,7 +323,7 @@ def pursuer_turn(
     share: np.ndarray,
     distance: np.ndarray,
 ) -> None:
-    """out = the largest value that one step of the pursuer leads to.
+    """Write to `out` the largest value that one step of the pursuer leads to.
 
     Args:
         value, out: Values, shape (p, r, e).
@@ -365,7 +365,7 @@ def evader_turn(
     step: float,
     timed: bool,
 ) -> None:
-    """out = the smallest value, after a step's time if `timed`, that one evader's step leads to.
+    """Write to `out` the least value after one evader's step, plus the step's time if `timed`.
 
     A timed step into the shadow ends on the sight ray.
 

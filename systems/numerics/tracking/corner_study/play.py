@@ -1,6 +1,6 @@
-"""The corner game played out: one pursuer's rule against evaders that try to get out of sight.
+"""Simulation of the corner game: one pursuer's rule against evaders that try to get out of sight.
 
-The clock runs in steps of a fixed share of r_p / v_p. In each step both players hold the velocity
+A time step is a fixed share of the present r_p / v_p. In each step both players hold the velocity
 that they chose from the state at its beginning, as sampled controllers do.
 """
 
@@ -17,7 +17,7 @@ from .moves import CornerValues, evader_move, pursuer_move, round_corner
 # A play ends in the pursuer's favour when r_p has shrunk to this share of what it was.
 AT_CORNER = 1e-6
 
-# Directions that an evader with a grid of values looks in.
+# Number of directions that an evader with a grid of values tries.
 DIRECTIONS = 32
 
 
@@ -39,13 +39,13 @@ def play_out(
         states: Initial (phi_p, phi_e, rho), phi_p < 0, shape (n, 3) [rad], [rad], [a r_p].
         alpha: Interior angle of the obstacle, in (0, pi) [rad].
         a: Speed ratio v_e / v_p, in (0, 1).
-        values: What the evader descends on, knowing the pursuer's next move; without it, and
-            when hidden, it plays `evader_policy`, and rounds the corner when a step away.
+        values: Values that the evader descends, knowing the pursuer's next move. Without values,
+            and when hidden, it plays `evader_policy`, and rounds the corner when a step away.
         aim: Which of the values, "lead" (to get out of sight at all) or "time" (to do it soon).
         step: Duration of a step, in units of the present r_p / v_p.
-        horizon: When the pursuer has won, in units of the initial r_p / v_p.
-        slack: How far beyond the sight ray the evader may get and be seen again before it counts
-            as lost, in units of the initial a r_p.
+        horizon: Time after which the pursuer has won, in units of the initial r_p / v_p.
+        slack: Depth beyond the sight ray that the evader must reach to count as lost; before that
+            it may be seen again; in units of the initial a r_p.
 
     Returns:
         Time at which sight is lost, in units of the initial r_p / v_p, infinite where it is kept,

@@ -1,9 +1,9 @@
-"""What the corner game promises among polygons: for how long sight can be kept at most.
+"""An approximate upper bound from the corner game, among polygons, on the time in sight.
 
 An evader that plays the game of one corner alone is out of sight by that corner's T*, whatever the
-pursuer does, where the corner's edges are long enough and nothing is in the evader's way. The
-least T* of all corners is therefore about the longest time for which sight can be kept; where no
-corner is lost, each alone can be held, but not necessarily all of them.
+pursuer does, if the corner's edges are long enough and nothing is in the evader's way. The least
+T* of all corners is therefore about the longest time for which sight can be kept. If no corner is
+lost, each alone can be held, but not necessarily all of them.
 """
 
 import math

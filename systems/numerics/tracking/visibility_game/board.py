@@ -1,4 +1,4 @@
-"""A solved visibility game, as compiled code looks it up while a game is played."""
+"""A solved visibility game, in the form in which compiled code looks it up during a game."""
 
 import math
 from functools import lru_cache
@@ -13,25 +13,25 @@ from .guaranteed_times import GuaranteedTimes
 from .plane_steps import make_buffers, write_steps
 from .planes import COLUMN, COLUMNS, FOR_EVER, ROW, ROWS, SLOT, TILE, Planes, Rules, tile_of
 
-# How far an evader is from where it would be lost some day.
+# Distance of an evader from the nearest node at which it would not be kept for ever.
 #
-# All places from which an evader is kept for ever are worth the same. The distance from the nearest
-# one where it is not tells them apart: straight, across obstacles too, since a pursuer sees the
-# other side of a thin one neither.
+# All nodes at which an evader is kept for ever have the same value; this distance ranks them. It is
+# the straight distance, also across obstacles, since the pursuer does not see the far side of a
+# thin obstacle either.
 #
-# Of each plane the distance along columns comes first, from rows above and below in turn, then the
-# least of d^2 + (that distance)^2 over the offsets d along the row.
+# For each plane the distance along columns is computed first, from the rows above and then below;
+# then the least d^2 + (that distance)^2 over the offsets d along the row.
 
-# As far as distances are told [cells].
+# Largest distance that is stored [cells].
 FARTHEST = 255
 
 
 @compiled
 def distances_to_losing(planes: Planes, rules: Rules) -> np.ndarray:
-    """From each pursuer node, how far each node in sight is from one where the evader gets lost.
+    """For each pursuer node, distances of the evader nodes in sight to one not kept for ever.
 
     Args:
-        planes: Solved.
+        planes: Solved values.
         rules: Of the game.
 
     Returns:
@@ -54,7 +54,7 @@ def distances_to_losing(planes: Planes, rules: Rules) -> np.ndarray:
             tiles = planes.slots[window[SLOT] + (j // TILE - window[ROW]) * window[COLUMNS] :]
             _square(squares, above[j])
             _square(least, above[j])
-            # What is kept for ever is all that matters.
+            # Only nodes kept for ever matter: the others have distance 0.
             farthest, d = _farthest_kept(planes, tiles, steps[j], j, first, last, least), 1
             while d < columns and d * d < farthest:
                 _least_with_offset(least[: columns - d], squares[d:], d * d)
@@ -79,7 +79,7 @@ def _measure_columns(steps, above):
 
 @kernel
 def _farthest_kept(planes, tiles, steps, row, first, last, squares):
-    """Largest square so far, of the nodes of a row that are in sight for ever."""
+    """Largest squared distance so far of the nodes of a row that are in sight and kept for ever."""
     most = 0
     for c in range(last - first):
         t = tiles[c // TILE]
@@ -91,14 +91,14 @@ def _farthest_kept(planes, tiles, steps, row, first, last, squares):
 
 @kernel
 def _write_roots(planes, tiles, row, first, last, least, distances):
-    """Distances of the nodes of a row that are in sight."""
+    """Write the distances of the nodes of a row that are in sight."""
     for c in range(last - first):
         t, at = tiles[c // TILE], row % TILE * TILE + c % TILE
         if t >= 0 and planes.tiles[t, at] != 0:
             distances[t, at] = min(int(np.sqrt(float(least[first + c]))), FARTHEST)
 
 
-# One loop each, over arrays that do not overlap: so they become vector instructions.
+# One loop each, over arrays that do not overlap, so that the compiler can vectorise them.
 
 
 @kernel
@@ -130,7 +130,7 @@ def _least_with_offset(out, squares, square):
         out[i] = value if value < out[i] else out[i]
 
 
-# Distances to losing take this much at most [bytes].
+# Most memory for the distances to losing [bytes].
 MEMORY = 2e9
 
 
@@ -138,15 +138,15 @@ class Board(NamedTuple):
     """A solved game, as compiled code looks it up; make one with `make_board`.
 
     Attributes:
-        planes, rules: See `sweeps`.
+        planes, rules: See `planes`.
         numbers: Number of the pursuer's node in each row and column, or -1, shape (rows, columns).
         places: The pursuer's nodes, shape (n, 2) [m].
         pursuer_frame, evader_frame: x and y of the first node, and spacing, shape (3,) [m].
-        evader_nodes: Where evaders can be, shape (rows, columns), bool.
-        distances: From each pursuer node, how far each evader node in sight is from the nearest
-            one where it would be lost some day, at most 255, shape (k, TILE * TILE), as
-            `Planes.tiles` [cells]; by the lower bound none, shape (0, TILE * TILE).
-        sight, pursuer_region: Edges that block sight, and edges of where the pursuer can be.
+        evader_nodes: Nodes where evaders can be, shape (rows, columns), bool.
+        distances: For each pursuer node, distance of each evader node in sight to the nearest one
+            that is not kept for ever, at most 255, shape (k, TILE * TILE), as `Planes.tiles`
+            [cells]; empty for the lower bound, shape (0, TILE * TILE).
+        sight, pursuer_region: Edges that block sight, and edges of the pursuer's region.
     """
 
     planes: Planes
@@ -163,10 +163,10 @@ class Board(NamedTuple):
 
 @lru_cache(maxsize=4)
 def make_board(table: GuaranteedTimes) -> Board:
-    """The tables of a solved game, made once for all who look them up.
+    """The tables of a solved game, made once and shared (cached).
 
     Args:
-        table: By the middle bound, or by the lower one, which keeps its promises anywhere.
+        table: The game by the middle bound, or by the lower one, for which no distances are made.
 
     Raises:
         InvalidInput: The distances would take too much memory.
@@ -196,7 +196,7 @@ def make_board(table: GuaranteedTimes) -> Board:
 
 @kernel
 def distance_to_losing(board, q, row, column):
-    """How far an evader is from where it would be lost some day, with the pursuer at a place.
+    """Distance of an evader to the nearest node not kept for ever, with the pursuer at a place.
 
     Args:
         board: The game by the middle bound.
@@ -265,10 +265,10 @@ def nearest_evader_node(board, x, y):
 
 @kernel
 def steps_from_now(steps):
-    """Steps from now, if a step from now leaves so many; infinite for ever, 0 where it leaves none.
+    """Convert the steps left after the next step into steps from now; inf for FOR_EVER, 0 for 0.
 
     Args:
-        steps: As of `worst_reply`, which counts from the end of the step.
+        steps: From `worst_reply`, which counts from the end of the step.
     """
     if steps == FOR_EVER:
         return np.inf

@@ -1,9 +1,9 @@
-"""Who should watch whom, so that the team's guarantee is as long as it can be.
+"""Assign pursuers to evaders so that the team's guaranteed time is as long as possible.
 
-If each pursuer plays the game of one against one with its own evader, then all evaders stay in
-sight for as long as the least of the pairs' guaranteed times, whatever they do: the certificate of
-the matching. The best matching is therefore that whose least time is greatest (a bottleneck
-matching), and there is a reason to change it only where that makes the certificate longer.
+If each pursuer plays the one-against-one game with its own evader, then all evaders stay in sight
+for at least the least of the pairs' guaranteed times, whatever they do: this is the certificate of
+the matching. The best matching is therefore the one whose least time is greatest (a bottleneck
+matching), and it is changed only if that makes the certificate longer.
 
 Source: ours.
 """
@@ -19,16 +19,16 @@ from .board import Board, nearest_evader_node, nearest_place, steps_from_now
 from .certificates import team_certificate
 from .planes import worst_reply
 
-# What pursuers that keep promises do next, as compiled code looks it up.
+# A fast model of certified pursuers, for compiled code.
 #
 # By the lower bound a pursuer commits itself to a place for a step, goes straight there, and
-# commits itself again. `GuaranteedTimes.best_step` is the policy to the letter: from anywhere, and
-# only where sight holds on the way as well. Here both are taken for being at their nearest nodes,
-# which is what whoever chooses among pairs, or plays against the policy beforehand, has time for.
+# commits itself again. `GuaranteedTimes.best_step` is the exact policy: from any position, and only
+# where sight is kept on the way as well. Here both players are assumed to be at their nearest
+# nodes, which is fast enough for comparing pairs, and for rollouts against the policy.
 #
 # Source: ours.
 
-# Of each pursuer's commitment: where to, how many steps are left, after whom.
+# A pursuer's commitment: its destination, the number of steps left, and its evader.
 COMMITMENT = 4
 X, Y, LEFT, EVADER = range(COMMITMENT)
 
@@ -37,7 +37,7 @@ X, Y, LEFT, EVADER = range(COMMITMENT)
 def promised_steps(
     board: Board, pursuers: np.ndarray, evaders: np.ndarray, visible: np.ndarray
 ) -> np.ndarray:
-    """How long each pursuer can promise to keep each evader.
+    """For how long each pursuer can guarantee to keep each evader in sight.
 
     Args:
         board: The game by the lower bound.
@@ -45,7 +45,7 @@ def promised_steps(
         visible: Who sees whom, shape (n, m), bool.
 
     Returns:
-        Shape (n, m) [steps]; infinite for ever, 0 where nothing can be promised.
+        Shape (n, m) [steps]; infinite for ever, 0 where nothing can be guaranteed.
     """
     n, m = visible.shape
     found = np.zeros((n, m))
@@ -77,9 +77,10 @@ def committed_velocities(
         pursuers, evaders: Positions, shapes (2 n,), (2 m,) [m].
         visible: Who sees whom, shape (n, m), bool.
         assignment: Each pursuer's evader, -1 for none, shape (n,).
-        field: Velocities by a pursuit field, where nothing can be promised, shape (2 n,) [m/s].
-        commitments: Shape (n, COMMITMENT); zeros to begin with, brought up to date.
-        steps: For how many periods a pursuer commits itself.
+        field: Velocities by a pursuit field, used where nothing can be guaranteed, shape (2 n,)
+            [m/s].
+        commitments: Shape (n, COMMITMENT); zeros at the start, updated in place.
+        steps: Number of periods for which a pursuer commits itself.
         period: For how long a velocity is held [s].
 
     Returns:
@@ -107,8 +108,8 @@ def committed_velocities(
 
 @kernel
 def _committed_step(board, here, pursuers, i, evaders, j):
-    """The most that pursuer i can promise of evader j from the end of a step [steps], and the
-    nearest place to do it from; 0, -1 for nothing."""
+    """The longest time, from the end of a step, that pursuer i can guarantee for evader j [steps],
+    and the nearest place for it; 0, -1 for nothing."""
     row, column = nearest_evader_node(board, evaders[2 * j], evaders[2 * j + 1])
     if here < 0 or row < 0:
         return 0, -1
@@ -123,7 +124,7 @@ def _committed_step(board, here, pursuers, i, evaders, j):
     return most, chosen
 
 
-# When a team changes its matching: at every step, when what it holds is broken, or also when its
+# When a team changes its matching: at every step, when the held one is broken, or also when its
 # certificate grows.
 SWITCHES = ("none", "until_lost", "certificate")
 
@@ -132,9 +133,9 @@ GAIN = 0.1
 
 
 def bottleneck(worth: np.ndarray) -> np.ndarray:
-    """The matching whose least worth is greatest; of several that with the greatest total.
+    """The matching whose least worth is greatest; of several, the one with the greatest total.
 
-    As many evaders as possible are watched.
+    As many evaders as possible are matched.
 
     Args:
         worth: Of each pair, 0 where the pursuer does not see the evader, shape (n, m).
@@ -147,7 +148,8 @@ def bottleneck(worth: np.ndarray) -> np.ndarray:
         return np.full(len(worth), UNASSIGNED)
     targets = match_pairs(worth, worth > 0.0, maximise=True)
     most = np.count_nonzero(targets != UNASSIGNED)
-    # The greatest bound that allows as many pairs, by bisection; it holds for the first.
+    # Bisection for the greatest lower bound of the worths that still allows as many pairs; the
+    # first value always does.
     low, high = 0, len(values)
     while high - low > 1:
         middle = (low + high) // 2
@@ -160,10 +162,10 @@ def bottleneck(worth: np.ndarray) -> np.ndarray:
 
 
 def with_helpers(targets: np.ndarray, worth: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Give pursuers without an evader one to help with: first those that nobody watches, then the
-    weakest pairs.
+    """Give each pursuer without an evader one to help with: first evaders that nobody watches, then
+    those of the weakest pairs.
 
-    An evader that nobody is assigned to is in sight by luck: of a pursuer that watches another.
+    An evader without a pursuer is in sight only by chance, of a pursuer that watches another one.
 
     Args:
         targets: Each pursuer's evader, -1 for none, shape (n,).
@@ -171,7 +173,7 @@ def with_helpers(targets: np.ndarray, worth: np.ndarray, steps: np.ndarray) -> n
         steps: How soon a pursuer could guard an evader that it does not see, infinite where there
             is no way, shape (n, m).
     """
-    # Whoever sees an evader is before all that do not, and of those the soonest is first.
+    # Pursuers that see an evader come before those that do not; among those, the soonest is first.
     help_worth = np.where(worth > 0.0, 1.0 + worth, 1.0 / (1.0 + steps))
     targets = targets.copy()
     while True:
@@ -186,7 +188,7 @@ def with_helpers(targets: np.ndarray, worth: np.ndarray, steps: np.ndarray) -> n
 
 
 def best_worths(targets: np.ndarray, worth: np.ndarray) -> np.ndarray:
-    """What the best of its watchers is worth, for each evader; 0 without one; shape (m,).
+    """Greatest worth of each evader's watchers, 0 without a watcher; shape (m,).
 
     Args:
         targets: Each pursuer's evader, -1 for none, shape (n,).
@@ -208,7 +210,7 @@ def certificate(targets: np.ndarray, times: np.ndarray) -> float:
 
 
 def covered(targets: np.ndarray, visible: np.ndarray) -> int:
-    """How many evaders are seen by a pursuer of theirs.
+    """Number of evaders that are seen by a pursuer assigned to them.
 
     Args:
         targets: Each pursuer's evader, -1 for none, shape (n,).
@@ -218,7 +220,7 @@ def covered(targets: np.ndarray, visible: np.ndarray) -> int:
 
 
 def is_longer(time: float, held: float, step: float) -> bool:
-    """Whether a certificate is so much longer than the one held that a change is worth it.
+    """Whether a certificate is enough longer than the held one to justify a change.
 
     Args:
         time, held: Certificates [s].

@@ -1,11 +1,11 @@
-"""The three bounds of the visibility game: what each puts on grids, and who goes first.
+"""The three bounds of the visibility game: how each discretises it, and who goes first.
 
-- `middle` takes both players for being on nodes; those of the evader beside a wall stand for the
-  place at the wall too.
+- `middle` assumes that both players are on nodes; evader nodes beside a wall also stand for the
+  place at the wall.
 - `lower`: the pursuer is on nodes and goes first; the evader may be anywhere within a slack of its
-  node, all of which has to be seen, and between steps as well.
+  node, and all of that has to be seen, between steps as well.
 - `upper`: the evader is on nodes and goes first; the pursuer may be anywhere within a slack of its
-  node, and sees what can be seen from anywhere there. Sight counts at the ends of steps alone.
+  node, and sees whatever is visible from some point there. Sight counts only at the ends of steps.
 """
 
 import math
@@ -40,24 +40,24 @@ from .sight_rows import see_runs
 # Both players' moves: an octagon, so that speed is nearly the same in all directions.
 MOVES = moves_within(5)
 
-# A pursuer that goes first has longer ones, but not along the grid, where others are as good.
+# A pursuer that goes first has longer moves, but along the grid only those of one cell.
 LONG = moves_within(10)
 LONG_OFFSETS = LONG.offsets[(LONG.offsets.all(axis=1)) | (np.abs(LONG.offsets).sum(axis=1) <= 1)]
 
-# An evader that is followed on nodes is taken for faster than it is; the less, the more moves.
+# Following an evader on nodes overestimates its speed; more moves make the error smaller.
 FOLLOWED = moves_within(20)
 
 # Mean length of the pursuer's moves at full speed, as the octagon has it [cells].
 PACE = 2.17
 
-# Nodes of the pursuer of `lower` are so far apart [grids], and it goes so far in a step.
+# Spacing of the pursuer's nodes for `lower`, and length of its step, in units of the grid.
 LOWER_SPACING = 0.5
 LOWER_STEP = LOWER_SPACING * LONG.longest
 
-# More pairs of nodes than this are not even looked at.
+# Games with more pairs of nodes than this are refused at once.
 MOST_PAIRS = 20e9
 
-# More nodes of the evader than this, or more a row, are not even made.
+# So are games with more evader nodes than this, or with more in a row.
 MOST_NODES, MOST_NODES_A_ROW = 10e6, 32767
 
 NO_SPOTS = Spots(np.zeros((0, 2)), np.zeros((0, 2), dtype=np.int64))
@@ -65,26 +65,28 @@ NO_CORNERS = np.zeros((0, 6))
 
 
 class Setting(NamedTuple):
-    """The game of a bound, put on grids; all but what is seen.
+    """The game of one bound on grids, without what is seen.
 
     Attributes:
-        step: How far the pursuer goes in a step [m].
-        slack: How far a player that is followed may be from its node [m].
-        pace: How far an evader that is followed goes in a step [m].
-        hold: How far it goes while the pursuer still turns [m].
-        pursuer_grid, evader_grid: Of the players.
-        pursuer_nodes, evader_nodes: Where they can be, or be followed, shape (rows, columns), bool.
-        pursuer_region, evader_region: Edges of where the players can be.
+        step: Distance that the pursuer moves in a step [m].
+        slack: Largest distance of a followed player from its node [m].
+        pace: Distance that a followed evader moves in a step [m].
+        hold: Distance that it moves while the pursuer still turns [m].
+        pursuer_grid, evader_grid: The players' grids.
+        pursuer_nodes, evader_nodes: Nodes where they can be, or be followed, shape (rows, columns),
+            bool.
+        pursuer_region, evader_region: Edges of the players' regions.
         sight: Edges that block sight.
-        corners: Those that nodes keep off, from `corner_table`, shape (k, 6).
-        spots: What has to be seen of nodes by walls.
-        wall_places: What has to be seen of them from behind a wall.
+        corners: Corners near whose shadows nodes do not count as seen, from `corner_table`, shape
+            (k, 6).
+        spots: Points that have to be seen for nodes near walls.
+        wall_places: Points that have to be seen for nodes near walls from behind the wall.
         ways: Where a pursuer may go from each node, as in `Rules`.
-        moves: The evader's.
-        walls: Moves that walls leave to evaders, by `beside_walls`.
-        by_rim: Nodes near which an evader that is followed cannot go everywhere, shape
-            (rows, columns), bool.
-        evader_first: Whether the evader says first where it goes.
+        moves: The evader's moves.
+        walls: Moves of evaders that are not blocked by walls, from `beside_walls`.
+        by_rim: Nodes near which a followed evader cannot go everywhere, shape (rows, columns),
+            bool.
+        evader_first: Whether the evader commits to its move first.
     """
 
     step: float
@@ -115,7 +117,7 @@ class Setting(NamedTuple):
     def see(
         self, places: np.ndarray, sight_range: float
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """What places see, by `see_runs`.
+        """Nodes that places see, by `see_runs`.
 
         Args:
             places: Shape (n, 2) [m].
@@ -136,7 +138,7 @@ class Setting(NamedTuple):
             self.pace - self.hold,
         )
         if self.evader_first:
-            # Some of the nodes on which it is followed are no places for it.
+            # The pursuer cannot be at some of the nodes on which it is followed.
             sighted[~are_free(self.pursuer_region, places)] = 0
         return windows, runs, ends, sighted
 
@@ -190,7 +192,7 @@ def middle_setting(
     evader: Moves = MOVES,
     evader_pace: float = PACE,
 ) -> Setting:
-    """Both players on nodes, the evader's grid finer by the ratio of the speeds.
+    """The game with both players on nodes, the evader's grid finer by the ratio of the speeds.
 
     Args:
         world, ratio, grid, pursuer_regions, evader_regions, sight_range: See
@@ -244,13 +246,13 @@ def lower_setting(
     evader: Moves = FOLLOWED,
     wait: float = 0.0,
 ) -> Setting:
-    """The pursuer on nodes of half the grid; the evader followed.
+    """The game with the pursuer on nodes of half the spacing `grid`, and the evader followed.
 
     Args:
-        world, ratio, grid, pursuer_regions, evader_regions, sight_range: As of `middle_setting`.
+        world, ratio, grid, pursuer_regions, evader_regions, sight_range: See `middle_setting`.
         offsets: Moves of the pursuer, shape (n, 2) [cells].
         evader: Moves of an evader.
-        wait: How far the pursuer could go in the time for which it turns before each step [m].
+        wait: Distance that the pursuer could move in the time that it turns before each step [m].
 
     Raises:
         InvalidInput: The grid is far too fine for the world.
@@ -298,7 +300,7 @@ def _upper(
     evader_regions: Sequence[World],
     sight_range: float,
 ) -> Setting:
-    """The evader on nodes; the pursuer followed, on nodes of half the grid."""
+    """The game with the evader on nodes, and the pursuer followed on nodes of half the spacing."""
     spacing = 0.5 * grid
     step = MOVES.pace * spacing
     evader_spacing = ratio * step / MOVES.longest
@@ -342,24 +344,24 @@ BOUNDS: dict[str, Callable[..., Setting]] = {
 def _require_few(
     world: World, spacing: float, evader_spacing: float, sight_range: float, grid: float
 ) -> None:
-    """Refuse grids that are not even worth a look, and say which one would be."""
+    """Refuse grids with far too many nodes, and suggest a spacing that would do."""
     width, height = world.bounds[2:] - world.bounds[:2]
     reach = min(sight_range, math.hypot(width, height))
     seen = min(width * height, math.pi * reach**2)
 
     def are_few(scale: float) -> bool:
         here, there = scale * spacing, scale * evader_spacing
-        # First of the rows alone, so that no number of nodes is too large for a number.
+        # Test the rows first, so that no number of nodes overflows.
         if max(width, height) > MOST_NODES_A_ROW * there:
             return False
-        # With a rim on either side, for an evader that is followed.
+        # With a margin on either side, for an evader that is followed.
         rows, columns = height / there + 6.0, width / there + 6.0
         few = width * height * seen <= MOST_PAIRS * (here * there) ** 2
         few = few and rows * columns <= MOST_NODES
         return bool(few and max(rows, columns) <= MOST_NODES_A_ROW)
 
     scale = 1.0
-    # So small a grid, or so slow an evader, may be that no number makes up for it.
+    # For a tiny grid, or a very slow evader, no finite scale may be large enough.
     while scale < math.inf and not are_few(scale):
         scale *= 1.1
     say = f", {scale * grid:.2g} m say" if scale < math.inf else ""

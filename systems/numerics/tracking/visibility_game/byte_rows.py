@@ -1,6 +1,6 @@
-"""Loops over bytes of planes: least and largest, and the erosion by an evader's moves.
+"""Loops over bytes of planes: minimum and maximum, and the erosion by an evader's moves.
 
-One loop each, over arrays that do not overlap: so they become vector instructions.
+Each is one loop over arrays that do not overlap, so that the compiler can vectorise it.
 """
 
 import numpy as np
@@ -20,8 +20,8 @@ def erode(
 ) -> None:
     """out[f] = least of plane[f + move], in a flat plane whose rows are `stride` long.
 
-    Rows and columns within reach of the rim are left as they were. `odd` and `even` are room for
-    running minima along rows, whose width grows by one column a side in turn.
+    Rows and columns within reach of the rim are not meaningful. `odd` and `even` are scratch for
+    running minima along rows, whose width grows by one column on each side in turn.
 
     Args:
         plane: Bytes, shape (f,).
@@ -61,10 +61,10 @@ def copy(out: np.ndarray, values: np.ndarray) -> None:
 
 @kernel
 def put_seen(out: np.ndarray, values: np.ndarray, seen: np.ndarray) -> None:
-    """Copy where something is seen; where nothing can be, for ever, or nothing is seen, 0.
+    """Copy values where something is seen; leave the other entries as they are.
 
     Args:
-        out: Written to where something is seen, and laid out before, shape (n,).
+        out: Written to where something is seen; before, `Rules.blocked` is laid there, shape (n,).
         values: Copied, shape (n,).
         seen: Not 0 where something is seen, shape (n,).
     """
@@ -74,16 +74,16 @@ def put_seen(out: np.ndarray, values: np.ndarray, seen: np.ndarray) -> None:
 
 @kernel
 def step_up(values: np.ndarray, others: np.ndarray, most: np.uint8) -> bool:
-    """A step more than the others where something is seen; whether anything was different.
+    """Set values to others plus one step where something is seen; return whether any changed.
 
     Args:
         values: Written to, shape (n,); 0 where nothing is seen [steps].
-        others: What is a step less, shape (n,) [steps].
-        most: From here on a step more is for ever [steps].
+        others: Values less one step, shape (n,) [steps].
+        most: The horizon: from this value on, one step more is FOR_EVER [steps].
     """
     different = np.uint8(0)
     for i in range(len(values)):
-        # What would pass the horizon is for ever.
+        # A value beyond the horizon counts as for ever.
         more = others[i] + np.uint8(1) if others[i] < most else np.uint8(FOR_EVER)
         more = more if values[i] != 0 else np.uint8(0)
         different |= values[i] ^ more
@@ -106,7 +106,7 @@ def is_less_somewhere(values: np.ndarray) -> bool:
 
 @kernel
 def raise_to(values: np.ndarray, others: np.ndarray) -> None:
-    """The larger of each, into the first.
+    """Write the elementwise maximum of two arrays into the first.
 
     Args:
         values: Written to, shape (n,).
@@ -118,7 +118,7 @@ def raise_to(values: np.ndarray, others: np.ndarray) -> None:
 
 @kernel
 def lower_to(values: np.ndarray, others: np.ndarray) -> None:
-    """The lesser of each, into the first.
+    """Write the elementwise minimum of two arrays into the first.
 
     Args:
         values: Written to, shape (n,).

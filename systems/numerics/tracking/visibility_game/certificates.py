@@ -1,4 +1,4 @@
-"""What a team can promise by the lower bound of the visibility game, and when it moves."""
+"""Grids, turning times and certificates for pursuit by the lower bound of the visibility game."""
 
 import math
 
@@ -9,13 +9,14 @@ from .bounds import LOWER_STEP
 
 
 def certified_grid(grid: float, pursuer_speed: float, period: float) -> float:
-    """The largest spacing, if any not above another, with which a step is a number of periods.
+    """Return the largest spacing, at most `grid`, for which a step is a whole number of periods.
 
-    The lower bound holds for pursuers that are at nodes when a step is over; robots get new
-    commands once a period. Where even one period is more than the grid's step, one period it is.
+    The lower bound holds for pursuers that are at nodes at the end of a step, and robots get new
+    commands once a period. If one period is already longer than the step of `grid`, the step is
+    one period, and the spacing larger than `grid`.
 
     Args:
-        grid: The other spacing, as of `solve_visibility_game` [m].
+        grid: Desired spacing, see `solve_visibility_game` [m].
         pursuer_speed: Top speed [m/s].
         period: Between commands [s].
 
@@ -29,9 +30,9 @@ def certified_grid(grid: float, pursuer_speed: float, period: float) -> float:
 
 
 def turning_time(top_turn_rate: float, period: float) -> float:
-    """How long a differential drive turns in place at most, before it drives straight [s].
+    """Longest time that a differential drive turns in place before it drives straight [s].
 
-    It drives backwards too, so that it has to turn by a right angle at most. It turns for whole
+    It also drives backwards, so it turns by a right angle at most. The time is rounded up to whole
     periods.
 
     Args:
@@ -47,14 +48,14 @@ def turning_time(top_turn_rate: float, period: float) -> float:
 
 
 def turning_margin(grid: float, pursuer_speed: float, turning_time: float) -> float:
-    """By how much turning makes an evader faster, no unit.
+    """Factor by which the pursuer's turning makes an evader effectively faster, no unit.
 
-    In a step a pursuer turns for `turning_time` and then drives, and the evader runs all the time.
-    Measured by how far the pursuer comes, the evader's speed is multiplied by all of the step over
-    the part in which the pursuer drives.
+    In a step a pursuer turns for `turning_time` and then drives, while the evader runs all the
+    time. Relative to the pursuer's motion, the evader's speed is multiplied by the duration of the
+    step divided by the time in which the pursuer drives.
 
     Args:
-        grid: As of `solve_visibility_game`, for the lower bound [m].
+        grid: See `solve_visibility_game`, for the lower bound [m].
         pursuer_speed: Top speed [m/s].
         turning_time: [s].
 
@@ -76,8 +77,7 @@ def team_certificate(times: np.ndarray, assignment: np.ndarray, evaders: int) ->
         evaders: How many there are.
 
     Returns:
-        The shortest time of an evader, with the best of the pursuers that have it; 0 where an
-        evader has none.
+        The shortest time over all evaders, each with its best pursuer; 0 if an evader has none.
     """
     kept = np.zeros(evaders)
     for time, evader in zip(times, assignment, strict=True):

@@ -1,20 +1,21 @@
-"""Evasion with the solved visibility game at hand.
+"""Evasion by the solved visibility game.
 
-An evader that a pursuer sees takes the move that leaves the least time, however the pursuer goes on
-from where it is: the evader's own play of the game that the table solves. Of several pursuers that
-see it all have to lose it, and what counts is the longest of their times.
+An evader that a pursuer sees takes the move that leaves the least time, whatever the pursuer then
+does: the evader's optimal play of the game that the table solves. If several pursuers see it, all
+have to lose it, so the longest of their times counts.
 
-The table knows all corners at once, but the players only to the nearest nodes; the closed form of
-one corner knows exactly where they are. Near the barrier a node too many decides, and there an
-evader that trusts a table plays for nothing: it loses to the closed form, even against pursuers
-that trust the same table. So it goes as the closed form has it
+The table covers all corners at once, but knows the players only to the nearest nodes; the closed
+form of one corner uses their exact positions. Near the barrier a single node decides, and there an
+evader that follows the table does worse than one that follows the closed form, even against
+pursuers that use the same table. So the evader follows the closed form
 
-- where the table has nothing better, of which moves worth the same are one case;
+- where the table has nothing better, as for moves with equal values;
 - where the closed form promises to be hidden sooner.
 
-Where the evader can be kept for ever all its moves are worth the same. With the distance it then
-makes for the nearest place at which it is lost some day, as long as that is nearer than the corner
-of the closed form. So it presses the pursuer to the barrier, and is over it at the first mistake.
+Where the evader can be kept for ever all its moves have the same value. With `with_distance` it
+then makes for the nearest place at which it is not kept for ever, as long as that is nearer than
+the corner of the closed form. So it presses the pursuer to the barrier, and crosses it at the first
+mistake.
 
 Source: ours.
 """
@@ -30,7 +31,7 @@ from .board import Board, distance_to_losing, nearest_evader_node, nearest_place
 from .planes import FOR_EVER, steps_at
 from .pursuit import STEP
 
-# Of one place the table's distance and the closed form's margin may differ by this [cells].
+# Allowed difference between the table's distance and the closed form's margin [cells].
 DOUBT = 1.5
 
 
@@ -51,12 +52,12 @@ def optimal_velocities(
         region: Edges of where evaders can be.
         pursuers, evaders: Positions, shapes (2 n,), (2 m,) [m].
         visibility: 1.0 where a pursuer sees an evader, shape (n, m).
-        closed_form: Each evader's velocity at full speed by the corner game [m/s], the time that
-            it promises until sight is lost [steps], and its margin [m], shape (m, 4).
-        with_distance: Whether the distance to losing decides where an evader can be kept.
+        closed_form: Each evader's velocity at full speed by the corner game [m/s], the predicted
+            time until sight is lost [steps], and the margin [m], shape (m, 4).
+        with_distance: Whether the distance to losing decides where an evader can be kept for ever.
 
     Returns:
-        Shape (2 m,) [m/s]; the closed form's for an evader that the table knows nothing of.
+        Shape (2 m,) [m/s]; the closed form's velocity for an evader that the table does not cover.
     """
     velocities = closed_form[:, :2].copy().ravel()
     seeing = np.empty(len(pursuers) // 2, dtype=np.int64)
@@ -83,7 +84,7 @@ def optimal_velocities(
 
 @kernel
 def _velocity(board, region, seeing, ex, ey, closed_form, with_distance):
-    """One evader's velocity before pursuers at some places."""
+    """Velocity of one evader that is seen by pursuers at the places `seeing`."""
     vx, vy, promised, margin = closed_form[0], closed_form[1], closed_form[2], closed_form[3]
     row, column = nearest_evader_node(board, ex, ey)
     speed = math.sqrt(vx * vx + vy * vy)
@@ -91,8 +92,8 @@ def _velocity(board, region, seeing, ex, ey, closed_form, with_distance):
         return vx, vy
     frame, nodes, halves = board.evader_frame, board.evader_nodes, board.rules.halves
     reach = len(halves) // 2
-    # The best move, of equal ones the one that is most as the closed form has it; and that which
-    # is most so of all.
+    # The best move, of equal ones the one most along the closed form's velocity; and the value of
+    # the move that is most along it among all moves.
     least, likeness, ux, uy = np.inf, -np.inf, 0.0, 0.0
     most_alike, its_worth = -np.inf, np.inf
     for down in range(-reach, reach + 1):
@@ -125,7 +126,7 @@ def _velocity(board, region, seeing, ex, ey, closed_form, with_distance):
 
 @kernel
 def _worth(board, seeing, row, column, with_distance):
-    """What a node of the evader is worth to the pursuers that see it, to the best of them."""
+    """Value of an evader's node to the pursuers that see it: the largest over these."""
     most = -np.inf
     for k in range(len(seeing)):
         worth = STEP * steps_at(board.planes, board.rules, seeing[k], row, column)

@@ -1,7 +1,8 @@
 """Solved visibility games on disk: one NumPy archive with a version and checksums.
 
-An archive holds the arrays of a `GuaranteedTimes` as they are, and a description of all the rest,
-which comes last because it tells the checksums of the others. Nothing in it is code.
+An archive holds the arrays of a `GuaranteedTimes` as they are, and a description of all other
+values. The description comes last because it holds the checksums of the arrays. The archive
+contains no code.
 """
 
 import json
@@ -22,16 +23,16 @@ from .planes import TILE
 FORMAT = "sightfield visibility game"
 VERSION = 3
 
-# The description's name, and that of an entry in it.
+# Name of the description in the archive, and of its entry with the checksums.
 ABOUT, SUMS = "about.json", "checksums"
 
 
 def save_guaranteed_times(table: GuaranteedTimes, path: str | os.PathLike[str]) -> None:
-    """Write to a temporary name and move, so that a file is whole or is not there.
+    """Write a table to a temporary file and rename it, so that a file is never incomplete.
 
     Args:
         table: What to save.
-        path: Where; the name is kept as it is.
+        path: Where; no suffix is added to the name.
 
     Raises:
         InvalidInput: The folder does not exist or cannot be written to, or the path is a folder.
@@ -94,7 +95,7 @@ def _read(archive: zipfile.ZipFile, path: object) -> GuaranteedTimes:
         if kind is np.ndarray:
             with archive.open(f"{name}.npy") as member:
                 array = np.lib.format.read_array(member, allow_pickle=False)
-                # Where an archive's file ends its checksum is looked at.
+                # The checksum is verified when the end of the entry is read.
                 require(member.read(1) == b"", "file", "match its checksums", path)
             return array
         return kind(about[name])
@@ -104,7 +105,7 @@ def _read(archive: zipfile.ZipFile, path: object) -> GuaranteedTimes:
 
 
 def _entries(table: GuaranteedTimes) -> Iterator[tuple[str, Any]]:
-    """Name and value of all that a table holds, tuples taken apart."""
+    """Name and value of every field of a table, with named tuples taken apart."""
 
     def parts(name: str, value: Any) -> Iterator[tuple[str, Any]]:
         if hasattr(value, "_fields"):

@@ -1,4 +1,4 @@
-"""What the two players of the visibility game stand on: nodes, the ways between them, and walls."""
+"""The ground of the visibility game: the players' nodes, the ways between them, and walls."""
 
 import math
 from collections.abc import Sequence
@@ -33,7 +33,7 @@ class Spots(NamedTuple):
 
 
 class WallPlaces(NamedTuple):
-    """Places at walls that nodes beside these stand for as well.
+    """Places at walls that are represented by the nodes beside them.
 
     Attributes:
         points: Shape (n, 2) [m].
@@ -50,20 +50,21 @@ NO_WALL_PLACES = WallPlaces(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 2),
 
 
 def wall_places(grid: Lattice, free: np.ndarray, region: EdgeIndex, reach: float) -> WallPlaces:
-    """The feet of nodes on walls that are nearer than a cell.
+    """Project nodes nearer than a cell to a wall onto that wall.
 
-    The strip along a wall that a corner hides from someone nearly in line with it is often thinner
-    than a cell, and no node lies in it. An evader that runs along the wall does.
+    The strip along a wall that a corner hides from a pursuer nearly in line with it is often
+    thinner than a cell, so that no node lies in it. But an evader may run along the wall, in it.
 
-    Edges that are shorter than two of its steps have none, nor have walls that are thinner: from
-    the middle it would be round either end in one step. The pursuer, which moves first, could
-    answer neither, though in truth it is quicker, and each such wall would be lost.
+    Edges shorter than two of the evader's steps get no places, nor do walls thinner than that:
+    from the middle the evader would be round either end in one step. The pursuer, which moves
+    first, could answer neither, although in reality it is faster, and each such wall would count
+    as lost.
 
     Args:
-        grid: The evader's.
+        grid: The evader's grid.
         free: Its nodes, shape (rows, columns), bool.
-        region: Edges of where it can be.
-        reach: The longest way that it goes in a step [m].
+        region: Edges of its region.
+        reach: Longest distance that it moves in a step [m].
     """
     h, points, along, nodes = grid.spacing, [], [], []
     for _, _, ax, ay, bx, by in region.edges:
@@ -78,7 +79,7 @@ def wall_places(grid: Lattice, free: np.ndarray, region: EdgeIndex, reach: float
         offset = grid.at(*near.T) - start
         along_wall = offset @ way / length
         aside = (way[0] * offset[:, 1] - way[1] * offset[:, 0]) / length
-        # Up to rounding: so the mirrored world has the same.
+        # With a tolerance for rounding, so that a mirrored world gives the mirrored places.
         little = 1e-9 * h
         beside = (aside >= -little) & (aside <= h - little)
         beside &= (along_wall >= little) & (along_wall <= length - little)
@@ -92,7 +93,7 @@ def wall_places(grid: Lattice, free: np.ndarray, region: EdgeIndex, reach: float
     if not points:
         return NO_WALL_PLACES
     found = WallPlaces(*(np.concatenate(each) for each in (points, along, nodes)))
-    # Not past another wall.
+    # Leave out places behind another wall.
     clear = are_clear(region, grid.at(*found.nodes.T), found.points)
     return WallPlaces(*(each[clear] for each in found))
 
@@ -120,7 +121,7 @@ def ways(
 
 
 def all_ways(grid: Lattice, nodes: np.ndarray, moves: Moves) -> tuple[np.ndarray, np.ndarray]:
-    """Where a pursuer may go that is followed: to all nodes within its moves, walls or not.
+    """Where a followed pursuer may go: to all nodes within its moves, regardless of walls.
 
     Args:
         grid: The pursuer's.
@@ -147,12 +148,12 @@ def connected_share(
     starts: np.ndarray,
     neighbours: np.ndarray,
 ) -> float:
-    """Part of the nodes that belong to the largest connected group in their part of the region.
+    """Fraction of the nodes that belong to the largest connected group of their region.
 
     Args:
         grid: The pursuer's.
         free: Its nodes, shape (rows, columns), bool.
-        regions: Parts of where it can be.
+        regions: The parts of its region.
         starts, neighbours: From `ways`, shapes (n + 1,), (w,).
     """
     n = len(starts) - 1
@@ -163,7 +164,7 @@ def connected_share(
     _, groups = connected_components(graph, directed=False)
     largest = np.zeros(parts.max() + 1, dtype=int)
     _, first, sizes = np.unique(groups, return_index=True, return_counts=True)
-    # No way leads from one part to another.
+    # No way leads from one part of the region to another.
     np.maximum.at(largest, parts[first], sizes)
     return float(largest.sum()) / n
 
@@ -171,8 +172,8 @@ def connected_share(
 def beside_walls(
     grid: Lattice, free: np.ndarray, region: EdgeIndex, moves: Moves
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Evader nodes from which a wall blocks moves, where the nodes of each tile begin among them,
-    and the moves that are left; see `Rules`.
+    """List evader nodes from which a wall blocks moves, where the nodes of each tile begin in the
+    list, and the moves that are left; see `Rules`.
 
     Args:
         grid: The evader's.
@@ -202,7 +203,7 @@ def no_walls(grid: Lattice, moves: Moves) -> tuple[np.ndarray, np.ndarray, np.nd
 def _by_tiles(
     grid: Lattice, nodes: np.ndarray, clear: np.ndarray, offsets: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Nodes beside walls in order of tiles; see `Rules`.
+    """Sort nodes beside walls by tiles; see `Rules`.
 
     Args:
         grid: The evader's.
@@ -222,12 +223,12 @@ def _by_tiles(
 
 
 def nodes_near(grid: Lattice, regions: Sequence[World], slack: float) -> np.ndarray:
-    """Nodes within the slack of where a player can be, shape (rows, columns), bool.
+    """Nodes within the slack of a player's region, shape (rows, columns), bool.
 
     Args:
-        grid: The player's.
+        grid: The player's grid.
         regions: Where it can be.
-        slack: Radius of a disc [m].
+        slack: Largest distance [m].
     """
     free = shapely.union_all([region.polygon for region in regions])
     shapely.prepare(free)
@@ -236,7 +237,7 @@ def nodes_near(grid: Lattice, regions: Sequence[World], slack: float) -> np.ndar
 
 
 def nodes_by_rim(grid: Lattice, regions: Sequence[World], radius: float) -> np.ndarray:
-    """Nodes within a radius of the rim of where a player can be, shape (rows, columns), bool.
+    """Nodes within a radius of the boundary of a player's region, shape (rows, columns), bool.
 
     Args:
         grid: The player's.
@@ -251,13 +252,13 @@ def nodes_by_rim(grid: Lattice, regions: Sequence[World], radius: float) -> np.n
 def nodes_to_follow(
     grid: Lattice, regions: Sequence[World], slack: float
 ) -> tuple[np.ndarray, Spots]:
-    """Nodes within the slack of where evaders can be, and what has to be seen of those by walls.
+    """Nodes within the slack of the evaders' region, and points to be seen for those near walls.
 
-    All of a node's disc is in sight if the node is, and no ray along which sight ends comes near;
-    but walls may cut the disc, and then one point of each piece has to be seen.
+    If a node is in sight, and no ray along which sight ends comes near, its whole disc is in
+    sight. But walls may cut the disc into pieces; then one point of each piece has to be seen.
 
     Args:
-        grid: The evader's.
+        grid: The evader's grid.
         regions: Where it can be.
         slack: Radius of a disc [m].
 
@@ -270,7 +271,7 @@ def nodes_to_follow(
     rim = free.boundary
     shapely.prepare(rim)
     cut = follow & shapely.dwithin(rim, points, slack)
-    # Circumscribed, so that no piece is forgotten.
+    # A circumscribed polygon, so that no piece is missed.
     wide = slack / math.cos(math.pi / (4 * QUADRANT)) * (1.0 + 1e-9)
     pieces = shapely.intersection(free, shapely.buffer(points[cut], wide, quad_segs=QUADRANT))
     parts, owners = shapely.get_parts(pieces, return_index=True)
@@ -284,13 +285,13 @@ def without_thin_obstacles(world: World, thickness: float) -> tuple[World, ...]:
 
     Args:
         world: Whose obstacles block sight.
-        thickness: What each obstacle is to have at least [m].
+        thickness: Least thickness of an obstacle [m].
 
     Returns:
         The free region's parts.
 
     Raises:
-        InvalidInput: Nothing is left of it.
+        InvalidInput: No free region is left.
     """
     grown = []
     for ring in world.obstacles:
@@ -315,7 +316,7 @@ def _thickness(obstacle: shapely.Polygon) -> float:
 
 
 def padded(evader_nodes: np.ndarray, moves: Moves) -> np.ndarray:
-    """Where no evader can be, in whole tiles with a rim; see `Rules`.
+    """Mask of nodes where no evader can be, in whole tiles with a rim; see `Rules.blocked`.
 
     Args:
         evader_nodes: Where it can be, shape (rows, columns), bool.

@@ -1,20 +1,20 @@
 """How long one pursuer can keep one evader in sight on a map, whatever the evader does.
 
-Both are put on grids, the evader's finer by the ratio of the speeds, so that both have the same
-moves in cells, and the game is solved in whole steps (`sweeps`). Three bounds (`bounds`):
+Both players move on grids, the evader's finer by the ratio of the speeds, so that both have the
+same moves in cells, and the game is solved in whole steps (`sweeps`). Three bounds (`bounds`):
 
-- `middle` takes both for being on nodes, and evaders beside a wall for being at it too. It errs to
-  either side, the less the finer the grid.
-- `lower` is certified: the pursuer keeps the evader in sight for as long as it says, wherever the
-  evader is and whatever way it takes. The evader is followed on nodes (`lattice`), and sight holds
-  between steps as well (`sight_rows`). Obstacles that two lines of sight could pass on either side
-  within a step count as thicker than they are.
-- `upper` is certified for the evader: it hides no later than it says, wherever the pursuer is and
-  whatever way it takes. The pursuer is followed on nodes, and sees what is seen from near its node
-  (`near_sight`).
+- `middle` assumes that both are on nodes, and that evaders beside a wall may be at the wall too. It
+  may err in either direction, the less the finer the grid.
+- `lower` is certified: the pursuer keeps the evader in sight for at least this time, wherever the
+  evader is and whatever way it takes. The evader is followed on nodes (`lattice`), and sight is
+  kept between steps as well (`sight_rows`). Obstacles so thin that two lines of sight could pass
+  them on either side within a step are thickened.
+- `upper` is certified for the evader: it hides within this time, wherever the pursuer is and
+  whatever way it takes. The pursuer is followed on nodes, and sees what is visible from near its
+  node (`near_sight`).
 
 Source: ours. Esteve-Yague & Tsai (2023) show that the value jumps where the evader can just reach a
-corner, so that nothing is interpolated here; the scheme is that of safety games on graphs.
+corner, so nothing is interpolated here; the scheme is that of safety games on graphs.
 """
 
 import math
@@ -45,16 +45,16 @@ from .planes import (
 from .sight_rows import fill_tiles, lay_out
 from .sweeps import full_agenda, settle, sweep
 
-# At least that part of the pursuer's nodes has to hang together; single nodes in nooks need not.
+# Least fraction of the pursuer's nodes that must be connected; single nodes in nooks need not be.
 LEAST_CONNECTED = 0.95
 
-# When sight is taken to end in the last step [steps before its end].
+# Assumed moment in the last step at which sight ends [steps before its end].
 LAST_STEP = {"lower": 1.0, "middle": 0.5, "upper": 0.0}
 
-# A place farther than this from all nodes that it can go to has none [cells].
+# Largest distance between a pursuer and the node that represents it [cells].
 NEAREST = 2.0
 
-# Places that tell how much room a table will take.
+# Number of places from which the size of a table is estimated.
 SAMPLE = 64
 
 
@@ -66,21 +66,22 @@ class GuaranteedTimes:
         bound: "lower", "middle" or "upper".
         pursuer_speed, evader_speed: Top speeds [m/s].
         sight_range: How far the pursuer sees, or infinity [m].
-        step: What a step lasts, with the turning [s].
-        turning_time: For how long of each step the pursuer may turn before it drives [s].
-        pursuer_grid, evader_grid: Where they can be.
-        slack: How far the player that is followed may be from its node [m].
-        places: Nodes of the pursuer, where it can be or be followed, shape (n, 2) [m].
-        evader_nodes: Where evaders can be, or be followed, shape (rows, columns), bool.
-        sighted: Evader nodes that each place sees, shape (n,); none where no pursuer can be.
-        kept: Part of what each place sees that can be kept in sight for ever, shape (n,), no unit.
-        lasting: For how long what each place sees is kept, in the mean, and for the horizon where
-            for ever, shape (n,) [s].
-        sight: Edges that block sight, a little thicker here and there for "lower".
-        pursuer_region, evader_region: Edges of where the two can be.
-        corners: From `corner_table`, shape (k, 6), for "lower" alone.
-        planes, rules: See `sweeps`.
-        updates: Planes computed until nothing changed.
+        step: Duration of a step, turning included [s].
+        turning_time: Time in each step in which the pursuer may turn before it drives [s].
+        pursuer_grid, evader_grid: The players' grids.
+        slack: Largest distance of a followed player from its node [m].
+        places: Nodes where the pursuer can be, or be followed, shape (n, 2) [m].
+        evader_nodes: Nodes where evaders can be, or be followed, shape (rows, columns), bool.
+        sighted: Number of evader nodes that each place sees, shape (n,); 0 where no pursuer can be.
+        kept: Fraction of the nodes that each place sees that can be kept in sight for ever, shape
+            (n,), no unit.
+        lasting: Mean time for which the nodes that each place sees are kept, the horizon counting
+            for nodes kept for ever, shape (n,) [s].
+        sight: Edges that block sight; for "lower" thin obstacles are thickened.
+        pursuer_region, evader_region: Edges of the players' regions.
+        corners: From `corner_table`, shape (k, 6), only for "lower".
+        planes, rules: See `planes`.
+        updates: Number of planes computed until nothing changed.
     """
 
     bound: str
@@ -107,41 +108,41 @@ class GuaranteedTimes:
 
     @property
     def pairs(self) -> int:
-        """Pairs of places in sight of each other."""
+        """Number of pairs of nodes in sight of each other."""
         return int(self.sighted.sum())
 
     @property
     def nbytes(self) -> int:
-        """What the table takes [bytes]."""
+        """Memory that the table takes [bytes]."""
         care = self.rules.care_nodes.nbytes + self.rules.care_moves.nbytes
         return sum(array.nbytes for array in self.planes) + care
 
     @property
     def horizon(self) -> float:
-        """What lasts longer counts as for ever [s]."""
+        """Time beyond which an evader counts as kept for ever [s]."""
         return self.rules.horizon * self.step
 
     @property
     def share_for_ever(self) -> float:
-        """Part of all pairs in sight of each other that can be kept so for ever, no unit."""
+        """Fraction of all pairs in sight of each other that can be kept so for ever, no unit."""
         return float(self.kept @ self.sighted) / max(self.pairs, 1)
 
     @property
     def watched(self) -> np.ndarray:
-        """What each place is worth to watch from: for how long an evader that may be anywhere is
-        kept, in the mean, nothing where it is not seen, shape (n,) [s]."""
+        """Value of each place as a viewpoint: mean time for which an evader that may be anywhere is
+        kept in sight, 0 where it is not seen, shape (n,) [s]."""
         return self.lasting * self.sighted / np.count_nonzero(self.evader_nodes)
 
     def times_from(self, pursuer: object) -> np.ndarray:
-        """Guaranteed times for every place of the evader, from the pursuer's nearest node.
+        """Guaranteed times for every node of the evader, from the pursuer's nearest node.
 
-        For "upper" from the pursuer's own place.
+        For "upper" they are from the pursuer's own position.
 
         Args:
             pursuer: Shape (2,) [m].
 
         Returns:
-            Shape (rows, columns) [s]; infinite for ever, or to the horizon, and NaN where no
+            Shape (rows, columns) [s]; infinite for ever or beyond the horizon, and NaN where no
             evader can be.
 
         Raises:
@@ -155,7 +156,7 @@ class GuaranteedTimes:
             for other in self._places_near(p, self.slack):
                 again = steps_from(self.planes, self.rules, int(other))
                 steps = np.minimum(steps, again[: grid.rows, : grid.columns])
-            # From near the pursuer more is seen than from where it is.
+            # More is seen from near the pursuer than from its own position.
             doubtful = self.evader_nodes & (steps > 0)
             points = grid.points[doubtful]
             steps[doubtful] *= are_clear(self.sight, np.tile(p, (len(points), 1)), points)
@@ -164,8 +165,9 @@ class GuaranteedTimes:
     def time(self, pursuer: object, evader: object) -> float:
         """How long the pursuer can keep the evader in sight [s]; infinite from the horizon on.
 
-        For "middle" from the nearest nodes. Else from the places given: for "lower" the pursuer's
-        first step leads to the best node within its reach, for "upper" the evader's.
+        For "middle" the time is from the nearest nodes. Otherwise it is from the exact positions:
+        for "lower" the pursuer's first step leads to the best node in its reach, for "upper" the
+        evader's.
 
         Args:
             pursuer, evader: Shape (2,) [m].
@@ -184,12 +186,12 @@ class GuaranteedTimes:
     ) -> tuple[np.ndarray, float]:
         """Where the pursuer should be a step from now, and the time that it can then guarantee.
 
-        For "middle" and "lower"; `hiding_step` is the evader's. Of places with the same time the
-        nearest is taken.
+        For "middle" and "lower"; for the evader's step see `hiding_step`. Of places with the same
+        time the nearest is taken.
 
         Args:
             pursuer, evader: Shape (2,) [m].
-            allowed: Says whether the pursuer may go to a place, shape (2,) [m]; None: to all.
+            allowed: Whether the pursuer may go to a place, shape (2,) [m]; None: all are allowed.
 
         Returns:
             The place, shape (2,) [m]; the time from now [s], infinite for ever. Where nothing is
@@ -212,7 +214,7 @@ class GuaranteedTimes:
         elif apart > self.sight_range - hold - 0.25 * (pace - hold):
             choices = []
         else:
-            # The longest moves are as long as that, up to rounding.
+            # `reach` is the length of the longest moves; a rounding margin is included.
             near = self._places_near(p, reach)
             near = near[np.argsort(np.hypot(*(self.places[near] - p).T), kind="stable")]
             start = np.tile(p, (len(near), 1))
@@ -222,7 +224,7 @@ class GuaranteedTimes:
         best, place = 0, p
         for q, j, i in choices:
             steps = worst_reply(self.planes, q, j, i)
-            # At a node a move may do that the table takes. Without corners, for "middle", all do.
+            # At a node a move that the table allows will do; for "middle", without corners, any.
             if steps <= best or not (allowed is None or allowed(self.places[q])):
                 continue
             if (at_node and keeps_by_table(self.planes, self.rules, node, q, j, i)) or keeps_sight(
@@ -233,16 +235,16 @@ class GuaranteedTimes:
         return place, float(self._seconds(np.array(best + float(best < FOR_EVER))))
 
     def hiding_step(self, pursuer: object, evader: object) -> tuple[np.ndarray, float]:
-        """Where the evader should be a step from now, and when it is hidden at the latest.
+        """Where the evader should be a step from now, and the latest time at which it is hidden.
 
-        For "upper": the evader goes straight, says so beforehand, and follows the table from there.
+        For "upper": the evader commits itself to a straight move, and follows the table from there.
 
         Args:
             pursuer, evader: Shape (2,) [m].
 
         Returns:
-            The place, shape (2,) [m]; the time from now [s], infinite where the evader has no way
-            that surely hides it. Then, and where it is hidden already, it stays.
+            The place, shape (2,) [m]; the time from now [s], infinite if hiding is not guaranteed.
+            Then, and if it is hidden already, the evader stays.
 
         Raises:
             InvalidInput: One of them cannot be there.
@@ -288,7 +290,7 @@ class GuaranteedTimes:
         )
         apart = np.hypot(*(self.places - p).T)
         if self.bound == "upper":
-            # Walls do not count: it is followed.
+            # A followed pursuer's node may be behind a wall.
             return int(np.argmin(apart))
         near = np.flatnonzero(apart <= NEAREST * self.pursuer_grid.spacing)
         near = near[np.argsort(apart[near], kind="stable")]
@@ -308,7 +310,7 @@ class GuaranteedTimes:
         return np.flatnonzero(np.hypot(*(self.places - p).T) <= radius * (1.0 + 1e-9))
 
     def _nodes_near(self, e: np.ndarray) -> list[tuple[int, int]]:
-        """Nodes of the evader within the slack of a cell, nearest first."""
+        """Nodes of the evader within the slack of a point, nearest first."""
         rows, columns = self._nodes_within(e, SLACK * self.evader_grid.spacing)
         return list(zip(rows.tolist(), columns.tolist(), strict=True))
 
@@ -345,21 +347,20 @@ def solve_visibility_game(
     Args:
         world: Whose obstacles block sight.
         pursuer_speed, evader_speed: Top speeds, the evader's the lower one [m/s].
-        grid: Between places of the pursuer [m]; half of it for "lower" and "upper".
+        grid: Spacing of the pursuer's nodes [m]; half of it is used for "lower" and "upper".
         bound: "lower", "middle" or "upper".
-        pursuer_regions, evader_regions: Where their centres may be, from `shrink_world`; the
-            world where they are points.
-        horizon: What lasts longer counts as for ever [s]; at most MOST_STEPS steps.
+        pursuer_regions, evader_regions: Where their centres may be, from `shrink_world`; None: the
+            whole world, for points.
+        horizon: Time beyond which an evader counts as kept for ever [s]; at most MOST_STEPS steps.
         sight_range: How far the pursuer sees [m]; infinite for "upper".
-        turning_time: For how long the pursuer may have to turn before it drives, in each step [s];
-            for "lower" alone.
-        memory: What the table may take [bytes].
-        progress: Called now and then with the part of the planes that are settled.
+        turning_time: Longest time that the pursuer turns before it drives, in each step [s]; only
+            for "lower".
+        memory: Most memory that the table may take [bytes].
+        progress: Called now and then with the fraction of the planes that are settled.
 
     Raises:
-        InvalidInput: A number is out of its range; the grid leaves a player no place, or is
-            coarser than passages, so that the pursuer's nodes fall apart; or the table would take
-            more memory.
+        InvalidInput: A number is out of its range; the grid has no node for a player, or is so
+            coarse that passages separate the pursuer's nodes; or the table would take more memory.
     """
     require_one_of("bound", bound, tuple(BOUNDS))
     for name, value in (("pursuer_speed", pursuer_speed), ("grid", grid)):
@@ -398,7 +399,7 @@ def solve_visibility_game(
     def size_of(slots: np.ndarray, tiles: int, windows: np.ndarray) -> int:
         return tiles * TILE * TILE + slots.nbytes + windows.nbytes
 
-    # A sample tells beforehand.
+    # Estimate the size of the table from a sample of places first.
     sample = places[:: max(len(places) // SAMPLE, 1)].copy()
     windows, runs, ends, _ = setting.see(sample, sight_range)
     size = size_of(*lay_out(windows, runs, ends), windows)
@@ -431,7 +432,7 @@ def solve_visibility_game(
     nodes = np.nonzero(setting.pursuer_nodes)
     updates = settle(nodes, agenda.due, lambda order: sweep(planes, rules, order, agenda), progress)
     if seen is not None:
-        # From near a place more is seen than from there.
+        # More is seen from near a place than from the place itself.
         for_ever, others = (count_kept(planes, *seen) * (sighted > 0)[:, None]).T
         held = sighted
     else:

@@ -1,12 +1,12 @@
-"""Grids of places, and the moves on them.
+"""Grids of nodes, and the moves on them.
 
-Nodes lie half a cell beside the middle of the world: a world that is mirrored, or turned by a right
-angle, has the mirrored or turned grid.
+The middle of the world is half a cell from the nearest nodes, so that a mirrored world, or one
+rotated by a right angle, has the mirrored or rotated grid.
 
-A player of whom only a node near it is known can be followed on nodes. Let it be within `slack` of
-its node, and go no farther than `pace` in a step. If discs of radius `slack` round all moves cover
-the disc of radius `pace + slack`, one of the moves brings the node within `slack` of it again. So
-bounds of a game on nodes become bounds of the game in the plane.
+A player can be followed on nodes, each of which is only near it. Let the player be within `slack`
+of its node, and move no farther than `pace` in a step. If discs of radius `slack` round all moves
+cover the disc of radius `pace + slack`, one of the moves leads to a node within `slack` of the
+player again. So bounds of a game on nodes become bounds of the game in the plane.
 """
 
 import math
@@ -21,10 +21,10 @@ from ...errors import InvalidInput
 from ...geometry.edge_index import EdgeIndex, point_is_free
 from ...geometry.segment_sight import segment_is_clear
 
-# What becomes of a move: it leads to no free node; a wall is in its way; it is clear.
+# Kinds of moves: to no free node; blocked by a wall; clear.
 NOWHERE, BLOCKED, CLEAR = range(3)
 
-# How far from its node a player may be that is followed [cells].
+# Largest distance of a followed player from its node [cells].
 SLACK = 1.0
 
 
@@ -47,7 +47,7 @@ class Lattice(NamedTuple):
         """Places of nodes, shape (..., 2) [m].
 
         Args:
-            row, column: Numbers, shape (...), or such that they broadcast.
+            row, column: Indices of shape (...), or shapes that broadcast to it.
         """
         rows, columns = np.broadcast_arrays(row, column)
         return np.stack([self.x + columns * self.spacing, self.y + rows * self.spacing], axis=-1)
@@ -68,7 +68,7 @@ class Lattice(NamedTuple):
 
 
 class Moves(NamedTuple):
-    """What a player may do in a step: all offsets within a disc.
+    """A player's moves in one step: all offsets within a disc.
 
     Attributes:
         halves: Half-width of the row of offsets at each row offset from -reach to reach, shape
@@ -100,7 +100,7 @@ class Moves(NamedTuple):
 
     @property
     def pace(self) -> float:
-        """How far a player may go that is followed on nodes with these moves [cells].
+        """How far a player that is followed with these moves may go in a step [cells].
 
         It is the largest r such that discs of radius SLACK round the offsets cover that of
         r + SLACK.
@@ -129,12 +129,12 @@ def moves_within(square: int) -> Moves:
 
 
 def cover(bounds: np.ndarray, spacing: float, margin: float = 0.0) -> Lattice:
-    """The nodes whose cells cover a rectangle, and no less on one side than on the other.
+    """A grid centred on a rectangle, whose cells cover it.
 
     Args:
         bounds: x_min, y_min, x_max, y_max, shape (4,) [m].
         spacing: Side of a cell [m].
-        margin: How much more is covered on each side [m].
+        margin: Additional width to cover on each side [m].
     """
     low, high = bounds[:2] - margin, bounds[2:] + margin
     half = np.ceil((high - low) / (2.0 * spacing) - 1e-9).astype(int)
@@ -195,7 +195,7 @@ def _look_at_moves(
 def clear_moves(
     lattice: Lattice, free: np.ndarray, nodes: np.ndarray, region: EdgeIndex, offsets: np.ndarray
 ) -> np.ndarray:
-    """Which moves lead to free nodes, and which of them no wall blocks.
+    """Classify moves: those to free nodes, and among these the ones that no wall blocks.
 
     Args:
         lattice: The nodes.
@@ -205,20 +205,20 @@ def clear_moves(
         offsets: Shape (k, 2) [cells].
 
     Returns:
-        Shape (n, k): NOWHERE where no free node is, BLOCKED or CLEAR.
+        Shape (n, k): NOWHERE if there is no free node, BLOCKED or CLEAR.
     """
     return _look_at_moves(tuple(lattice), free, nodes, region, offsets)
 
 
 def finite_point(name: str, value: object) -> np.ndarray:
-    """A place as an array, shape (2,) [m].
+    """Convert a point to an array, shape (2,) [m].
 
     Args:
-        name: What to call it.
-        value: Of whatever kind.
+        name: Name of the parameter in error messages.
+        value: Of any type.
 
     Raises:
-        InvalidInput: It is no finite [x, y].
+        InvalidInput: The value is not a finite [x, y].
     """
     point = np.asarray(value, dtype=float)
     if point.shape != (2,) or not np.isfinite(point).all():

@@ -1,26 +1,27 @@
-"""Which moves of a pursuer keep sight on the way, for evaders of whom a node near them is known.
+"""Which moves of a pursuer keep sight on the way, for evaders that are followed on nodes.
 
 Let a corner K be in sight of the pursuer. From x, outside its star region, K hides what lies beyond
 the ray R(x) that leaves K away from x, on one side of it. Sight is lost behind K when the evader
 crosses R. While the pursuer goes from p straight to p', R turns one way.
 
-- If what K hides *grows*, all that is hidden on the way is hidden from p' as well. The evader might
-  stay where it is, so some node near it is one to which n leads. That node is kept off R(p') by the
-  slack, so the evader is in sight.
+- If the hidden area *grows*, all that is hidden on the way is hidden from p' as well. The evader
+  might stay where it is, so the moves of its node n lead to some node near it. That node is kept
+  off R(p') by the slack, so the evader is in sight.
 - If it *shrinks*, the evader is within slack + s pace of its node n after the part s of the step.
   So it cannot cross R if, for all s until p(s) is in the star region,
 
       distance from n to R(p(s)) > slack + s pace.
 
-The left side times |K - p(s)| is linear in s, or the distance to K itself; |K - p(s)| is convex,
-  so that its chords are above it. Between some values of s the condition is one on a quadratic.
+The left side times |K - p(s)| is linear in s, unless the nearest point of R is K itself. |K - p(s)|
+is convex, so its chords lie above it. Between chosen values of s the condition is therefore one on
+a quadratic.
 
-Where the pursuer turns before it drives, an evader that goes `hold` meanwhile is within
+If the pursuer turns before it drives, and an evader goes `hold` meanwhile, the evader is within
 slack + hold + s (pace - hold) of its node at p(s): callers pass slack + hold and pace - hold.
 
-Far from K and its star region the keep-off of `sight_rows` already stands for that, if all of the
-disc round n into which the evader can go is where evaders can be. Moves are looked at for the other
-nodes that are near R.
+Far from K and its star region the distance kept in `sight_rows` already ensures this, provided that
+the evader could be anywhere in the disc round n that it can reach. The other nodes near R are
+tested here move by move.
 """
 
 import numpy as np
@@ -30,7 +31,7 @@ from ...geometry.edge_index import EdgeIndex
 from .planes import ALL
 from .sight_rows import is_close, row_by_ray, star_distances
 
-# Parts of a step in which |K - p(s)| is replaced by its chord.
+# Number of parts of a step, in each of which |K - p(s)| is replaced by its chord.
 PARTS = 6
 
 
@@ -55,17 +56,17 @@ def moves_that_keep_sight(
         index: Edges that block sight.
         places: The pursuer's nodes, shape (n, 2) [m].
         neighbour_starts, neighbours: Where it may go from each, as in `Rules`, shapes (n + 1,),
-            (w,); at most 32 from each, as many as there are bits.
-        lattice: The evader's.
+            (w,); at most 32 from each, one per bit.
+        lattice: The evader's grid.
         runs, ends: What each place sees, from `see_runs`, shapes (m, 3), (n,).
         by_rim: Nodes near which evaders cannot go everywhere, shape (rows, columns), bool.
         corners: From `corner_table`, shape (k, 6).
         step: How far the pursuer goes in a step [m].
-        slack, pace: How far an evader may be from its node, and goes in a step [m].
+        slack, pace: Largest distance of an evader from its node, and its move in a step [m].
 
     Returns:
         Where the nodes of each place begin, shape (n + 1,); row and column of each, shape (m, 2);
-        and the moves that keep sight, the k-th neighbour by the k-th bit, shape (m,).
+        and the moves that keep sight, bit k standing for neighbour k, shape (m,).
     """
     rows, columns = by_rim.shape
     allowed = np.zeros((rows, columns), dtype=np.uint32)
@@ -105,7 +106,7 @@ def moves_that_keep_sight(
 
 @kernel
 def _forbid(args, corner, slack, pace, allowed, low):
-    """Take the moves away that may lose sight behind one corner, from row `low` on."""
+    """Clear the bits of moves that may lose sight behind one corner, from row `low` on."""
     px, py, distance, mirrored, places, around, lattice, by_rim, close = args
     x0, y0, h, _, _ = lattice
     cx, cy = corner[0], corner[1]
@@ -139,15 +140,15 @@ def keeps_sight(
 ) -> bool:
     """Whether a step of the pursuer keeps sight on the way, wherever the evader goes meanwhile.
 
-    That the evader is in sight at the end, wherever it may then be, is taken for granted.
+    It is assumed that the evader is in sight at the end of the step, wherever it then is.
 
     Args:
         index: Edges that block sight.
         pursuer, to: The pursuer's place and where it goes, shape (2,) [m].
         evader: In sight of the pursuer, shape (2,) [m].
         corners: From `corner_table`, shape (k, 6).
-        pace: How far the evader goes meanwhile [m].
-        hold: How far of that while the pursuer still stands [m].
+        pace: Distance that the evader can go during the step [m].
+        hold: Part of that distance while the pursuer still stands [m].
     """
     px, py, qx, qy, ex, ey = pursuer[0], pursuer[1], to[0], to[1], evader[0], evader[1]
     for c in range(len(corners)):
@@ -164,10 +165,11 @@ def keeps_sight(
 
 @kernel
 def _is_far_from_ray(x, y, ux, uy, width):
-    """Whether who is at x, y from a corner cannot be lost behind it, as far from its ray as that.
+    """Whether a point at (x, y) from a corner is at least `width` from the corner's ray u.
 
-    On the visible side what shrinks goes away from it; on the other side, past the obstacle, it is
-    another corner behind which it would be lost first.
+    Then an evader there cannot be lost behind this corner. On the visible side a shrinking shadow
+    moves away from it; on the other side, past the obstacle, it would be lost behind another
+    corner first.
     """
     along = max(x * ux + y * uy, 0.0)
     return x * x + y * y - along * along >= width * width
@@ -175,7 +177,7 @@ def _is_far_from_ray(x, y, ux, uy, width):
 
 @kernel
 def _keeps_off(px, py, qx, qy, nx, ny, corner, mirrored, slack, pace):
-    """Whether the ray behind a corner keeps off a node as it has to, from p to q."""
+    """Whether the ray behind a corner keeps the required distance from a node, from p to q."""
     cx, cy = corner[0], corner[1]
     side = -1.0 if mirrored else 1.0
     px, py, qx, qy, nx, ny = px - cx, py - cy, qx - cx, qy - cy, nx - cx, ny - cy

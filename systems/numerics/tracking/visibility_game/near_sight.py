@@ -1,9 +1,10 @@
-"""What may be seen of the evader's grid from near each node of a pursuer, as runs along rows.
+"""Evader nodes that may be seen from near each node of a pursuer, as runs along rows.
 
 For the upper bound a node of the pursuer stands for all places within a slack of it, and the evader
-is on its node. It may be seen from near the pursuer's node if that is within the slack of what the
-evader's node sees. So the visibility polygon of each node of the evader is put on the pursuer's
-grid, with the nodes near its rim; the runs are then sorted by the pursuer's nodes.
+is on its node. The evader may be seen from near a pursuer's node if that node is within the slack
+of the visibility polygon of the evader's node. So that polygon is rasterised on the pursuer's grid
+for each evader node, together with the nodes near its rim. The runs are then sorted by the
+pursuer's nodes.
 
 What is seen along a single ray, between obstacles that touch it from either side, does not count.
 """
@@ -35,7 +36,7 @@ def see_runs_from_near(
         pursuer_lattice, lattice: The pursuer's grid and the evader's.
         free: Where evaders can be, shape (rows, columns), bool.
         slack: How far a pursuer may be from its node [m].
-        reach: How much wider than the runs windows are, on each side [nodes].
+        reach: Margin of the windows around the runs, on each side [nodes].
 
     Returns:
         Windows, runs, and where the runs of each node end in them; see `see_runs`.
@@ -45,7 +46,7 @@ def see_runs_from_near(
     seen = np.zeros(numbers.shape, dtype=np.uint8)
     crossings = np.zeros((numbers.shape[0], MOST_CROSSINGS + 1))
     view = np.array([0, numbers.shape[0] - 1, 0, numbers.shape[1] - 1])
-    # Where the run began that each node has in the present row, or -1.
+    # Column where the current run of each pursuer node began in the present row, or -1.
     begun = np.full(nodes, -1, dtype=np.int32)
     found = np.empty((1024, 4), dtype=np.int32)
     count = 0
@@ -97,7 +98,7 @@ def _see_near_edge(polygon, k, lattice, slack, seen):
 
 @kernel
 def _begin_and_end(seen, numbers, j, i, begun, found, count):
-    """Begin and end runs of row j at column i; return how many have ended."""
+    """Begin and end runs of row j at column i; return the total number of ended runs."""
     for row in range(numbers.shape[0]):
         for column in range(numbers.shape[1]):
             p = numbers[row, column]
@@ -116,7 +117,7 @@ def _begin_and_end(seen, numbers, j, i, begun, found, count):
 
 @compiled
 def _sort_by_node(found, nodes, reach, rows, columns):
-    """Runs by nodes, in each by rows and columns as they came; windows, and where runs end."""
+    """Sort runs by pursuer nodes, keeping their order; return windows, runs, and their ends."""
     ends = np.zeros(nodes, dtype=np.int64)
     for k in range(len(found)):
         ends[found[k, 0]] += 1

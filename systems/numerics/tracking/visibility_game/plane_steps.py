@@ -1,4 +1,4 @@
-"""V of one pursuer node at a time, laid out on a plane, and counted over all nodes."""
+"""V of one pursuer node at a time on a plane of evader nodes, and its counts over all nodes."""
 
 import numpy as np
 
@@ -19,16 +19,16 @@ from .planes import (
     tile_of,
 )
 
-# Rows of `make_buffers`: V; the best of a tile's neighbours, and what is fresh; V in a strip of
-# tiles and the same eroded, with room for two running minima; what is to be done with each place
-# of a window: V alone, or S as well.
+# Rows of `make_buffers`: V; the best values of the neighbours in a tile, also flags of changed
+# tiles; V in a strip of tiles, the same eroded, and two running minima; and for each place of a
+# window what has to be computed: V only (NEEDED), or what is stored as well (DUE).
 PLANE, BEST, STRIP, ERODED, ODD, EVEN, PLAN = range(7)
 NEEDED, DUE = 1, 2
 
 
 @compiled
 def make_buffers(planes: Planes, rules: Rules) -> np.ndarray:
-    """Room for all that is known of a pursuer node at a time.
+    """Allocate the buffers for computing one pursuer node at a time.
 
     Args:
         planes, rules: Of the game.
@@ -46,7 +46,7 @@ def make_buffers(planes: Planes, rules: Rules) -> np.ndarray:
 
 @compiled
 def steps_from(planes: Planes, rules: Rules, p: int) -> np.ndarray:
-    """V from one pursuer node: FOR_EVER also where no evader can be.
+    """V from one pursuer node; FOR_EVER also where no evader can be.
 
     Args:
         planes: Solved.
@@ -92,10 +92,10 @@ def write_steps(
 
 @compiled
 def count_pairs(planes: Planes, rules: Rules) -> np.ndarray:
-    """Evader nodes that each pursuer node keeps, those kept for ever, and the steps of the others.
+    """For each pursuer node, count evader nodes in sight and kept for ever, and sum the other V.
 
     Args:
-        planes: Solved, the pursuer going first; else see `count_kept`.
+        planes: Solved, with the pursuer going first; otherwise see `count_kept`.
         rules: Of the game.
 
     Returns:
@@ -125,7 +125,7 @@ def count_pairs(planes: Planes, rules: Rules) -> np.ndarray:
 
 @kernel
 def _count(counts: np.ndarray, steps: int, times: int) -> None:
-    """Count a pair's V, in the last two of counts."""
+    """Add a pair's V to the last two entries of counts, `times` times."""
     if steps == FOR_EVER:
         counts[-2] += times
     else:
@@ -134,14 +134,15 @@ def _count(counts: np.ndarray, steps: int, times: int) -> None:
 
 @compiled
 def count_kept(planes: Planes, runs: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Pairs of given runs that are kept for ever, and the steps of the others.
+    """Among pairs of given runs, count those kept for ever, and sum the steps of the others.
 
     Args:
-        planes: Solved, the evader going first.
-        runs, ends: As `see_runs` has them, shapes (m, 3), (n,).
+        planes: Solved, with the evader going first.
+        runs, ends: From `see_runs`, shapes (m, 3), (n,).
 
     Returns:
-        For each pursuer node the number of pairs and the sum of V, shape (n, 2).
+        For each pursuer node the number of pairs kept for ever and the sum of the other V, shape
+        (n, 2).
     """
     counts, k = np.zeros((len(ends), 2), dtype=np.int64), 0
     for p in range(len(ends)):
@@ -157,14 +158,14 @@ def count_kept(planes: Planes, runs: np.ndarray, ends: np.ndarray) -> np.ndarray
 
 @kernel
 def lay_eroded(p: int, planes: Planes, rules: Rules, buffers: np.ndarray) -> int:
-    """What is to be eroded, on the window of a pursuer node and a rim, into the first buffer.
+    """Write the plane to be eroded, on a pursuer node's window with a rim, to the first buffer.
 
-    It is V, or where the evader goes first the largest V of the neighbours.
+    It is V, or, where the evader goes first, the largest V of the neighbours.
 
     Args:
         p: Number of the node.
         planes, rules: Of the game.
-        buffers: From `make_buffers`, shape (7, s); what its last row calls for is laid.
+        buffers: From `make_buffers`, shape (7, s); tiles flagged in its last row are written.
 
     Returns:
         Length of the plane's rows.
@@ -191,7 +192,7 @@ def lay_eroded(p: int, planes: Planes, rules: Rules, buffers: np.ndarray) -> int
 
 @kernel
 def _read_steps(p, planes, rules, buffers):
-    """V of one pursuer node, as `lay_eroded` writes it where the pursuer goes first."""
+    """Write V of one pursuer node to the first buffer; return the length of the plane's rows."""
     if not rules.evader_first:
         return lay_eroded(p, planes, rules, buffers)
     window, reach, plane = planes.windows[p], len(rules.halves) // 2, buffers[PLANE]
@@ -208,7 +209,7 @@ def _read_steps(p, planes, rules, buffers):
 
 @kernel
 def _lay_blocked(p, planes, rules, plane):
-    """Lay `Rules.blocked` on the window of p and a rim; length of its rows."""
+    """Copy `Rules.blocked` to the window of p with a rim; return the length of its rows."""
     window, reach = planes.windows[p], len(rules.halves) // 2
     stride = window[COLUMNS] * TILE + 2 * reach
     first_row, first_column = window[ROW] * TILE, window[COLUMN] * TILE
@@ -220,7 +221,7 @@ def _lay_blocked(p, planes, rules, plane):
 
 @kernel
 def _take_care(p, planes, rules, buffers, stride):
-    """V over the moves that keep sight on the way, where some do not."""
+    """Correct V where some moves lose sight on the way: only the others count."""
     window, reach = planes.windows[p], len(rules.halves) // 2
     plane, todo = buffers[PLANE], buffers[PLAN]
     for c in range(rules.care_starts[p], rules.care_starts[p + 1]):
@@ -229,7 +230,7 @@ def _take_care(p, planes, rules, buffers, stride):
         if todo[place] == 0:
             continue
         t = planes.slots[window[SLOT] + place]
-        # What is kept for ever if the pursuer stays is so already.
+        # A node kept for ever if the pursuer stays needs no correction: staying keeps sight.
         if planes.tiles[t, row % TILE * TILE + column % TILE] != FOR_EVER:
             at = (reach + row - window[ROW] * TILE) * stride
             at += reach + column - window[COLUMN] * TILE
@@ -238,13 +239,13 @@ def _take_care(p, planes, rules, buffers, stride):
 
 @kernel
 def _best_of_neighbours(p, planes, rules, row, column, best):
-    """The most that is kept at the places where a pursuer may go from p, in one tile of the
-    grid."""
+    """Elementwise maximum, in one tile of the grid, of the stored values of the places to which a
+    pursuer may go from p."""
     best[:] = 0
     if not rules.evader_first:
         own = planes.tiles[tile_of(planes, p, row, column)]
         copy(best, own)
-        # Often all that p sees there is kept for ever already if it stays.
+        # Often all nodes that p sees in the tile are kept for ever already if it stays.
         if not is_less_somewhere(own):
             return
     for n in range(rules.neighbour_starts[p], rules.neighbour_starts[p + 1]):

@@ -1,8 +1,9 @@
-"""The pairs in sight of the visibility game and what they are worth, in tiles; read pair by pair.
+"""Tables of the visibility game: pairs of nodes in sight, and their values, stored in tiles.
 
-Where the pursuer goes first S is kept, where the evader does V itself; see `sweeps.py`. Planes are
-kept in square tiles, and only those in which something is in sight. A maximum over tiles takes one
-instruction for 32 pairs, and a map of many rooms costs no more than what is seen in it.
+S is stored where the pursuer goes first, V itself where the evader does; see `sweeps.py`. Planes
+are stored in square tiles, and only those in which some node is in sight. A maximum over tiles
+takes one instruction for 32 pairs, and the memory for a map of many rooms is only that for the
+pairs in sight.
 """
 
 from typing import NamedTuple
@@ -14,10 +15,10 @@ from ...compiled import compiled, kernel
 # Kept for ever, or to the horizon; also nodes where no evader can be.
 FOR_EVER = 255
 
-# As far as steps are counted.
+# Largest finite number of steps.
 MOST_STEPS = 254
 
-# Side of a tile [nodes]. Sight ends in the middle of tiles: larger ones would be half empty.
+# Side of a tile [nodes]. The rim of what is seen runs through tiles: larger ones waste memory.
 TILE = 16
 
 # Columns of `Planes.windows`.
@@ -28,11 +29,11 @@ ALL = np.uint32(0xFFFFFFFF)
 
 
 class Planes(NamedTuple):
-    """The pairs in sight, and what they are worth.
+    """The pairs in sight, and their values.
 
     Attributes:
-        windows: For each of n pursuer nodes the first row and column of its tiles, how many rows
-            and columns of them, and where its slots begin; shape (n, 5).
+        windows: For each of n pursuer nodes the first row and column of its tiles, the numbers of
+            rows and columns of tiles, and where its slots begin; shape (n, 5).
         slots: Number of the tile at each place of a window, or -1 where nothing is in sight,
             shape (s,).
         tiles: S, or V where the evader goes first, shape (k, TILE * TILE) [steps].
@@ -44,25 +45,25 @@ class Planes(NamedTuple):
 
 
 class Rules(NamedTuple):
-    """Who may go where.
+    """The moves of both players.
 
     Attributes:
         blocked: FOR_EVER where no evader can be, else 0; the evader's grid, filled up to whole
             tiles, with a rim as wide as its moves reach; shape (rows, columns).
         halves: Of the evader's moves, see `Moves`.
-        neighbour_starts, neighbours: Where a pursuer may go from each node: itself, and others;
-            shapes (n + 1,), (w,).
+        neighbour_starts, neighbours: Nodes to which a pursuer may go from each node, that node
+            included; shapes (n + 1,), (w,).
         beside_walls: Evader nodes from which a wall blocks moves, tile by tile: row, column, and
-            the first of the moves that are left and the first no more; shape (b, 4).
-        wall_starts: Where the nodes of each tile of the grid begin in that, row by row, shape
-            (tiles + 1,).
+            the range [first, end) of the moves that are left in `moves_left`; shape (b, 4).
+        wall_starts: Where the nodes of each tile of the grid begin in `beside_walls`, row by row,
+            shape (tiles + 1,).
         moves_left: Those moves, rows and columns, shape (m, 2).
-        care_starts, care_nodes, care_moves: Evader nodes from which some moves of a pursuer's node
-            may lose sight on the way: where they begin for each, shape (n + 1,); row and column,
-            by rows, shape (c, 2); the moves that keep sight, the k-th neighbour by the k-th bit,
-            shape (c,). To stay always keeps it.
-        horizon: What lasts longer counts as for ever, at most MOST_STEPS [steps].
-        evader_first: Whether the evader says first where it goes.
+        care_starts, care_nodes, care_moves: Evader nodes for which some moves from a pursuer's node
+            may lose sight on the way: where they begin for each node, shape (n + 1,); row and
+            column, sorted by rows, shape (c, 2); the moves that keep sight, bit k standing for
+            neighbour k, shape (c,). Staying always keeps sight.
+        horizon: Number of steps above which a value counts as for ever, at most MOST_STEPS [steps].
+        evader_first: Whether the evader commits to its move first.
     """
 
     blocked: np.ndarray
@@ -98,7 +99,7 @@ def tile_of(planes: Planes, p: int, row: int, column: int) -> int:
 
 @compiled
 def worst_reply(planes: Planes, p: int, row: int, column: int) -> int:
-    """What the evader's best reply leaves once the pursuer is at p: least V over its moves [steps].
+    """W: least V over the evader's replies once the pursuer is at p [steps].
 
     Args:
         planes: Solved, the pursuer going first.
@@ -114,7 +115,7 @@ def worst_reply(planes: Planes, p: int, row: int, column: int) -> int:
 
 @compiled
 def keeps_by_table(planes: Planes, rules: Rules, p: int, q: int, row: int, column: int) -> bool:
-    """Whether a pursuer's move is one of those over which V of a pair is the maximum.
+    """Whether a pursuer's move is one of those over which V of a pair is maximised.
 
     Args:
         planes: Solved, the pursuer going first.
@@ -134,7 +135,7 @@ def keeps_by_table(planes: Planes, rules: Rules, p: int, q: int, row: int, colum
 
 @compiled
 def best_answer(planes: Planes, rules: Rules, p: int, row: int, column: int) -> int:
-    """The most that is left to a pursuer's replies once the evader is at a node [steps].
+    """Largest V over the pursuer's replies once the evader is at a node [steps].
 
     Args:
         planes: Solved, the evader going first.
@@ -185,7 +186,7 @@ def _moves_at(p, rules, row, column):
 
 @kernel
 def best_at(p: int, planes: Planes, rules: Rules, row: int, column: int, moves: np.uint32) -> int:
-    """The most that is kept at one evader node over some moves of the pursuer from p (kernel).
+    """Largest stored value at one evader node over some moves of the pursuer from p (kernel).
 
     Args:
         p: Number of the pursuer's node.

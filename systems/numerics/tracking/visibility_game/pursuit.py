@@ -1,10 +1,10 @@
-"""Pursuit with the solved visibility game at hand.
+"""Pursuit by the solved visibility game.
 
-What the table guarantees is a poor aim alone: all places from which the evader is kept for ever
-are worth the same, and the pursuer would drift to their rim. So it takes the step that leaves the
-longest time whatever the evader does. Of several it takes the one after which the evader is
-farthest from all places where it would be lost some day, and of equal ones that which is most as a
-pursuit field has it. Where the table knows nothing the field alone decides.
+The pursuer takes the step that leaves the longest time, whatever the evader does. That alone is a
+poor objective: all places from which the evader is kept for ever have the same value, and the
+pursuer would drift to the border of this set. So of several such steps it takes the one after which
+the evader is farthest from all nodes at which it would not be kept for ever, and of equal ones the
+one most along the pursuit field. Where the table has no answer the field alone decides.
 
 Source: ours.
 """
@@ -19,7 +19,7 @@ from .board import Board, distance_to_losing, nearest_evader_node, nearest_place
 from .planes import FOR_EVER, worst_reply
 from .regain import way_to_guard
 
-# A step is worth more than any distance; the field decides between equal ones.
+# Weights: one step of time counts more than any distance; the field only breaks ties.
 STEP, LIKENESS = 1000.0, 1e-3
 
 
@@ -36,8 +36,9 @@ def guarantee_velocities(
 ) -> np.ndarray:
     """Velocities of a team, each member after its own evader.
 
-    A pursuer that does not see its own goes to where it could guard it. As long as nobody does,
-    the one that can best keep that evader beside its own minds both.
+    A pursuer that does not see its own evader goes to where it could guard it. As long as none of
+    an evader's own pursuers sees it, the pursuer that can best keep it together with its own minds
+    both.
 
     Args:
         board: The solved game.
@@ -77,7 +78,7 @@ def velocity_minding(
     speed: float,
     period: float,
 ) -> tuple[float, float]:
-    """One pursuer's velocity with an eye on some evaders, or to where it could guard its own.
+    """One pursuer's velocity for keeping the evaders that it minds, or for guarding its own.
 
     Args:
         board: The solved game.
@@ -86,8 +87,8 @@ def velocity_minding(
         nodes: Of the evaders, from `nodes_of`.
         minded: Which evaders it minds, from `who_minds_whom`, shape (m,), bool.
         j: Its own evader, -1 for none.
-        vx, vy: Velocity by a pursuit field, where the table knows nothing [m/s].
-        speed, period: As of `guarantee_velocities`.
+        vx, vy: Velocity by a pursuit field, for where the table has no answer [m/s].
+        speed, period: See `guarantee_velocities`.
     """
     chosen = -1
     if minded.any():
@@ -107,15 +108,15 @@ def time_of_team(
     visible: np.ndarray,
     assignment: np.ndarray,
 ) -> float:
-    """For how long a team keeps all evaders, with those who mind one that its own does not see.
+    """For how long a team keeps all evaders, including those that a teammate has to mind.
 
     Args:
         board: The solved game.
-        pursuers, evaders, visible, assignment: As of `guarantee_velocities`.
+        pursuers, evaders, visible, assignment: See `guarantee_velocities`.
 
     Returns:
-        Steps from now, infinite for ever, 0 where one is lost at once. Who minds two keeps them for
-        the less of both times, which is too much.
+        Steps from now, infinite for ever, 0 where one is lost at once. For a pursuer that minds
+        several evaders it is the least of their times, which is an overestimate.
     """
     nodes = nodes_of(board, evaders)
     minded = who_minds_whom(board, pursuers, nodes, visible, assignment)
@@ -139,13 +140,13 @@ def velocity_after(
     speed: float,
     period: float,
 ) -> tuple[float, float]:
-    """One pursuer's velocity after one evader: its best step, or where it could guard it.
+    """One pursuer's velocity after one evader: its best step, or towards where it could guard it.
 
     Args:
         board: The solved game.
         pursuer, evader: Positions, shape (2,) [m].
-        field: Velocity by a pursuit field, where the table knows nothing, shape (2,) [m/s].
-        speed, period: As of `guarantee_velocities`.
+        field: Velocity by a pursuit field, for where the table has no answer, shape (2,) [m/s].
+        speed, period: See `guarantee_velocities`.
     """
     nodes, own = nodes_of(board, evader), np.ones(1, dtype=np.bool_)
     px, py = pursuer
@@ -165,10 +166,10 @@ def who_minds_whom(
     visible: np.ndarray,
     assignment: np.ndarray,
 ) -> np.ndarray:
-    """Which evaders each pursuer keeps an eye on, shape (n, m), bool.
+    """Which evaders each pursuer minds, that is takes care to keep in sight, shape (n, m), bool.
 
     Args:
-        board, pursuers, visible, assignment: As of `guarantee_velocities`.
+        board, pursuers, visible, assignment: See `guarantee_velocities`.
         nodes: Of the evaders, from `nodes_of`.
     """
     n, m = visible.shape
@@ -196,7 +197,7 @@ def who_minds_whom(
 
 @kernel
 def _straight(px, py, to, speed, period):
-    """Velocity towards a node, slower where it is nearer than a period's way."""
+    """Velocity straight to a node, slower if it would be reached within the period."""
     dx, dy = to[0] - px, to[1] - py
     distance = math.sqrt(dx * dx + dy * dy)
     if distance == 0.0:
@@ -209,7 +210,7 @@ def _straight(px, py, to, speed, period):
 def pair_worths(
     board: Board, pursuers: np.ndarray, evaders: np.ndarray, visible: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """How long each pursuer could keep each evader, and how firmly.
+    """How long each pursuer could keep each evader, and a value for comparing pairs.
 
     Args:
         board: The solved game.
@@ -217,9 +218,9 @@ def pair_worths(
         visible: Whether pursuer i sees evader j, shape (n, m), bool.
 
     Returns:
-        Steps from now, infinite for ever, 0 where it does not see it or loses it at once; and what
-        a pursuer compares its own steps by: the more steps the better, then the farther from
-        losing, and positive wherever it sees the evader. Shapes (n, m).
+        Steps from now, infinite for ever, 0 where the pursuer does not see the evader or loses it
+        at once; and the value by which a pursuer ranks its steps: first the time, then the distance
+        to losing; positive wherever it sees the evader. Shapes (n, m).
     """
     n, m = visible.shape
     times, worths = np.zeros((n, m)), np.zeros((n, m))
@@ -239,8 +240,8 @@ def pair_worths(
 
 @kernel
 def _best_step(board, px, py, nodes, minded, vx, vy):
-    """A pursuer's best step with an eye on some evaders: the least that it leaves of them [steps],
-    how far one is then from being lost [cells], and the node; -1 where the table knows nothing."""
+    """A pursuer's best step for the evaders that it minds: the least W over them [steps], their
+    least distance to losing [cells], and the node; -1 where the table has no answer."""
     here = nearest_place(board, px, py)
     if here < 0:
         return 0, 0, -1
@@ -255,26 +256,26 @@ def _best_step(board, px, py, nodes, minded, vx, vy):
 
 # Where to go, from anywhere between nodes.
 #
-# The table knows steps from node to node. A pursuer that is between nodes may have a corner before
-# it that the table's step does not pass, so steps that would hide an evader on the way are left out
-# where there are others. And from node to node it would zigzag, and go some 4% farther than it
-# has to. So it looks for straight ways over several steps too, as long as evaders can be kept for
-# ever. While it goes a cell an evader goes one of its own, smaller cells: at the end of a way of k
-# cells the evader is kept if, as it is now, it would be more than k cells from losing there. What
-# counts is that distance, less a PRICE for each cell of the way. A straight way is taken only if
-# it leads farther from losing than the best step: otherwise a price could keep the pursuer for
-# ever where it is. Where the best step leaves AMPLE distance nothing hangs on a few percent.
+# The table has steps from node to node. A pursuer between nodes may face a corner that the table's
+# step does not pass, so steps that would hide an evader on the way are avoided if there are others.
+# From node to node it would also zigzag, and go some 4% farther than necessary. So straight ways
+# over several steps are tried too, as long as evaders can be kept for ever. While the pursuer goes
+# one cell, an evader goes one of its own, smaller cells: at the end of a way of k cells the evader
+# is kept if its present node is more than k cells from losing there. Ways are ranked by that
+# distance less a PRICE for each cell of the way. A straight way is taken only if it leads farther
+# from losing than the best step: otherwise the price could keep the pursuer where it is for ever.
+# If the best step leaves an AMPLE distance, a few percent do not matter.
 #
 # Source: ours.
 
-# How far straight ways lead, what each cell of them costs, from which distance on none is looked
-# for, and how far apart evaders are looked for along a way [cells].
+# Longest straight way, price of each cell of it, distance from which on none is tried, and spacing
+# of the points of a way at which sight of evaders is tested [cells].
 FAR, PRICE, AMPLE, APART = 5.0, 0.5, 15, 0.5
 
 
 @kernel
 def _where_to_go(board, px, py, evaders, nodes, minded, vx, vy):
-    """The node that a pursuer makes straight for with an eye on some evaders, -1 for none."""
+    """The node to which a pursuer goes straight to keep the evaders that it minds, -1 for none."""
     longest, farthest, chosen = _best_step(board, px, py, nodes, minded, vx, vy)
     if longest == FOR_EVER and farthest < AMPLE:
         far = _straight_way(board, px, py, evaders, nodes, minded, farthest)
@@ -295,7 +296,7 @@ def _where_to_go(board, px, py, evaders, nodes, minded, vx, vy):
 @kernel
 def _straight_way(board, px, py, evaders, nodes, minded, farthest):
     """The best node to go straight to, of those farther from losing than `farthest`, or -1."""
-    # Looking along a way costs more than looking up what its end is worth: best ends first.
+    # Testing a way costs more than looking up the value of its end: try the best ends first.
     most, before = np.inf, -1
     while True:
         worth, q = _best_end(board, px, py, nodes, minded, farthest, most, before)
@@ -306,8 +307,8 @@ def _straight_way(board, px, py, evaders, nodes, minded, farthest):
 
 @kernel
 def _best_end(board, px, py, nodes, minded, farthest, most, before):
-    """Of ends of straight ways the best one that comes after another: worth less, or as much with
-    a higher number. Its worth and its number, -1 for none."""
+    """Best end of a straight way among those ranked after a given one (worth less, or as much with
+    a higher number): its worth and its number, -1 for none."""
     x, y, spacing = board.pursuer_frame
     i, j, reach = int(np.round((px - x) / spacing)), int(np.round((py - y) / spacing)), int(FAR)
     best, chosen = -np.inf, -1
@@ -351,9 +352,9 @@ def _keeps_all_along(board, px, py, q, evaders, nodes, minded):
 
 @kernel
 def _cell_keeps(board, i, j, cells, nodes, minded):
-    """Whether evaders are kept for ever from all corners of a cell, after a way so long [cells].
+    """Whether evaders are kept for ever at all corners of a cell, after a way of `cells` [cells].
 
-    The nearest one alone says too much: beside it another may lose the evader.
+    The nearest corner alone is not enough: another one of the cell may lose the evader.
     """
     for row in range(max(j, 0), min(j + 2, board.numbers.shape[0])):
         for column in range(max(i, 0), min(i + 2, board.numbers.shape[1])):
@@ -367,7 +368,7 @@ def _cell_keeps(board, i, j, cells, nodes, minded):
 
 @kernel
 def _hides(board, px, py, q, evaders, minded):
-    """Whether an evader that stands would be hidden from somewhere on the way to a node."""
+    """Whether a standing evader would be hidden at some point of the way to a node."""
     qx, qy = board.places[q]
     cells = math.hypot(qx - px, qy - py) / board.pursuer_frame[2]
     pieces = max(math.ceil(cells / APART), 1)
@@ -382,7 +383,7 @@ def _hides(board, px, py, q, evaders, minded):
 
 @kernel
 def _worth(board, px, py, q, nodes, minded, vx, vy):
-    """What a step to a node is worth, the least W it leaves, and the least way to losing."""
+    """Value of a step to a node, the least W after it, and the least distance to losing."""
     steps, distance = _least(board, q, nodes, minded)
     dx, dy = board.places[q, 0] - px, board.places[q, 1] - py
     return STEP * steps + distance + LIKENESS * (dx * vx + dy * vy), steps, distance
@@ -390,7 +391,7 @@ def _worth(board, px, py, q, nodes, minded, vx, vy):
 
 @kernel
 def _nearest_to_losing(board, q, nodes, minded):
-    """The least way of one of some evaders to where it would be lost, from a place [cells]."""
+    """Least distance to losing over the minded evaders, with the pursuer at a place [cells]."""
     nearest = 255
     for j in range(len(minded)):
         if minded[j]:
@@ -403,7 +404,7 @@ def _nearest_to_losing(board, q, nodes, minded):
 
 @kernel
 def _least(board, q, nodes, minded):
-    """The least W at a place over some evaders, and the least way of one to losing [cells]."""
+    """Least W [steps] and least distance to losing [cells] over the minded evaders, at a place."""
     least, nearest = FOR_EVER, 255
     for j in range(len(minded)):
         if not minded[j]:

@@ -1,9 +1,9 @@
-"""How a pursuer that does not see an evader comes to where it can keep it for ever.
+"""How a pursuer that does not see an evader gets to where it can keep it for ever.
 
-The centre knows where the evader is from a teammate that sees it. A pursuer that takes k steps to
-a place leaves the evader k moves. So it arrives with a guarantee at a place from which all that
-the evader can reach meanwhile is kept for ever, and the nearest such place is found by steps over
-the pursuer's nodes, breadth first.
+The position of the evader is known from a teammate that sees it. While the pursuer takes k steps to
+a place, the evader has k moves. So the pursuer arrives with a guarantee if, from that place, every
+node that the evader can reach meanwhile is kept for ever. The nearest such place is found by
+breadth-first search over the pursuer's nodes.
 
 Source: ours.
 """
@@ -32,7 +32,8 @@ def steps_to_guard(
         pairs: Which pairs are asked for, shape (n, m), bool.
 
     Returns:
-        Shape (n, m) [steps]; infinite where there is no way, or nothing was asked.
+        Shape (n, m) [steps]; infinite if there is no way, or if the pair was not asked for. If no
+        place gives a guarantee, they are the steps to the place that leaves the longest time.
     """
     n, m = pairs.shape
     steps = np.full((n, m), np.inf)
@@ -57,7 +58,7 @@ def way_to_guard(board: Board, px: float, py: float, ex: float, ey: float) -> in
         px, py, ex, ey: Positions of the two [m].
 
     Returns:
-        A neighbour of the pursuer's nearest node; -1 where there is no way, or it is there.
+        A neighbour of the pursuer's nearest node; -1 if there is no way, or it is there already.
     """
     here = nearest_place(board, px, py)
     row, column = nearest_evader_node(board, ex, ey)
@@ -67,7 +68,7 @@ def way_to_guard(board: Board, px: float, py: float, ex: float, ey: float) -> in
     q = _search(board, here, row, column, reached, queue)
     if q < 0 or q == here:
         return -1
-    # Back along the way, each time to the node nearest to where the way began.
+    # Follow the way back, each time to the predecessor nearest to the pursuer.
     while reached[q] > 1:
         nearest, chosen = np.inf, q
         for k in range(board.rules.neighbour_starts[q], board.rules.neighbour_starts[q + 1]):
@@ -82,7 +83,7 @@ def way_to_guard(board: Board, px: float, py: float, ex: float, ey: float) -> in
 
 @kernel
 def _search(board, here, row, column, reached, queue):
-    """The nearest place with a guarantee, else that which leaves most, else -1; fills `reached`."""
+    """Nearest place with a guarantee, else the one that leaves most, or -1; fills `reached`."""
     reached[:] = np.inf
     reached[here], queue[0] = 0.0, here
     first, last = 0, 1

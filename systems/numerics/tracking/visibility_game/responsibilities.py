@@ -1,14 +1,14 @@
-"""Which pursuer answers for which evaders, where there are more evaders than pursuers.
+"""Which pursuer is responsible for which evaders, where there are more evaders than pursuers.
 
-Sight is lost with the first evader that nobody sees, so every evader is to be somebody's. What a
-pursuer can do for its evaders is known from the solved games for one (`guaranteed_times`) and for
-two (`two_evaders`); for more it is taken as the least over pairs of them, which is too much. Of
-all ways to share the evaders out the team takes one whose least time is the largest, and of
-several the one whose second least is, and so on. It changes its mind where that makes the least
+Sight is lost with the first evader that nobody sees, so every evader needs a pursuer. The time for
+which a pursuer can keep its evaders is known from the solved games for one (`guaranteed_times`) and
+for two (`two_evaders`); for more it is taken as the least over pairs of them, an overestimate. Of
+all ways to share the evaders out the team takes the one whose least time is the largest, and of
+several the one whose second least time is, and so on. It changes the shares if that makes the least
 time longer by a tenth and some steps. While a pursuer does not see an evader of its own, a teammate
-that does stands in for it: what the team keeps so is what a change is held against. A glimpse that
-is lost for a moment at a corner changes nothing, and an evader that nobody sees stays with the
-pursuer that had it: nobody else can do more for it.
+that does watches it instead, and a change is compared with the time that the team keeps in this
+way. So losing an evader for a moment at a corner changes nothing, and an evader that nobody sees
+stays with its pursuer: nobody else can do more for it.
 
 Source: ours.
 """
@@ -34,17 +34,17 @@ from .regain import steps_to_guard
 from .triples import Roads, Triples, worst_reply_of_two
 from .two_evaders import GuaranteedTimesOfTwo
 
-# Evaders that nobody answers for.
+# Pursuer of evaders for which no pursuer is responsible.
 NOBODY = -1
 
-# Time that stands for ever in comparisons [s].
+# Time that stands for "for ever" in comparisons [s].
 AGES = 1e6
 
-# Sharing them out anew has to make the least time longer by a tenth and so many steps of the game
-# of two, whose grid is coarse: a time is known to a step or two.
+# New shares have to make the least time longer by a tenth and this number of steps of the game of
+# two evaders. Its grid is coarse: a time is known only to a step or two.
 STEPS_GAINED = 3
 
-# More ways than this to share evaders out are not all looked at: then the best is climbed to.
+# Most ways of sharing evaders out that are all tried; beyond, a local search is used.
 MOST_WAYS = 20000
 
 
@@ -52,14 +52,14 @@ class TeamBoard(NamedTuple):
     """Both solved games, as compiled code looks them up; make one with `make_team_board`.
 
     Attributes:
-        single: Of one evader.
-        triples, roads: Of two, see `triples`.
-        numbers: Number of its place in each row and column, or -1, shape (rows, columns).
-        places: Its places, shape (n, 2) [m].
-        pursuer_frame, evader_frame: x and y of its first nodes, and spacing, shape (3,) [m].
-        evader_numbers: Number of its evader node in each row and column, or -1, shape (rows,
+        single: The game of one evader.
+        triples, roads: The game of two evaders, see `triples`; so are the next four.
+        numbers: Number of the place in each row and column, or -1, shape (rows, columns).
+        places: Nodes of the pursuer, shape (n, 2) [m].
+        pursuer_frame, evader_frame: x and y of the first node, and spacing, shape (3,) [m].
+        evader_numbers: Number of the evader node in each row and column, or -1, shape (rows,
             columns).
-        steps: What a step lasts in the game of one, and of two, shape (2,) [s].
+        steps: Duration of a step in the games of one and of two evaders, shape (2,) [s].
     """
 
     single: Board
@@ -102,7 +102,7 @@ def make_team_board(single: GuaranteedTimes, double: GuaranteedTimesOfTwo) -> Te
 def prospects(
     board: TeamBoard, pursuers: np.ndarray, evaders: np.ndarray, visible: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """How long each pursuer can keep each evader, and each two of them, in sight.
+    """For how long each pursuer can keep each evader, and each pair of evaders, in sight.
 
     Args:
         board: The solved games.
@@ -151,7 +151,7 @@ def prospects(
 
 @kernel
 def _seconds(steps, step):
-    """Time from W after the pursuer's step; sight ends somewhere within the last one."""
+    """Time from now, given W after the pursuer's step; sight ends in the middle of the last one."""
     return AGES if steps == FOR_EVER else (steps + 0.5) * step
 
 
@@ -159,20 +159,20 @@ def _seconds(steps, step):
 def responsibilities(
     one: np.ndarray, two: np.ndarray, visible: np.ndarray, held: np.ndarray, step: float
 ) -> np.ndarray:
-    """The pursuer that answers for each evader.
+    """The pursuer that is responsible for each evader.
 
     Args:
         one, two: From `prospects`, shapes (n, m), (n, m, m) [s].
         visible: Who sees whom, shape (n, m), bool.
-        held: The pursuer of each evader so far, or NOBODY, shape (m,), int.
-        step: Of the game of two [s].
+        held: The pursuer responsible so far, or NOBODY, shape (m,), int.
+        step: Duration of a step in the game of two evaders [s].
 
     Returns:
-        Shape (m,), int; what was held, or NOBODY, for an evader that nobody sees.
+        Shape (m,), int; an evader that nobody sees keeps the value in `held`.
     """
     now = watchers(one, two, visible, held)
     best = watchers(one, two, visible, np.full_like(held, NOBODY))
-    # Of those that can be seen alone it is told how long they are kept.
+    # These times count only evaders that somebody sees.
     before, after = np.empty(len(one)), np.empty(len(one))
     _times(one, two, now, before)
     _times(one, two, best, after)
@@ -185,11 +185,11 @@ def responsibilities(
 def watchers(
     one: np.ndarray, two: np.ndarray, visible: np.ndarray, owners: np.ndarray
 ) -> np.ndarray:
-    """Who watches each evader: its own pursuer, or while that does not see it, who can best.
+    """Who watches each evader: its own pursuer if that sees it, otherwise the best of the others.
 
     Args:
-        one, two, visible: As of `responsibilities`.
-        owners: The pursuer that answers for each evader, or NOBODY, shape (m,), int.
+        one, two, visible: See `responsibilities`.
+        owners: The pursuer responsible for each evader, or NOBODY, shape (m,), int.
 
     Returns:
         Shape (m,), int; NOBODY for an evader that nobody sees.
@@ -205,7 +205,7 @@ def watchers(
             if visible[i, j] and (not bound or i == owners[j]):
                 seers[j, counts[j]] = i
                 counts[j] += 1
-                # To begin with: who keeps it longest.
+                # Initial choice: the pursuer that keeps it longest.
                 if best[j] < 0 or one[i, j] > one[best[j], j]:
                     best[j] = i
         ways *= max(counts[j], 1)
@@ -238,7 +238,7 @@ def watchers(
 
 @kernel
 def _times(one, two, owners, times):
-    """How long each pursuer keeps all of its evaders, the least first [s]."""
+    """Write to `times` how long each pursuer keeps all its evaders, sorted, the least first [s]."""
     for i in range(len(times)):
         least, alone, count = AGES, AGES, 0
         for j in range(len(owners)):
@@ -257,7 +257,7 @@ def _times(one, two, owners, times):
 
 @kernel
 def _exceed(times, others):
-    """Whether the first of sorted times that differ is the greater."""
+    """Whether sorted times are lexicographically greater than others."""
     for i in range(len(times)):
         if times[i] != others[i]:
             return times[i] > others[i]
@@ -266,7 +266,7 @@ def _exceed(times, others):
 
 @compiled
 def shared_certificate(one: np.ndarray, two: np.ndarray, owners: np.ndarray) -> float:
-    """For how long all evaders can be kept in sight by those who answer for them [s].
+    """For how long all evaders can be kept in sight by the pursuers that watch them [s].
 
     Args:
         one, two: From `prospects`, shapes (n, m), (n, m, m) [s].
@@ -284,7 +284,7 @@ def shared_certificate(one: np.ndarray, two: np.ndarray, owners: np.ndarray) -> 
 
 @compiled
 def hardest(one: np.ndarray, owners: np.ndarray) -> np.ndarray:
-    """The evader that each pursuer can keep for the shortest time of those it watches.
+    """Of the evaders that each pursuer watches, the one that it can keep for the shortest time.
 
     Args:
         one: From `prospects`, shape (n, m) [s].
@@ -312,15 +312,15 @@ def team_velocities(
     speed: float,
     period: float,
 ) -> np.ndarray:
-    """Velocities of a team whose members answer for any number of evaders each.
+    """Velocities of a team whose members are responsible for any number of evaders each.
 
-    One that watches none goes where it could guard one that it answers for, else where it could
-    relieve a teammate that watches several.
+    A pursuer that watches no evader goes to where it could guard one of its own, or else to where
+    it could relieve a teammate that watches several.
 
     Args:
         board: The solved games.
         pursuers, evaders: Positions, shapes (2 n,), (2 m,) [m].
-        owners: The pursuer that answers for each evader, or NOBODY, shape (m,), int.
+        owners: The pursuer responsible for each evader, or NOBODY, shape (m,), int.
         watching: Who watches each, from `watchers`, shape (m,), int.
         field: Velocities by a pursuit field, shape (2 n,) [m/s].
         speed: Pursuers' top speed [m/s].
@@ -351,8 +351,8 @@ def team_velocities(
 
 @compiled
 def _whom_to_relieve(board, i, pursuer, evaders, owners, watching):
-    """The evader that a pursuer that watches none could guard soonest: of its own, else of those
-    whose watcher has others too; -1 for none."""
+    """For a pursuer that watches no evader, the one that it could guard soonest: of its own, else
+    of those whose watcher has others too; -1 for none."""
     m = len(owners)
     wanted, own = np.zeros((1, m), dtype=np.bool_), False
     for j in range(m):
@@ -412,7 +412,7 @@ def _evader_number(board, evaders, j):
 
 @kernel
 def _least_distance(board, x, y, evaders, own):
-    """How far some evaders are from where they would be lost alone, the least [cells]."""
+    """Least distance to losing over some evaders, each by the game of one evader [cells]."""
     single, least = board.single, 255.0
     p = nearest_place(single, x, y)
     for a in range(len(own)):

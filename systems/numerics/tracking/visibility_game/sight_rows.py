@@ -1,23 +1,23 @@
-"""What each place of a pursuer sees of the evader's grid, as runs along rows.
+"""Evader nodes that each place of a pursuer sees, as runs along the rows of the grid.
 
-The visibility polygon of each place is cut with the rows of the grid. Nodes that lie on its rim, up
-to rounding, are asked one by one. Farther away than the sight range nothing is seen.
+The visibility polygon of each place is intersected with the rows of the grid. Nodes on its rim, up
+to rounding, are tested one by one. Nothing is seen beyond the sight range.
 
-A place at a wall is not seen from behind the wall. Where nodes beside it stand for it too
-(`ground`), they count as seen from there only if it is.
+A place at a wall is not seen from behind the wall. Where nodes beside a wall also stand for a place
+at the wall (`ground`), they count as seen from behind the wall only if that place is seen.
 
-For the certified bound a node stands for all places within a slack of it, and sight has to hold on
-the way from one place of the pursuer to the next. So nodes are taken away that come too near to
-what a corner K hides. Let g(x, w) = (K - x) x (w - K), which is positive where K hides w from x. A
+For the certified bound a node stands for all places within a slack of it, and sight has to be kept
+on the way from one place of the pursuer to the next. So nodes too near to the area that a corner K
+hides are removed. Let g(x, w) = (K - x) x (w - K), which is positive where K hides w from x. A
 node n is kept that has g(p, n) <= -(slack + bulge) |K - p|, and the same at p', for all nodes to
 which n leads. In between g is linear in the pursuer's place and |K - x| is convex. So the evader,
 within slack + s pace of n after the part s of the step, is in sight if
 
     bulge >= pace s (1 - s) (|K - p| - |K - p'|) / |K - p(s)|   for all s.
 
-Near K, and where K may hide nothing any more after the step, no more than the slack is kept off,
-and each move is looked at by itself; so it is where walls keep the evader from part of what
-surrounds its node (`moves_in_sight`).
+Near K, and where K may hide nothing any more after the step, the distance kept is only the slack,
+and each move is tested individually. The same test is made where walls restrict the evader's motion
+near its node (`moves_in_sight`).
 
 With a sight range R a node is kept that has |p - n| <= R - (slack + pace / 4), and the same at p',
 for all nodes to which n leads. Let the evader be at w after the part s of the step, within slack +
@@ -37,13 +37,13 @@ from ..corner_game import to_corner_frame
 from .ground import WallPlaces
 from .planes import COLUMN, COLUMNS, ROW, ROWS, SLOT, TILE
 
-# So often at most a row crosses the rim of what is seen; else its nodes are asked one by one.
+# Most crossings of a row with the rim of what is seen; with more, its nodes are tested one by one.
 MOST_CROSSINGS = 126
 
-# Places as near to a corner as so many steps keep off by the slack alone.
+# Distance between place and corner, in steps, up to which nodes keep only the slack.
 NEXT = 2.0
 
-# As near to a rim as this a node is asked by itself [cells].
+# Nodes nearer than this to the rim are tested one by one [cells].
 NEAR = 1e-6
 
 
@@ -67,21 +67,21 @@ def see_runs(
     Args:
         index: Edges that block sight.
         places: Of the pursuer, shape (n, 2) [m].
-        lattice: The evader's.
+        lattice: The evader's grid.
         free: Where evaders can be, shape (rows, columns), bool.
         spots: Points that have to be seen instead of a node near them, shape (m, 2) [m].
         spot_nodes: Row and column of that node, shape (m, 2).
         walls: Places at walls that have to be seen too, from behind the wall.
-        corners: From `corner_table`, shape (k, 6), those that nodes keep off; none for a bound
-            that is not certified.
+        corners: From `corner_table`, shape (k, 6): corners near whose shadows nodes are removed;
+            none for a bound that is not certified.
         sight_range: How far the pursuer sees, or infinity [m].
-        step: How far the pursuer goes in a step [m].
-        slack, pace: How far an evader may be from its node, and goes in a step [m].
+        step: Distance that the pursuer moves in a step [m].
+        slack, pace: Largest distance of an evader from its node, and its move in a step [m].
 
     Returns:
-        Windows as in `Planes`, but for the slots; row, first column and first one no more of each
-        run, shape (m, 3); where the runs of each place end in it, shape (n,); and how many nodes
-        each place sees, those taken away included, shape (n,).
+        Windows as in `Planes`, without the slots; row, first column and end column (exclusive) of
+        each run, shape (m, 3); where the runs of each place end in that list, shape (n,); and the
+        number of nodes that each place sees, including removed ones, shape (n,).
     """
     rows, columns = lattice[3], lattice[4]
     seen = np.zeros((rows, columns), dtype=np.uint8)
@@ -128,8 +128,8 @@ def lay_out(windows: np.ndarray, runs: np.ndarray, ends: np.ndarray) -> tuple[np
     """Give a slot to each place of each window, and a tile to those with a run; see `Planes`.
 
     Args:
-        windows, runs, ends: From `see_runs`, shapes (n, 5), (m, 3), (n,); where slots begin is
-            filled in.
+        windows, runs, ends: From `see_runs`, shapes (n, 5), (m, 3), (n,); the column SLOT of the
+            windows is filled in.
 
     Returns:
         Slots, number of tiles.
@@ -181,7 +181,7 @@ def fill_tiles(
 
 @kernel
 def _look_round(polygon, px, py, sight_range, slack, lattice, view):
-    """First and last row and column of the nodes that may be seen, or stand for a spot that is."""
+    """Write to `view` first and last row and column of nodes that may be seen, spots included."""
     x0, y0, h, rows, columns = lattice
     low_x = high_x = px
     low_y = high_y = py
@@ -190,7 +190,7 @@ def _look_round(polygon, px, py, sight_range, slack, lattice, view):
         low_y, high_y = min(low_y, polygon[k, 1]), max(high_y, polygon[k, 1])
     low_x, high_x = max(low_x, px - sight_range), min(high_x, px + sight_range)
     low_y, high_y = max(low_y, py - sight_range), min(high_y, py + sight_range)
-    # A spot is within the slack of its node, up to how its disc is drawn.
+    # A spot is within the slack of its node; a margin covers the polygon drawn for the disc.
     more = 1.01 * slack / h + NEAR
     view[0] = max(0, int(np.ceil((low_y - y0) / h - more)))
     view[1] = min(rows - 1, int(np.floor((high_y - y0) / h + more)))
@@ -200,7 +200,7 @@ def _look_round(polygon, px, py, sight_range, slack, lattice, view):
 
 @kernel
 def _see_spots(index, px, py, spots, spot_nodes, view, seen):
-    """Nodes that have spots are seen if all of these are."""
+    """Mark nodes with spots as seen if all their spots are seen."""
     low_row, high_row, low_column, high_column = view
     for k in range(len(spots)):
         row, column = spot_nodes[k, 0], spot_nodes[k, 1]
@@ -214,7 +214,7 @@ def _see_spots(index, px, py, spots, spot_nodes, view, seen):
 
 @kernel
 def _see_walls(index, px, py, walls, view, seen):
-    """From behind a wall, nodes beside it are seen if the places at the wall are."""
+    """For a pursuer behind a wall, unmark nodes beside that wall whose place at it is hidden."""
     low_row, high_row, low_column, high_column = view
     for k in range(len(walls.nodes)):
         row, column = walls.nodes[k, 0], walls.nodes[k, 1]
@@ -228,7 +228,7 @@ def _see_walls(index, px, py, walls, view, seen):
 
 @kernel
 def _hide_far(px, py, lattice, most, view, seen):
-    """Take away the nodes that are farther away than that."""
+    """Unmark the nodes farther away than `most`."""
     x0, y0, h, _, _ = lattice
     square = most * abs(most) * (1.0 + 1e-9)
     for j in range(view[0], view[1] + 1):
@@ -241,7 +241,7 @@ def _hide_far(px, py, lattice, most, view, seen):
 
 @kernel
 def _see_nodes(index, px, py, polygon, lattice, crossings, view, seen):
-    """Mark the nodes in a visibility polygon; the last column of `crossings` counts."""
+    """Mark the nodes in a visibility polygon; `crossings` is scratch, its last column a count."""
     x0, y0, h, _, _ = lattice
     low_row, high_row, low_column, high_column = view
     n, near = len(polygon), NEAR * h
@@ -287,7 +287,7 @@ def _see_nodes(index, px, py, polygon, lattice, crossings, view, seen):
 
 @kernel
 def _upwards(polygon, a, b):
-    """The lower and the upper end of an edge, and how far it goes to the right as it goes up."""
+    """Lower and upper end of an edge, and its slope dx/dy (0 if horizontal)."""
     if polygon[a, 1] > polygon[b, 1]:
         a, b = b, a
     ax, ay, bx, by = polygon[a, 0], polygon[a, 1], polygon[b, 0], polygon[b, 1]
@@ -296,7 +296,7 @@ def _upwards(polygon, a, b):
 
 @kernel
 def _sort(row, count):
-    """Sort the first few of a row by insertion."""
+    """Sort the first `count` entries of a row by insertion."""
     for a in range(1, count):
         value, b = row[a], a - 1
         while b >= 0 and row[b] > value:
@@ -307,7 +307,7 @@ def _sort(row, count):
 
 @kernel
 def _keep_off_corners(index, px, py, corners, lattice, reaches, view, seen):
-    """Take away the nodes that come too near to what corners hide, as the certified bound asks."""
+    """Unmark nodes too near to the area that corners hide, as the certified bound requires."""
     step, slack, pace = reaches
     for c in range(len(corners)):
         distance, to_star, _ = star_distances(index, px, py, corners, c)
@@ -325,7 +325,7 @@ def _keep_off_corners(index, px, py, corners, lattice, reaches, view, seen):
 def star_distances(
     index: EdgeIndex, px: float, py: float, corners: np.ndarray, c: int
 ) -> tuple[float, float, bool]:
-    """How far a place is from a corner and from its star region, where the corner hides anything.
+    """Distances from a place to a corner and its star region, if the corner hides anything.
 
     Args:
         index: Edges that block sight.
@@ -349,10 +349,11 @@ def star_distances(
 
 @kernel
 def is_close(distance: float, to_star: float, step: float) -> bool:
-    """Whether each move is looked at by itself, so near is the corner or its star region.
+    """Whether the corner or its star region is so near that each move is tested individually.
 
     Args:
-        distance, to_star, step: From `star_distances`; of the pursuer [m].
+        distance, to_star: From `star_distances` [m].
+        step: Distance that the pursuer moves in a step [m].
     """
     return to_star <= step or distance <= (NEXT + 1.0) * step
 
@@ -366,7 +367,7 @@ def _bulge(k):
 
 @kernel
 def _hide_near_ray(px, py, cx, cy, lattice, width, round_corner, view, seen):
-    """Take away nodes nearer than `width` to the ray from p through c, beyond c, or round c."""
+    """Unmark nodes within `width` of the ray from p beyond c, or within `round_corner` of c."""
     x0, y0, h, rows, columns = lattice
     length = np.hypot(cx - px, cy - py)
     ux, uy = (cx - px) / length, (cy - py) / length
@@ -385,7 +386,7 @@ def _hide_near_ray(px, py, cx, cy, lattice, width, round_corner, view, seen):
 def row_by_ray(
     cx: float, cy: float, ux: float, uy: float, lattice: tuple, width: float, j: int
 ) -> tuple[int, int]:
-    """The part of a row in which nodes may be as near as `width` to a ray.
+    """The part of a row in which nodes may be within `width` of a ray.
 
     Args:
         cx, cy: Where the ray begins [m].
@@ -395,7 +396,7 @@ def row_by_ray(
         j: The row.
 
     Returns:
-        First column and first one no more.
+        First column and end column (exclusive).
     """
     x0, y0, h, rows, columns = lattice
     y, far = y0 + j * h, h * (rows + columns)

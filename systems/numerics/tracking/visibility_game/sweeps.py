@@ -1,20 +1,21 @@
 """Values of the visibility game in whole steps, by sweeps over the pursuer's nodes in place.
 
-One player says first where it will be after the step, and the other knows it. The pursuer first:
+One player commits first to its position after the step, and the other knows it. If the pursuer is
+first:
 
     V(p, e) = 1 + max over p' of min over e' of V(p', e')   where e is in sight of p, else 0;
 
-or the evader first:
+if the evader is first:
 
     V(p, e) = 1 + min over e' of max over p' of V(p', e')   where e is in sight of p, else 0.
 
-The sweeps begin with "for ever" and come down to the greatest solution. What is kept where the
-pursuer goes first is S(p, e) = 1 + min over e' of V(p, e') where e is in sight of p, else 0: one
-byte a pair, which tells at the same time who is in sight. V is then the largest S of a node's
-neighbours, and S an erosion of V by the evader's moves. Where the evader goes first V itself is
-kept, and is an erosion of the largest V of the neighbours, in sight or not.
+The sweeps begin with "for ever" and decrease to the greatest solution. If the pursuer is first,
+S(p, e) = 1 + min over e' of V(p, e') where e is in sight of p, else 0, is stored: one byte a pair,
+which also says whether it is in sight. V is then the largest S of a node's neighbours, and S an
+erosion of V by the evader's moves. If the evader is first V itself is stored. It is an erosion of
+the largest V of the neighbours, in sight or not.
 
-A tile is computed anew only when V has changed in it or beside it.
+A tile is recomputed only when V has changed in it or beside it.
 """
 
 from collections.abc import Callable
@@ -41,13 +42,13 @@ from .planes import COLUMN, COLUMNS, FOR_EVER, ROW, ROWS, SLOT, TILE, Planes, Ru
 
 
 class Agenda(NamedTuple):
-    """What has to be computed; make one with `full_agenda`.
+    """What has to be computed; make one with `full_agenda`. Times are values of `clock`.
 
     Attributes:
         due: Which planes depend on one that has changed, shape (n,), bool.
-        computed, lowered: When each plane was computed last, and changed, shape (n,).
-        changed: When each tile changed last, shape (k,).
-        clock: How many planes have been computed, shape (1,).
+        computed, lowered: Times of the last computation and last change of each plane, shape (n,).
+        changed: Time at which each tile last changed, shape (k,).
+        clock: Number of planes computed so far, shape (1,).
     """
 
     due: np.ndarray
@@ -58,7 +59,7 @@ class Agenda(NamedTuple):
 
 
 def full_agenda(planes: Planes) -> Agenda:
-    """Everything has to be computed.
+    """Make an agenda in which everything has to be computed.
 
     Args:
         planes: To be lowered.
@@ -70,7 +71,7 @@ def full_agenda(planes: Planes) -> Agenda:
 
 @compiled
 def sweep(planes: Planes, rules: Rules, order: np.ndarray, agenda: Agenda) -> int:
-    """Compute the planes that are due once more, in an order; return how many that were.
+    """Recompute the planes that are due, in a given order; return how many those were.
 
     Args:
         planes: To be lowered.
@@ -94,7 +95,7 @@ def sweep(planes: Planes, rules: Rules, order: np.ndarray, agenda: Agenda) -> in
 
 @kernel
 def _lower_plane(p, planes, rules, agenda, buffers):
-    """Compute what is kept of one pursuer node anew where it may change; whether it did."""
+    """Recompute the stored tiles of one pursuer node that may change; return whether any did."""
     window, reach = planes.windows[p], len(rules.halves) // 2
     if window[ROWS] == 0 or not _plan(p, planes, rules, agenda, buffers):
         return False
@@ -140,7 +141,7 @@ def _lower_plane(p, planes, rules, agenda, buffers):
 
 @kernel
 def _plan(p, planes, rules, agenda, buffers):
-    """Flag the tiles in which V may have changed, or beside one; whether there are any."""
+    """Flag tiles in which V may have changed, and those beside them; return whether any is due."""
     window, since = planes.windows[p], agenda.computed[p]
     rows, columns = window[ROWS], window[COLUMNS]
     fresh, todo = buffers[BEST], buffers[PLAN]
@@ -164,7 +165,7 @@ def _plan(p, planes, rules, agenda, buffers):
                 ]
                 if t >= 0 and agenda.changed[t] >= since:
                     place = (r - window[ROW]) * columns + c - window[COLUMN]
-                    # An evader that goes first may go out of sight.
+                    # An evader that commits first may go out of sight.
                     if rules.evader_first or planes.slots[window[SLOT] + place] >= 0:
                         fresh[place] = 1
                         found = True
@@ -183,7 +184,7 @@ def _plan(p, planes, rules, agenda, buffers):
 
 @kernel
 def _spread(flagged, todo, rows, columns, what):
-    """Raise what is to be done at flagged places and the eight round each."""
+    """Raise `todo` to `what` at flagged places and their eight neighbours."""
     for r in range(rows):
         for c in range(columns):
             if flagged[r * columns + c]:
@@ -194,14 +195,14 @@ def _spread(flagged, todo, rows, columns, what):
 
 @kernel
 def _mind_walls(strip, eroded, start, width, row, column, tile, rules):
-    """Least value over the moves that are left, beside walls that block some, in one tile."""
+    """In one tile, replace the erosion beside walls by the least value over unblocked moves."""
     reach = len(rules.halves) // 2
     whole = row * ((rules.blocked.shape[1] - 2 * reach) // TILE) + column
     for b in range(rules.wall_starts[whole], rules.wall_starts[whole + 1]):
         beside = rules.beside_walls[b]
         j, i = beside[0] - row * TILE, beside[1] - column * TILE
         known, at = tile[j * TILE + i], start + j * width + i
-        # With fewer moves it is worth more than eroded, and never more than it was.
+        # With fewer moves the value is at least the eroded one, and at most the old one.
         if known == 0 or eroded[at] == FOR_EVER or eroded[at] + 1 == known:
             continue
         least = strip[at]
@@ -217,13 +218,13 @@ def settle(
     compute: Callable[[np.ndarray], int],
     progress: Callable[[float], None] | None,
 ) -> int:
-    """Sweep by rows and by columns, to and fro, until nothing is due; count planes computed.
+    """Sweep by rows and columns, back and forth, until nothing is due; count planes computed.
 
     Args:
         nodes: Rows and columns of the pursuer's nodes, shape (n,) each.
-        due: Which planes have to be computed, shape (n,), bool; kept up to date by it.
-        compute: Of an order of the nodes, shape (n,); does what is due and counts it.
-        progress: Called now and then with the part of the planes that are settled.
+        due: Which planes have to be computed, shape (n,), bool; updated by `compute`.
+        compute: Given an order of the nodes, shape (n,), computes what is due and counts it.
+        progress: Called now and then with the fraction of the planes that are settled.
     """
     rows, columns = nodes
     by_rows, by_columns = np.lexsort((columns, rows)), np.lexsort((rows, columns))

@@ -5,12 +5,12 @@ The pursuer moves first, and both evaders know it:
     V(p, e1, e2) = 1 + max over p' of min over e1' and e2' of V(p', e1', e2')
 
 where p sees both evaders, else 0, over the moves that keep sight of both on the way. The sweeps
-begin with "for ever" and come down to the greatest solution. What is kept is the minimum
-W(p, e1, e2), one byte a triple, of those triples alone where neither evader's moves lead out of
-sight of p: elsewhere W is zero. As V is symmetric in the evaders, half of them will do: e2 <= e1.
+begin with "for ever" and decrease to the greatest solution. The minimum W(p, e1, e2) is stored, one
+byte a triple, only for those triples where neither evader's moves lead out of sight of p: elsewhere
+W is zero. As V is symmetric in the evaders, the half with e2 <= e1 is enough.
 
 The minimum over both evaders' moves is taken over one's, then over the other's. With a plane of
-V(p, ., .) as a square matrix the first is a minimum of whole rows; so is the second, once the
+V(p, ., .) as a square matrix the first is a minimum of whole rows; so is the second, after the
 matrix is transposed.
 """
 
@@ -27,16 +27,16 @@ BLOCK = 32
 
 
 class Triples(NamedTuple):
-    """The triples in sight, and what they are worth.
+    """The triples in sight, and their values.
 
     Attributes:
-        seen_starts, seen: Numbers of the evader nodes that each of n places sees, rising; shapes
+        seen_starts, seen: Numbers of the evader nodes that each of n places sees, ascending; shapes
             (n + 1,), (s,).
         core_starts, core: Those of them from which no move leads out of sight, shapes (n + 1,),
             (c,).
-        rank: Where each evader node stands in the core of each place, or -1, shape (n, m).
-        row_starts: Where the row of each entry of the core begins in `values`, shape (c + 1,). It
-            has a column for each evader node from the core's first one to the entry's own.
+        rank: Index in `core` of each evader node for each place, or -1, shape (n, m).
+        row_starts: Where the row of each entry of the core begins in `values`, shape (c + 1,). A
+            row has a column for each evader node from the core's first one to the entry's own.
         values: W, shape (v,) [steps]; zero at the columns that are not in the core.
     """
 
@@ -50,16 +50,18 @@ class Triples(NamedTuple):
 
 
 class Roads(NamedTuple):
-    """Who may go where.
+    """The moves of all players.
 
     Attributes:
-        neighbour_starts, neighbours: Where the pursuer may go from each node: itself, and others;
-            shapes (n + 1,), (w,).
-        evader_starts, evader_ways: The same of the evaders, shapes (m + 1,), (u,).
+        neighbour_starts, neighbours: Nodes to which the pursuer may go from each node, that node
+            included; shapes (n + 1,), (w,).
+        evader_starts, evader_ways: The same for the evaders, shapes (m + 1,), (u,).
         care_starts, care_nodes, care_moves: Numbers of the evader nodes that each place sees and
-            from which some of its moves may lose sight on the way, rising; the k-th bit stands for
-            the k-th neighbour; shapes (n + 1,), (c,), (c,). For all others every move will do.
-        horizon: What lasts longer counts as for ever, at most `sweeps.MOST_STEPS` [steps].
+            of which some of its moves may lose sight on the way, ascending, and the moves that keep
+            sight, bit k standing for neighbour k; shapes (n + 1,), (c,), (c,). For all other nodes
+            every move keeps sight.
+        horizon: Number of steps above which a value counts as for ever, at most
+            `planes.MOST_STEPS` [steps].
     """
 
     neighbour_starts: np.ndarray
@@ -80,15 +82,15 @@ def lay_out_triples(
     evader_starts: np.ndarray,
     evader_ways: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """List what each place sees, the core of that, and where the core's rows go.
+    """List the nodes that each place sees, their core, and where the core's rows begin.
 
     Args:
         runs, ends: From `see_runs`, shapes (r, 3), (n,).
-        numbers: Of the evader's nodes in order of rows, shape (rows, columns).
+        numbers: Numbers of the evader's nodes in order of rows, shape (rows, columns).
         evader_starts, evader_ways: See `Roads`.
 
     Returns:
-        All of `Triples` but the values.
+        All of `Triples` except the values.
     """
     places, nodes = len(ends), len(evader_starts) - 1
     seen_starts = np.zeros(places + 1, dtype=np.int64)
@@ -144,13 +146,13 @@ def begin_for_ever(core_starts: np.ndarray, core: np.ndarray, row_starts: np.nda
 
 @compiled
 def sweep_triples(triples: Triples, roads: Roads, order: np.ndarray, due: np.ndarray) -> int:
-    """Compute the planes of the places that are due once more; return how many those were.
+    """Recompute the planes of the places that are due; return how many those were.
 
     Args:
         triples: To be lowered.
         roads: Of the game.
         order: Places, shape (n,).
-        due: Which depend on one that has changed, shape (n,), bool; kept up to date.
+        due: Which places depend on one that has changed, shape (n,), bool; updated.
     """
     room = _make_room(triples)
     count = 0
@@ -168,7 +170,7 @@ def sweep_triples(triples: Triples, roads: Roads, order: np.ndarray, due: np.nda
 
 @compiled
 def worst_reply_of_two(triples: Triples, p: int, e1: int, e2: int) -> int:
-    """W: what the evaders' best replies leave once the pursuer is at p [steps].
+    """W: least V over the evaders' replies once the pursuer is at p [steps].
 
     Args:
         triples: Solved.
@@ -200,7 +202,7 @@ def steps_of_two(triples: Triples, roads: Roads, p: int) -> np.ndarray:
 
 @compiled
 def keeps_two_by_table(roads: Roads, p: int, q: int, e1: int, e2: int) -> bool:
-    """Whether a pursuer's move is one of those over which V is the maximum.
+    """Whether a pursuer's move is one of those over which V is maximised.
 
     Args:
         roads: Of the game.
@@ -217,7 +219,7 @@ def keeps_two_by_table(roads: Roads, p: int, q: int, e1: int, e2: int) -> bool:
 
 @compiled
 def count_triples(triples: Triples, roads: Roads) -> np.ndarray:
-    """Pairs of evader nodes in sight of each place, and those kept for ever, shape (n, 2).
+    """Numbers of pairs of evader nodes in sight of each place, and kept for ever, shape (n, 2).
 
     Args:
         triples: Solved.
@@ -236,7 +238,7 @@ def count_triples(triples: Triples, roads: Roads) -> np.ndarray:
 
 @compiled
 def _make_room(triples):
-    """Room for a plane: rows of all nodes, matrices, nodes' ranks in them, moves and care."""
+    """Allocate scratch for a plane: rows of all nodes, matrices, nodes' indices in them, moves."""
     nodes, largest = triples.rank.shape[1], 1
     for p in range(len(triples.seen_starts) - 1):
         largest = max(largest, triples.seen_starts[p + 1] - triples.seen_starts[p])
@@ -264,7 +266,7 @@ def _moves_at(p, roads, e):
 
 @kernel
 def _count_steps(p, triples, roads, room):
-    """V of one place for all pairs that it sees, as a square matrix, the first of the room's."""
+    """Write V of one place for all pairs that it sees to the first square matrix of the scratch."""
     row, squares, local, moves, careful = room
     plane, seen = squares[0], triples.seen[triples.seen_starts[p] : triples.seen_starts[p + 1]]
     n, around = len(seen), roads.neighbour_starts[p]
@@ -316,7 +318,7 @@ def _best_of_moves(p, triples, roads, e1, e2, moves):
 
 @kernel
 def _lower_plane(p, triples, roads, room):
-    """Compute W of one place anew; whether it changed."""
+    """Recompute W of one place; return whether it changed."""
     row, squares, local, _, _ = room
     first = triples.core_starts[p]
     n, m = triples.seen_starts[p + 1] - triples.seen_starts[p], triples.core_starts[p + 1] - first
@@ -345,7 +347,7 @@ def _lower_plane(p, triples, roads, room):
 
 @kernel
 def _least_row(matrix, stride, length, e, roads, local, out):
-    """Least of the rows that an evader's moves from node e lead to, as far as `length`."""
+    """Elementwise minimum of the rows to which moves from node e lead, up to `length` entries."""
     out[:] = FOR_EVER
     for w in range(roads.evader_starts[e], roads.evader_starts[e + 1]):
         at = local[roads.evader_ways[w]] * stride
@@ -354,7 +356,7 @@ def _least_row(matrix, stride, length, e, roads, local, out):
 
 @kernel
 def _one_more(out, steps, horizon):
-    """One step more; what would pass the horizon is for ever."""
+    """Write steps plus one; values beyond the horizon become FOR_EVER."""
     most = np.uint8(horizon)
     for i in range(len(out)):
         out[i] = steps[i] + np.uint8(1) if steps[i] < most else np.uint8(FOR_EVER)

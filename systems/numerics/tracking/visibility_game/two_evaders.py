@@ -1,12 +1,12 @@
 """How long one pursuer can keep two evaders in sight on a map, whatever they do.
 
-The game ends when the first of the two is lost. The bounds `middle` and `lower` of one evader are
-there, on coarser grids; `triples` solves it. The proof of the lower bound is that of one evader,
-taken for each: the pursuer commits first, both evaders are followed on nodes, a node of either
-counts as seen only where all that it stands for is in sight, and a move has to keep sight of both
-on the way (`moves_in_sight`).
+The game ends when the first of the two is lost. The bounds `middle` and `lower` are available, as
+for one evader, on coarser grids; `triples` solves the game. The proof of the lower bound is that
+for one evader, applied to each: the pursuer commits first, both evaders are followed on nodes, a
+node of either counts as seen only if all places that it stands for are in sight, and a move has to
+keep sight of both on the way (`moves_in_sight`).
 
-That each of two evaders could be kept alone says little: what one of them does takes the pursuer
+That each of two evaders could be kept alone does not suffice: one of them may draw the pursuer away
 from where it has to be for the other.
 
 Source: ours.
@@ -43,11 +43,11 @@ from .triples import (
 
 BOUNDS = ("middle", "lower")
 
-# What evaders may do in a step, by how many moves that are: a square, or the pursuer's octagon.
+# Evaders' moves in a step, by their number: a square, or the pursuer's octagon.
 EVADER_MOVES = {9: moves_within(2), 21: MOVES}
 
-# Cells that count as a step's way of a player on nodes, for "middle": the square's mean speed over
-# all directions then is as near to the true one as the octagon's [cells].
+# Nominal length of a step of a player on nodes, for "middle", chosen so that the square's mean
+# speed over all directions is as near to the true one as the octagon's [cells].
 PACES = {9: 1.154, 21: PACE}
 
 
@@ -58,16 +58,16 @@ class GuaranteedTimesOfTwo:
     Attributes:
         bound: "middle" or "lower".
         pursuer_speed, evader_speed: Top speeds [m/s].
-        step: What a step lasts [s].
-        pursuer_grid, evader_grid: Where they can be.
+        step: Duration of a step [s].
+        pursuer_grid, evader_grid: The players' grids.
         places: Nodes of the pursuer, shape (n, 2) [m].
-        evader_numbers: Number of each of the evaders' nodes, or -1 where none can be, or be
-            followed, shape (rows, columns).
-        sight: Edges that block sight, a little thicker here and there for "lower".
-        pursuer_region: Edges of where the pursuer can be.
+        evader_numbers: Number of each evader node, or -1 where no evader can be, or be followed,
+            shape (rows, columns).
+        sight: Edges that block sight; for "lower" thin obstacles are thickened.
+        pursuer_region: Edges of the pursuer's region.
         corners: From `corner_table`, shape (k, 6), none for "middle".
         triples, roads: See `triples`.
-        updates: Planes computed until nothing changed.
+        updates: Number of planes computed until nothing changed.
     """
 
     bound: str
@@ -87,7 +87,7 @@ class GuaranteedTimesOfTwo:
 
     @property
     def nbytes(self) -> int:
-        """What the table takes [bytes]."""
+        """Memory that the table takes [bytes]."""
         return sum(array.nbytes for array in self.triples)
 
     @cached_property
@@ -96,16 +96,16 @@ class GuaranteedTimesOfTwo:
 
     @property
     def triples_in_sight(self) -> int:
-        """Places and pairs of evader nodes that they see, in either order."""
+        """Number of triples of a place and two evader nodes in its sight, in either order."""
         return int(self._counts[:, 0].sum())
 
     @property
     def share_for_ever(self) -> float:
-        """Part of those triples that can be kept so for ever, or to the horizon, no unit."""
+        """Fraction of those triples kept for ever, or beyond the horizon, no unit."""
         return float(self._counts[:, 1].sum()) / max(self.triples_in_sight, 1)
 
     def times_from(self, pursuer: object, evader: object) -> np.ndarray:
-        """Guaranteed times for every place of the second evader, all players at their nodes.
+        """Guaranteed times for every node of the second evader, with all players at nodes.
 
         Args:
             pursuer, evader: Shape (2,) [m].
@@ -142,8 +142,8 @@ class GuaranteedTimesOfTwo:
     ) -> tuple[np.ndarray, float]:
         """Where the pursuer should be a step from now, and the time that it can then guarantee.
 
-        For "middle" from the nearest nodes. For "lower" from the places given: the pursuer's first
-        step leads to the best node within its reach.
+        For "middle" the time is from the nearest nodes. For "lower" it is from the exact positions:
+        the pursuer's first step leads to the best node in its reach.
 
         Args:
             pursuer, evader_1, evader_2: Shape (2,) [m].
@@ -182,7 +182,7 @@ class GuaranteedTimesOfTwo:
             for q in self.roads.neighbours[first:last]:
                 yield int(q), numbers[0][0], numbers[1][0]
             return
-        # The longest moves are as long as that, up to rounding.
+        # The length of the longest moves, with a margin for rounding.
         reach = self.pursuer_speed * self.step * (1.0 + 1e-9)
         near = np.flatnonzero(np.hypot(*(self.places - p).T) <= reach)
         near = near[are_clear(self.pursuer_region, np.tile(p, (len(near), 1)), self.places[near])]
@@ -191,7 +191,7 @@ class GuaranteedTimesOfTwo:
                 yield int(q), e1, e2
 
     def _keeps_by_table(self, node: int, q: int, e1: int, e2: int) -> bool:
-        """Whether the table takes a move from a node, which sees the nodes of both evaders."""
+        """Whether a node sees both evaders' nodes, and the table allows a move from it."""
         first, last = self.triples.seen_starts[node : node + 2]
         seen = self.triples.seen[first:last]
         return bool(np.isin([e1, e2], seen).all()) and bool(
@@ -199,12 +199,12 @@ class GuaranteedTimesOfTwo:
         )
 
     def _keeps_sight(self, p: np.ndarray, to: np.ndarray, evaders: list[np.ndarray]) -> bool:
-        """Whether a step keeps sight of both on the way, from where they really are."""
+        """Whether a step keeps sight of both evaders on the way, by their exact positions."""
         pace = self.evader_speed * self.step
         return all(keeps_sight(self.sight, p, to, e, self.corners, pace, 0.0) for e in evaders)
 
     def seconds(self, steps: np.ndarray) -> np.ndarray:
-        """Values in seconds: sight ends somewhere within the last step.
+        """Convert values to seconds; sight is taken to end within the last step.
 
         Args:
             steps: V, shape (...) [steps].
@@ -260,18 +260,18 @@ def solve_two_evaders(
     Args:
         world: Whose obstacles block sight.
         pursuer_speed, evader_speed: Top speeds, the evaders' the lower one [m/s].
-        grid: Between places of the pursuer [m]; half of it for "lower".
+        grid: Spacing of the pursuer's nodes [m]; half of it is used for "lower".
         bound: "middle" or "lower".
-        evader_moves: Of each evader in a step: 9 on a coarse grid, or 21 on one of twice as many
-            nodes a side, for some ten times the memory and time.
-        pursuer_regions, evader_regions: Where their centres may be, from `shrink_world`; the
-            world where they are points.
-        horizon: What lasts longer counts as for ever [s]; at most MOST_STEPS steps.
-        memory: What the table may take [bytes].
-        progress: Called now and then with the part of the planes that are settled.
+        evader_moves: Number of moves of each evader in a step: 9 on a coarse grid, or 21 on one of
+            twice as many nodes a side, for some ten times the memory and time.
+        pursuer_regions, evader_regions: Where their centres may be, from `shrink_world`; None: the
+            whole world, for points.
+        horizon: Time beyond which evaders count as kept for ever [s]; at most MOST_STEPS steps.
+        memory: Most memory that the table may take [bytes].
+        progress: Called now and then with the fraction of the planes that are settled.
 
     Raises:
-        InvalidInput: A number is out of its range; the grid leaves a player no place; or the table
+        InvalidInput: A number is out of its range; the grid has no node for a player; or the table
             would take more memory.
     """
     require_one_of("bound", bound, BOUNDS)
@@ -305,14 +305,14 @@ def solve_two_evaders(
     places, evader_nodes = setting.places, setting.evader_nodes
     require(len(places) > 0, "grid", "leave the pursuer a place", f"{grid:.6g}")
     require(bool(evader_nodes.any()), "grid", "leave the evader a place", f"{grid:.6g}")
-    # The ranks alone, before any array is made.
+    # Check the size of the ranks alone before any array is made.
     require_room(4.0 * len(places) * np.count_nonzero(evader_nodes))
     numbers = np.where(evader_nodes, np.cumsum(evader_nodes).reshape(evader_nodes.shape) - 1, -1)
     nodes = np.argwhere(evader_nodes)
     found = clear_moves(
         setting.evader_grid, evader_nodes, nodes, setting.evader_region, moves.offsets
     )
-    # Nodes that are followed lie in walls as well: then no wall blocks a move between them.
+    # Nodes for following may lie inside walls: then no wall blocks a move between them.
     left = found != NOWHERE if bound == "lower" else found == CLEAR
     evader_starts = np.append(0, np.cumsum(left.sum(axis=1)))
     evader_ways = numbers[tuple((nodes[:, None] + moves.offsets)[left].T)]
