@@ -4,9 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 
 from sightfield.diagrams.tracking.game import set_up_game
+from sightfield.diagrams.tracking.make_tracking import MakeTracking
 from sightfield.diagrams.tracking.run import run_tracking
 from sightfield.diagrams.tracking.scenario import Evaders, Pursuers, TrackingScenario
 from sightfield.diagrams.tracking.solved_game import solved_game, solved_game_of_two
@@ -28,6 +30,8 @@ from sightfield.systems.numerics.tracking.visibility_game.responsibilities impor
     NOBODY,
     make_team_board,
 )
+from sightfield.systems.tracking import best_response_evaders
+from sightfield.systems.tracking.best_response_evaders import IN_TEAMS, BestResponseEvaders
 
 PERIOD = 0.05
 
@@ -158,3 +162,32 @@ def test_evaders_know_where_certified_pursuers_commit_themselves_to():
             near += abs(said - played) < 0.25
     assert lost >= 3
     assert near >= 0.8 * lost
+
+
+def test_a_commitment_lasts_as_long_in_every_rollout(monkeypatch):
+    """Plans that look farther ahead take longer steps: they counted the steps of the others."""
+    game = make_game([[0.5, 1.2]], [[2.45, 1.2]], field="certified")
+    table, choose, seen = solved_game(game, "lower"), best_response_evaders.choose_plan, set()
+
+    def choose_late(rules, rollout, *others):
+        seen.add((rules.committed, rollout.step))
+        plan, _ = choose(rules, rollout, *others)
+        return plan, math.inf
+
+    monkeypatch.setattr(best_response_evaders, "choose_plan", choose_late)
+    evaders = BestResponseEvaders(
+        game.world,
+        game.pursuer_regions,
+        game.evader_regions,
+        pursuers=1,
+        evaders=1,
+        pursuer_speed=0.3,
+        evader_speed=0.2,
+        pursuit="certified",
+        foresight=IN_TEAMS._replace(patience=0.0),
+        table=table,
+    )
+    Simulator(MakeTracking(game, evasion=evaders)).AdvanceTo(2.0)
+    steps = IN_TEAMS.rollout.step, IN_TEAMS.beyond.step
+    assert seen == {(math.ceil(table.step / step - 1e-9), step) for step in steps}
+    assert len({committed for committed, _ in seen}) == 2
